@@ -1,0 +1,50 @@
+# Every target shares one idempotent set-up step: a virtual environment in .venv with the locked packages.
+SHELL := /bin/bash
+VENV := .venv
+PY := $(VENV)/bin/python
+STAMP := $(VENV)/.ready
+PYTHON ?= python3
+PYTEST_ARGS ?=
+
+.PHONY: help setup sim test check bench bench-compare soak fuzz docs lock clean
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+setup: $(STAMP) ## set up .venv (once; again when the lock file changes)
+
+$(STAMP): requirements.lock pyproject.toml
+	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV)
+
+sim: $(STAMP) ## run the simulated vessel with all its links
+	@$(VENV)/bin/companion sim $(SIM_ARGS)
+
+test: $(STAMP) ## the whole test suite (what CI runs)
+	@$(PY) -m pytest -n 2 --dist loadgroup -m "not soak" $(PYTEST_ARGS)
+
+check: $(STAMP) ## format, lint, types, import rules
+	@echo "format ..."  && $(VENV)/bin/ruff format --check .
+	@echo "lint ..."    && $(VENV)/bin/ruff check .
+	@echo "types ..."   && $(VENV)/bin/mypy
+	@echo "imports ..." && $(VENV)/bin/lint-imports --no-cache
+
+bench: $(STAMP) ## the benchmark suite -> build/bench.json and build/bench.md
+	@$(PY) -m tools.bench $(BENCH_ARGS)
+
+bench-compare: $(STAMP) ## compare two benchmark files: make bench-compare OLD=a.json NEW=b.json
+	@$(PY) -m tools.bench_compare $(OLD) $(NEW)
+
+soak: $(STAMP) ## the long runs
+	@$(PY) -m pytest -m soak $(PYTEST_ARGS)
+
+fuzz: $(STAMP) ## structure-aware fuzzing of every byte that a stranger can send
+	@$(PY) -m tools.fuzz $(FUZZ_ARGS)
+
+docs: $(STAMP) ## write the generated pages of docs/ again
+	@$(PY) -m tools.generate_docs
+
+lock: ## pin every dependency again (needs uv)
+	uv pip compile pyproject.toml --all-extras --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements.lock
+
+clean: ## remove what was built
+	rm -rf $(VENV) build .pytest_cache .mypy_cache .ruff_cache *.egg-info

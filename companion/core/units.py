@@ -1,0 +1,38 @@
+"""Conversions of units and wrapping of angles: the only home of knots, degrees and minutes of arc."""
+
+from __future__ import annotations
+
+import math
+
+KNOT_MPS = 1852.0 / 3600.0
+"""One international knot in m/s."""
+
+
+def wrap_pi(angle_rad: float) -> float:
+    """Wrap to [-pi, pi); +pi maps to -pi (the convention of dune-imc §1.1)."""
+    wrapped = math.fmod(angle_rad + math.pi, 2.0 * math.pi)
+    if wrapped < 0.0:
+        wrapped += 2.0 * math.pi
+    result = wrapped - math.pi
+    return -math.pi if result >= math.pi else result
+
+
+def wrap_2pi(angle_rad: float) -> float:
+    """Wrap to [0, 2 pi)."""
+    wrapped = math.fmod(angle_rad, 2.0 * math.pi)
+    if wrapped < 0.0:
+        wrapped += 2.0 * math.pi
+    return 0.0 if wrapped >= 2.0 * math.pi else wrapped
+
+
+def knots_to_mps(speed_kn: float) -> float:
+    return speed_kn * KNOT_MPS
+
+
+def mps_to_knots(speed_mps: float) -> float:
+    return speed_mps / KNOT_MPS
+
+
+def clamp(value: float, low: float, high: float) -> float:
+    """Limit to [low, high]; NaN becomes ``low``."""
+    return min(max(low, value), high)

@@ -1,0 +1,1 @@
+"""The simulated vessel, its sensors, its actuator board, its radio and its water, in lock-step with the real app."""
