@@ -1,0 +1,28 @@
+"""Shared fixtures: where the outside data is, and what a missing package means."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).resolve().parents[1]
+SHARED_DATA = REPO.parent / "shared" / "data"
+
+
+def require(present: bool, what: str) -> None:
+    """Skip when something is missing on a user's machine; fail under REQUIRE_ALL=1 (CI)."""
+    if present:
+        return
+    if os.environ.get("REQUIRE_ALL") == "1":
+        pytest.fail(f"{what} is missing, and REQUIRE_ALL=1 makes that a failure", pytrace=False)
+    pytest.skip(f"{what} is missing")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of recorded data from elsewhere; tests that use it skip when it is absent."""
+    if not SHARED_DATA.is_dir():
+        pytest.skip(f"no recorded data at {SHARED_DATA.relative_to(REPO.parent)} beside the checkout")
+    return SHARED_DATA
