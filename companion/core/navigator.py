@@ -83,6 +83,7 @@ class Navigator:
         self.mode = mode
         self._leg = self._steer = self._steer_us = None
         if mode is Mode.AUTO:
+            self._hold = None
             self.mission.start()
         elif mode is Mode.RTL:
             self._return(state)
@@ -201,8 +202,6 @@ class Navigator:
         """Take guidance's report: the plan moves on, a guided go-to ends in station keeping."""
         if self.mode is Mode.AUTO:
             self.mission.advance(now_us, state, _Report(arrived, on_path, turns))
-            if self.mission.state is PlanState.COMPLETE:
-                self._hold = None
             return
         leg = self._leg
         if leg is None:
