@@ -1,0 +1,56 @@
+"""Speed through the water, modelled from the actuation that was really sent.
+
+A boat with a GNSS compass measures its speed over ground only. The force model, driven by the commands that went out
+and the measured yaw rate, says what it makes through the water; the difference is the drift (vessel-control §2.1).
+"""
+
+from __future__ import annotations
+
+from companion.core.hull import ForceModel
+from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
+from mavlink_bridge.imc import ActuatorOutput
+
+
+class WaterSpeedObserver:
+    """Integrates surge and sway through the water; yaw rate is taken as measured."""
+
+    def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
+        self._vessel = vessel
+        self._model = model
+        self._ahead_n = full_ahead_n(vessel)
+        self._astern_n = full_astern_n(vessel)
+        self.reset(0.0)
+
+    def reset(self, surge_mps: float) -> None:
+        self.u_mps = surge_mps
+        self.v_mps = 0.0
+        self.thrust_n = [0.0, 0.0]
+        self._revs = [0.0, 0.0]
+        self._rudder_rad = 0.0
+
+    def step(self, dt_s: float, r_radps: float, sent: ActuatorOutput | None) -> None:
+        """Advance by one tick with what was sent during it; nothing sent is neutral."""
+        dt_s = min(dt_s, 0.2)
+        port, starboard, rudder_rad = 0.0, 0.0, 0.0
+        if sent is not None:
+            port, starboard = sent.thruster_port, sent.thruster_starboard
+            if self._vessel.thruster.count == 1:
+                starboard = port
+            rudder_rad = sent.rudder_port_rad
+        self._actuators(dt_s, port, starboard, rudder_rad)
+        thrust, angle = self.thrust_n, self._rudder_rad
+        du, dv, _ = self._model.rates(self.u_mps, self.v_mps, r_radps, thrust[0], thrust[1], angle, angle)
+        self.u_mps += du * dt_s
+        self.v_mps += dv * dt_s
+
+    def _actuators(self, dt_s: float, port: float, starboard: float, rudder_rad: float) -> None:
+        thruster, rudder = self._vessel.thruster, self._vessel.rudder
+        share = min(1.0, dt_s / thruster.lag_s)
+        for side, command in ((0, port), (1, starboard)):
+            if abs(command) < thruster.dead_band:
+                command = 0.0
+            revs = self._revs[side] + (command - self._revs[side]) * share
+            self._revs[side] = revs
+            self.thrust_n[side] = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
+        lag_s = rudder.lag_s + 0.02
+        self._rudder_rad += (rudder_rad - self._rudder_rad) * min(1.0, dt_s / lag_s)

@@ -1,0 +1,130 @@
+"""The simulated hull: actuators, forces and motion of one vessel in the water, stepped at 50 to 100 Hz.
+
+Semi-implicit Euler on the force model that the controllers and the tuning tool share; thrusters with lag and dead
+band, servos with lag and rate limit; faults that a test can switch on.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.hull import ForceModel
+from companion.core.units import wrap_pi
+from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
+from sitl.water import STILL, Conditions
+
+
+class SimVessel:
+    """Truth. ``u, v, r`` are through the water (m/s, rad/s, body axes), ``vn_mps, ve_mps`` over ground."""
+
+    def __init__(self, config: VesselConfig) -> None:
+        self.config = config
+        self.model = ForceModel(config)
+        self.north_m = self.east_m = self.psi = 0.0
+        self.u = self.v = self.r = 0.0
+        self.vn_mps = self.ve_mps = 0.0
+        self.roll = self.pitch = self.heave = 0.0
+        """Radians, radians, metres up."""
+        self.revs = [0.0, 0.0]
+        """Share of full revolutions, port and starboard."""
+        self.thrust_n = [0.0, 0.0]
+        self.rudder_rad = [0.0, 0.0]
+        self.thruster_health = [1.0, 1.0]
+        """Fault: share of its thrust that a thruster gives."""
+        self.rudder_stuck_rad: list[float | None] = [None, None]
+        """Fault: a rudder that stands at an angle."""
+        self._ahead_n = full_ahead_n(config)
+        self._astern_n = full_astern_n(config)
+
+    @property
+    def surge_over_ground_mps(self) -> float:
+        return math.cos(self.psi) * self.vn_mps + math.sin(self.psi) * self.ve_mps
+
+    @property
+    def sway_over_ground_mps(self) -> float:
+        return -math.sin(self.psi) * self.vn_mps + math.cos(self.psi) * self.ve_mps
+
+    def step(
+        self,
+        dt_s: float,
+        thruster_port: float,
+        thruster_starboard: float,
+        rudder_port_rad: float,
+        rudder_starboard_rad: float,
+        water: Conditions = STILL,
+    ) -> None:
+        """Advance by ``dt_s`` (0.005-0.02 s) with commands -1...1 and radians."""
+        if self.config.thruster.count == 1:
+            thruster_starboard = thruster_port
+        if self.config.rudder.count == 1:
+            rudder_starboard_rad = rudder_port_rad
+        self._turn_propeller(0, thruster_port, dt_s)
+        self._turn_propeller(1, thruster_starboard, dt_s)
+        self._turn_rudder(0, rudder_port_rad, dt_s)
+        self._turn_rudder(1, rudder_starboard_rad, dt_s)
+        self._move(dt_s, water)
+
+    def _turn_propeller(self, side: int, command: float, dt_s: float) -> None:
+        thruster = self.config.thruster
+        if abs(command) < thruster.dead_band:
+            command = 0.0
+        elif command > 1.0:
+            command = 1.0
+        elif command < -1.0:
+            command = -1.0
+        revs = self.revs[side]
+        revs += (command - revs) * min(1.0, dt_s / thruster.lag_s)
+        self.revs[side] = revs
+        full = self._ahead_n if revs > 0.0 else self._astern_n
+        self.thrust_n[side] = full * revs * abs(revs) * self.thruster_health[side]
+
+    def _turn_rudder(self, side: int, command_rad: float, dt_s: float) -> None:
+        stuck = self.rudder_stuck_rad[side]
+        if stuck is not None:
+            self.rudder_rad[side] = stuck
+            return
+        rudder = self.config.rudder
+        limit = rudder.max_rad
+        command_rad = limit if command_rad > limit else -limit if command_rad < -limit else command_rad
+        gap = command_rad - self.rudder_rad[side]
+        move = gap * min(1.0, dt_s / rudder.lag_s) if rudder.lag_s > 0.0 else gap
+        most = math.radians(rudder.rate_dps) * dt_s
+        self.rudder_rad[side] += most if move > most else -most if move < -most else move
+
+    def _move(self, dt_s: float, water: Conditions) -> None:
+        cos, sin = math.cos(self.psi), math.sin(self.psi)
+        surge_n = sway_n = yaw_nm = 0.0
+        if water.wind_n_mps or water.wind_e_mps:
+            north = water.wind_n_mps - self.vn_mps
+            east = water.wind_e_mps - self.ve_mps
+            surge_n, sway_n, yaw_nm = self.model.wind(cos * north + sin * east, cos * east - sin * north)
+        if water.wave_height_m > 0.0:
+            yaw_nm += self._waves(water)
+        du, dv, dr = self.model.rates(
+            self.u,
+            self.v,
+            self.r,
+            self.thrust_n[0],
+            self.thrust_n[1],
+            self.rudder_rad[0],
+            self.rudder_rad[1],
+            surge_n,
+            sway_n,
+            yaw_nm,
+        )
+        self.u += du * dt_s
+        self.v += dv * dt_s
+        self.r += dr * dt_s
+        self.vn_mps = cos * self.u - sin * self.v + water.current_n_mps
+        self.ve_mps = sin * self.u + cos * self.v + water.current_e_mps
+        self.north_m += self.vn_mps * dt_s
+        self.east_m += self.ve_mps * dt_s
+        self.psi = wrap_pi(self.psi + self.r * dt_s)
+
+    def _waves(self, water: Conditions) -> float:
+        """Attitude and heave follow the waves at once (the hull is stiffer than they are slow); return the yaw moment."""
+        sea, height = self.config.seakeeping, water.wave_height_m
+        self.roll = math.radians(sea.roll_deg_per_m) * height * water.wave
+        self.pitch = math.radians(sea.pitch_deg_per_m) * height * water.wave_quadrature
+        self.heave = sea.heave_m_per_m * height * water.wave_quadrature
+        return sea.yaw_nm_per_m * height * water.wave

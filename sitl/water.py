@@ -1,0 +1,114 @@
+"""The water and the air of a simulation: current, wind with gusts, and the motion that waves give the hull.
+
+First-order Gauss-Markov processes for current and gusts, a lightly damped second-order shaping filter for waves
+(vessel-control §1.2). Every random number comes from the generator handed in.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+
+from companion.core.config import Config
+
+_WAVE_DAMPING = 0.15
+
+
+class WaterConfig(Config):
+    """Conditions. Current flows *to*, wind blows *from*, as sailors say it."""
+
+    current_mps: float = 0.0
+    current_to_deg: float = 60.0
+    current_sigma_mps: float = 0.0
+    """Slow wander of the current."""
+    current_tau_s: float = 120.0
+    wind_mps: float = 0.0
+    wind_from_deg: float = 280.0
+    gust_share: float = 0.18
+    """RMS of the gusts over the mean wind."""
+    gust_tau_s: float = 5.0
+    direction_wander_deg: float = 0.0
+    direction_tau_s: float = 60.0
+    wave_height_m: float = 0.0
+    """Significant height."""
+    wave_period_s: float = 3.0
+    start_s: float = 0.0
+    """Before this time the water is still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Where the water and the air move to, NED, and the waves' narrow-band signals of unit variance."""
+
+    current_n_mps: float = 0.0
+    current_e_mps: float = 0.0
+    wind_n_mps: float = 0.0
+    wind_e_mps: float = 0.0
+    wave_height_m: float = 0.0
+    wave: float = 0.0
+    wave_quadrature: float = 0.0
+
+
+STILL = Conditions()
+
+
+class Water:
+    """Steps the random processes. ``step`` returns what holds during the step."""
+
+    def __init__(self, config: WaterConfig, rng: random.Random) -> None:
+        self.config = config
+        self._rng = rng
+        self._t_s = 0.0
+        self._current = [0.0, 0.0]
+        self._gust = [0.0, 0.0]
+        self._wander_rad = 0.0
+        self._wave = [0.0, 0.0]
+
+    def step(self, dt_s: float) -> Conditions:
+        """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter) and return the conditions."""
+        config = self.config
+        self._t_s += dt_s
+        if self._t_s < config.start_s:
+            return STILL
+        if config.current_sigma_mps > 0.0:
+            self._drift(self._current, config.current_sigma_mps, config.current_tau_s, dt_s)
+        if config.wind_mps > 0.0 and config.gust_share > 0.0:
+            self._drift(self._gust, config.gust_share * config.wind_mps, config.gust_tau_s, dt_s)
+        if config.direction_wander_deg > 0.0:
+            angle = [self._wander_rad]
+            self._drift(angle, math.radians(config.direction_wander_deg), config.direction_tau_s, dt_s)
+            self._wander_rad = angle[0]
+        if config.wave_height_m > 0.0:
+            self._waves(dt_s)
+        return self._conditions()
+
+    def _drift(self, values: list[float], sigma: float, tau_s: float, dt_s: float) -> None:
+        """Gauss-Markov: exact in mean and variance for any step."""
+        keep = math.exp(-dt_s / tau_s)
+        spread = sigma * math.sqrt(1.0 - keep * keep)
+        for index, value in enumerate(values):
+            values[index] = keep * value + spread * self._rng.gauss(0.0, 1.0)
+
+    def _waves(self, dt_s: float) -> None:
+        """Narrow-band noise of unit variance about the wave frequency."""
+        omega = 2.0 * math.pi / self.config.wave_period_s
+        value, speed = self._wave
+        speed += dt_s * (-2.0 * _WAVE_DAMPING * omega * speed - omega * omega * value)
+        speed += 2.0 * math.sqrt(_WAVE_DAMPING) * omega**1.5 * math.sqrt(dt_s) * self._rng.gauss(0.0, 1.0)
+        self._wave = [value + dt_s * speed, speed]
+
+    def _conditions(self) -> Conditions:
+        config = self.config
+        current_rad = math.radians(config.current_to_deg)
+        wind_rad = math.radians(config.wind_from_deg) + math.pi + self._wander_rad
+        omega = 2.0 * math.pi / config.wave_period_s
+        return Conditions(
+            config.current_mps * math.cos(current_rad) + self._current[0],
+            config.current_mps * math.sin(current_rad) + self._current[1],
+            config.wind_mps * math.cos(wind_rad) + self._gust[0],
+            config.wind_mps * math.sin(wind_rad) + self._gust[1],
+            config.wave_height_m,
+            self._wave[0],
+            self._wave[1] / omega,
+        )
