@@ -1,0 +1,239 @@
+"""The minimum-altitude guard (the seed's MinAltitude): keeps enough water under the keel, and says what it does.
+
+Parity part: states unknown, ok, correction, locked by the table of vessel-control §5.2 with architecture-study §4.8's
+*unknown* row; thresholds A-m, A, A+g; one Abort per entry and one per forbidden activation. Beyond parity: a limit that
+grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is the water under the keel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from companion.core.depth_input import DepthInput, DepthInputConfig
+from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
+
+StoppingDistance = Callable[[float], float]
+"""Speed in m/s to the distance in m that the vessel still runs after thrust is cut."""
+
+_EPS_M: Final = 1e-9
+_UNKNOWN_AFTER_S: Final = 5.0
+
+UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
+
+
+class DepthGuardConfig(Config):
+    """The guard's limits. The first three are the seed's, by name."""
+
+    enabled: bool = param(True, "DEPTH_ENABLE", "Guard the water under the keel")
+    min_altitude_m: float = param(
+        4.0,
+        "DEPTH_MIN",
+        "Least water under the keel",
+        unit="m",
+        ge=0,
+        le=1000,
+        seed="MinAltitude: Minimum Acceptable Altitude",
+    )
+    minimum_margin_m: float = param(
+        0.1,
+        "DEPTH_MARGIN_LO",
+        "Below the least altitude by more than this: locked",
+        unit="m",
+        ge=0,
+        le=100,
+        seed="MinAltitude: Minimum Altitude Margin",
+    )
+    good_margin_m: float = param(
+        0.1,
+        "DEPTH_MARGIN_HI",
+        "Above the least altitude by this: good again",
+        unit="m",
+        ge=0,
+        le=100,
+        seed="MinAltitude: Good Altitude Margin",
+    )
+    required: bool = param(False, "DEPTH_REQUIRED", "No arming and no going on without a water depth")
+    unknown_policy: Literal["ignore", "warn", "slow", "stop"] = "warn"
+    """When the altitude is unknown: nothing (the seed), tell, tell and go slow, or tell and stop after 5 s."""
+    unknown_speed_mps: float = Field(0.5, gt=0, le=5)
+    """Speed under the policy ``slow``."""
+    rate_look_ahead: bool = param(True, "DEPTH_LOOK_RATE", "Stop earlier when the bottom is closing (off: seed parity)")
+    map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use the depth map along the way ahead")
+    brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")
+    reaction_s: float = Field(0.6, ge=0, le=5)
+    """From a reading to less thrust: filter, decision and actuators."""
+    input: DepthInputConfig = Field(default_factory=DepthInputConfig)
+
+
+@dataclass(frozen=True, slots=True)
+class GuardOutput:
+    """One tick of the guard."""
+
+    state: GuardState
+    altitude_m: float | None
+    """Filtered, used for the state."""
+    altitude_raw_m: float | None
+    limit_m: float | None
+    """What the altitude is held against now: the least altitude plus what stopping needs."""
+    abort: bool = False
+    """Stop everything, now: an entry into correction or locked, or a forbidden activation."""
+    slow_to_mps: float | None = None
+    stop_ahead: bool = False
+    """Look-ahead says stop (the state may still be ok)."""
+    shallow: bool = False
+    """Correction was entered below the least altitude, and the altitude has not been good since."""
+    locked: bool = False
+    lost: bool = False
+    """The altitude is unknown, it was not lost in deep water, and the policy is not ``ignore``."""
+    blind: bool = False
+    """Lost for longer than the policy ``stop`` or ``required`` allows."""
+    brake: bool = False
+    texts: tuple[tuple[Severity, str], ...] = field(default=())
+
+
+def next_state(
+    state: GuardState, altitude_m: float | None, min_m: float, minimum_margin_m: float, good_margin_m: float
+) -> GuardState:
+    """One transition of the guard's table (vessel-control §5.2; unknown: architecture-study §4.8). Pure.
+
+    "Below" is strict, "good" includes equality; both within 1e-9 m, so that decimal thresholds behave.
+    """
+    if altitude_m is None:
+        return LOCKED if state is LOCKED else UNKNOWN
+    if altitude_m >= min_m + good_margin_m - _EPS_M:
+        return OK
+    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:
+        return LOCKED
+    if state is OK and altitude_m >= min_m - _EPS_M:
+        return OK
+    return CORRECTION
+
+
+class DepthGuard:
+    """Holds the input chain and the state. Call ``measure`` for each reading and ``step`` each tick."""
+
+    def __init__(self, config: DepthGuardConfig) -> None:
+        self.state = UNKNOWN
+        self.input = DepthInput(config.input)
+        self._shallow = False
+        self._unlocked = False
+        self._refused = False
+        self._started_us: int | None = None
+        self.configure(config)
+
+    def configure(self, config: DepthGuardConfig) -> None:
+        """Take new settings; the next ``step`` re-evaluates with them."""
+        self._config = config
+        self.input.configure(config.input)
+
+    def measure(self, distance: Distance, state: EstimatedState | None) -> None:
+        """Take one echo-sounder reading."""
+        self.input.measure(distance, state)
+
+    def unlock_once(self) -> None:
+        """An operator on the spot lifts the lock until the altitude has been good again."""
+        self._unlocked = True
+
+    def activation(self, now_us: int) -> str | None:
+        """A loop is about to be activated: return why not (and send one Abort at the next step), or None."""
+        altitude_m = self.input.altitude_m(now_us)
+        if self._config.enabled and self.state is LOCKED and not self._unlocked:
+            self._refused = True
+            shown = "unknown" if altitude_m is None else f"{altitude_m:.2f} m"
+            good_m = self._config.min_altitude_m + self._config.good_margin_m
+            return f"depth guard locked: altitude {shown}, needs {good_m:.2f} m"
+        if self._config.enabled and self._config.required and altitude_m is None:
+            return "water depth unknown, and depth.required is set"
+        return None
+
+    def step(
+        self,
+        now_us: int,
+        state: EstimatedState | None,
+        loops_active: bool,
+        path_ahead: Sequence[tuple[float, float]] | None = None,
+        stopping_distance_fn: StoppingDistance | None = None,
+    ) -> GuardOutput:
+        """Evaluate the guard for this tick. ``path_ahead``: points (north, east) in m on the way to come."""
+        if self._started_us is None:
+            self._started_us = now_us
+        altitude_m = self.input.altitude_m(now_us)
+        if not self._config.enabled:
+            self.state, self._shallow = UNKNOWN, False
+            return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
+        texts: list[tuple[Severity, str]] = []
+        entered = self._advance(altitude_m, texts)
+        abort = loops_active and (entered or self._refused)
+        self._refused = False
+        lost, unknown_s = self._lost(now_us, altitude_m)
+        return GuardOutput(
+            state=self.state,
+            altitude_m=altitude_m,
+            altitude_raw_m=self.input.raw_m,
+            limit_m=self._config.min_altitude_m,
+            abort=abort,
+            slow_to_mps=self._config.unknown_speed_mps if lost and self._config.unknown_policy == "slow" else None,
+            shallow=self._shallow,
+            locked=self.state is LOCKED and not self._unlocked,
+            lost=lost,
+            blind=lost and unknown_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            brake=self._config.brake,
+            texts=tuple(texts),
+        )
+
+    def startup_warning(self, stopping_distance_fn: StoppingDistance) -> str:
+        """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
+        config = self._config
+        parts = []
+        for speed_mps in (1.5, 2.5):
+            run_m = stopping_distance_fn(speed_mps) + 0.5 * speed_mps
+            parts.append(f"{100.0 * config.minimum_margin_m / run_m:.1f} % at {speed_mps:g} m/s")
+        return f"Depth margin {config.minimum_margin_m:g} m: correction only on slopes below {', '.join(parts)}"
+
+    def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]]) -> bool:
+        """Move the state; return True when this is an entry that aborts."""
+        config = self._config
+        old = self.state
+        new = next_state(old, altitude_m, config.min_altitude_m, config.minimum_margin_m, config.good_margin_m)
+        self.state = new
+        if new is OK:
+            self._shallow = self._unlocked = False
+        if new is old:
+            return False
+        below = altitude_m is not None and altitude_m < config.min_altitude_m - _EPS_M
+        if new is LOCKED:
+            self._shallow, self._unlocked = False, False
+        elif new is CORRECTION and below:
+            self._shallow = True
+        texts.append(self._text(new, altitude_m))
+        return new is LOCKED or (new is CORRECTION and below)
+
+    def _text(self, new: GuardState, altitude_m: float | None) -> tuple[Severity, str]:
+        limit_m = self._config.min_altitude_m
+        if altitude_m is None:
+            return Severity.WARNING, f"Depth unknown (limit {limit_m:.2f} m)"
+        body = f"Depth {altitude_m:.2f} m, limit {limit_m:.2f} m"
+        if new is LOCKED:
+            return Severity.CRITICAL, f"{body}: locked, no manoeuvre"
+        if new is CORRECTION:
+            return Severity.WARNING, f"{body}: correction manoeuvre allowed"
+        return Severity.NOTICE, f"{body}: good"
+
+    def _lost(self, now_us: int, altitude_m: float | None) -> tuple[bool, float]:
+        """Whether the altitude is missing in a way that matters, and for how long, s."""
+        config = self._config
+        if altitude_m is not None or (config.unknown_policy == "ignore" and not config.required):
+            return False, 0.0
+        if self.input.out_of_reach and not config.required:
+            return False, 0.0
+        assert self._started_us is not None
+        since_us = self._started_us if self.input.gated is None else self.input.gated.t_us
+        return True, (now_us - since_us) / 1e6
+
+    def _stops_when_unknown(self) -> bool:
+        return self._config.required or self._config.unknown_policy == "stop"

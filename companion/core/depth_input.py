@@ -1,0 +1,185 @@
+"""From echo-sounder readings to the altitude of the keel above the bottom: offsets, validity, jump gate, median, age.
+
+The chain of vessel-control §5.3. Raw, gated and filtered values are all kept, so that a stop can be explained afterwards.
+An altitude is under the keel: distance + transducer depth - keel depth, both configured, positive down.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from mavlink_bridge.imc import Distance, EstimatedState
+
+_FAST_SPAN_US: Final = 1_000_000
+_CONSISTENT: Final = 3
+_FORGET_US: Final = 5_000_000
+
+
+class DepthInputConfig(Config):
+    """Where the transducer is and which readings to believe."""
+
+    transducer_depth_m: float = param(
+        0.20, "SNDR_DEPTH", "Transducer below the waterline, positive down", unit="m", ge=-5, le=20
+    )
+    keel_depth_m: float = param(
+        0.35, "KEEL_DEPTH", "Lowest point of the vessel below the waterline, positive down", unit="m", ge=0, le=20
+    )
+    use_sentence_offset: bool = False
+    """Take DPT's own offset instead of the two depths above; never both."""
+    beam_half_angle_deg: float = Field(7.5, ge=0, le=45)
+    """Half the sounder's cone; a tilt inside it costs nothing, since the shallowest return is reported."""
+    range_min_m: float = param(0.3, "SNDR_MIN", "Nearest credible distance (blanking)", unit="m", ge=0, le=10)
+    range_max_m: float = param(100.0, "SNDR_MAX", "Farthest credible distance", unit="m", ge=1, le=12000)
+    quality_min: float = Field(0.05, ge=0, le=1)
+    """Least signal quality, for sounders that report one."""
+    jump_rate_mps: float = Field(2.0, gt=0, le=50)
+    """Change of depth that is credible between samples beside the vessel's own motion, m/s."""
+    jump_slope: float = Field(0.5, ge=0, le=5)
+    """Steepest bottom that is credible (rise over run)."""
+    sigma_m: float = Field(0.05, ge=0, le=5)
+    """Noise of one reading, 1 sigma; 0.5 % of the distance when that is more."""
+    median_samples: int = Field(5, ge=1, le=9)
+    """Readings in the median for a fast sounder; one that gives fewer than this per second uses three. 1 = no filter."""
+    stale_s: float = param(1.0, "SNDR_STALE", "Depth older than this is unknown", unit="s", ge=0.1, le=30)
+
+
+@dataclass(frozen=True, slots=True)
+class Altitude:
+    """One accepted reading, as altitude of the keel."""
+
+    t_us: int
+    value_m: float
+
+
+class DepthInput:
+    """The chain. ``measure`` each reading, ``altitude_m(now)`` for the filtered value."""
+
+    def __init__(self, config: DepthInputConfig) -> None:
+        self.raw_m: float | None = None
+        """The last reading as an altitude, believed or not."""
+        self.gated: Altitude | None = None
+        """The last reading that passed the gate."""
+        self.rejected = 0
+        """Readings refused for range, quality or a jump."""
+        self._window: deque[Altitude] = deque(maxlen=9)
+        self._held: list[Altitude] = []
+        self._good_m: float | None = None
+        self._good_share: float | None = None
+        self.configure(config)
+
+    def configure(self, config: DepthInputConfig) -> None:
+        """Take new settings; what has been measured stays."""
+        self._config = config
+
+    def measure(self, distance: Distance, state: EstimatedState | None) -> tuple[Altitude, ...]:
+        """Judge one reading; return the altitudes it adds (several when a held jump is confirmed, else one or none)."""
+        reading = self._convert(distance, state)
+        if reading is None:
+            self.rejected += 1
+            return ()
+        self.raw_m = reading.value_m
+        if self.gated is not None and reading.t_us <= self.gated.t_us:
+            return ()
+        speed_mps = state.sog_mps if state is not None and state.sog_mps is not None else 0.0
+        passed = self._gate(reading, speed_mps)
+        for item in passed:
+            self._window.append(item)
+            self.gated = item
+        if passed and distance.value_m is not None:
+            limit_m = self._range_max(distance)
+            self._good_share = distance.value_m / limit_m
+        return passed
+
+    def altitude_m(self, now_us: int) -> float | None:
+        """The filtered altitude, m; None when too few readings are fresh."""
+        if self.gated is None or self.age_s(now_us) > self._config.stale_s + 1e-9:
+            return None
+        wanted = self._samples_in_median()
+        recent = [item.value_m for item in self._window][-wanted:]
+        if len(recent) < (wanted + 1) // 2:
+            return None
+        return _lower_median(recent)
+
+    def age_s(self, now_us: int) -> float:
+        """Time since the last believed reading, s; infinite when there is none."""
+        return math.inf if self.gated is None else (now_us - self.gated.t_us) / 1e6
+
+    @property
+    def out_of_reach(self) -> bool:
+        """True when the last believed reading was near the end of the range: losing the bottom there is normal."""
+        return self._good_share is not None and self._good_share > 0.8
+
+    def _convert(self, distance: Distance, state: EstimatedState | None) -> Altitude | None:
+        config = self._config
+        value_m, quality = distance.value_m, distance.signal_quality
+        if value_m is None or not math.isfinite(value_m) or value_m <= 0.0:
+            return None
+        if not config.range_min_m <= value_m <= self._range_max(distance):
+            return None
+        if quality is not None and not quality >= config.quality_min:
+            return None
+        vertical_m = value_m * self._tilt(state)
+        if config.use_sentence_offset and distance.offset_m is not None:
+            # A positive offset reaches up to the waterline, a negative one down to the keel.
+            keel_m = config.keel_depth_m if distance.offset_m >= 0.0 else 0.0
+            return Altitude(distance.t_us, vertical_m + distance.offset_m - keel_m)
+        return Altitude(distance.t_us, vertical_m + config.transducer_depth_m - config.keel_depth_m)
+
+    def _range_max(self, distance: Distance) -> float:
+        stated_m = distance.range_max_m
+        limit_m = self._config.range_max_m
+        return min(limit_m, stated_m) if stated_m is not None and stated_m > 0.0 else limit_m
+
+    def _tilt(self, state: EstimatedState | None) -> float:
+        if state is None:
+            return 1.0
+        cosine = math.cos(state.phi_rad or 0.0) * math.cos(state.theta_rad or 0.0)
+        inside_cone = cosine >= math.cos(math.radians(self._config.beam_half_angle_deg))
+        return 1.0 if inside_cone else max(cosine, 0.0)
+
+    def _gate(self, reading: Altitude, speed_mps: float) -> tuple[Altitude, ...]:
+        """Pass a credible reading; hold a jump until three readings agree on it, then pass all three."""
+        if self.gated is None or reading.t_us - self.gated.t_us > _FORGET_US:
+            self._held = []
+            self._window.clear()
+            return (reading,)
+        if self._credible(self.gated, reading, speed_mps):
+            self._held = []
+            return (reading,)
+        if self._held and not self._credible(self._held[-1], reading, speed_mps):
+            self._held = []
+        self._held.append(reading)
+        if len(self._held) < _CONSISTENT:
+            self.rejected += 1
+            return ()
+        passed = tuple(self._held)
+        self._held = []
+        return passed
+
+    def _credible(self, before: Altitude, after: Altitude, speed_mps: float) -> bool:
+        config = self._config
+        dt_s = (after.t_us - before.t_us) / 1e6
+        noise_m = 6.0 * max(config.sigma_m, 0.005 * abs(before.value_m))
+        reach_m = (config.jump_rate_mps + config.jump_slope * abs(speed_mps)) * dt_s
+        return abs(after.value_m - before.value_m) <= reach_m + noise_m
+
+    def _samples_in_median(self) -> int:
+        """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
+        full = self._config.median_samples
+        if full <= _CONSISTENT:
+            return full
+        newest = [item.t_us for item in self._window][-full:]
+        share_us = _FAST_SPAN_US * max(len(newest) - 1, 1) // (full - 1)
+        return full if newest[-1] - newest[0] <= share_us else _CONSISTENT
+
+
+def _lower_median(values: list[float]) -> float:
+    """Median; of an even number the lower of the middle two, which is the shallower."""
+    ordered = sorted(values)
+    return ordered[(len(ordered) - 1) // 2]

@@ -1,0 +1,231 @@
+"""The geofence: polygons and circles, inclusion and exclusion, and a stop that begins early enough to end inside.
+
+The way that stopping still takes is laid along the course over ground, where a vessel with thrust cut and rudders
+centred goes; when it reaches the edge (less a margin), the fence asks for a stop. So the border is not crossed, where
+an autopilot that acts on crossing overshoots by its stopping distance. Geometry is plane, in metres north and east of
+the run's origin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from companion.core.geo import LocalFrame
+from mavlink_bridge.imc import EstimatedState, FenceArea, Severity
+from mavlink_bridge.snapshot import FenceStatus
+
+Point = tuple[float, float]
+
+_BREACH_BOUNDARY: Final = 3
+"""FENCE_BREACH_BOUNDARY."""
+_SAMPLE_M: Final = 0.5
+
+
+class FenceConfig(Config):
+    """How the fence acts; the areas themselves come by the mission protocol."""
+
+    enabled: bool = param(True, "FENCE_ENABLE", "Keep inside the fence, when one is loaded")
+    margin_m: float = param(1.0, "FENCE_MARGIN", "Stop this far before the edge", unit="m", ge=0, le=100)
+    union: bool = param(False, "FENCE_UNION", "Inside any inclusion area is enough (off: inside all of them)")
+    reaction_s: float = Field(0.6, ge=0, le=5)
+    """From a fix to less thrust: latency, tick, actuators."""
+
+
+@dataclass(frozen=True, slots=True)
+class FenceOutput:
+    """One tick of the fence."""
+
+    status: FenceStatus
+    stop: bool = False
+    """On the present course the vessel can only just stop inside."""
+    texts: tuple[tuple[Severity, str], ...] = ()
+
+
+class Circle:
+    """A disc in the plane."""
+
+    def __init__(self, centre: Point, radius_m: float) -> None:
+        self.centre = centre
+        self.radius_m = radius_m
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the edge, m, positive inside."""
+        return self.radius_m - math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
+
+
+class Polygon:
+    """A simple or self-crossing polygon (even-odd rule), closed by itself."""
+
+    def __init__(self, vertices: Sequence[Point]) -> None:
+        self.edges = [(vertices[i - 1], vertices[i]) for i in range(len(vertices))]
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the nearest edge, m, positive inside."""
+        north, east = point
+        inside = False
+        nearest2 = math.inf
+        for (n1, e1), (n2, e2) in self.edges:
+            if (e1 > east) != (e2 > east) and north < n1 + (n2 - n1) * (east - e1) / (e2 - e1):
+                inside = not inside
+            nearest2 = min(nearest2, _segment_distance2(north, east, n1, e1, n2, e2))
+        return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
+
+
+Shape = Circle | Polygon
+
+
+class Region:
+    """Where the vessel may be: a signed distance that changes by at most one metre per metre."""
+
+    def __init__(self, inclusions: Sequence[Shape], exclusions: Sequence[Shape], union: bool) -> None:
+        self._inclusions = inclusions
+        self._exclusions = exclusions
+        self._union = union
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the nearest edge, m, positive where the vessel may be."""
+        inside = [shape.inside_m(point) for shape in self._inclusions]
+        allowed_m = (max(inside) if self._union else min(inside)) if inside else math.inf
+        return min([allowed_m, *(-shape.inside_m(point) for shape in self._exclusions)])
+
+
+def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = False) -> Region:
+    """Lay fence areas into the plane about ``frame``'s origin."""
+    inclusions: list[Shape] = []
+    exclusions: list[Shape] = []
+    for area in areas:
+        if area.centre_rad is not None:
+            shape: Shape = Circle(frame.to_local(*area.centre_rad), area.radius_m or 0.0)
+        else:
+            shape = Polygon([frame.to_local(lat, lon) for lat, lon in area.vertices_rad])
+        (inclusions if area.inclusion else exclusions).append(shape)
+    return Region(inclusions, exclusions, union)
+
+
+class Fence:
+    """The loaded areas, whether they count, and the breach counter."""
+
+    def __init__(self, config: FenceConfig) -> None:
+        self._config = config
+        self._areas: tuple[FenceArea, ...] = ()
+        self._switched: bool | None = None
+        self._region: Region | None = None
+        self._origin: Point | None = None
+        self._status = FenceStatus()
+        self._stopping = False
+
+    def configure(self, config: FenceConfig) -> None:
+        """Take new settings; a switch by command stands until the setting itself changes."""
+        if config.enabled != self._config.enabled:
+            self._switched = None
+        self._config = config
+        self._region = None
+
+    def load(self, areas: Sequence[FenceArea]) -> None:
+        """Replace all areas; a breach by the new ones shows at the next check. Empty = no fence."""
+        self._areas = tuple(areas)
+        self._region = None
+
+    def enable(self, on: bool) -> None:
+        """Switch by command (DO_FENCE_ENABLE), until the next switch or change of the setting."""
+        self._switched = on
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the fence acts: switched on and not empty."""
+        on = self._config.enabled if self._switched is None else self._switched
+        return on and bool(self._areas)
+
+    def distance_m(self, state: EstimatedState, point: Point) -> float | None:
+        """Signed distance from a point in the state's plane to the nearest edge, positive inside; None = no fence."""
+        region = self._laid_out(state)
+        return None if region is None else region.inside_m(point)
+
+    def check(self, state: EstimatedState, stopping_distance_m: float, ahead: Point | None = None) -> FenceOutput:
+        """Hold the vessel and the way it needs to stop against the fence.
+
+        ``stopping_distance_m``: at the present speed. ``ahead``: the next point of the path, used for the direction
+        when the vessel has no speed yet.
+        """
+        region = self._laid_out(state)
+        if region is None or not self.enabled or state.x_m is None or state.y_m is None:
+            self._stopping = False
+            self._status = FenceStatus(breach_count=self._status.breach_count)
+            return FenceOutput(self._status)
+        here = (state.x_m, state.y_m)
+        inside_m = region.inside_m(here)
+        texts: list[tuple[Severity, str]] = []
+        self._note_breach(state.t_us, inside_m, texts)
+        stop = inside_m >= 0.0 and self._must_stop(region, here, inside_m, state, stopping_distance_m, ahead)
+        if stop and not self._stopping:
+            texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
+        self._stopping = stop
+        return FenceOutput(self._status, stop, tuple(texts))
+
+    def _note_breach(self, t_us: int, inside_m: float, texts: list[tuple[Severity, str]]) -> None:
+        old = self._status
+        breached = inside_m < 0.0
+        count, since_us = old.breach_count, old.breach_t_us if breached else 0
+        if breached and not old.breached:
+            count, since_us = count + 1, t_us
+            texts.append((Severity.CRITICAL, f"Outside the fence by {-inside_m:.1f} m"))
+        elif old.breached and not breached:
+            texts.append((Severity.NOTICE, "Inside the fence again"))
+        kind = _BREACH_BOUNDARY if breached else 0
+        self._status = FenceStatus(breached, count, kind, since_us, None if math.isinf(inside_m) else inside_m)
+
+    def _must_stop(
+        self,
+        region: Region,
+        here: Point,
+        inside_m: float,
+        state: EstimatedState,
+        stopping_distance_m: float,
+        ahead: Point | None,
+    ) -> bool:
+        speed_mps, course_rad = _motion(state, here, ahead)
+        if course_rad is None:
+            return False
+        reach_m = stopping_distance_m + speed_mps * self._config.reaction_s
+        margin_m = self._config.margin_m
+        if inside_m > reach_m + margin_m:
+            return False
+        count = max(1, math.ceil(reach_m / _SAMPLE_M))
+        north, east = math.cos(course_rad) * reach_m / count, math.sin(course_rad) * reach_m / count
+        least_m = min(region.inside_m((here[0] + north * i, here[1] + east * i)) for i in range(1, count + 1))
+        return least_m < min(margin_m, inside_m)
+
+    def _laid_out(self, state: EstimatedState) -> Region | None:
+        if not self._areas or state.origin_lat_rad is None or state.origin_lon_rad is None:
+            return None
+        origin = (state.origin_lat_rad, state.origin_lon_rad)
+        if self._region is None or origin != self._origin:
+            self._region = build_region(self._areas, LocalFrame(*origin), self._config.union)
+            self._origin = origin
+        return self._region
+
+
+def _motion(state: EstimatedState, here: Point, ahead: Point | None) -> tuple[float, float | None]:
+    """Speed in m/s and direction in rad that the vessel goes, or is about to go."""
+    if state.vx_mps is not None and state.vy_mps is not None:
+        speed_mps = math.hypot(state.vx_mps, state.vy_mps)
+        if speed_mps > 0.1:
+            return speed_mps, math.atan2(state.vy_mps, state.vx_mps)
+    if ahead is not None and ahead != here:
+        return 0.0, math.atan2(ahead[1] - here[1], ahead[0] - here[0])
+    return 0.0, state.psi_rad
+
+
+def _segment_distance2(north: float, east: float, n1: float, e1: float, n2: float, e2: float) -> float:
+    """Squared distance from a point to a segment."""
+    dn, de = n2 - n1, e2 - e1
+    length2 = dn * dn + de * de
+    share = 0.0 if length2 == 0.0 else ((north - n1) * dn + (east - e1) * de) / length2
+    share = min(max(share, 0.0), 1.0)
+    return (north - n1 - share * dn) ** 2 + (east - e1 - share * de) ** 2
