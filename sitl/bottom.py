@@ -8,7 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from pathlib import Path
+from typing import Literal, Protocol
+
+from pydantic import Field
+
+from companion.core.config import Config
 
 
 class Bottom(Protocol):
@@ -19,6 +24,40 @@ class Bottom(Protocol):
         ...
 
 
+class MoundConfig(Config):
+    """A shoal, or with a negative height a hole, of cosine shape."""
+
+    north_m: float = 0.0
+    east_m: float = 0.0
+    radius_m: float = Field(40.0, gt=0)
+    height_m: float = 0.0
+
+
+class SlopeConfig(Config):
+    """A bottom that rises from ``start_m`` along ``bearing_deg`` by ``gradient`` metres per metre."""
+
+    bearing_deg: float = 90.0
+    start_m: float = 150.0
+    gradient: float = Field(0.05, ge=0, le=10)
+
+
+class BottomConfig(Config):
+    """Which bottom. The default: 20 m, rising eastward at 1:20 from 150 m on, a shoal 120 m north, a hole 120 m west."""
+
+    kind: Literal["synthetic", "flat", "file"] = "synthetic"
+    depth_m: float = Field(20.0, gt=0, le=12000)
+    """Water depth of the flat part, m."""
+    slope: SlopeConfig | None = SlopeConfig()
+    mounds: tuple[MoundConfig, ...] = (
+        MoundConfig(north_m=120.0, east_m=0.0, radius_m=30.0, height_m=17.5),
+        MoundConfig(north_m=0.0, east_m=-120.0, radius_m=30.0, height_m=-10.0),
+    )
+    file: Path | None = None
+    """Soundings (XYZ, CSV or DUNE ini) for kind ``file``."""
+    tide_m: float = Field(0.0, ge=-20, le=20)
+    """Water level above chart datum, m."""
+
+
 @dataclass(frozen=True, slots=True)
 class Flat:
     """The same depth everywhere."""
@@ -26,23 +65,27 @@ class Flat:
     depth_m: float = 20.0
 
     def depth_at(self, north_m: float, east_m: float) -> float | None:
+        """Water depth, m."""
         return self.depth_m
 
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """A plane that rises toward ``bearing_rad`` by ``gradient`` metres per metre, between two depths."""
+    """Any bottom that rises along ``bearing_rad`` by ``gradient`` from ``start_m`` on, to no less than 0.2 m of water."""
 
-    depth_m: float = 20.0
-    """At the origin."""
+    base: Bottom
     gradient: float = 0.05
     bearing_rad: float = 0.0
+    start_m: float = 0.0
     depth_min_m: float = 0.2
-    depth_max_m: float = 100.0
 
     def depth_at(self, north_m: float, east_m: float) -> float | None:
-        along_m = north_m * math.cos(self.bearing_rad) + east_m * math.sin(self.bearing_rad)
-        return min(max(self.depth_m - self.gradient * along_m, self.depth_min_m), self.depth_max_m)
+        """Water depth, m."""
+        depth_m = self.base.depth_at(north_m, east_m)
+        along_m = north_m * math.cos(self.bearing_rad) + east_m * math.sin(self.bearing_rad) - self.start_m
+        if depth_m is None or along_m <= 0.0:
+            return depth_m
+        return max(depth_m - self.gradient * along_m, self.depth_min_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +100,7 @@ class Mound:
     depth_min_m: float = 0.2
 
     def depth_at(self, north_m: float, east_m: float) -> float | None:
+        """Water depth, m."""
         depth_m = self.base.depth_at(north_m, east_m)
         away_m = math.hypot(north_m - self.north_m, east_m - self.east_m)
         if depth_m is None or away_m >= self.radius_m:
@@ -65,8 +109,26 @@ class Mound:
         return max(depth_m - rise_m, self.depth_min_m)
 
 
-def synthetic() -> Bottom:
-    """The shipped bottom: 20 m at the origin, rising northward at 1:40, with a shoal 150 m east and a hole west."""
-    slope = Slope(depth_m=20.0, gradient=0.025)
-    shoal = Mound(slope, north_m=60.0, east_m=150.0, radius_m=40.0, height_m=16.0)
-    return Mound(shoal, north_m=60.0, east_m=-150.0, radius_m=40.0, height_m=-15.0)
+@dataclass(frozen=True, slots=True)
+class Tide:
+    """Any charted bottom under a water level of its own."""
+
+    base: Bottom
+    tide_m: float
+
+    def depth_at(self, north_m: float, east_m: float) -> float | None:
+        """Water depth, m."""
+        depth_m = self.base.depth_at(north_m, east_m)
+        return None if depth_m is None else max(depth_m + self.tide_m, 0.0)
+
+
+def make_bottom(config: BottomConfig) -> Bottom:
+    """Build the configured bottom."""
+    bottom: Bottom = Flat(config.depth_m)
+    if config.kind == "synthetic":
+        if config.slope is not None:
+            slope = config.slope
+            bottom = Slope(bottom, slope.gradient, math.radians(slope.bearing_deg), slope.start_m)
+        for mound in config.mounds:
+            bottom = Mound(bottom, mound.north_m, mound.east_m, mound.radius_m, mound.height_m)
+    return Tide(bottom, config.tide_m) if config.tide_m else bottom

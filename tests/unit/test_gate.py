@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from companion.core.gate import Evidence, Gate, GateConfig
 from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput
 
