@@ -14,7 +14,9 @@ from typing import Any, Final, Protocol
 from mavlink_bridge.extensions import dialect, messages
 from mavlink_bridge.framing import INCOMPAT_SIGNED, MARKER_V2, Frame, checksum
 
-__all__ = ["Codec", "FrameSigner", "decode", "dialect", "pack"]
+__all__ = ["Codec", "FrameSigner", "Message", "decode", "dialect", "payload"]
+
+_HEADER: Final = struct.Struct("<BBBBBBHB")
 
 Message = Any
 """A message object of the dialect; the library leaves no better type."""
@@ -115,18 +117,13 @@ def decode(frame: Frame) -> Message | None:
     return message
 
 
-def pack(message: Message, sequence: int, system: int, component: int, signer: FrameSigner | None = None) -> bytes:
-    """One MAVLink 2 frame. Raises struct.error for a value that its field cannot hold: a fault of the caller."""
-    message_id: int = message.get_msgId()
-    payload = _layout(message_id).pack(message)
-    payload = payload.rstrip(b"\0") or payload[:1]
-    flags = INCOMPAT_SIGNED if signer else 0
-    covered = struct.pack(
-        "<BBBBBBHB", len(payload), flags, 0, sequence & 0xFF, system, component, message_id & 0xFFFF, message_id >> 16
-    )
-    covered += payload
-    frame = bytes((MARKER_V2,)) + covered + checksum(covered, message_id).to_bytes(2, "little")
-    return frame + signer.sign(frame) if signer else frame
+def payload(message: Message) -> bytes:
+    """The payload of a message as MAVLink 2 sends it, trailing zeros left out; links can share it.
+
+    Raises struct.error for a value that its field cannot hold: a fault of the caller.
+    """
+    packed = _layout(message.get_msgId()).pack(message)
+    return packed.rstrip(b"\0") or packed[:1]
 
 
 class Codec:
@@ -143,9 +140,24 @@ class Codec:
 
     def encode(self, message: Message) -> bytes:
         """One frame with the next sequence number. Raises struct.error for a value that its field cannot hold."""
-        frame = pack(message, self._sequence, self.system_id, self.component_id, self.signer)
+        return self.seal(message.get_msgId(), payload(message))
+
+    def seal(self, message_id: int, body: bytes) -> bytes:
+        """Put header, checksum and signature around what ``payload`` made; takes the next sequence number."""
+        covered = _HEADER.pack(
+            len(body),
+            INCOMPAT_SIGNED if self.signer else 0,
+            0,
+            self._sequence,
+            self.system_id,
+            self.component_id,
+            message_id & 0xFFFF,
+            message_id >> 16,
+        )
+        covered += body
         self._sequence = (self._sequence + 1) & 0xFF
-        return frame
+        frame = bytes((MARKER_V2,)) + covered + checksum(covered, message_id).to_bytes(2, "little")
+        return frame + self.signer.sign(frame) if self.signer else frame
 
     def decode(self, frame: Frame) -> Message | None:
         """The message in a frame, or None for an unknown id. Never raises."""
