@@ -64,6 +64,8 @@ class EulerAngles:
     psi_rad: float | None = None
     psi_magnetic_rad: float | None = None
     psi_accuracy_rad: float | None = None
+    variation_rad: float | None = None
+    """Magnetic variation, east positive, when the compass or the receiver says it; psi = psi_magnetic + variation."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,215 @@
+"""The NMEA 0183 reader: bytes of one link in, stamped measurements out (the seed's LT1000 without its faults)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from companion.core.nmea_epoch import Calendar, EpochBuilder, TalkerChoice
+from companion.core.nmea_line import LineReader
+from companion.core.nmea_sentences import (
+    KINDS,
+    AttitudePart,
+    DepthPart,
+    EpochPart,
+    MalformedError,
+    RatePart,
+    day_number,
+    kind_of,
+    parse,
+)
+from companion.core.nmea_watch import NmeaWatch
+from companion.core.units import wrap_pi
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, GpsFix, Severity
+
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+
+SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
+"""The seed's Sentence Order (LT1000)."""
+_DEPTH_RANK: Final = {"DBT": 0, "DPT": 1, "DBK": 2, "DBS": 3}
+_DEPTH_HOLD_US: Final = 3_000_000
+_VARIATION_HOLD_US: Final = 60_000_000
+
+
+class NmeaConfig(Config):
+    """How to read one NMEA line."""
+
+    sentences: str = ""
+    """Sentences to use, in the order sent, as full names or formatters: 'GPZDA, GPGGA, GPRMC, GPVTG, GPHDT' or
+    'ZDA, GGA, RMC, VTG, HDT'. Any talker matches. Empty: every sentence that is understood."""
+    talkers: tuple[str, ...] = ()
+    """Talkers whose position and time count, e.g. ('GN',). Empty: any, but never two receivers mixed."""
+    checksum_required: bool = True
+    """False: also take sentences that carry no checksum (old loggers)."""
+    epoch_limit_s: float = Field(0.25, gt=0.0, le=2.0)
+    """An epoch is published after this time even when sentences are missing."""
+    position_latency_s: float = param(
+        0.12, "NMEA_POS_DELAY", "Age of a position when its first byte arrives", unit="s", ge=0.0, le=1.0
+    )
+    heading_latency_s: float = param(
+        0.0, "NMEA_HDG_DELAY", "Age of heading, attitude and turn rate when they arrive", unit="s", ge=0.0, le=1.0
+    )
+    depth_latency_s: float = Field(0.0, ge=0.0, le=1.0)
+    """Age of a depth when it arrives, seconds."""
+    transducer_depth_m: float = Field(0.20, ge=0.0, le=100.0)
+    """Transducer below the waterline; turns DBS (below surface) and DBK (below keel) into distances."""
+    keel_depth_m: float = Field(0.35, ge=0.0, le=100.0)
+    """Keel below the waterline, for DBK."""
+    earliest_year: int = Field(2025, ge=1980, le=2200)
+    """Dates before this year are a receiver's roll-over (1024 weeks) or start value: the time is not used."""
+
+
+class NmeaReader:
+    """One link's reader. ``receive`` and ``poll`` never raise, whatever arrives; memory is bounded."""
+
+    def __init__(self, config: NmeaConfig, name: str = "NMEA") -> None:
+        """``name`` begins every operator text."""
+        self.name = name
+        self._line = LineReader()
+        self._watch = NmeaWatch(name)
+        self._kinds: dict[str, int] = {}
+        self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
+        self._bytes = 0
+        self._variation: tuple[float, int] | None = None
+        self._depth_kind: tuple[str, int] | None = None
+        self.configure(config)
+
+    def configure(self, config: NmeaConfig) -> None:
+        """Take new settings; an epoch being collected is dropped."""
+        self.config = config
+        self._line.checksum_required = config.checksum_required
+        wanted = [kind_of(name.strip().upper())[1] for name in config.sentences.split(",") if name.strip()]
+        self._wanted = frozenset(wanted) or KINDS
+        self._talkers = TalkerChoice(frozenset(config.talkers))
+        self._calendar = Calendar(day_number(config.earliest_year, 1, 1))
+        bodies = [kind for kind in wanted if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
+        self._epochs = EpochBuilder(
+            limit_us=round(config.epoch_limit_s * 1e6),
+            latency_us=round(config.position_latency_s * 1e6),
+            calendar=self._calendar,
+            last_kind=bodies[-1] if bodies else None,
+        )
+        self._heading_latency_us = round(config.heading_latency_s * 1e6)
+        self._depth_latency_us = round(config.depth_latency_s * 1e6)
+
+    def receive(self, data: bytes, now_us: int) -> list[Measurement]:
+        """Take bytes as they came; return what they completed, oldest first."""
+        self._bytes += len(data)
+        found: list[Measurement] = []
+        for body in self._line.receive(data):
+            self._sentence(body, now_us, found)
+        return found
+
+    def poll(self, now_us: int) -> list[Measurement]:
+        """Close an overdue epoch and look after the line's health. Call once per tick."""
+        found: list[Measurement] = list(self._epochs.poll(now_us))
+        line = self._line.counters
+        bad = line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"]
+        self._watch.check(now_us, line.sentences, bad, self._bytes)
+        conflict = self._talkers.conflict
+        kept, refused = conflict or ("", "")
+        self._watch.set_condition(
+            "talkers", conflict is not None, f"two receivers; using {kept}, ignoring {refused}", "one receiver again"
+        )
+        self._watch.set_condition(
+            "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
+        )
+        return found
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Good sentences per address (``GPGGA``), and what was dropped by cause in lower case."""
+        epochs = {"late": self._epochs.late, "partial_epochs": self._epochs.partial}
+        return {**self._kinds, **self._line.counters.as_dict(), **self._dropped, **epochs, "bytes": self._bytes}
+
+    def sentence_ages(self, now_us: int) -> dict[str, float]:
+        """Seconds since each address was last heard, e.g. ``{"GPHDT": 0.08}``."""
+        return self._watch.ages_s(now_us)
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Operator texts since the last call."""
+        texts, self._watch.texts = self._watch.texts, []
+        return texts
+
+    def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
+        address = body.partition(",")[0]
+        kind = kind_of(address)[1]
+        if kind not in self._wanted:
+            self._dropped["filtered" if kind in KINDS else "unknown"] += 1
+            return
+        try:
+            part = parse(body)
+        except MalformedError:
+            self._dropped["malformed"] += 1
+            return
+        if part is None:
+            self._dropped["unknown"] += 1
+            return
+        if address in self._kinds or len(self._kinds) < 64:
+            self._kinds[address] = self._kinds.get(address, 0) + 1
+        self._watch.heard(address, now_us)
+        if isinstance(part, EpochPart):
+            self._epoch(part, now_us, found)
+        elif isinstance(part, AttitudePart):
+            self._attitude(part, now_us, found)
+        elif isinstance(part, RatePart):
+            if part.r_radps is not None:
+                found.append(AngularVelocity(now_us - self._heading_latency_us, part.r_radps))
+        else:
+            self._depth(part, now_us, found)
+
+    def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
+        # Satellite lists come under each constellation's own talker.
+        if part.kind != "GSA" and not self._talkers.accepts(part, now_us):
+            self._dropped["other_talker"] += 1
+            return
+        if part.variation_rad is not None:
+            self._variation = (part.variation_rad, now_us)
+        found.extend(self._epochs.add(part, now_us))
+
+    def _attitude(self, part: AttitudePart, now_us: int, found: list[Measurement]) -> None:
+        variation = part.variation_rad
+        if variation is None and part.psi_magnetic_rad is not None and self._variation is not None:
+            value, at_us = self._variation
+            variation = value if now_us - at_us < _VARIATION_HOLD_US else None
+        if (
+            part.psi_rad is None
+            and part.psi_magnetic_rad is None
+            and part.phi_rad is None
+            and part.theta_rad is None
+        ):
+            return
+        found.append(
+            EulerAngles(
+                t_us=now_us - self._heading_latency_us,
+                phi_rad=part.phi_rad,
+                theta_rad=part.theta_rad,
+                psi_rad=None if part.psi_rad is None else wrap_pi(part.psi_rad),
+                psi_magnetic_rad=part.psi_magnetic_rad,
+                psi_accuracy_rad=part.psi_accuracy_rad,
+                variation_rad=variation,
+            )
+        )
+
+    def _depth(self, part: DepthPart, now_us: int, found: list[Measurement]) -> None:
+        """One source at a time: a sounder sends the same depth in several sentences (DBT, DPT, DBK, DBS)."""
+        if self._depth_kind is not None:
+            kind, at_us = self._depth_kind
+            if _DEPTH_RANK[part.kind] > _DEPTH_RANK[kind] and now_us - at_us < _DEPTH_HOLD_US:
+                return
+        self._depth_kind = (part.kind, now_us)
+        value = part.value_m
+        if value is not None and part.kind == "DBS":
+            value = max(0.0, value - self.config.transducer_depth_m)
+        elif value is not None and part.kind == "DBK":
+            value = max(0.0, value + self.config.keel_depth_m - self.config.transducer_depth_m)
+        found.append(
+            Distance(
+                t_us=now_us - self._depth_latency_us,
+                value_m=value,
+                offset_m=part.offset_m,
+                range_max_m=part.range_max_m,
+            )
+        )

@@ -1,0 +1,290 @@
+"""Epochs: the sentences of one moment of a GNSS receiver put together into one ``GpsFix``.
+
+Sentences are grouped by their UTC time. An epoch closes on the sentence that is learned to come last, on a new UTC,
+on a repeated sentence, or after a time limit; what came until then is published with its validity. Late sentences
+of a published epoch only feed the calendar. Two receivers on one line are told apart by talker and never mixed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from companion.core.nmea_sentences import DAY_US, EpochPart
+from mavlink_bridge.imc import FixType, GpsFix
+
+_BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
+"""Sentences that may end an epoch. ZDA, GST and GSA come more slowly on many receivers, so they never do."""
+_FIX_RANK: Final = {"GGA": 0, "GNS": 1, "RMC": 2, "GLL": 3}
+_HALF_DAY_US: Final = DAY_US // 2
+_CALENDAR_AGE_MAX_US: Final = 3_600_000_000
+_RIVAL_MEMORY_US: Final = 5_000_000
+_HOLD_US: Final = 3_000_000
+_LEARN_AFTER: Final = 2
+
+
+class Calendar:
+    """Full UTC from times of day and the dates that arrive now and then (ZDA, RMC).
+
+    Dates before ``earliest_day`` (1024-week roll-over, receivers that start in 1980) are refused; see ``refused``.
+    """
+
+    def __init__(self, earliest_day: int) -> None:
+        self.earliest_day = earliest_day
+        self.refused = False
+        self._utc_us: int | None = None
+        self._at_us = 0
+
+    def utc_us(self, tod_us: int, day: int | None, now_us: int) -> int | None:
+        """Return microseconds since 1970 for a time of day, with the date when the sentence has one."""
+        if day is not None:
+            self.refused = day < self.earliest_day
+            if self.refused:
+                self._utc_us = None
+                return None
+            self._remember(day * DAY_US + tod_us, now_us)
+            return self._utc_us
+        if self._utc_us is None or now_us - self._at_us > _CALENDAR_AGE_MAX_US:
+            return None
+        expected = self._utc_us + now_us - self._at_us
+        candidate = expected - expected % DAY_US + tod_us
+        if candidate - expected > _HALF_DAY_US:
+            candidate -= DAY_US
+        elif expected - candidate > _HALF_DAY_US:
+            candidate += DAY_US
+        self._remember(candidate, now_us)
+        return candidate
+
+    def _remember(self, utc_us: int, now_us: int) -> None:
+        self._utc_us = utc_us
+        self._at_us = now_us
+
+
+@dataclass(slots=True)
+class _Open:
+    """The epoch being collected."""
+
+    first_us: int
+    tod_us: int | None = None
+    day: int | None = None
+    kinds: tuple[str, ...] = ()
+    talker: str = ""
+    rank: int = 9
+    fix_type: FixType | None = None
+    lat_rad: float | None = None
+    lon_rad: float | None = None
+    no_fix: bool = False
+    dead_reckoning: bool = False
+    simulated: bool = False
+    height_msl_m: float | None = None
+    geoid_separation_m: float | None = None
+    satellites: int | None = None
+    hdop: float | None = None
+    vdop: float | None = None
+    hacc_m: float | None = None
+    vacc_m: float | None = None
+    sog_mps: float | None = None
+    cog_rad: float | None = None
+    velocity_kind: str = ""
+
+
+class TalkerChoice:
+    """Which talker's position sentences count: the configured ones, else one receiver at a time.
+
+    One receiver may use several talkers (GP for one sentence, GN for another) and may change them; but the same
+    formatter from two talkers in turn is two receivers, and then the first one is kept until silent for 3 s.
+    """
+
+    def __init__(self, allowed: frozenset[str]) -> None:
+        self.allowed = allowed
+        self.conflict: tuple[str, str] | None = None
+        """(kept, refused) while two receivers are heard."""
+        self._last: dict[str, tuple[str, int, int]] = {}
+        self._kept_at_us = 0
+
+    def accepts(self, part: EpochPart, now_us: int) -> bool:
+        """Judge a position, speed or time sentence."""
+        if self.allowed:
+            return part.talker in self.allowed
+        if self.conflict is None:
+            self._watch(part, now_us)
+            return self.conflict is None or part.talker == self.conflict[0]
+        kept = self.conflict[0]
+        if part.talker == kept:
+            self._kept_at_us = now_us
+        elif now_us - self._kept_at_us > _HOLD_US:
+            self.conflict = None
+            self._last.clear()
+        return self.conflict is None or part.talker == kept
+
+    def _watch(self, part: EpochPart, now_us: int) -> None:
+        talker, changes, since_us = self._last.get(part.kind, (part.talker, 0, now_us))
+        if talker != part.talker:
+            if now_us - since_us > _RIVAL_MEMORY_US:
+                changes, since_us = 0, now_us
+            changes += 1
+            if changes >= 2:
+                # The talker that came back is the one that was there first.
+                self.conflict = (part.talker, talker)
+                self._kept_at_us = now_us
+        self._last[part.kind] = (part.talker, changes, since_us)
+
+
+class EpochBuilder:
+    """Collects ``EpochPart``s and returns finished fixes. Times are microseconds of the vessel's clock."""
+
+    def __init__(self, *, limit_us: int, latency_us: int, calendar: Calendar, last_kind: str | None = None) -> None:
+        self.limit_us = limit_us
+        self.latency_us = latency_us
+        self.calendar = calendar
+        self.late = 0
+        self.partial = 0
+        self._open: _Open | None = None
+        self._closed: _Open | None = None
+        self._ender = last_kind
+        self._candidate = ("", 0)
+
+    def add(self, part: EpochPart, now_us: int) -> list[GpsFix]:
+        """Take one sentence; return the fixes it finished (none, one, or two)."""
+        fixes: list[GpsFix] = []
+        if self._is_late(part, now_us):
+            return fixes
+        current = self._open
+        if current is not None and self._starts_new(current, part):
+            self._finish(fixes, ended_by_kind=False)
+            current = None
+        if current is None:
+            if part.tod_us is None and part.kind not in _BODY_KINDS:
+                return fixes  # a lone GSA belongs to no epoch
+            current = self._open = _Open(first_us=now_us, talker=part.talker)
+        _merge(current, part)
+        if part.kind == self._ender and current.rank < 9:
+            self._finish(fixes, ended_by_kind=True)
+        return fixes
+
+    def poll(self, now_us: int) -> list[GpsFix]:
+        """Close an epoch whose time limit has passed."""
+        fixes: list[GpsFix] = []
+        if self._open is not None and now_us - self._open.first_us >= self.limit_us:
+            self._finish(fixes, ended_by_kind=False)
+        return fixes
+
+    def _is_late(self, part: EpochPart, now_us: int) -> bool:
+        closed = self._closed
+        if self._open is not None or closed is None or now_us - closed.first_us > self.limit_us:
+            return False
+        if part.tod_us is None:
+            # VTG or GSA after the epoch was closed without them.
+            late = part.kind == "GSA" or (part.kind == "VTG" and self._ender not in (None, "VTG"))
+        else:
+            late = part.tod_us == closed.tod_us and part.kind not in closed.kinds
+        if not late:
+            return False
+        self.late += 1
+        if part.day is not None and part.tod_us is not None:
+            self.calendar.utc_us(part.tod_us, part.day, now_us)
+        if part.kind in _BODY_KINDS:
+            self._ender = part.kind
+        return True
+
+    @staticmethod
+    def _starts_new(current: _Open, part: EpochPart) -> bool:
+        if part.tod_us is not None and current.tod_us is not None and part.tod_us != current.tod_us:
+            return True
+        return part.kind != "GSA" and part.kind in current.kinds
+
+    def _finish(self, fixes: list[GpsFix], *, ended_by_kind: bool) -> None:
+        current = self._open
+        assert current is not None
+        self._open = None
+        self._closed = current
+        if not ended_by_kind:
+            self._learn(current)
+        utc_us = None
+        if current.tod_us is not None:
+            utc_us = self.calendar.utc_us(current.tod_us, current.day, current.first_us)
+        if current.rank < 9:
+            complete = ended_by_kind or self._ender is None
+            self.partial += not complete
+            fixes.append(_publish(current, utc_us, current.first_us - self.latency_us, complete))
+
+    def _learn(self, current: _Open) -> None:
+        body = [kind for kind in current.kinds if kind in _BODY_KINDS]
+        if not body:
+            return
+        last = body[-1]
+        kind, times = self._candidate
+        times = times + 1 if kind == last else 1
+        self._candidate = (last, times)
+        if times >= _LEARN_AFTER:
+            self._ender = last
+
+
+def _merge(epoch: _Open, part: EpochPart) -> None:
+    epoch.kinds += (part.kind,)
+    if part.tod_us is not None:
+        epoch.tod_us = part.tod_us
+    if part.day is not None:
+        epoch.day = part.day
+    rank = _FIX_RANK.get(part.kind)
+    if rank is not None:
+        _merge_position(epoch, part, rank)
+    if part.sog_mps is not None or part.cog_rad is not None:
+        _merge_velocity(epoch, part)
+    if part.vdop is not None:
+        epoch.vdop = part.vdop
+    if part.kind == "GST":
+        epoch.hacc_m, epoch.vacc_m = part.hacc_m, part.vacc_m
+
+
+def _merge_position(epoch: _Open, part: EpochPart, rank: int) -> None:
+    epoch.no_fix |= part.fix_type == FixType.NONE
+    if rank >= epoch.rank:
+        return
+    epoch.rank = rank
+    epoch.fix_type = part.fix_type
+    epoch.lat_rad, epoch.lon_rad = part.lat_rad, part.lon_rad
+    epoch.dead_reckoning, epoch.simulated = part.dead_reckoning, part.simulated
+    if part.kind in ("GGA", "GNS"):
+        epoch.height_msl_m = part.height_msl_m
+        epoch.geoid_separation_m = part.geoid_separation_m
+        epoch.satellites = part.satellites
+        epoch.hdop = part.hdop
+
+
+def _merge_velocity(epoch: _Open, part: EpochPart) -> None:
+    """VTG wins over RMC: km/h has the finer step. A blank never wipes out a value."""
+    wins = part.kind == "VTG" or epoch.velocity_kind != "VTG"
+    if part.sog_mps is not None and (wins or epoch.sog_mps is None):
+        epoch.sog_mps = part.sog_mps
+    if part.cog_rad is not None and (wins or epoch.cog_rad is None):
+        epoch.cog_rad = part.cog_rad
+    epoch.velocity_kind = "VTG" if part.kind == "VTG" else epoch.velocity_kind or part.kind
+
+
+def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> GpsFix:
+    fix_type = FixType.NONE if epoch.no_fix or epoch.fix_type is None else epoch.fix_type
+    good = fix_type != FixType.NONE
+    ellipsoid = None
+    if epoch.height_msl_m is not None and epoch.geoid_separation_m is not None:
+        ellipsoid = epoch.height_msl_m + epoch.geoid_separation_m
+    return GpsFix(
+        t_us=t_us,
+        fix_type=fix_type,
+        lat_rad=epoch.lat_rad if good else None,
+        lon_rad=epoch.lon_rad if good else None,
+        height_msl_m=epoch.height_msl_m if good else None,
+        height_ellipsoid_m=ellipsoid if good else None,
+        utc_us=utc_us,
+        satellites=epoch.satellites,
+        hdop=epoch.hdop,
+        vdop=epoch.vdop,
+        hacc_m=epoch.hacc_m,
+        vacc_m=epoch.vacc_m,
+        sog_mps=epoch.sog_mps if good else None,
+        cog_rad=epoch.cog_rad if good else None,
+        dead_reckoning=epoch.dead_reckoning,
+        simulated=epoch.simulated,
+        complete=complete,
+    )
+
