@@ -1,0 +1,221 @@
+"""From logical outputs to pulse widths: which wire carries what, and how many microseconds mean what.
+
+One function owns each conversion: ``to_pulses`` the way out, ``pulses_to_demand`` the way back (the simulator's speed
+controllers and servos). Inside, 0 is stopped and a rudder is an angle; the seed's 0...1 duty exists only here, as one
+of two encodings, and both give the same stop pulse. Limits are applied in floating point, before anything is rounded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from companion.core.arduino_wire import IDS, Microseconds
+from companion.core.config import Config, param
+from mavlink_bridge.imc import ActuatorOutput
+
+STOP_US: Final = 1500
+"""The pulse that the board itself applies when it stops the vessel."""
+STOP_BAND_US: Final = 25
+"""The board takes a thruster command this close to STOP_US for a stop (its interlock)."""
+
+SKETCHES: Final[dict[str, str]] = {"parse-int": "\n", "read-line": "\n", "fixed-block": "", "next-byte": "\n"}
+"""Terminator for each common way in which level-0 sketches read commands (firmware-reliability §A.4)."""
+
+
+class ChannelConfig(Config):
+    """One servo output: its wire id and what its pulses mean."""
+
+    id: Literal["m", "M", "l", "L"]
+    """Letter on the wire: m, M thrusters 1, 2; l, L rudders 1, 2."""
+    encoding: Literal["bipolar", "duty"] = "bipolar"
+    """bipolar: the three pulses below. duty: the seed's 0...1 with 0.5 at rest, from lower to upper bound."""
+    us_minus: int = Field(1000, ge=1000, le=2000)
+    """Pulse at full astern, or full rudder to port."""
+    us_zero: int = Field(1500, ge=1000, le=2000)
+    """Pulse at stop, or rudder amidships."""
+    us_plus: int = Field(2000, ge=1000, le=2000)
+    """Pulse at full ahead, or full rudder to starboard."""
+    trim_us: int = Field(0, ge=-200, le=200)
+    """Added to every pulse of this channel."""
+    reverse: bool = False
+    """Swap the two sides (a propeller of the other hand, a servo mounted the other way)."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if not self.us_minus < self.us_zero < self.us_plus:
+            raise ValueError(
+                f"us_minus {self.us_minus}, us_zero {self.us_zero}, us_plus {self.us_plus} must rise; "
+                "to turn the direction round set reverse = true"
+            )
+        return self
+
+
+class ActuatorConfig(Config):
+    """The actuator board's protocol and its four channels (the seed's UART_Comm)."""
+
+    level: Literal["auto", "0", "1"] = "auto"
+    """auto: ask the board; 0: the seed's unchecked letters; 1: checked lines or nothing."""
+    sketch: Literal["", *SKETCHES] = ""  # type: ignore[valid-type]
+    """How a level-0 sketch reads: parse-int, read-line, fixed-block or next-byte. Chooses the terminator."""
+    terminator: Literal["\n", "", "\r\n", "\0"] = "\n"
+    """What follows each level-0 command when no sketch is named."""
+    batch: bool = True
+    """Level 1: all four commands on one line, applied together. False: a line for each."""
+    frequency_hz: float = param(
+        20.0,
+        "ACT_FREQ",
+        "Rate at which all four commands are repeated; below 10 Hz steering lags and the board's silence limit is near",
+        unit="Hz",
+        ge=1,
+        le=50,
+        seed="UART_Comm: Message Frequency",
+    )
+    lower_us: int = param(
+        1000,
+        "ACT_LOWER",
+        "No pulse below this",
+        unit="us",
+        ge=1000,
+        le=2000,
+        seed="UART_Comm: Actuation Lower Bound",
+    )
+    upper_us: int = param(
+        2000,
+        "ACT_UPPER",
+        "No pulse above this",
+        unit="us",
+        ge=1000,
+        le=2000,
+        seed="UART_Comm: Actuation Upper Bound",
+    )
+    allow_level0: bool = param(
+        False,
+        "ACT_LEVEL0_OK",
+        "Arm with a board that neither checks nor stops on silence: it does not stop if this computer dies",
+    )
+    silence_ms: int = param(
+        500,
+        "ACT_SILENCE",
+        "The board stops the thrusters after this time without a command",
+        unit="ms",
+        ge=200,
+        le=2000,
+    )
+    rudders: Literal["apart", "together"] = "apart"
+    """together: both servos follow the port rudder's command, as in the seed."""
+    rudder_max_deg: float = param(
+        30.0, "ACT_RUD_MAX", "Rudder angle at the servo's outer pulses", unit="deg", ge=5, le=90
+    )
+    thruster_port: ChannelConfig = ChannelConfig(id="m")
+    thruster_starboard: ChannelConfig = ChannelConfig(id="M")
+    rudder_port: ChannelConfig = ChannelConfig(id="l")
+    rudder_starboard: ChannelConfig = ChannelConfig(id="L")
+
+    @field_validator("level", mode="before")
+    @classmethod
+    def _level_may_be_a_number(cls, value: object) -> object:
+        return str(value) if type(value) is int else value
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.lower_us >= self.upper_us:
+            raise ValueError(
+                f"lower_us {self.lower_us} must be below upper_us {self.upper_us}; bounds are never swapped"
+            )
+        if {self.thruster_port.id, self.thruster_starboard.id} != {"m", "M"}:
+            raise ValueError("the thrusters' ids must be m and M, one each: the board stops those when it must")
+        if {self.rudder_port.id, self.rudder_starboard.id} != {"l", "L"}:
+            raise ValueError("the rudders' ids must be l and L, one each")
+        for name in ("thruster_port", "thruster_starboard"):
+            stop = round(_pulse(0.0, getattr(self, name), self))
+            if abs(stop - STOP_US) > STOP_BAND_US:
+                raise ValueError(
+                    f"{name} stops at {stop} us, but the board's own stop is {STOP_US}; keep it within "
+                    f"{STOP_US - STOP_BAND_US} to {STOP_US + STOP_BAND_US} (us_zero, trim_us, lower_us, upper_us)"
+                )
+        return self
+
+    @property
+    def channels(self) -> tuple[ChannelConfig, ChannelConfig, ChannelConfig, ChannelConfig]:
+        """In logical order: port thruster, starboard thruster, port rudder, starboard rudder."""
+        return self.thruster_port, self.thruster_starboard, self.rudder_port, self.rudder_starboard
+
+    @property
+    def level0_terminator(self) -> str:
+        return SKETCHES.get(self.sketch, self.terminator)
+
+
+def to_pulses(output: ActuatorOutput, config: ActuatorConfig) -> Microseconds:
+    """Return the four pulse widths in pin order (m, M, l, L), µs, always within the configured bounds.
+
+    What is not a finite number counts as stop or amidships.
+    """
+    starboard_rad = output.rudder_port_rad if config.rudders == "together" else output.rudder_starboard_rad
+    limit_rad = math.radians(config.rudder_max_deg)
+    return _pulses(
+        (
+            output.thruster_port,
+            output.thruster_starboard,
+            output.rudder_port_rad / limit_rad,
+            starboard_rad / limit_rad,
+        ),
+        config,
+    )
+
+
+def neutral_pulses(config: ActuatorConfig) -> Microseconds:
+    """Return the pulses of thrusters stopped and rudders amidships, in pin order."""
+    return _pulses((0.0, 0.0, 0.0, 0.0), config)
+
+
+def _pulses(shares: Sequence[float], config: ActuatorConfig) -> Microseconds:
+    pulses: dict[str, int] = {
+        channel.id: round(_pulse(share, channel, config))
+        for share, channel in zip(shares, config.channels, strict=True)
+    }
+    first, second, third, fourth = (pulses[wire_id] for wire_id in IDS)
+    return first, second, third, fourth
+
+
+def pulses_to_demand(pulses_us: Sequence[float | None], config: ActuatorConfig) -> tuple[float, float, float, float]:
+    """Return (port thruster, starboard thruster, -1...1; port rudder, starboard rudder, rad) for pulses at the pins.
+
+    The inverse of ``to_pulses``: a speed controller and a servo set up for this configuration. No pulse, or one that no
+    servo takes (outside 800...2200 µs), stops a thruster and leaves a rudder amidships.
+    """
+    limit_rad = math.radians(config.rudder_max_deg)
+    shares = [_share(pulses_us[IDS.index(channel.id)], channel, config) for channel in config.channels]
+    return shares[0], shares[1], shares[2] * limit_rad, shares[3] * limit_rad
+
+
+def _ends(channel: ChannelConfig, config: ActuatorConfig) -> tuple[float, float, float]:
+    """Pulses at -1, 0 and +1, before reverse; trim included."""
+    if channel.encoding == "duty":
+        low, high = float(config.lower_us), float(config.upper_us)
+        ends = (low, low + 0.5 * (high - low), high)
+    else:
+        ends = (float(channel.us_minus), float(channel.us_zero), float(channel.us_plus))
+    return ends[0] + channel.trim_us, ends[1] + channel.trim_us, ends[2] + channel.trim_us
+
+
+def _pulse(share: float, channel: ChannelConfig, config: ActuatorConfig) -> float:
+    share = min(max(share, -1.0), 1.0) if math.isfinite(share) else 0.0
+    if channel.reverse:
+        share = -share
+    minus, zero, plus = _ends(channel, config)
+    pulse = zero + share * (plus - zero if share >= 0.0 else zero - minus)
+    return min(max(pulse, float(config.lower_us)), float(config.upper_us))
+
+
+def _share(pulse_us: float | None, channel: ChannelConfig, config: ActuatorConfig) -> float:
+    if pulse_us is None or not 800.0 <= pulse_us <= 2200.0:
+        return 0.0
+    minus, zero, plus = _ends(channel, config)
+    offset = pulse_us - zero
+    share = offset / (plus - zero if offset >= 0.0 else zero - minus)
+    share = min(max(share, -1.0), 1.0)
+    return -share if channel.reverse else share

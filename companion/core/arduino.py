@@ -1,0 +1,367 @@
+"""The actuator board as the vessel sees it: start-up, refresh, and every way in which it can fail.
+
+A state machine without I/O. On open it says nothing until the board's banner came or 2.5 s passed (boards reset when a port opens),
+then sends neutral before anything else, asks the version, and from then on repeats all four commands at the configured
+rate whether they changed or not. A board that answers in checked lines is on level 1; one that does not is on
+level 0, which never checks and never stops by itself, and needs consent. Nothing is queued: what a blocked port did
+not take is dropped and counted. Reference: firmware-reliability §A.5 and §C rows 8-20, dune-imc §1.2 (U1-U9).
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Final
+
+from companion.core import arduino_wire as wire
+from companion.core.actuator_map import (
+    ActuatorConfig,
+    ChannelConfig,
+    neutral_pulses,
+    pulses_to_demand,
+    to_pulses,
+)
+from companion.core.arduino_health import Agreement, LineQuality, PortFlow
+from companion.core.arduino_wire import Microseconds
+from mavlink_bridge.imc import ActuatorOutput, ActuatorStatus, Severity
+
+__all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "pulses_to_demand"]
+
+BANNER_WAIT_US: Final = 2_500_000
+ANSWER_WAIT_US: Final = 1_000_000
+ASK_EVERY_US: Final = 250_000
+NEUTRAL_FRAMES: Final = 5
+SILENT_AFTER_US: Final = 300_000
+STALE_OUTPUT_US: Final = 250_000
+RESET_SHOWN_US: Final = 1_000_000
+WARN_EVERY_US: Final = 30_000_000
+LEVEL0_TEXT: Final = "Actuator board (level 0) does not stop if this computer dies"
+
+REASONS: Final = {
+    "lost": "actuator port is not open",
+    "blocked": "actuator port takes no data",
+    "baud": "actuator board sends garbage: wrong baud rate?",
+    "silent": "actuator board is silent",
+    "reset": "actuator board restarted",
+    "failsafe": "actuator board stopped by itself: it did not hear us",
+    "estop": "emergency stop pressed",
+    "mismatch": "actuators apply something else than commanded",
+    "garbage": "actuator line unreadable",
+    "noise": "errors on the actuator line",
+    "level0": "actuator board checks nothing and never stops by itself; ACT_LEVEL0_OK = 1 accepts that",
+}
+"""Fault names, most urgent first, with the sentence for the operator."""
+
+
+class Phase(Enum):
+    CLOSED = "closed"
+    STARTING = "starting"
+    ASKING = "asking"
+    RUNNING = "running"
+
+
+class Arduino:
+    """One actuator board on one port. Every method takes the vessel's monotonic time, µs."""
+
+    def __init__(self, config: ActuatorConfig) -> None:
+        self.config = config
+        self.overruns = 0
+        """Commands that were due and not sent because a cycle came late."""
+        self._texts: list[tuple[Severity, str]] = []
+        self._flow = PortFlow()
+        self._down()
+
+    def _down(self) -> None:
+        self._phase = Phase.CLOSED
+        self._since_us = 0
+        self._reader = wire.LineReader()
+        self._quality = LineQuality()
+        self._agreement = Agreement()
+        self._level: int | None = None
+        self._version: wire.Version | None = None
+        self._status: wire.Status | None = None
+        self._status_us: int | None = None
+        self._reset_cause: str | None = None
+        self._reset_us: int | None = None
+        self._commanded: Microseconds | None = None
+        self._neutral_left = NEUTRAL_FRAMES
+        self._asked_us: int | None = None
+        self._first_asked_us: int | None = None
+        self._encoded_us: int | None = None
+        self._due_us: int | None = None
+        self._offered = b""
+        self._repair = b""
+        self._warned_us: int | None = None
+        self._shown: frozenset[str] = frozenset()
+
+    def configure(self, config: ActuatorConfig) -> None:
+        """Take new settings at once. A new rate is announced with what it costs; a new level holds from the next open."""
+        if config.frequency_hz != self.config.frequency_hz:
+            self._texts.append(rate_text(config))
+        self.config = config
+        self._due_us = None
+
+    def opened(self, now_us: int) -> None:
+        """The port opened; the board may be restarting because of it."""
+        self._down()
+        self._flow.note(0, 0, now_us)
+        self._phase = Phase.STARTING
+        self._since_us = now_us
+
+    def closed(self, now_us: int) -> None:
+        """The port went away."""
+        if self._phase is not Phase.CLOSED:
+            self._texts.append((Severity.CRITICAL, "Actuator port lost"))
+        self._down()
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Take bytes from the board. Anything that is not a valid line only counts."""
+        if self._phase is Phase.CLOSED:
+            return
+        good, bad = self._reader.good, self._reader.bad
+        for line in self._reader.receive(data):
+            self._take(line, now_us)
+        if self._level == 1:
+            self._quality.heard(self._reader.good - good, self._reader.bad - bad)
+
+    def _take(self, line: wire.BoardLine, now_us: int) -> None:
+        if self.config.level != "0" and self._level != 1:
+            if self._level == 0:
+                self._begin(now_us)
+            self._level = 1
+        if isinstance(line, wire.Banner):
+            self._reset_cause = line.reset_cause
+            self._restarted(now_us)
+        elif isinstance(line, wire.Version):
+            self._version = line
+        else:
+            self._take_status(line, now_us)
+
+    def _take_status(self, line: wire.Status, now_us: int) -> None:
+        before = self._status
+        if before is not None and (line.good < before.good or (before.strict and not line.strict)):
+            self._restarted(now_us)
+        self._status, self._status_us = line, now_us
+        self._reset_cause = line.reset_cause
+        self._quality.reported(line.good, line.bad)
+        self._agreement.applied(line.applied_us, now_us)
+
+    def _restarted(self, now_us: int) -> None:
+        """The board began anew: neutral first again. While it ran for us this is a fault."""
+        if self._phase is Phase.RUNNING:
+            self._reset_us = now_us
+            self._texts.append((Severity.CRITICAL, f"Actuator board restarted ({self._reset_cause or 'unknown'})"))
+        if self._phase is not Phase.STARTING:
+            self._begin(now_us)
+        self._status, self._version = None, None
+        self._quality.forget_board()
+
+    def _begin(self, now_us: int) -> None:
+        self._phase = Phase.ASKING
+        self._since_us = now_us
+        self._neutral_left = NEUTRAL_FRAMES
+        self._asked_us = self._first_asked_us = self._due_us = None
+
+    def encode(self, output: ActuatorOutput, now_us: int) -> bytes:
+        """Return what to write in this tick; call every tick. Empty while the board starts or nothing is due."""
+        self._announce(now_us)
+        if self._phase is Phase.CLOSED or not self._awake(now_us):
+            return b""
+        asking = self._phase is Phase.ASKING
+        data = self._negotiate(now_us) if asking else self._refresh(output, now_us)
+        if not data:
+            return b""
+        self._offered, self._repair = self._repair + data, b""
+        return self._offered
+
+    def _awake(self, now_us: int) -> bool:
+        if self._phase is Phase.STARTING:
+            if self._reader.good == 0 and now_us - self._since_us < BANNER_WAIT_US:
+                return False
+            self._begin(now_us)
+        return True
+
+    def _negotiate(self, now_us: int) -> bytes:
+        data = self._frame(neutral_pulses(self.config), now_us)
+        self._neutral_left = max(self._neutral_left - 1, 0)
+        if self.config.level == "0":
+            self._level = 0
+        elif self._asked_us is None or now_us - self._asked_us >= ASK_EVERY_US:
+            self._asked_us = now_us
+            if self._first_asked_us is None:
+                self._first_asked_us = now_us
+            data += wire.checked(wire.VERSION_QUERY)
+        if self._neutral_left == 0 and self._answered(now_us):
+            self._phase = Phase.RUNNING
+            self._texts.append(self._started_text())
+        return data
+
+    def _answered(self, now_us: int) -> bool:
+        if self._level is not None and (self._level == 0 or self._version is not None):
+            return True
+        asked = self._first_asked_us
+        if asked is None or now_us - asked < ANSWER_WAIT_US or self.config.level == "1":
+            return False
+        if self._level is None:
+            self._level = 0
+        return True
+
+    def _started_text(self) -> tuple[Severity, str]:
+        if self._level == 0:
+            return Severity.WARNING, LEVEL0_TEXT
+        version = f" {self._version.board} {self._version.version}" if self._version else ""
+        return Severity.INFO, f"Actuator board{version} ready, checked protocol"
+
+    def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
+        neutral = neutral_pulses(self.config)
+        fresh = 0 <= now_us - output.t_us <= STALE_OUTPUT_US
+        pulses = to_pulses(output, self.config) if fresh else neutral
+        stop_now = pulses == neutral and self._commanded != neutral
+        if not self._due(now_us) and not stop_now:
+            return b""
+        return self._frame(pulses, now_us) + self._maintenance(now_us)
+
+    def _due(self, now_us: int) -> bool:
+        """Is a repeat due? The schedule keeps its phase; a late cycle skips what is past and counts it."""
+        period_us = round(1e6 / self.config.frequency_hz)
+        due_us = now_us if self._due_us is None else self._due_us
+        if now_us < due_us - period_us // 4:
+            return False
+        missed = max(now_us - due_us, 0) // period_us
+        self.overruns += missed
+        self._due_us = due_us + (missed + 1) * period_us
+        return True
+
+    def _frame(self, pulses: Microseconds, now_us: int) -> bytes:
+        self._commanded = pulses
+        self._agreement.commanded(pulses, now_us)
+        self._quality.sample(now_us)
+        if self._level == 1:
+            return wire.encode_level1(pulses, batch=self.config.batch)
+        return wire.encode_level0(pulses, self.config.level0_terminator)
+
+    def _maintenance(self, now_us: int) -> bytes:
+        """Keep the board's silence limit as configured; asks again until the board confirms it."""
+        wanted = self._version is not None and self._version.silence_ms == self.config.silence_ms
+        if self._level != 1 or wanted or (self._asked_us is not None and now_us - self._asked_us < ASK_EVERY_US):
+            return b""
+        self._asked_us = now_us
+        return wire.silence_word(self.config.silence_ms) + wire.checked(wire.VERSION_QUERY)
+
+    def note_written(self, accepted: int, offered: int, now_us: int) -> None:
+        """Say how much of the last ``encode`` the port took. The rest is dropped; the next one repairs a cut line."""
+        self._flow.note(accepted, offered, now_us)
+        if accepted >= offered or accepted <= 0:
+            return
+        if self._level == 1:
+            self._repair = b"" if self._offered[accepted - 1 : accepted] == b"\n" else b"\n"
+            return
+        rest = self._offered[accepted:]
+        starts = [index for index, byte in enumerate(rest) if byte in b"mMlL#"]
+        self._repair = rest[: starts[0]] if starts else rest
+
+    @property
+    def dropped(self) -> int:
+        """Frames that the port did not take whole."""
+        return self._flow.dropped
+
+    @property
+    def commanded_us(self) -> Microseconds | None:
+        """The pulses of the last command, pin order; None before the first."""
+        return self._commanded
+
+    @property
+    def status(self) -> ActuatorStatus:
+        """The board's own account, as of its last status line."""
+        line = self._status
+        return ActuatorStatus(
+            t_us=self._status_us or 0,
+            connected=self._phase is not Phase.CLOSED,
+            level=self._level,
+            state=line.state if line else self._phase.value,
+            applied_us=line.applied_us if line else None,
+            good_frames=line.good if line else 0,
+            bad_frames=line.bad if line else 0,
+            reset_cause=self._reset_cause,
+            emergency_stop=line is not None and line.state == "emergency-stop",
+            voltage_v=line.voltage_v if line else None,
+        )
+
+    def faults(self, now_us: int) -> tuple[str, ...]:
+        """Names of what is wrong now, most urgent first (keys of REASONS)."""
+        if self._phase is Phase.CLOSED:
+            return ("lost",)
+        running, line = self._phase is Phase.RUNNING, self._status
+        checked = running and self._level == 1
+        held = {
+            "blocked": self._flow.blocked(now_us),
+            "baud": self._wrong_baud(),
+            "silent": checked and self._silent(now_us),
+            "reset": self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US,
+            "failsafe": checked and line is not None and line.state == "failsafe",
+            "estop": line is not None and line.state == "emergency-stop",
+            "mismatch": checked and self._mismatch(now_us),
+            "garbage": checked and self._quality.garbage(now_us),
+            "noise": checked and self._quality.noisy(now_us),
+            "level0": running and self._level == 0,
+        }
+        return tuple(name for name, is_held in held.items() if is_held)
+
+    def _silent(self, now_us: int) -> bool:
+        last_us = self._since_us if self._status_us is None else max(self._status_us, self._since_us)
+        return now_us - last_us > SILENT_AFTER_US
+
+    def _mismatch(self, now_us: int) -> bool:
+        stopped = self._status is not None and self._status.state == "emergency-stop"
+        return not stopped and not self._silent(now_us) and self._agreement.disagrees(now_us)
+
+    def _wrong_baud(self) -> bool:
+        reader = self._reader
+        return reader.good == 0 and reader.bytes_in >= 16 and reader.odd_bytes * 4 > reader.bytes_in
+
+    def ready(self, now_us: int) -> tuple[bool, str]:
+        """May the gate give thrust? False comes with one plain sentence."""
+        for fault in self.faults(now_us):
+            if fault == "noise" or (fault == "level0" and self.config.allow_level0):
+                continue
+            return False, REASONS[fault]
+        if self._phase is Phase.STARTING:
+            return False, "waiting for the actuator board to start"
+        if self._phase is Phase.ASKING:
+            return False, "waiting for the actuator board's version"
+        if self._level == 0:
+            return True, ""
+        if self._status is None or self._status.state != "active-checked":
+            return False, f"actuator board is in state {self.status.state}"
+        if 1000.0 / self.config.frequency_hz > self.config.silence_ms:
+            return False, "ACT_FREQ is slower than the board's silence limit ACT_SILENCE"
+        return True, ""
+
+    def _announce(self, now_us: int) -> None:
+        """Tell the operator of a new fault once, and of level 0 again and again."""
+        faults = frozenset(self.faults(now_us)) if self._phase is not Phase.CLOSED else frozenset()
+        for name in REASONS:
+            if name in faults - self._shown and name not in ("level0", "reset"):
+                self._texts.append((Severity.CRITICAL, REASONS[name][:1].upper() + REASONS[name][1:]))
+        self._shown = faults
+        if "level0" not in faults:
+            self._warned_us = None
+        elif self._warned_us is None:
+            self._warned_us = now_us
+        elif now_us - self._warned_us >= WARN_EVERY_US:
+            self._warned_us = now_us
+            self._texts.append((Severity.WARNING, LEVEL0_TEXT))
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Return what the operator should read, oldest first, and forget it."""
+        texts, self._texts = self._texts, []
+        return texts
+
+
+def rate_text(config: ActuatorConfig) -> tuple[Severity, str]:
+    """Return what a message frequency means for the vessel."""
+    period_ms = 1000.0 / config.frequency_hz
+    if period_ms > config.silence_ms:
+        return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: board stops between commands, no arming"
+    if config.frequency_hz < 10.0:
+        return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: steering acts up to {period_ms:.0f} ms late"
+    return Severity.INFO, f"ACT_FREQ {config.frequency_hz:g} Hz: commands every {period_ms:.0f} ms"

@@ -1,0 +1,219 @@
+"""The actuator board in Python: same bytes, same timings, same pins as the firmware, without a chip.
+
+Mirrors ``firmware/usv_actuator/src/board.cpp``: neutral from boot on, latch to the checked level, 500 ms silence
+failsafe, interlock until both thrusters were commanded to stop, emergency-stop input, status line at 10 Hz, pulses
+renewed every 20 ms. ``sitl.avr.AvrArduino`` offers the same methods on the simulated chip; one conformance suite
+(tests/conformance/test_actuator_board.py) runs on both.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from companion.core.actuator_map import STOP_BAND_US, STOP_US, pulses_to_demand
+from companion.core.arduino_wire import checked
+from sitl.arduino_decoder import Command, Decoder, Word
+
+__all__ = ["ArduinoTwin", "pulses_to_demand"]
+
+Pulses = tuple[float, float, float, float]
+
+FRAME_US: Final = 20_000
+STATUS_US: Final = 100_000
+SILENCE_MS: Final = 500
+LEVEL0_SILENCE_MS: Final = 1000
+ESTOP_FILTER_US: Final = 10_000
+WATCHDOG_NEUTRAL_US: Final = 125_000
+WATCHDOG_RESET_US: Final = 250_000
+NO_PULSE: Final = 0.0
+"""What ``pulses_us`` shows for a pin without pulses (chip in reset, boot loader)."""
+TX_BYTES: Final = 160
+
+
+class ArduinoTwin:
+    """One board. ``level1=False`` is an old sketch: no checks, no status, no failsafe, holds the last command for ever."""
+
+    def __init__(self, level1: bool = True) -> None:
+        self._level1 = level1
+        self._pressed = False
+        self._millivolts = 0
+        self._now_us = 0
+        self._boot(0, "P")
+
+    def _boot(self, now_us: int, cause: str) -> None:
+        self._decoder = Decoder()
+        self._started_us = now_us
+        self._cause = cause
+        self._good = 0
+        self._target = [STOP_US] * 4
+        self._heard_us: int | None = None
+        self._failsafe = False
+        self._interlock = False
+        self._stop_seen = [False, False]
+        self._estop = False
+        self._input_us = now_us
+        self._input_seen = False
+        self._silence_ms = SILENCE_MS
+        self._tx = bytearray()
+        self._status_due_us = now_us + STATUS_US
+        self._frame_us = now_us
+        self._pins: Pulses = (STOP_US, STOP_US, STOP_US, STOP_US)
+        self._silent_until_us: int | None = None
+        self._hung_us: int | None = None
+        if self._level1:
+            self._say(f"#B,1,1.0,TWIN,{cause}")
+
+    @property
+    def pulses_us(self) -> Pulses:
+        """Pulse widths at the four pins, µs; 0 = no pulse."""
+        return self._pins
+
+    def set_estop(self, pressed: bool) -> None:
+        """Open or close the emergency-stop switch."""
+        self._pressed = pressed
+
+    def set_voltage(self, volts: float) -> None:
+        """Supply voltage at the divider; below 1 V counts as not measured."""
+        self._millivolts = round(volts * 1000) if volts >= 1.0 else 0
+
+    def reset(self, now_us: int, boot_loader_us: int = 0) -> None:
+        """Press the reset button; a boot loader keeps the pins silent for a while."""
+        if boot_loader_us:
+            self._silent_until_us = now_us + boot_loader_us
+            self._tx.clear()
+            self._pins = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
+        else:
+            self._boot(now_us, "X")
+
+    def hang(self, now_us: int) -> None:
+        """Stop the program where it is; the watchdog ends that."""
+        self._hung_us = now_us
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Bytes arrive at the board; a board that boots or hangs loses them."""
+        self._advance(now_us)
+        if self._silent_until_us is not None or self._hung_us is not None:
+            return
+        for byte in data:
+            self._take(self._decoder.byte(byte, now_us), now_us)
+
+    def step(self, now_us: int) -> bytes:
+        """Let time pass; return what the board has said since the last call."""
+        self._advance(now_us)
+        said = bytes(self._tx)
+        self._tx.clear()
+        return said
+
+    def _advance(self, now_us: int) -> None:
+        self._now_us = now_us
+        if self._silent_until_us is not None:
+            if now_us < self._silent_until_us:
+                return
+            self._boot(self._silent_until_us, "X")
+        if self._hung_us is not None and not self._watchdog(now_us):
+            return
+        self._take(self._decoder.silence(now_us), now_us)
+        self._read_estop(now_us)
+        self._check_silence(now_us)
+        if now_us - self._frame_us >= FRAME_US:
+            self._frame_us += (now_us - self._frame_us) // FRAME_US * FRAME_US
+            self._pins = self._applied()
+        if self._level1 and now_us >= self._status_due_us:
+            self._status_due_us += ((now_us - self._status_due_us) // STATUS_US + 1) * STATUS_US
+            self._say_status(now_us)
+
+    def _watchdog(self, now_us: int) -> bool:
+        """Return True when the board runs again; before that neutral, as the firmware's watchdog interrupt gives."""
+        assert self._hung_us is not None
+        stuck_us = now_us - self._hung_us
+        if stuck_us >= WATCHDOG_RESET_US:
+            self._boot(self._hung_us + WATCHDOG_RESET_US, "W")
+            return True
+        if stuck_us >= WATCHDOG_NEUTRAL_US:
+            self._pins = (STOP_US, STOP_US, STOP_US, STOP_US)
+        return False
+
+    def _take(self, found: Command | Word | None, now_us: int) -> None:
+        if isinstance(found, Command):
+            self._command(found, now_us)
+        elif isinstance(found, Word) and self._level1:
+            self._word(found.text, now_us)
+
+    def _command(self, command: Command, now_us: int) -> None:
+        self._good += 1
+        self._heard_us = now_us
+        self._failsafe = False
+        if command.checked and self._level1 and not self._decoder.strict:
+            self._decoder.strict = True
+            self._lock()
+        for pin, pulse in command.pulses:
+            self._target[pin] = pulse
+            if pin < 2:
+                self._stop_seen[pin] = abs(pulse - STOP_US) <= STOP_BAND_US
+        if not self._estop and all(self._stop_seen):
+            self._interlock = False
+
+    def _lock(self) -> None:
+        self._interlock = True
+        self._stop_seen = [False, False]
+
+    def _word(self, text: str, now_us: int) -> None:
+        if text == "#VERS?":
+            self._say(f"#V,1,1.0,TWIN,{self._silence_ms}")
+        elif text == "#NEUTR":
+            self._command(Command(tuple((pin, STOP_US) for pin in range(4)), checked=True), now_us)
+        elif text == "#ZERO0":
+            self._good = self._decoder.bad = 0
+        elif text[:2] == "#T" and text[2:].isdigit() and 200 <= int(text[2:]) <= 2000:
+            self._silence_ms = int(text[2:])
+        else:
+            self._decoder.bad += 1
+
+    def _read_estop(self, now_us: int) -> None:
+        if not self._level1:
+            return
+        if self._pressed != self._input_seen:
+            self._input_seen, self._input_us = self._pressed, now_us
+        if self._pressed != self._estop and now_us - self._input_us >= ESTOP_FILTER_US:
+            self._estop = self._pressed
+            self._lock()
+
+    def _check_silence(self, now_us: int) -> None:
+        if not self._level1 or self._heard_us is None or self._failsafe:
+            return
+        limit_ms = self._silence_ms if self._decoder.strict else LEVEL0_SILENCE_MS
+        if now_us - self._heard_us >= limit_ms * 1000:
+            self._failsafe = True
+            self._target = [STOP_US] * 4
+            if self._decoder.strict:
+                self._lock()
+
+    def _applied(self) -> Pulses:
+        if self._estop:
+            return STOP_US, STOP_US, STOP_US, STOP_US
+        first, second, third, fourth = self._target
+        return (STOP_US, STOP_US, third, fourth) if self._interlock else (first, second, third, fourth)
+
+    def _state(self) -> str:
+        if self._estop:
+            return "E"
+        if self._failsafe:
+            return "F"
+        if self._heard_us is None:
+            return "B"
+        if self._interlock:
+            return "I"
+        return "C" if self._decoder.strict else "A"
+
+    def _say_status(self, now_us: int) -> None:
+        silent_ms = 65535 if self._heard_us is None else min((now_us - self._heard_us) // 1000, 65535)
+        pulses = ",".join(f"{pulse:.0f}" for pulse in self._pins)
+        self._say(
+            f"#S,{self._state()},{int(self._decoder.strict)},{silent_ms},{self._good},{self._decoder.bad},"
+            f"{pulses},{self._cause},{self._millivolts}"
+        )
+
+    def _say(self, body: str) -> None:
+        line = checked(body)
+        if len(self._tx) + len(line) <= TX_BYTES:
+            self._tx += line
