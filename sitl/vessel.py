@@ -15,15 +15,15 @@ from sitl.water import STILL, Conditions
 
 
 class SimVessel:
-    """Truth. ``u, v, r`` are through the water (m/s, rad/s, body axes), ``vn_mps, ve_mps`` over ground."""
+    """Truth. ``u_mps, v_mps, r_radps`` are through the water (m/s, rad/s, body axes), ``vn_mps, ve_mps`` over ground."""
 
     def __init__(self, config: VesselConfig) -> None:
         self.config = config
         self.model = ForceModel(config)
-        self.north_m = self.east_m = self.psi = 0.0
-        self.u = self.v = self.r = 0.0
+        self.north_m = self.east_m = self.psi_rad = 0.0
+        self.u_mps = self.v_mps = self.r_radps = 0.0
         self.vn_mps = self.ve_mps = 0.0
-        self.roll = self.pitch = self.heave = 0.0
+        self.roll_rad = self.pitch_rad = self.heave_m = 0.0
         """Radians, radians, metres up."""
         self.revs = [0.0, 0.0]
         """Share of full revolutions, port and starboard."""
@@ -36,13 +36,25 @@ class SimVessel:
         self._ahead_n = full_ahead_n(config)
         self._astern_n = full_astern_n(config)
 
+    def place(self, *, north_m: float = 0.0, east_m: float = 0.0, psi_rad: float = 0.0, surge_mps: float = 0.0) -> None:
+        """Put the hull somewhere, with way on through still water."""
+        self.north_m, self.east_m, self.psi_rad, self.u_mps = north_m, east_m, psi_rad, surge_mps
+        self.v_mps = self.r_radps = 0.0
+        self.vn_mps, self.ve_mps = self.ground_velocity(STILL)
+
+    def ground_velocity(self, water: Conditions) -> tuple[float, float]:
+        """Return (north, east) over ground, m/s, in this water."""
+        cos, sin = math.cos(self.psi_rad), math.sin(self.psi_rad)
+        u, v = self.u_mps, self.v_mps
+        return cos * u - sin * v + water.current_n_mps, sin * u + cos * v + water.current_e_mps
+
     @property
     def surge_over_ground_mps(self) -> float:
-        return math.cos(self.psi) * self.vn_mps + math.sin(self.psi) * self.ve_mps
+        return math.cos(self.psi_rad) * self.vn_mps + math.sin(self.psi_rad) * self.ve_mps
 
     @property
     def sway_over_ground_mps(self) -> float:
-        return -math.sin(self.psi) * self.vn_mps + math.cos(self.psi) * self.ve_mps
+        return -math.sin(self.psi_rad) * self.vn_mps + math.cos(self.psi_rad) * self.ve_mps
 
     def step(
         self,
@@ -92,7 +104,7 @@ class SimVessel:
         self.rudder_rad[side] += most if move > most else -most if move < -most else move
 
     def _move(self, dt_s: float, water: Conditions) -> None:
-        cos, sin = math.cos(self.psi), math.sin(self.psi)
+        cos, sin = math.cos(self.psi_rad), math.sin(self.psi_rad)
         surge_n = sway_n = yaw_nm = 0.0
         if water.wind_n_mps or water.wind_e_mps:
             north = water.wind_n_mps - self.vn_mps
@@ -101,9 +113,9 @@ class SimVessel:
         if water.wave_height_m > 0.0:
             yaw_nm += self._waves(water)
         du, dv, dr = self.model.rates(
-            self.u,
-            self.v,
-            self.r,
+            self.u_mps,
+            self.v_mps,
+            self.r_radps,
             self.thrust_n[0],
             self.thrust_n[1],
             self.rudder_rad[0],
@@ -112,19 +124,19 @@ class SimVessel:
             sway_n,
             yaw_nm,
         )
-        self.u += du * dt_s
-        self.v += dv * dt_s
-        self.r += dr * dt_s
-        self.vn_mps = cos * self.u - sin * self.v + water.current_n_mps
-        self.ve_mps = sin * self.u + cos * self.v + water.current_e_mps
+        self.u_mps += du * dt_s
+        self.v_mps += dv * dt_s
+        self.r_radps += dr * dt_s
+        self.vn_mps = cos * self.u_mps - sin * self.v_mps + water.current_n_mps
+        self.ve_mps = sin * self.u_mps + cos * self.v_mps + water.current_e_mps
         self.north_m += self.vn_mps * dt_s
         self.east_m += self.ve_mps * dt_s
-        self.psi = wrap_pi(self.psi + self.r * dt_s)
+        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * dt_s)
 
     def _waves(self, water: Conditions) -> float:
         """Attitude and heave follow the waves at once (the hull is stiffer than they are slow); return the yaw moment."""
         sea, height = self.config.seakeeping, water.wave_height_m
-        self.roll = math.radians(sea.roll_deg_per_m) * height * water.wave
-        self.pitch = math.radians(sea.pitch_deg_per_m) * height * water.wave_quadrature
-        self.heave = sea.heave_m_per_m * height * water.wave_quadrature
+        self.roll_rad = math.radians(sea.roll_deg_per_m) * height * water.wave
+        self.pitch_rad = math.radians(sea.pitch_deg_per_m) * height * water.wave_quadrature
+        self.heave_m = sea.heave_m_per_m * height * water.wave_quadrature
         return sea.yaw_nm_per_m * height * water.wave

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import dataclass
+from typing import Protocol
 
 from companion.core.config import Config
 
@@ -37,51 +37,55 @@ class WaterConfig(Config):
     """Before this time the water is still."""
 
 
-@dataclass(frozen=True, slots=True)
-class Conditions:
+class Conditions(Protocol):
     """Where the water and the air move to, NED, and the waves' narrow-band signals of unit variance."""
 
-    current_n_mps: float = 0.0
-    current_e_mps: float = 0.0
-    wind_n_mps: float = 0.0
-    wind_e_mps: float = 0.0
-    wave_height_m: float = 0.0
-    wave: float = 0.0
-    wave_quadrature: float = 0.0
+    current_n_mps: float
+    current_e_mps: float
+    wind_n_mps: float
+    wind_e_mps: float
+    wave_height_m: float
+    wave: float
+    wave_quadrature: float
 
 
-STILL = Conditions()
+class Still:
+    """No current, no wind, no waves."""
+
+    def __init__(self) -> None:
+        self.current_n_mps = self.current_e_mps = 0.0
+        self.wind_n_mps = self.wind_e_mps = 0.0
+        self.wave_height_m = self.wave = self.wave_quadrature = 0.0
 
 
-class Water:
-    """Steps the random processes. ``step`` returns what holds during the step."""
+class Water(Still):
+    """Steps the random processes; its attributes are what holds at the moment."""
 
     def __init__(self, config: WaterConfig, rng: random.Random) -> None:
+        super().__init__()
         self.config = config
         self._rng = rng
         self._t_s = 0.0
         self._current = [0.0, 0.0]
         self._gust = [0.0, 0.0]
-        self._wander_rad = 0.0
-        self._wave = [0.0, 0.0]
+        self._wander = [0.0]
+        self._wave_speed = 0.0
 
-    def step(self, dt_s: float) -> Conditions:
-        """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter) and return the conditions."""
+    def step(self, dt_s: float) -> None:
+        """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter)."""
         config = self.config
         self._t_s += dt_s
         if self._t_s < config.start_s:
-            return STILL
+            return
         if config.current_sigma_mps > 0.0:
             self._drift(self._current, config.current_sigma_mps, config.current_tau_s, dt_s)
         if config.wind_mps > 0.0 and config.gust_share > 0.0:
             self._drift(self._gust, config.gust_share * config.wind_mps, config.gust_tau_s, dt_s)
         if config.direction_wander_deg > 0.0:
-            angle = [self._wander_rad]
-            self._drift(angle, math.radians(config.direction_wander_deg), config.direction_tau_s, dt_s)
-            self._wander_rad = angle[0]
+            self._drift(self._wander, math.radians(config.direction_wander_deg), config.direction_tau_s, dt_s)
         if config.wave_height_m > 0.0:
             self._waves(dt_s)
-        return self._conditions()
+        self._publish()
 
     def _drift(self, values: list[float], sigma: float, tau_s: float, dt_s: float) -> None:
         """Gauss-Markov: exact in mean and variance for any step."""
@@ -93,22 +97,23 @@ class Water:
     def _waves(self, dt_s: float) -> None:
         """Narrow-band noise of unit variance about the wave frequency."""
         omega = 2.0 * math.pi / self.config.wave_period_s
-        value, speed = self._wave
-        speed += dt_s * (-2.0 * _WAVE_DAMPING * omega * speed - omega * omega * value)
+        speed = self._wave_speed
+        speed += dt_s * (-2.0 * _WAVE_DAMPING * omega * speed - omega * omega * self.wave)
         speed += 2.0 * math.sqrt(_WAVE_DAMPING) * omega**1.5 * math.sqrt(dt_s) * self._rng.gauss(0.0, 1.0)
-        self._wave = [value + dt_s * speed, speed]
+        self._wave_speed = speed
+        self.wave += dt_s * speed
+        self.wave_height_m = self.config.wave_height_m
+        self.wave_quadrature = speed / omega
 
-    def _conditions(self) -> Conditions:
+    def _publish(self) -> None:
         config = self.config
         current_rad = math.radians(config.current_to_deg)
-        wind_rad = math.radians(config.wind_from_deg) + math.pi + self._wander_rad
-        omega = 2.0 * math.pi / config.wave_period_s
-        return Conditions(
-            config.current_mps * math.cos(current_rad) + self._current[0],
-            config.current_mps * math.sin(current_rad) + self._current[1],
-            config.wind_mps * math.cos(wind_rad) + self._gust[0],
-            config.wind_mps * math.sin(wind_rad) + self._gust[1],
-            config.wave_height_m,
-            self._wave[0],
-            self._wave[1] / omega,
-        )
+        self.current_n_mps = config.current_mps * math.cos(current_rad) + self._current[0]
+        self.current_e_mps = config.current_mps * math.sin(current_rad) + self._current[1]
+        wind_rad = math.radians(config.wind_from_deg) + math.pi + self._wander[0]
+        self.wind_n_mps = config.wind_mps * math.cos(wind_rad) + self._gust[0]
+        self.wind_e_mps = config.wind_mps * math.sin(wind_rad) + self._gust[1]
+
+
+STILL: Conditions = Still()
+"""Water that never moves."""

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from companion.core.config import Config, param
 from companion.core.pid import PidGains
+from companion.core.units import clamp
 from companion.core.vessel import VesselConfig
 from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, Desired, EstimatedState
 from mavlink_bridge.snapshot import ControlTrace
@@ -105,6 +106,30 @@ class Controller(Protocol):
         ...
 
 
+def manual_demand(
+    now_us: int, surge: float, yaw: float, config: SteeringConfig, vessel: VesselConfig
+) -> ActuatorDemand:
+    """Return the demand for an operator's sticks (surge and yaw, each -1...1) by the seed's mix, rudders included.
+
+    The yaw stick has the whole differential here: an operator who turns on the spot wants all of it.
+    """
+    limit = config.seed.max_thruster_output
+    port, starboard = mix(clamp(surge, -1.0, 1.0) * limit, clamp(yaw, -1.0, 1.0) * limit, limit)
+    rudder_rad = clamp(yaw, -1.0, 1.0) * vessel.rudder.max_rad if vessel.rudder.count else 0.0
+    return ActuatorDemand(now_us, port, starboard, rudder_rad, rudder_rad)
+
+
+def mix(common: float, differential: float, limit: float) -> tuple[float, float]:
+    """Return (port, starboard) with the heading's priority: on overflow both shift so that their difference stays.
+
+    (1.0, 0.2) gives (1.0, 0.6) at limit 1, the seed's own example. A difference wider than the range is clamped to it.
+    """
+    differential = clamp(differential, -limit, limit)
+    room = limit - abs(differential)
+    common = clamp(common, -room, room)
+    return common + differential, common - differential
+
+
 class SteeringError(ValueError):
     """The configuration names no usable controller."""
 
@@ -112,7 +137,10 @@ class SteeringError(ValueError):
 def make_controller(profile: str, config: SteeringConfig, vessel: VesselConfig) -> Controller:
     """Build the controller of a profile. Raises SteeringError with the mend."""
     # the laws import this module for the contract, so they are looked up late
-    name = {"seed": "companion.core.steering_seed:SeedController", "model": "companion.core.steering_model:ModelController"}
+    name = {
+        "seed": "companion.core.steering_seed:SeedController",
+        "model": "companion.core.steering_model:ModelController",
+    }
     target = name.get(profile, profile)
     module, separator, attribute = target.partition(":")
     if not separator:

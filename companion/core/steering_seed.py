@@ -1,7 +1,7 @@
 """The seed's law: SimpleHeadingAndSpeed with two PIDs, a speed-dependent thruster share, and heading priority.
 
 Parity with dune-imc §1.4 ("The seed's law"), without the faults listed there as C5-C7: the heading error's derivative
-is of the wrapped difference and starts at zero, and a pause in the calls does not reach the integral.
+is of wrapped differences and starts at zero, and a pause in the calls does not reach the integral.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from companion.core.hull import ForceModel
 from companion.core.observer import WaterSpeedObserver
 from companion.core.pid import DiscretePid, Parcels
-from companion.core.steering import SeedConfig, SteeringConfig, SteeringError
+from companion.core.steering import SeedConfig, SteeringConfig, SteeringError, mix
 from companion.core.units import clamp, knots_to_mps, wrap_pi
 from companion.core.vessel import VesselConfig
 from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, Desired, EstimatedState
@@ -17,17 +17,6 @@ from mavlink_bridge.snapshot import ControlTrace
 
 _IDLE = Parcels(0.0, 0.0, 0.0, 0.0)
 _LONGEST_STEP_S = 0.5
-
-
-def mix(common: float, differential: float, limit: float) -> tuple[float, float]:
-    """Return (port, starboard) with the heading's priority: on overflow both shift so that their difference stays.
-
-    (1.0, 0.2) gives (1.0, 0.6) at limit 1, the seed's own example. A difference wider than the range is clamped to it.
-    """
-    differential = clamp(differential, -limit, limit)
-    room = limit - abs(differential)
-    common = clamp(common, -room, room)
-    return common + differential, common - differential
 
 
 class SeedController:
@@ -48,7 +37,7 @@ class SeedController:
         self._heading.reset()
         self._speed.reset()
         self._fast = False
-        self._last_error_rad: float | None = None
+        self._last_angles: tuple[float, float] | None = None
         self._last = (0.0, 0.0)
 
     def reset(self, state: EstimatedState) -> None:
@@ -82,14 +71,16 @@ class SeedController:
 
     def _heading_loop(self, dt_s: float, state: EstimatedState, desired: Desired) -> tuple[Parcels, float | None]:
         if desired.psi_rad is None or state.psi_rad is None:
-            self._last_error_rad = None
+            self._last_angles = None
             return _IDLE, None
         error = wrap_pi(desired.psi_rad - state.psi_rad)
         late = dt_s > _LONGEST_STEP_S
         slope = 0.0
-        if self._last_error_rad is not None and not late:
-            slope = wrap_pi(error - self._last_error_rad) / dt_s
-        self._last_error_rad = error
+        if self._last_angles is not None and not late:
+            # wrapped one by one: wrapping their difference would kick the wrong way on a reference step near 180 degrees
+            wanted, measured = self._last_angles
+            slope = (wrap_pi(desired.psi_rad - wanted) - wrap_pi(state.psi_rad - measured)) / dt_s
+        self._last_angles = desired.psi_rad, state.psi_rad
         return self._heading.step(0.0 if late else dt_s, error, slope), error
 
     def _speed_loop(self, dt_s: float, state: EstimatedState, desired: Desired) -> tuple[Parcels, float | None]:

@@ -168,6 +168,12 @@ def top_speed_mps(vessel: VesselConfig) -> float:
     return speed_for_thrust(vessel, 2.0 * full_ahead_n(vessel))
 
 
+def throttle_to_speed(vessel: VesselConfig, throttle: float) -> float:
+    """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
+    total_n = 2.0 * full_ahead_n(vessel) * max(0.0, throttle) ** 2 if throttle >= vessel.thruster.dead_band else 0.0
+    return speed_for_thrust(vessel, total_n)
+
+
 def full_ahead_n(vessel: VesselConfig) -> float:
     """Return full thrust ahead of one side; a single thruster counts as two halves on the centre line."""
     return vessel.thruster.ahead_n * (0.5 if vessel.thruster.count == 1 else 1.0)

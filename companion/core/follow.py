@@ -1,0 +1,137 @@
+"""Following a track: the speed that its bends and its end allow, the course of the field, the heading and rate to steer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.core.config import Config, param
+from companion.core.field import Integrator, approach, triangle
+from companion.core.handling import Handling
+from companion.core.paths import Projection, Track
+from companion.core.units import clamp, wrap_pi
+from mavlink_bridge.imc import Desired, EstimatedState
+
+
+class FollowConfig(Config):
+    """Path following. Everything about the vessel comes from its file."""
+
+    look_ahead_s: float = param(1.2, "PATH_LOOK_S", "Look-ahead, seconds of sailing", unit="s", ge=0.5, le=20.0)
+    look_ahead_min_m: float = param(2.5, "PATH_LOOK_MIN", "Shortest look-ahead", unit="m", ge=0.5, le=50.0)
+    integral: float = param(0.3, "PATH_INT", "Gain of the path integral", ge=0.0, le=2.0)
+    integral_corridor_m: float = param(
+        2.0, "PATH_INT_BAND", "The path integral works only this close to the path", unit="m", ge=0.1, le=100.0
+    )
+    turn_share: float = param(
+        0.7, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
+    )
+    deceleration: float = param(0.3, "PATH_DECEL", "Deceleration before bends and ends", unit="m/s^2", ge=0.02, le=5.0)
+    preview_s: float = param(0.5, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
+    speed_min_mps: float = param(
+        0.5, "PATH_SPEED_MIN", "Bends never slow the vessel below this", unit="m/s", ge=0.1, le=5
+    )
+    use_drift: bool = True
+    """Steer by the triangle of velocities; off leaves drift to the integral."""
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """One step's result."""
+
+    desired: Desired
+    projection: Projection
+    planned_mps: float
+    possible: bool
+
+
+class Follower:
+    """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
+
+    def __init__(self, config: FollowConfig, handling: Handling) -> None:
+        self._config = config
+        self._handling = handling
+        self.integrator = Integrator()
+
+    def configure(self, config: FollowConfig) -> None:
+        self._config = config
+
+    def bend_speed_mps(self, curvature: float) -> float:
+        """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability."""
+        bend = abs(curvature)
+        if bend < 1e-6:
+            return self._handling.top_mps
+        speed = self._handling.top_mps
+        for _ in range(4):
+            speed = min(self._handling.top_mps, self._config.turn_share * self._handling.max_yaw_rate(speed) / bend)
+        return max(speed, self._config.speed_min_mps)
+
+    def step(
+        self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float, end_speed_mps: float | None
+    ) -> Followed:
+        """Return what to steer. ``end_speed_mps`` is the speed at the end of an open track, None = keep on."""
+        assert state.x_m is not None
+        assert state.y_m is not None
+        here = track.locate(state.x_m, state.y_m)
+        vn, ve = _velocity(state)
+        planned = self._plan(track, here, speed_mps, end_speed_mps, math.hypot(vn, ve))
+        course, rate = self._course(dt_s, track, here, vn, ve, planned)
+        desired, possible = self._steer(state, course, rate, planned)
+        return Followed(desired, here, planned, possible)
+
+    def _plan(
+        self, track: Track, here: Projection, speed_mps: float, end_speed_mps: float | None, now_mps: float
+    ) -> float:
+        """Speed that lets the vessel slow down in time for every bend within sight and for the end."""
+        double = 2.0 * self._config.deceleration
+        planned = speed_mps
+        horizon = speed_mps * speed_mps / double + 2.0 * speed_mps
+        lag_m = 0.6 * now_mps
+        for distance, curvature in track.bends(here.along_m, horizon):
+            if curvature:
+                limit = self.bend_speed_mps(curvature)
+                planned = min(planned, math.sqrt(limit * limit + double * max(0.0, distance - lag_m)))
+        if end_speed_mps is not None and not track.closed:
+            rest = max(0.0, track.rest_m(here.along_m) - lag_m)
+            planned = min(planned, math.sqrt(end_speed_mps * end_speed_mps + double * rest))
+        return planned
+
+    def _course(
+        self, dt_s: float, track: Track, here: Projection, vn: float, ve: float, planned: float
+    ) -> tuple[float, float]:
+        config = self._config
+        speed = max(math.hypot(vn, ve), 0.5 * planned)
+        look_ahead = max(config.look_ahead_min_m, config.look_ahead_s * speed)
+        offset = self.integrator.step(dt_s, here.cross_m, look_ahead, config.integral, config.integral_corridor_m)
+        turn_m = self._turn_m(here, planned)
+        angle, slope = approach(offset, look_ahead, turn_m)
+        cos, sin = math.cos(here.course_rad), math.sin(here.course_rad)
+        along, across = vn * cos + ve * sin, ve * cos - vn * sin
+        preview = track.ahead(here.along_m, config.preview_s * speed)
+        bend = preview / max(0.2, 1.0 - here.curvature * here.cross_m)
+        return wrap_pi(here.course_rad - angle), bend * along - slope * across
+
+    def _turn_m(self, here: Projection, planned: float) -> float:
+        """Radius of the arc by which the vessel joins the path."""
+        tightest = planned / (self._config.turn_share * self._handling.max_yaw_rate(planned))
+        inside = here.cross_m * here.curvature > 0.0
+        return max(2.0 * tightest, 1.0 / abs(here.curvature) if inside and here.curvature else 0.0)
+
+    def _steer(self, state: EstimatedState, course: float, rate: float, planned: float) -> tuple[Desired, bool]:
+        drift = (0.0, 0.0)
+        if self._config.use_drift:
+            drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        psi_now = state.psi_rad if state.psi_rad is not None else course
+        now = (state.u_mps or 0.0) - (drift[0] * math.cos(psi_now) + drift[1] * math.sin(psi_now))
+        top = 0.96 * self._handling.top_mps
+        heading = triangle(course, planned, drift, top, now)
+        limit = self._handling.max_yaw_rate(max(now, 0.0))
+        psi = heading.psi_rad
+        surge = heading.water_mps + drift[0] * math.cos(psi) + drift[1] * math.sin(psi)
+        return Desired(psi, surge, clamp(rate * heading.rate_factor, -limit, limit)), heading.possible
+
+
+def _velocity(state: EstimatedState) -> tuple[float, float]:
+    """Velocity over ground, NED, m/s; without one the hull's heading is taken with no way on."""
+    if state.vx_mps is not None and state.vy_mps is not None:
+        return state.vx_mps, state.vy_mps
+    return 0.0, 0.0

@@ -1,0 +1,312 @@
+"""Guidance: from a manoeuvre to a heading, a speed and a yaw rate, tick by tick.
+
+Legs with rounded corners, circles, racetracks, figure-eights and station keeping; each is sailed as itself or refused,
+never silently as another. A loiter tighter than the vessel can sail is slowed down for, and only then widened, and the
+operator is told.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from companion.core.follow import FollowConfig, Follower
+from companion.core.geo import LocalFrame
+from companion.core.handling import Handling
+from companion.core.paths import Arc, Line, Point, Projection, Track, circle, figure_eight, fillet, racetrack
+from companion.core.station import StationConfig, StationKeeper
+from companion.core.units import wrap_pi
+from companion.core.vessel import VesselConfig
+from mavlink_bridge.imc import (
+    Desired,
+    EstimatedState,
+    Goto,
+    Loiter,
+    LoiterDirection,
+    LoiterKind,
+    PathControlState,
+    Severity,
+)
+
+
+class GuidanceConfig(Config):
+    """How manoeuvres are sailed."""
+
+    acceptance_m: float = param(
+        2.0, "PATH_ACCEPT", "A point without a corner counts as reached within", unit="m", ge=0.2, le=100.0
+    )
+    corner_cut_m: float = param(
+        1.0, "PATH_CUT", "A corner is rounded at most this far inside its legs", unit="m", ge=0.1, le=50.0
+    )
+    loiter_radius_m: float = param(
+        20.0, "PATH_LOIT_RAD", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
+    )
+    follow: FollowConfig = Field(default_factory=FollowConfig)
+    station: StationConfig = Field(default_factory=StationConfig)
+
+
+@dataclass(frozen=True, slots=True)
+class GuidanceOutput:
+    """One step's result."""
+
+    desired: Desired
+    path: PathControlState
+    arrived: bool = False
+    """A go-to's point is reached or passed."""
+    on_path: bool = False
+    """A loiter's path (or point) has been reached; stays true."""
+    turns: float = 0.0
+    """Laps sailed since then."""
+    unable: str = ""
+    """Why nothing sensible can be steered: the caller must stop the vessel. Empty when all is well."""
+
+
+_TOO_FAST = "the water is faster than the vessel: it cannot hold any place or path"
+
+
+class Guidance:
+    """Sails one manoeuvre at a time. Positions are metres from the estimator's origin."""
+
+    def __init__(self, config: GuidanceConfig, vessel: VesselConfig) -> None:
+        self._config = config
+        self._handling = Handling(vessel)
+        self._follower = Follower(config.follow, self._handling)
+        self._station = StationKeeper(config.station, self._handling)
+        self._texts: list[tuple[Severity, str]] = []
+        self._corner: tuple[Point, Arc] | None = None
+        """The arc into the coming leg, and the corner that it rounds."""
+        self._clear()
+
+    def _clear(self) -> None:
+        self._maneuver: Goto | Loiter | None = None
+        self._target: Point = (0.0, 0.0)
+        self._track: Track | None = None
+        self._goal_m = math.inf
+        self._end_mps: float | None = None
+        self._arrived = self._on_path = self._slowed = False
+        self._last_run_m: float | None = None
+        self._sailed_m = 0.0
+
+    def configure(self, config: GuidanceConfig) -> None:
+        """Take new settings; geometry changes at the next manoeuvre."""
+        self._config = config
+        self._follower.configure(config.follow)
+        self._station.configure(config.station)
+
+    def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
+        texts, self._texts = tuple(self._texts), []
+        return texts
+
+    def begin(
+        self,
+        now_us: int,
+        state: EstimatedState,
+        maneuver: Goto | Loiter,
+        previous: tuple[float, float] | None,
+        following: Goto | Loiter | None,
+        speed_mps: float,
+    ) -> None:
+        """Start a manoeuvre. ``previous`` is the point (lat, lon in rad) that the leg comes from, None = from here."""
+        if not state.position_valid or state.origin_lat_rad is None or state.origin_lon_rad is None:
+            raise ValueError("guidance begins with a known position only")
+        frame = LocalFrame(state.origin_lat_rad, state.origin_lon_rad)
+        corner = self._corner
+        self._clear()
+        self._corner = None
+        self._maneuver = maneuver
+        self._target = frame.to_local(maneuver.lat_rad, maneuver.lon_rad)
+        if isinstance(maneuver, Goto):
+            start = None if previous is None or maneuver.leg_from_here else frame.to_local(*previous)
+            onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
+            self._begin_leg(state, maneuver, start, corner, following, onward)
+        elif maneuver.kind is LoiterKind.HOVER:
+            self._station.begin(self._target)
+        else:
+            self._begin_loiter(state, maneuver, speed_mps)
+
+    def hold(self, now_us: int, state: EstimatedState) -> None:
+        """Keep station here."""
+        self._clear()
+        self._corner = None
+        assert state.x_m is not None
+        assert state.y_m is not None
+        self._target = (state.x_m, state.y_m)
+        self._station.begin(self._target)
+
+    def step(self, now_us: int, dt_s: float, state: EstimatedState, speed_mps: float) -> GuidanceOutput:
+        """Return what to steer now. Without a position or a heading: nothing (neutral)."""
+        if not state.position_valid or not state.heading_valid:
+            return GuidanceOutput(Desired(None, None), PathControlState(), self._arrived, self._on_path, self._turns())
+        if self._track is None or (self._arrived and self._end_mps is not None):
+            return self._keep_station(state)
+        return self._follow(dt_s, state, self._track, speed_mps)
+
+    def _begin_leg(
+        self,
+        state: EstimatedState,
+        maneuver: Goto,
+        start: Point | None,
+        corner: tuple[Point, Arc] | None,
+        following: Goto | Loiter | None,
+        onward: Point | None,
+    ) -> None:
+        here = (state.x_m or 0.0, state.y_m or 0.0)
+        entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
+        begin = entry.point(entry.length_m) if entry else start or here
+        segments: list[Line | Arc] = [entry] if entry else []
+        arc = None
+        if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
+            reach = max(0.0, math.dist(begin, self._target) - 0.5)
+            arc = fillet(begin, self._target, onward, self._config.corner_cut_m, reach)
+        if arc is None:
+            segments.append(Line(begin, self._target))
+            self._goal_m = sum(segment.length_m for segment in segments)
+            through = following is not None and maneuver.hold_s <= 0.0 and not _stops(following)
+            self._end_mps = None if through else 0.0
+            if through and onward:
+                self._end_mps = None if _straight_on(begin, self._target, onward) else 0.3
+        else:
+            segments += [Line(begin, arc.point(0.0)), arc]
+            self._goal_m = sum(segment.length_m for segment in segments) - 0.5 * arc.length_m
+            self._corner = (self._target, arc)
+        self._track = Track(tuple(segments), closed=False)
+        self._follower.integrator.z_m *= 1.0 if entry else 0.0
+
+    def _begin_loiter(self, state: EstimatedState, loiter: Loiter, speed_mps: float) -> None:
+        radius = loiter.radius_m or self._config.loiter_radius_m
+        tightest = 1.0 / max(1e-6, self._tightest_curvature())
+        if radius < tightest:
+            self._say(
+                Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
+            )
+            radius = tightest
+        sense = self._sense(state, loiter)
+        bearing, length = loiter.bearing_rad or 0.0, loiter.length_m or 2.0 * radius
+        if loiter.kind is LoiterKind.RACETRACK:
+            segments = racetrack(self._target, radius, length, bearing, sense)
+        elif loiter.kind is LoiterKind.FIGURE_EIGHT:
+            segments = figure_eight(self._target, radius, length, bearing, sense)
+        else:
+            segments = circle(self._target, radius, sense)
+        self._track = Track(segments, closed=True)
+        self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
+        self._follower.integrator.z_m = 0.0
+
+    def _tightest_curvature(self) -> float:
+        slowest = self._config.follow.speed_min_mps
+        return self._config.follow.turn_share * self._handling.max_yaw_rate(slowest) / slowest
+
+    def _sense(self, state: EstimatedState, loiter: Loiter) -> int:
+        """1 clockwise, -1 counter-clockwise."""
+        if loiter.direction is LoiterDirection.CW:
+            return 1
+        if loiter.direction is LoiterDirection.CCW:
+            return -1
+        north, east = self._target[0] - (state.x_m or 0.0), self._target[1] - (state.y_m or 0.0)
+        ahead_n, ahead_e = math.cos(state.psi_rad or 0.0), math.sin(state.psi_rad or 0.0)
+        if loiter.direction is LoiterDirection.INTO_DRIFT:
+            drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+            if math.hypot(*drift) > 0.05:
+                ahead_n, ahead_e = -drift[0], -drift[1]
+        # the centre to starboard of where it wants to go: clockwise
+        return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
+
+    def _follow(self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float) -> GuidanceOutput:
+        followed = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
+        here = followed.projection
+        self._progress(track, here, state)
+        if isinstance(self._maneuver, Loiter):
+            self._tell_slowed(followed.planned_mps, speed_mps)
+        path = self._path_state(state, track, here)
+        if not followed.possible:
+            return self._result(Desired(None, None), path, _TOO_FAST)
+        return self._result(followed.desired, path)
+
+    def _keep_station(self, state: EstimatedState) -> GuidanceOutput:
+        if self._track is not None and self._station.anchor != self._target:
+            self._station.begin(self._target)
+        desired, able = self._station.step(state)
+        distance = self._station.distance_m(state)
+        self._on_path = self._on_path or distance < self._config.acceptance_m
+        maneuver = self._maneuver
+        path = PathControlState(
+            distance_m=distance,
+            target_bearing_rad=self._bearing(state),
+            target_lat_rad=maneuver.lat_rad if maneuver else None,
+            target_lon_rad=maneuver.lon_rad if maneuver else None,
+            on_path=distance < self._config.acceptance_m,
+        )
+        return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
+
+    def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
+        return GuidanceOutput(desired, path, self._arrived, self._on_path, self._turns(), unable)
+
+    def _turns(self) -> float:
+        return self._sailed_m / self._track.lap_m if self._track is not None and self._track.closed else 0.0
+
+    def _progress(self, track: Track, here: Projection, state: EstimatedState) -> None:
+        """Arrival by radius or by passing abeam; laps from the first touch of a loiter's path."""
+        if isinstance(self._maneuver, Goto):
+            distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
+            radius = self._maneuver.acceptance_m or self._config.acceptance_m
+            passed = track.run_m + here.along_m >= self._goal_m
+            self._arrived = self._arrived or passed or (self._corner is None and distance <= radius)
+            return
+        if not self._on_path:
+            course = state.cog_rad if state.cog_rad is not None else state.psi_rad or 0.0
+            aligned = abs(wrap_pi(course - here.course_rad)) < math.radians(35.0)
+            self._on_path = abs(here.cross_m) < 1.0 and aligned
+            self._last_run_m = None
+        run = track.run_m + here.along_m
+        if self._on_path and self._last_run_m is not None:
+            step = run - self._last_run_m
+            lap = track.lap_m
+            self._sailed_m += step - lap * round(step / lap)
+        self._last_run_m = run
+
+    def _path_state(self, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
+        maneuver = self._maneuver
+        assert maneuver is not None
+        loiter = isinstance(maneuver, Loiter)
+        circling = loiter and isinstance(track.segment, Arc)
+        segment = track.segment
+        radius = segment.sense * segment.radius_m if circling and isinstance(segment, Arc) else None
+        distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
+        return PathControlState(
+            cross_track_m=here.cross_m,
+            distance_m=abs(here.cross_m) if loiter else distance,
+            target_bearing_rad=self._bearing(state),
+            target_lat_rad=maneuver.lat_rad,
+            target_lon_rad=maneuver.lon_rad,
+            on_path=self._on_path if loiter else abs(here.cross_m) < self._config.acceptance_m,
+            orbit_radius_m=radius,
+            orbit_lat_rad=maneuver.lat_rad if circling else None,
+            orbit_lon_rad=maneuver.lon_rad if circling else None,
+        )
+
+    def _bearing(self, state: EstimatedState) -> float:
+        return math.atan2(self._target[1] - (state.y_m or 0.0), self._target[0] - (state.x_m or 0.0))
+
+    def _tell_slowed(self, planned_mps: float, speed_mps: float) -> None:
+        if not self._slowed and planned_mps < 0.95 * speed_mps:
+            self._slowed = True
+            self._say(Severity.NOTICE, f"slowing to {planned_mps:.1f} m/s: {speed_mps:.1f} is too fast for this radius")
+        elif self._slowed and planned_mps > 0.98 * speed_mps:
+            self._slowed = False
+            self._say(Severity.INFO, f"back to {speed_mps:.1f} m/s")
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.append((severity, text))
+
+
+def _stops(following: Goto | Loiter) -> bool:
+    return isinstance(following, Loiter) and following.kind is LoiterKind.HOVER
+
+
+def _straight_on(begin: Point, corner: Point, onward: Point) -> bool:
+    """True when the way on needs hardly any turn."""
+    inbound, outbound = Line(begin, corner), Line(corner, onward)
+    return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6

@@ -1,0 +1,121 @@
+"""Keeping station without a sway thruster: face the drift and hold against it, or drift and return.
+
+``weathervane`` steers the velocity through the water that undoes the drift and brings the vessel back to its point;
+in still water it rests on its heading and uses the thrusters ahead and astern. ``drift`` lets go inside a radius.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from companion.core.config import Config, param
+from companion.core.handling import Handling
+from companion.core.units import clamp, wrap_pi
+from mavlink_bridge.imc import Desired, EstimatedState
+
+
+class StationConfig(Config):
+    """Station keeping."""
+
+    mode: Literal["weathervane", "drift"] = "weathervane"
+    """'weathervane' holds the point with steady thrust, 'drift' saves energy inside the radius."""
+    radius_m: float = param(2.0, "HOLD_RADIUS", "Drift mode: let go inside this radius", unit="m", ge=0.3, le=100.0)
+    gain: float = param(0.35, "HOLD_GAIN", "Speed towards the point per metre of distance", unit="1/s", ge=0.05, le=2.0)
+    speed_mps: float = param(1.0, "HOLD_SPEED", "Greatest speed towards the point", unit="m/s", ge=0.1, le=5.0)
+    calm_mps: float = param(
+        0.1, "HOLD_CALM", "Drift below which the heading is left alone", unit="m/s", ge=0.02, le=1.0
+    )
+
+
+class StationKeeper:
+    """Holds one anchor point at a time."""
+
+    def __init__(self, config: StationConfig, handling: Handling) -> None:
+        self._config = config
+        self._handling = handling
+        self.anchor = (0.0, 0.0)
+        self._heading_rad: float | None = None
+        self._returning = False
+        self._facing = False
+
+    def configure(self, config: StationConfig) -> None:
+        self._config = config
+
+    def begin(self, anchor: tuple[float, float]) -> None:
+        self.anchor = anchor
+        self._heading_rad = None
+        self._returning = self._facing = False
+
+    def distance_m(self, state: EstimatedState) -> float:
+        assert state.x_m is not None
+        assert state.y_m is not None
+        return math.hypot(self.anchor[0] - state.x_m, self.anchor[1] - state.y_m)
+
+    def step(self, state: EstimatedState) -> tuple[Desired, bool]:
+        """Return what to steer, and whether the vessel is able to stay at all."""
+        assert state.x_m is not None
+        assert state.y_m is not None
+        north, east = self.anchor[0] - state.x_m, self.anchor[1] - state.y_m
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        able = math.hypot(*drift) < 0.96 * self._handling.top_mps
+        if self._config.mode == "drift":
+            return self._drift_and_return(state, north, east, drift), able
+        return self._weathervane(state, north, east, drift), able
+
+    def _weathervane(self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]) -> Desired:
+        config = self._config
+        distance = math.hypot(north, east)
+        if distance > 4.0 * config.radius_m:
+            return self._go(state, north, east, drift, config.speed_mps)
+        strength = math.hypot(*drift)
+        self._facing = strength > (0.8 if self._facing else 1.2) * config.calm_mps
+        if not self._facing:
+            return self._rest(state, north, east, distance)
+        facing = math.atan2(-drift[1], -drift[0])
+        cos, sin = math.cos(facing), math.sin(facing)
+        ahead, starboard = north * cos + east * sin, east * cos - north * sin
+        aside = math.atan2(config.gain * starboard, max(strength, 0.3) + 0.2)
+        self._heading_rad = wrap_pi(facing + aside)
+        speed = clamp(config.gain * ahead, -0.4, 0.8)
+        return Desired(self._heading_rad, speed, brake=True)
+
+    def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
+        """Still water: keep the heading, close the distance ahead or astern, turn only when the point lies abeam."""
+        psi = state.psi_rad or 0.0
+        if self._heading_rad is None:
+            self._heading_rad = psi
+        cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
+        abeam = abs(east * cos - north * sin)
+        if distance > 0.5 * self._config.radius_m and abeam > 0.5:
+            bearing = math.atan2(east, north)
+            behind = abs(wrap_pi(bearing - psi)) > 0.5 * math.pi
+            self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))
+            cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
+        speed = clamp(self._config.gain * (north * cos + east * sin), -0.4, self._config.speed_mps)
+        return Desired(self._heading_rad, speed, brake=True)
+
+    def _go(
+        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], most_mps: float
+    ) -> Desired:
+        """Head for the point by the triangle of velocities, slower while the bow is elsewhere."""
+        distance = math.hypot(north, east)
+        wanted = min(most_mps, self._config.gain * distance) / max(distance, 1e-6)
+        water_n, water_e = north * wanted - drift[0], east * wanted - drift[1]
+        psi = math.atan2(water_e, water_n)
+        self._heading_rad = psi
+        error = wrap_pi(psi - (state.psi_rad or 0.0))
+        surge = math.hypot(water_n, water_e) * max(0.0, math.cos(error))
+        return Desired(psi, surge + drift[0] * math.cos(psi) + drift[1] * math.sin(psi), brake=True)
+
+    def _drift_and_return(
+        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
+    ) -> Desired:
+        distance = math.hypot(north, east)
+        if distance > self._config.radius_m:
+            self._returning = True
+        elif distance < 0.5 * self._config.radius_m:
+            self._returning = False
+        if not self._returning:
+            return Desired(None, None)
+        return self._go(state, north, east, drift, self._config.speed_mps)
