@@ -141,13 +141,21 @@ class DepthGuard:
 
     def activation(self, now_us: int) -> str | None:
         """A loop is about to be activated: return why not (and send one Abort at the next step), or None."""
-        altitude_m = self.input.altitude_m(now_us)
-        if self._config.enabled and self.state is LOCKED and not self._unlocked:
+        reason = self.refusal(now_us)
+        if reason is not None:
             self._refused = True
+        return reason
+
+    def refusal(self, now_us: int) -> str | None:
+        """Return why motion is not allowed now, or None. Asking changes nothing."""
+        if not self._config.enabled:
+            return None
+        altitude_m = self.input.altitude_m(now_us)
+        if self.state is LOCKED and not self._unlocked:
             shown = "unknown" if altitude_m is None else f"{altitude_m:.2f} m"
             good_m = self._config.min_altitude_m + self._config.good_margin_m
             return f"depth guard locked: altitude {shown}, needs {good_m:.2f} m"
-        if self._config.enabled and self._config.required and altitude_m is None:
+        if self._config.required and altitude_m is None:
             return "water depth unknown, and depth.required is set"
         return None
 
@@ -168,7 +176,7 @@ class DepthGuard:
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
         texts: list[tuple[Severity, str]] = []
         entered = self._advance(altitude_m, texts)
-        abort = loops_active and (entered or self._refused)
+        abort = (loops_active and entered) or self._refused
         self._refused = False
         lost, unknown_s = self._lost(now_us, altitude_m)
         return GuardOutput(

@@ -26,6 +26,7 @@ __all__ = [
     "Flags",
     "Override",
     "failsafe_table_markdown",
+    "holding",
     "step",
 ]
 
@@ -278,6 +279,18 @@ def _tell(rule: Rule, old: Entry | None, entry: Entry | None, texts: list[tuple[
 def _sentence(text: str, action: Action) -> str:
     body = text[0].upper() + text[1:]
     return body if action is Action.WARN else f"{body}: {action.name}"
+
+
+def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
+    """Names of the conditions of STOP or worse whose cause still stands, so that arming could not clear them."""
+    standing = []
+    for rule in config.rules:
+        entry = memory.entries.get(rule.row.name)
+        if entry is None or entry.fired_us is None or entry.gone_us is not None or entry.taken:
+            continue
+        if (rule.then_action if entry.escalated else rule.action) >= Action.STOP:
+            standing.append(rule.row.name)
+    return tuple(standing)
 
 
 def failsafe_table_markdown(config: FailsafeConfig | None = None) -> str:
