@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
 from companion.io.link import Closed, Link, LinkEvent, Opened, Received
+from companion.io.store import AnyStore
+from companion.io.store_content import Completion, StoreContent, StoreOp, from_json
 
 MAGIC: Final = b"USVIN\x001\n"
 StepKind = Literal["pump", "tick", "stop"]
@@ -72,7 +74,9 @@ class InputRecorder:
     the last. Nothing here touches a file.
     """
 
-    def __init__(self, sink: Callable[[bytes], None], meta: Mapping[str, Any], store: Mapping[str, Any] | None = None):
+    def __init__(
+        self, sink: Callable[[bytes], None], meta: Mapping[str, Any], store: Mapping[str, Any] | None = None
+    ) -> None:
         self._sink = sink
         self._parts: list[bytes] = []
         self._number = 0
@@ -113,6 +117,8 @@ class InputRecorder:
             self._parts.append(body)
 
     def wrote(self, link: int, channel: int, data: bytes, accepted: int, keep: bool) -> None:
+        if not self._parts:
+            return  # outside a step, as when an app says goodbye twice
         self._parts.append(_WRITE.pack(_WROTE, keep, link, channel, len(data), accepted, zlib.crc32(data)))
         if keep:
             self._parts.append(data)
@@ -211,9 +217,16 @@ class InputReader:
 
     def steps(self) -> Iterator[Step]:
         """Yield the steps up to the end or the cut."""
+        expected = 0
         while (record := self._record()) is not None:
-            if record[0] == _STEP:
-                yield unpack_step(record[1])
+            if record[0] != _STEP:
+                continue
+            step = unpack_step(record[1])
+            if step.number != expected:
+                self.cut = True  # records are missing: what follows would not replay
+                return
+            expected = (expected + 1) & 0xFFFFFFFF
+            yield step
 
     def close(self) -> None:
         self._file.close()
@@ -248,6 +261,56 @@ def _event(what: int, channel: int, data: bytes) -> LinkEvent:
     if what == _RECEIVED:
         return Received(channel, data)
     return Opened(channel, data.decode()) if what == _OPENED else Closed(channel, data.decode())
+
+
+class RecordingStore:
+    """A store that writes down its completions; its content at start goes into the recording's second record."""
+
+    def __init__(self, store: AnyStore, recorder: InputRecorder) -> None:
+        self._store = store
+        self._recorder = recorder
+        self.warnings = store.warnings
+
+    def snapshot(self) -> StoreContent:
+        return self._store.snapshot()
+
+    def submit(self, op: StoreOp) -> int:
+        return self._store.submit(op)
+
+    def completions(self) -> list[Completion]:
+        done = self._store.completions()
+        for ticket, ok, text in done:
+            self._recorder.completed(ticket, ok, text)
+        return done
+
+    def close(self) -> None:
+        self._store.close()
+
+
+class ReplayStore:
+    """A store that starts with the recorded content and finishes each change when the recording says so."""
+
+    def __init__(self, reader: InputReader) -> None:
+        self.warnings: tuple[str, ...] = tuple(reader.meta.get("store_warnings", ()))
+        self._content = from_json(reader.store)
+        self._tickets = 0
+        self._done: list[Completion] = []
+
+    def load(self, step: Step) -> None:
+        self._done = [Completion(*found) for found in step.completions]
+
+    def snapshot(self) -> StoreContent:
+        return self._content
+
+    def submit(self, op: StoreOp) -> int:
+        self._tickets += 1
+        return self._tickets
+
+    def completions(self) -> list[Completion]:
+        done, self._done = self._done, []
+        return done
+
+    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,169 @@
+"""The loop: ticks at a fixed rate, bytes served in between, one way out.
+
+Ticks sit on a fixed grid, so lateness does not add up; a tick that comes more than one period late skips the missed
+ones instead of running them in a burst. Whatever ends the loop (a signal, an exception, the end of a simulation), the
+app's ``shutdown`` writes neutral last.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+import signal
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import FrameType
+from typing import Final, Protocol
+
+from companion.io.clock import Clock
+from companion.io.link import Link
+from companion.io.notify import Notifier
+
+PUMP_PAUSE_US: Final = 2_000
+"""At least so long between two pumps: a flood of small reads must not take the whole processor."""
+_LATE_KEPT: Final = 2_000
+
+log = logging.getLogger(__name__)
+
+
+class LoopApp(Protocol):
+    """What the loop drives."""
+
+    links: Sequence[Link]
+    period_us: int
+
+    def pump(self, now_us: int) -> None:
+        """Serve protocol endpoints."""
+        ...
+
+    def tick(self, now_us: int) -> None:
+        """Run one control tick."""
+        ...
+
+    def shutdown(self, now_us: int) -> None:
+        """Write neutral and close everything."""
+        ...
+
+
+@dataclass(slots=True)
+class LoopStats:
+    """How well the loop keeps its time; share it with the app, which shows it."""
+
+    ticks: int = 0
+    pumps: int = 0
+    overruns: int = 0
+    """Ticks that took longer than a period."""
+    skipped: int = 0
+    """Ticks of the grid that never ran, because one before was late."""
+    load: float = 0.0
+    """Share of the period that the last tick took."""
+    late_us: deque[int] = field(default_factory=lambda: deque(maxlen=_LATE_KEPT))
+    """How long after its time each of the last ticks began."""
+
+    def late_p99_us(self) -> int:
+        """99th percentile of the lateness of the last ticks."""
+        ordered = sorted(self.late_us)
+        return ordered[min(len(ordered) - 1, (99 * len(ordered)) // 100)] if ordered else 0
+
+
+class StopFlag:
+    """Raised by SIGINT and SIGTERM, or by hand; a second signal interrupts at once."""
+
+    def __init__(self) -> None:
+        self.raised = False
+        self.reason = ""
+
+    def stop(self, reason: str = "asked to stop") -> None:
+        self.raised, self.reason = True, self.reason or reason
+
+    def install(self) -> StopFlag:
+        """Listen to the two signals (main thread only)."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+        return self
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self.raised and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        self.stop(signal.Signals(number).name)
+
+
+def run(
+    app: LoopApp,
+    clock: Clock,
+    stop: StopFlag,
+    *,
+    stats: LoopStats | None = None,
+    notifier: Notifier | None = None,
+    until_us: int | None = None,
+) -> int:
+    """Drive ``app`` until ``stop`` is raised or ``until_us`` is reached; return the exit status.
+
+    An app that has an ``actuator_fresh`` attribute feeds systemd's watchdog only while that is true: a loop that turns
+    without steering is as good as dead. An exception in the app is logged, neutral is written, and the status is 1.
+    """
+    stats = stats or LoopStats()
+    notifier = notifier or Notifier()
+    status = 0
+    gc.collect()
+    gc.freeze()
+    try:
+        _turn(app, clock, stop, stats, notifier, until_us)
+    except Exception:
+        log.exception("the loop ended by an error; neutral is written")
+        status = 1
+    finally:
+        notifier.send("STOPPING=1")
+        try:
+            app.shutdown(clock.now_us())
+        except Exception:
+            log.exception("the shutdown was not clean")
+            status = 1
+        gc.unfreeze()
+    return status
+
+
+def _turn(
+    app: LoopApp, clock: Clock, stop: StopFlag, stats: LoopStats, notifier: Notifier, until_us: int | None
+) -> None:
+    period_us = app.period_us
+    due_us = clock.now_us()
+    fed_us = due_us
+    notifier.send("READY=1")
+    while not stop.raised and (until_us is None or due_us < until_us):
+        _wait(app, clock, stop, stats, due_us)
+        now_us = clock.now_us()
+        stats.late_us.append(max(0, now_us - due_us))
+        app.tick(now_us)
+        ended_us = clock.now_us()
+        stats.ticks += 1
+        stats.load = (ended_us - now_us) / period_us
+        stats.overruns += ended_us - now_us > period_us
+        due_us += period_us
+        missed = max(0, (ended_us - due_us) // period_us)
+        stats.skipped += missed
+        due_us += missed * period_us
+        if (
+            notifier.watchdog_us
+            and now_us - fed_us >= notifier.watchdog_us // 4
+            and getattr(app, "actuator_fresh", True)
+        ):
+            notifier.send("WATCHDOG=1")
+            fed_us = now_us
+
+
+def _wait(app: LoopApp, clock: Clock, stop: StopFlag, stats: LoopStats, due_us: int) -> None:
+    """Serve what arrives until the tick is due."""
+    while not stop.raised:
+        filenos = [fileno for link in app.links for fileno in link.filenos()]
+        if not clock.sleep_until_us(due_us, filenos):
+            return
+        now_us = clock.now_us()
+        if due_us - now_us < PUMP_PAUSE_US:
+            # Too near to the tick to begin something else; the tick reads these bytes itself.
+            clock.sleep_until_us(due_us)
+            return
+        app.pump(now_us)
+        stats.pumps += 1
+        clock.sleep_until_us(min(due_us, clock.now_us() + PUMP_PAUSE_US))

@@ -1,0 +1,282 @@
+"""The recorder: one run, one directory, everything needed to see or repeat what happened.
+
+``run.json`` what ran, ``mavlink.tlog`` every MAVLink frame in both directions, ``inputs.bin`` the recorded inputs,
+``events.jsonl`` what changed, ``control.csv`` one row for each tick. Bytes are flushed every second; a power cut costs
+at most that. It never raises and never makes the loop wait; its troubles come out as texts.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import struct
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import Field
+
+from companion.core.config import Config
+from companion.io.log_file import EAGER_FLUSH, LogFile
+from companion.io.writer import Writer
+from mavlink_bridge.imc import ActuatorDemand, Severity
+from mavlink_bridge.snapshot import Snapshot
+
+CONTROL_COLUMNS: Final = (
+    "t_s,tick,mode,armed,plan_state,item,action,guard,cause,"
+    "heading_deg,heading_ref_deg,heading_error_deg,heading_p,heading_i,heading_d,"
+    "speed_mps,speed_ref_mps,speed_error_mps,speed_p,speed_i,speed_d,"
+    "yaw_rate_dps,sog_mps,lat_deg,lon_deg,cross_track_m,distance_m,orbit_radius_m,"
+    "altitude_m,altitude_raw_m,altitude_limit_m,"
+    "demand_thruster_port,demand_thruster_starboard,demand_rudder_port_deg,demand_rudder_starboard_deg,"
+    "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg,"
+    "us_thruster_port,us_thruster_starboard,us_rudder_port,us_rudder_starboard"
+)
+_STAMP: Final = struct.Struct(">Q")
+_FLUSH_US: Final = 1_000_000
+_SPACE_US: Final = 5_000_000
+_DEG: Final = 180.0 / math.pi
+_NO_DEMAND: Final = ActuatorDemand(0)
+
+
+class RecorderConfig(Config):
+    """What is kept of a run, and how much of the disk it may take."""
+
+    enabled: bool = True
+    """Write a run directory."""
+    max_file_mb: int = Field(512, ge=1, le=100_000)
+    """A log file that grows beyond this goes on in a new part; the recorded inputs stop there, since a replay needs
+    their beginning."""
+    max_parts: int = Field(8, ge=1, le=1000)
+    """Oldest parts beyond so many are deleted."""
+    max_total_mb: int = Field(8192, ge=10, le=10_000_000)
+    """Old run directories beyond this total are deleted at the start of a new run."""
+    free_floor_mb: int = Field(200, ge=0, le=1_000_000)
+    """Recording pauses when the disk has less free than this."""
+    inputs: bool = True
+    """Record inputs, so that the run can be replayed."""
+    control: bool = True
+    """Write control.csv."""
+
+
+class Recorder:
+    """Writes one run directory. ``writer`` None writes at once, as a simulation wants."""
+
+    def __init__(
+        self,
+        run_dir: Path,
+        config: RecorderConfig | None = None,
+        *,
+        writer: Writer | None = None,
+        about: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.run_dir = run_dir
+        self._config = config or RecorderConfig()
+        self._writer = writer
+        self._texts: list[tuple[Severity, str]] = []
+        self._about = dict(about or {})
+        self._last: tuple[Any, ...] = ()
+        self._flush_us = 0
+        self._space_us = 0
+        self._low = False
+        self._low_found = False
+        with self._guarded():
+            run_dir.mkdir(parents=True, exist_ok=True)
+            write_json(run_dir / "run.json", self._about)
+        limit = self._config.max_file_mb << 20
+        self._tlog = self._file("mavlink.tlog", max_bytes=limit)
+        self._events = self._file("events.jsonl", max_bytes=limit)
+        self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
+        self._inputs = self._file("inputs.bin", max_bytes=limit, stop_at_end=True)
+        self._files = (self._tlog, self._events, self._control, self._inputs)
+
+    def _file(self, name: str, **options: Any) -> LogFile:
+        return LogFile(self.run_dir / name, self._writer, self._report, **options)
+
+    def _guarded(self) -> contextlib.AbstractContextManager[None]:
+        return _Guard(self._report)
+
+    def _report(self, text: str) -> None:
+        if len(self._texts) < 100:
+            self._texts.append((Severity.WARNING, f"Recorder: {text}"))
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Texts for the operator since the last call."""
+        if not self._texts:
+            return []
+        texts, self._texts = self._texts, []
+        return texts
+
+    @property
+    def input_sink(self) -> Callable[[bytes], None]:
+        """Where an InputRecorder puts its records."""
+        return self._inputs.add if self._config.inputs else _nowhere
+
+    @property
+    def healthy(self) -> bool:
+        """True while everything offered is being kept."""
+        return not self._low and not any(file._fault for file in self._files)
+
+    def frame(self, link: int, stamp_us: int, frame: bytes) -> None:
+        """Keep one MAVLink frame; ``stamp_us`` is UTC, the link's number goes into its two lowest bits."""
+        self._tlog.add(_STAMP.pack((stamp_us & ~3) | (link & 3)) + frame)
+
+    def event(self, t_us: int, kind: str, **fields: Any) -> None:
+        """Keep something that happened, as one line of JSON."""
+        line = json.dumps({"t_s": round(t_us / 1e6, 6), "event": kind, **fields}, default=str, ensure_ascii=False)
+        self._events.add(line.encode() + b"\n")
+
+    def tick(self, snapshot: Snapshot) -> None:
+        """Keep one tick: its control row and what changed since the last; flush what is due."""
+        if self._config.control:
+            self._control.add(control_row(snapshot))
+        changed = _watched(snapshot)
+        if changed != self._last or snapshot.texts or snapshot.progress.reached:
+            self._note_changes(snapshot, changed)
+        if snapshot.t_us >= self._flush_us or self._inputs.waiting > EAGER_FLUSH:
+            self.flush(snapshot.t_us)
+
+    def _note_changes(self, snapshot: Snapshot, changed: tuple[Any, ...]) -> None:
+        t_us = snapshot.t_us
+        for index, name in enumerate(_WATCHED):
+            before = self._last[index] if self._last else None
+            if changed[index] != before:
+                self.event(t_us, name, value=_plain(changed[index]), before=_plain(before))
+        self._last = changed
+        for seq in snapshot.progress.reached:
+            self.event(t_us, "reached", item=seq)
+        for text in snapshot.texts:
+            self.event(t_us, "text", severity=text.severity.name, text=text.text)
+
+    def flush(self, now_us: int) -> None:
+        """Hand everything over to the disk."""
+        self._flush_us = now_us + _FLUSH_US
+        if now_us >= self._space_us:
+            self._space_us = now_us + _SPACE_US
+            if self._writer is None or not self._writer.post(self._look_at_disk):
+                self._look_at_disk()
+        if self._low != self._low_found:
+            self._low = self._low_found
+            floor = self._config.free_floor_mb
+            self._report(f"less than {floor} MB free: recording paused" if self._low else "room again: recording")
+            for file in self._files:
+                file.off = self._low
+        for file in self._files:
+            file.flush(now_us)
+
+    def _look_at_disk(self) -> None:
+        with contextlib.suppress(OSError):
+            found = os.statvfs(self.run_dir)
+            self._low_found = found.f_bavail * found.f_frsize < self._config.free_floor_mb << 20
+        for pattern in ("mavlink-*.tlog", "events-*.jsonl", "control-*.csv"):
+            for old in sorted(self.run_dir.glob(pattern))[: -self._config.max_parts]:
+                with contextlib.suppress(OSError):
+                    old.unlink()
+
+    def close(self, now_us: int, **result: Any) -> None:
+        """Write the rest; ``result`` is added to run.json."""
+        for file in self._files:
+            file.close(now_us)
+        if result:
+            with self._guarded():
+                write_json(self.run_dir / "run.json", {**self._about, **result})
+
+
+class _Guard(contextlib.AbstractContextManager[None]):
+    def __init__(self, report: Callable[[str], None]) -> None:
+        self._report = report
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
+        if isinstance(error, OSError):
+            self._report(error.strerror or str(error))
+            return True
+        return False
+
+
+def _nowhere(data: bytes) -> None:
+    """Keep nothing."""
+
+
+_WATCHED: Final = (
+    "mode",
+    "armed",
+    "plan",
+    "item",
+    "action",
+    "causes",
+    "guard",
+    "output",
+    "fence_breached",
+    "terminated",
+)
+
+
+def _watched(s: Snapshot) -> tuple[Any, ...]:
+    progress = s.progress
+    return (
+        s.mode,
+        s.armed,
+        progress.state,
+        progress.seq,
+        s.action,
+        s.causes,
+        s.guard,
+        s.output.cause,
+        s.fence.breached,
+        s.terminated,
+    )
+
+
+def _plain(value: Any) -> Any:
+    return getattr(value, "name", value)
+
+
+def _n(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"
+
+
+def _d(value_rad: float | None) -> str:
+    return "" if value_rad is None else f"{value_rad * _DEG:.6g}"
+
+
+def _p(value_rad: float | None) -> str:
+    return "" if value_rad is None else f"{value_rad * _DEG:.8f}"
+
+
+def control_row(s: Snapshot) -> bytes:
+    """One line of control.csv (columns: CONTROL_COLUMNS); unknown is empty."""
+    state, trace, path, out = s.state, s.trace, s.path, s.output
+    wish = s.demand or _NO_DEMAND
+    pulses = ",".join(map(str, s.commanded_us)) if s.commanded_us else ",,,"
+    return (
+        f"{s.t_us / 1e6:.3f},{s.tick},{s.mode.value},{s.armed:d},{s.progress.state},{s.progress.seq},{s.action.name},"
+        f"{s.guard.name},{out.cause},"
+        f"{_d(state.psi_rad)},{_d(trace.psi_ref_rad)},{_d(trace.heading_error_rad)},"
+        f"{trace.heading_p:.6g},{trace.heading_i:.6g},{trace.heading_d:.6g},"
+        f"{_n(state.u_mps)},{_n(trace.speed_ref_mps)},{_n(trace.speed_error_mps)},"
+        f"{trace.speed_p:.6g},{trace.speed_i:.6g},{trace.speed_d:.6g},"
+        f"{_d(state.r_radps)},{_n(state.sog_mps)},{_p(state.lat_rad)},{_p(state.lon_rad)},"
+        f"{_n(path.cross_track_m)},{_n(path.distance_m)},{_n(path.orbit_radius_m)},"
+        f"{_n(state.alt_m)},{_n(s.altitude_raw_m)},{_n(s.altitude_limit_m)},"
+        f"{wish.thruster_port:.6g},{wish.thruster_starboard:.6g},"
+        f"{wish.rudder_port_rad * _DEG:.6g},{wish.rudder_starboard_rad * _DEG:.6g},"
+        f"{out.thruster_port:.6g},{out.thruster_starboard:.6g},"
+        f"{out.rudder_port_rad * _DEG:.6g},{out.rudder_starboard_rad * _DEG:.6g},{pulses}\n"
+    ).encode()
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Replace a small JSON file so that a power cut leaves the old or the new one. Raises OSError."""
+    temporary = path.with_name(f".{path.name}.new")
+    with temporary.open("wb") as file:
+        file.write(json.dumps(content, indent=2, sort_keys=True, default=str).encode() + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+    temporary.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)

@@ -1,0 +1,108 @@
+"""The loop's grid, its overruns, its end; in virtual time."""
+
+from __future__ import annotations
+
+import socket
+
+from companion.io.clock import ManualClock
+from companion.io.loop import LoopStats, StopFlag, run
+from companion.io.notify import Notifier
+
+
+class App:
+    def __init__(self, clock, costs=(), links=()):
+        self.clock, self.costs, self.links = clock, dict(costs), links
+        self.period_us = 50_000
+        self.ticks, self.stopped = [], []
+        self.actuator_fresh = True
+
+    def pump(self, now_us):
+        raise AssertionError("nothing to pump")
+
+    def tick(self, now_us):
+        self.ticks.append(now_us)
+        self.clock.advance(self.costs.get(len(self.ticks), 0))
+
+    def shutdown(self, now_us):
+        self.stopped.append(now_us)
+
+
+def test_ticks_sit_on_the_grid():
+    clock = ManualClock()
+    app = App(clock)
+    assert run(app, clock, StopFlag(), until_us=1_000_000) == 0
+    assert app.ticks == list(range(0, 1_000_000, 50_000))
+    assert len(app.stopped) == 1
+
+
+def test_a_short_tick_shifts_nothing():
+    clock = ManualClock()
+    app = App(clock, dict.fromkeys(range(1, 100), 20000))
+    stats = LoopStats()
+    run(app, clock, StopFlag(), until_us=1_000_000, stats=stats)
+    assert app.ticks == list(range(0, 1_000_000, 50_000))
+    assert stats.load == 0.4
+    assert (stats.overruns, stats.skipped) == (0, 0)
+
+
+def test_a_long_tick_is_counted_and_missed_ticks_are_skipped_not_repeated():
+    clock = ManualClock()
+    app = App(clock, {3: 180_000})
+    stats = LoopStats()
+    run(app, clock, StopFlag(), until_us=500_000, stats=stats)
+    assert app.ticks == [0, 50_000, 100_000, 280_000, 300_000, 350_000, 400_000, 450_000]
+    assert (stats.overruns, stats.skipped) == (1, 2)
+    assert max(stats.late_us) == 30_000
+
+
+def test_an_exception_in_the_app_writes_neutral_and_is_a_failure():
+    clock = ManualClock()
+    app = App(clock)
+    app.tick = lambda now_us: 1 / 0
+    assert run(app, clock, StopFlag()) == 1
+    assert len(app.stopped) == 1
+
+
+def test_a_stop_flag_ends_it_with_success():
+    clock = ManualClock()
+    app = App(clock)
+    stop = StopFlag()
+    original = app.tick
+
+    def tick(now_us):
+        original(now_us)
+        if now_us == 200_000:
+            stop.stop()
+
+    app.tick = tick
+    assert run(app, clock, stop) == 0
+    assert app.ticks[-1] == 200_000
+    assert len(app.stopped) == 1
+
+
+def test_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
+    """Fault row 2: a loop that turns without steering is restarted."""
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.setblocking(False)
+        clock = ManualClock()
+        app = App(clock)
+        original = app.tick
+
+        def tick(now_us):
+            original(now_us)
+            app.actuator_fresh = now_us < 2_000_000
+
+        app.tick = tick
+        notifier = Notifier({"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"})
+        run(app, clock, StopFlag(), until_us=5_000_000, notifier=notifier)
+        heard = []
+        while True:
+            try:
+                heard.append(listener.recv(100))
+            except BlockingIOError:
+                break
+    assert heard[0] == b"READY=1"
+    assert heard[-1] == b"STOPPING=1"
+    assert heard.count(b"WATCHDOG=1") == 3

@@ -1,0 +1,205 @@
+"""The store keeps what it was given, and a damaged, foreign, full or read-only file never stops the vessel."""
+
+from __future__ import annotations
+
+import math
+import sqlite3
+import time
+
+import pytest
+
+from companion.io.store import MIGRATIONS, Store, migrate
+from companion.io.store_content import (
+    Completion,
+    ForgetParams,
+    SaveCounter,
+    SaveLedger,
+    SaveParam,
+    SavePlan,
+    SaveStamp,
+    SaveValue,
+    StoreContent,
+    Together,
+    from_json,
+    to_json,
+)
+from mavlink_bridge.requests import PlanItem, PlanKind
+
+ITEMS = (
+    PlanItem(16, 6, 0.0, 2.0, 0.1, math.nan, 411822000, -87063000, 0.0),
+    PlanItem(18, 6, 1.0, 0.0, -15.0, 1.0, 411823000, -87064000, 3.5, 0),
+)
+OPS = (
+    SavePlan(PlanKind.MISSION, ITEMS),
+    SavePlan(PlanKind.RALLY, ITEMS[:1]),
+    SaveParam("DEPTH_MIN", 0.1 + 0.2),
+    SaveParam("GONE", 1.0),
+    ForgetParams(("GONE",)),
+    SaveLedger("lora", ((1_800_000_000_000_000, 660_000), (1_800_000_001_000_000, 260_000))),
+    SaveStamp("1/1/0", 2**47),
+    SaveCounter("boots", 7),
+    SaveValue("home", "41.18,-8.70"),
+)
+EXPECTED = StoreContent(
+    {PlanKind.MISSION: ITEMS, PlanKind.RALLY: ITEMS[:1]},
+    {"DEPTH_MIN": 0.1 + 0.2},
+    {"lora": ((1_800_000_000_000_000, 660_000), (1_800_000_001_000_000, 260_000))},
+    {"1/1/0": 2**47},
+    {"boots": 7},
+    {"home": "41.18,-8.70"},
+)
+
+
+def finish(store: Store, count: int) -> list[Completion]:
+    done: list[Completion] = []
+    deadline = time.monotonic() + 10
+    while len(done) < count and time.monotonic() < deadline:
+        done += store.completions()
+        time.sleep(0.001)
+    return done
+
+
+def fill(path, ops=OPS):
+    store = Store(path)
+    tickets = [store.submit(op) for op in ops]
+    done = finish(store, len(tickets))
+    store.close()
+    assert [item.ticket for item in done] == tickets
+    return done
+
+
+def same(one: StoreContent, other: StoreContent) -> bool:
+    return repr(to_json(one)) == repr(to_json(other))
+
+
+def content(path) -> StoreContent:
+    store = Store(path)
+    found = store.snapshot()
+    assert store.warnings == ()
+    store.close()
+    return found
+
+
+def test_everything_comes_back_exactly(tmp_path):
+    done = fill(tmp_path / "store.db")
+    assert all(item.ok and not item.text for item in done)
+    assert same(content(tmp_path / "store.db"), EXPECTED)
+
+
+def test_content_survives_json():
+    assert same(from_json(to_json(EXPECTED)), EXPECTED)
+
+
+def test_together_is_all_or_nothing_and_forget_all_forgets_all(tmp_path):
+    path = tmp_path / "store.db"
+    fill(path, (Together((SaveParam("A", 1.0), SaveParam("B", 2.0))), Together((ForgetParams(), SaveParam("C", 3.0)))))
+    assert content(path).params == {"C": 3.0}
+
+
+def test_submit_returns_at_once_while_the_disk_hangs(tmp_path):
+    import threading
+
+    from companion.io.writer import Writer
+
+    writer = Writer(max_jobs=8)
+    gate = threading.Event()
+    store = Store(tmp_path / "store.db", writer)
+    writer.post(gate.wait)
+    tickets = [store.submit(SaveCounter("n", n)) for n in range(40)]
+    refused = store.completions()
+    assert store.pending == len(tickets) - len(refused)
+    assert all(not item.ok for item in refused)
+    assert len(refused) >= 30
+    gate.set()
+    rest = finish(store, len(tickets) - len(refused))
+    assert all(item.ok for item in rest)
+    writer.close()
+    store.close()
+
+
+def test_a_file_that_is_no_database_is_moved_aside(tmp_path):
+    path = tmp_path / "store.db"
+    path.write_bytes(b"this is not a database at all" * 100)
+    store = Store(path)
+    assert same(store.snapshot(), StoreContent())
+    assert "damaged" in store.warnings[0]
+    store.submit(SaveCounter("boots", 1))
+    assert finish(store, 1)[0].ok
+    store.close()
+    assert (tmp_path / "store.db.damaged-1").exists()
+    assert content(path).counters == {"boots": 1}
+
+
+def test_a_file_of_a_newer_version_is_left_alone(tmp_path):
+    path = tmp_path / "store.db"
+    fill(path)
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA user_version=99")
+    connection.close()
+    before = path.read_bytes()
+    store = Store(path)
+    assert "newer version" in store.warnings[0]
+    store.submit(SaveCounter("boots", 1))
+    done = finish(store, 1)
+    assert done[0].ok
+    assert "memory only" in done[0].text
+    store.close()
+    assert path.read_bytes() == before
+
+
+def test_an_older_schema_is_migrated_and_keeps_its_content(tmp_path):
+    path = tmp_path / "store.db"
+    fill(path)
+    connection = sqlite3.connect(path, isolation_level=None)
+    migrate(connection, (*MIGRATIONS, "ALTER TABLE entry ADD COLUMN note TEXT DEFAULT 'old'"))
+    assert connection.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS) + 1,)
+    notes = connection.execute("SELECT DISTINCT note FROM entry").fetchall()
+    connection.close()
+    assert notes == [("old",)]
+
+
+def test_a_damaged_row_falls_back_to_its_previous_generation(tmp_path):
+    path = tmp_path / "store.db"
+    fill(path, (SaveParam("A", 1.0), SaveParam("A", 2.0), SaveParam("B", 5.0)))
+    connection = sqlite3.connect(path)
+    connection.execute("UPDATE entry SET body = '99.0' WHERE section = 'param' AND body IN ('2.0', '5.0')")
+    connection.commit()
+    connection.close()
+    store = Store(path)
+    assert store.snapshot().params == {"A": 1.0}
+    assert len(store.warnings) == 2
+    assert "previous state" in store.warnings[0]
+    store.close()
+
+
+@pytest.mark.parametrize("step", [1, 97])
+def test_no_flipped_byte_stops_the_start_or_is_believed(tmp_path, step):
+    """Fault row 58: whatever a byte becomes, the store opens, and no value is other than one that was stored."""
+    path = tmp_path / "store.db"
+    fill(path, (SaveParam("A", 1.25), SaveParam("A", 2.5), SavePlan(PlanKind.MISSION, ITEMS)))
+    whole = path.read_bytes()
+    positions = range(0, 200) if step == 1 else range(200, len(whole), step)
+    for at in positions:
+        for old in tmp_path.glob("trial*"):
+            old.unlink()
+        trial = tmp_path / "trial.db"
+        trial.write_bytes(whole[:at] + bytes([whole[at] ^ 0x55]) + whole[at + 1 :])
+        store = Store(trial)
+        found = store.snapshot()
+        assert found.params.get("A") in (None, 1.25, 2.5)
+        assert PlanKind.MISSION not in found.plans or repr(found.plans[PlanKind.MISSION]) == repr(ITEMS)
+        store.submit(SaveCounter("after", 1))
+        assert finish(store, 1)[0].ok
+        store.close()
+
+
+def test_a_folder_that_cannot_be_written_leaves_it_in_memory(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    store = Store(blocked / "store.db")
+    assert "memory only" in store.warnings[0]
+    store.submit(SaveCounter("boots", 1))
+    done = finish(store, 1)
+    assert done[0].ok
+    assert "memory only" in done[0].text
+    store.close()
