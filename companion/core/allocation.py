@@ -1,0 +1,81 @@
+"""Allocation by authority: which actuator gives how much of the yaw moment and the thrust that are wanted.
+
+Rudders first, up to what they can give in this flow; differential thrust for the rest; surge takes what is left. The
+heading has priority, as in the seed. Works without rudders, and with one thruster and no differential.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.core.hull import ForceModel
+from companion.core.units import clamp
+from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
+
+_WEAK = 0.05
+_USEFUL = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Allocation:
+    """Commands, and what they will give."""
+
+    thruster_port: float
+    thruster_starboard: float
+    rudder_rad: float
+    yaw_nm: float
+    surge_n: float
+
+
+class Allocator:
+    """Turns (surge force, yaw moment) into commands for one vessel."""
+
+    def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
+        self._vessel = vessel
+        self._model = model
+        self._ahead_n = full_ahead_n(vessel)
+        self._astern_n = full_astern_n(vessel)
+        self._differential_n = 0.5 * (self._ahead_n + self._astern_n) if model.lateral_m > 0.0 else 0.0
+        self._rudder_max = vessel.rudder.max_rad if vessel.rudder.count else 0.0
+
+    def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float) -> Allocation:
+        """Return commands for a total thrust and a yaw moment at a speed through the water."""
+        surge_n = clamp(surge_n, -2.0 * self._astern_n, 2.0 * self._ahead_n)
+        slope = self._model.rudder_slope_nm(surge_mps, 0.5 * surge_n, 0.5 * surge_n)
+        rudder_rad = self._rudder(yaw_nm, slope)
+        by_rudder = 0.5 * slope * math.sin(2.0 * rudder_rad)
+        half_n = 0.0
+        if self._differential_n > 0.0:
+            half_n = (yaw_nm - by_rudder) / (2.0 * self._model.lateral_m)
+            half_n = clamp(half_n, -self._differential_n, self._differential_n)
+        low, high = -self._astern_n + abs(half_n), self._ahead_n - abs(half_n)
+        each_n = clamp(0.5 * surge_n, low, high) if low < high else 0.5 * (low + high)
+        return Allocation(
+            self._command(each_n + half_n),
+            self._command(each_n - half_n),
+            rudder_rad,
+            by_rudder + 2.0 * self._model.lateral_m * half_n,
+            2.0 * each_n,
+        )
+
+    def _rudder(self, yaw_nm: float, slope: float) -> float:
+        """Rudder angle for the moment; rudders that are too weak to matter are left amidships, not worked to and fro."""
+        if self._rudder_max <= 0.0 or slope <= 0.0:
+            return 0.0
+        limit = self._rudder_max
+        if self._differential_n > 0.0:
+            most = slope * limit
+            share = most / (most + 2.0 * self._model.lateral_m * self._ahead_n)
+            limit *= clamp((share - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
+        ratio = clamp(2.0 * yaw_nm / slope, -1.0, 1.0)
+        return clamp(0.5 * math.asin(ratio), -limit, limit)
+
+    def _command(self, force_n: float) -> float:
+        """Inverse of the propellers' law; inside the dead band whichever of its edge and zero gives the nearer force."""
+        full = self._ahead_n if force_n > 0.0 else self._astern_n
+        size = math.sqrt(min(1.0, abs(force_n) / full))
+        band = self._vessel.thruster.dead_band
+        if size < band:
+            size = band if size * size > 0.5 * band * band else 0.0
+        return math.copysign(size, force_n)

@@ -1,0 +1,186 @@
+"""The model-based law (profile ``model``): reference model, feed-forward from the vessel file, PD on heading and measured
+yaw rate, integrals that stop when the actuators do, and allocation by authority.
+
+Two degrees of freedom: the reference turns no faster than the vessel can, the feed-forward sails it, the feedback sees
+only what the model got wrong. Everything is in newtons and newton metres, so one set of settings fits every vessel.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.allocation import Allocation, Allocator
+from companion.core.handling import Handling
+from companion.core.observer import WaterSpeedObserver
+from companion.core.steering import ModelConfig, SteeringConfig
+from companion.core.units import clamp, wrap_pi
+from companion.core.vessel import VesselConfig, drag_n
+from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, Desired, EstimatedState
+from mavlink_bridge.snapshot import ControlTrace
+
+_SATURATED_RAD = 0.3
+"""Heading error at which a good bandwidth just uses up the yaw authority."""
+_REFERENCE_RATE = 2.4
+_CALM_TURN = 0.1
+"""Yaw acceleration of the reference, rad/s², below which the heading integral works."""
+
+
+class ModelController:
+    """Profile ``model``."""
+
+    def __init__(self, config: SteeringConfig, vessel: VesselConfig) -> None:
+        self._vessel = vessel
+        self._handling = Handling(vessel)
+        self._allocator = Allocator(vessel, self._handling.model)
+        self._observer = WaterSpeedObserver(vessel, self._handling.model)
+        hull = vessel.hull
+        self._inertia = hull.m33_kgm2 - hull.m23_kgm**2 / hull.m22_kg
+        self._config: ModelConfig = config.model
+        self._tune(config.model)
+        self._clear()
+
+    def _clear(self) -> None:
+        self._psi_ref: float | None = None
+        self._r_ref = self._a_ref = 0.0
+        self._u_ref: float | None = None
+        self._yaw_integral_nm = 0.0
+        self._surge_integral_n = 0.0
+        self._heading_error = 0.0
+        self._last: ActuatorDemand | None = None
+
+    def _tune(self, config: ModelConfig) -> None:
+        """Gains from the vessel; the bandwidth is never more than the yaw authority supports."""
+        authority = self._handling.authority(0.5 * self._handling.top_mps)
+        reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
+        self._omega = min(config.heading_bandwidth, reach)
+        self._kp = self._inertia * self._omega**2
+        self._acceleration = min(config.yaw_acceleration, 0.2 * reach * reach)
+
+    def reset(self, state: EstimatedState) -> None:
+        self._clear()
+        self._observer.reset(state.u_mps or 0.0)
+
+    def configure(self, config: SteeringConfig) -> None:
+        """Change settings without a bump: the integral takes over what the old gain gave."""
+        old_kp = self._kp
+        self._config = config.model
+        self._tune(config.model)
+        self._yaw_integral_nm += (old_kp - self._kp) * self._heading_error
+
+    def water_speed_mps(self) -> float | None:
+        return self._observer.u_mps
+
+    def step(
+        self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
+    ) -> tuple[ActuatorDemand, ControlTrace]:
+        dt_s = min(dt_s, 0.2)
+        rate = state.r_radps or 0.0
+        self._observer.step(dt_s, rate, sent)
+        free = self._free(sent)
+        surge_n, speed = self._surge(dt_s, state, desired, free)
+        yaw_nm, heading = self._yaw(dt_s, state, desired, rate)
+        if desired.psi_rad is None and desired.speed_mps is None:
+            self._last = ActuatorDemand(now_us)
+            return self._last, ControlTrace()
+        given = self._allocator.allocate(surge_n, yaw_nm, self._observer.u_mps)
+        self._integrate(dt_s, given, surge_n, yaw_nm, speed[0], free)
+        self._last = ActuatorDemand(
+            now_us, given.thruster_port, given.thruster_starboard, given.rudder_rad, given.rudder_rad
+        )
+        return self._last, self._trace(heading, speed)
+
+    def _free(self, sent: ActuatorOutput | None) -> bool:
+        """True when what went out is what was asked for, so that integrals may act."""
+        last = self._last
+        if last is None or sent is None:
+            return True
+        gap = max(
+            abs(sent.thruster_port - last.thruster_port),
+            abs(sent.thruster_starboard - last.thruster_starboard),
+            abs(sent.rudder_port_rad - last.rudder_port_rad),
+        )
+        return gap < 0.03
+
+    def _yaw(
+        self, dt_s: float, state: EstimatedState, desired: Desired, rate: float
+    ) -> tuple[float, tuple[float, float]]:
+        """Return the moment, and (P, D) of it."""
+        if desired.psi_rad is None or state.psi_rad is None:
+            self._psi_ref, self._a_ref = None, 0.0
+            return 0.0, (0.0, 0.0)
+        speed = max(self._observer.u_mps, 0.0)
+        linear, quadratic = self._handling.yaw_damping(speed)
+        self._reference(dt_s, state.psi_rad, rate, desired, speed)
+        assert self._psi_ref is not None
+        self._heading_error = wrap_pi(self._psi_ref - state.psi_rad)
+        damping = 2.0 * self._config.heading_damping * self._omega * self._inertia
+        p = self._kp * self._heading_error
+        d = max(damping - linear, 0.0) * (self._r_ref - rate)
+        forward = self._inertia * self._a_ref + (linear + quadratic * abs(self._r_ref)) * self._r_ref
+        return forward + p + d + self._yaw_integral_nm, (p, d)
+
+    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, speed: float) -> None:
+        """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
+        assert desired.psi_rad is not None
+        if self._psi_ref is None:
+            self._psi_ref, self._r_ref = psi, rate
+        limit = min(self._config.yaw_rate_limit, 0.95 * self._handling.max_yaw_rate(speed))
+        error = wrap_pi(desired.psi_rad - self._psi_ref)
+        wanted = clamp(0.5 * _REFERENCE_RATE * error + desired.r_radps, -limit, limit)
+        most = self._acceleration
+        self._a_ref = clamp((wanted - self._r_ref) * 2.0 * _REFERENCE_RATE, -most, most)
+        self._r_ref += self._a_ref * dt_s
+        self._psi_ref = wrap_pi(self._psi_ref + self._r_ref * dt_s)
+
+    def _surge(
+        self, dt_s: float, state: EstimatedState, desired: Desired, free: bool
+    ) -> tuple[float, tuple[float, float]]:
+        """Return the thrust, and (error, P)."""
+        if desired.speed_mps is None or state.u_mps is None:
+            self._u_ref = None
+            return 0.0, (0.0, 0.0)
+        water = self._observer.u_mps
+        measured = water if desired.through_water else state.u_mps
+        if self._u_ref is None:
+            self._u_ref = measured
+        most = self._config.acceleration
+        step = clamp(desired.speed_mps - self._u_ref, -most * dt_s, most * dt_s)
+        self._u_ref += step
+        error = self._u_ref - measured
+        m11 = self._vessel.hull.m11_kg
+        p = self._config.speed_gain * m11 * error
+        through = clamp(self._u_ref + (water - measured), -0.5, 1.05 * self._handling.top_mps)
+        forward = drag_n(self._vessel, through) + m11 * step / dt_s
+        total = forward + p + self._surge_integral_n
+        if not desired.brake and desired.speed_mps >= 0.0:
+            total = max(total, -0.5 * self._vessel.thruster.astern_n)
+        return total, (error, p)
+
+    def _integrate(
+        self, dt_s: float, given: Allocation, surge_n: float, yaw_nm: float, speed_error: float, free: bool
+    ) -> None:
+        """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
+        bound_nm = 0.5 * self._kp * _SATURATED_RAD
+        tolerance = 0.02 * self._kp * _SATURATED_RAD
+        if free and abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
+            gain = self._config.heading_integral * self._kp
+            self._yaw_integral_nm = clamp(
+                self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
+            )
+        if free and abs(given.surge_n - surge_n) < 1.0:
+            gain = self._config.speed_integral * self._config.speed_gain * self._vessel.hull.m11_kg
+            bound_n = self._vessel.thruster.ahead_n
+            self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)
+
+    def _trace(self, heading: tuple[float, float], speed: tuple[float, float]) -> ControlTrace:
+        return ControlTrace(
+            heading_error_rad=self._heading_error,
+            heading_p=heading[0],
+            heading_i=self._yaw_integral_nm,
+            heading_d=heading[1],
+            speed_error_mps=speed[0],
+            speed_p=speed[1],
+            speed_i=self._surge_integral_n,
+            psi_ref_rad=self._psi_ref,
+            speed_ref_mps=self._u_ref,
+        )
