@@ -1,0 +1,171 @@
+"""One LoRa module: its serial port, its pins, its settings and its configuration protocol; the air is ``radio.py``.
+
+The protocol is that of the LoRa611PRO and its sisters: AA FA and an instruction, no checksum. Facts and doubts: docs/LORA.md.
+Bytes come and go at the serial rate; packets are cut by length and by an idle gap, so what one end writes is not what the other reads.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from itertools import islice
+from typing import Final
+
+from mavlink_bridge.lora.airtime import PACKET_BYTES
+
+COMMAND: Final = b"\xaa\xfa"
+_READ, _RESET, _WRITE, _MODEL = 0x01, 0x02, 0x03, 0xAA
+CONFIG_BAUD: Final = 9600
+_BAUDS: Final = (1200, 2400, 4800, 9600, 14400, 19200, 38400, 57600, 76800, 115200)
+
+FACTORY_BLOCK: Final = (
+    bytes((20, 3, 0, 7, 3, 2, 1, 1)) + b"\x11\x11\x11\x11" + b"\xbb\xbb" + bytes((0, 0, 0)) + bytes(16)
+)
+"""33 bytes: channel, band, air rate, power, serial rate, data bits, stop bits, parity, NET ID, NODE ID, mesh, role, encryption, key."""
+
+
+class RadioModule:
+    """The half of a module that a host sees. ``air`` code takes packets out and puts received ones in."""
+
+    def __init__(
+        self, name: str, rng: random.Random, *, gap_us: int, buffer_bytes: int, split: bool, model: str
+    ) -> None:
+        self.name = name
+        self.model = model
+        self.block = FACTORY_BLOCK
+        self.set_low = False
+        """True: configuration mode."""
+        self.cs_low = False
+        """True: asleep."""
+        self.busy_until_us = 0
+        """End of what is being transmitted."""
+        self.overflow_bytes = 0
+        self._rng = rng
+        self._gap_us = gap_us
+        self._buffer_bytes = buffer_bytes
+        self._split = split
+        self._to_air: deque[int] = deque()
+        self._to_air_us: deque[int] = deque()
+        self._to_host: deque[int] = deque()
+        self._to_host_us: deque[int] = deque()
+        self._command = bytearray()
+        self._command_us = 0
+
+    @property
+    def byte_us(self) -> int:
+        """Time of one byte, 10 bits, on the serial line."""
+        index = self.block[4]
+        baud = CONFIG_BAUD if self.set_low else _BAUDS[index if index < len(_BAUDS) else 3]
+        return 10_000_000 // baud
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Bytes from the host that are not on the air yet."""
+        return len(self._to_air)
+
+    def hears(self, other: RadioModule) -> bool:
+        """Same channel, band, air rate and NET ID, another NODE ID, both in work mode."""
+        same = self.block[0:3] == other.block[0:3] and self.block[8:12] == other.block[8:12]
+        return same and self.block[12:14] != other.block[12:14] and not (self.set_low or self.cs_low)
+
+    def from_host(self, data: bytes, now_us: int) -> None:
+        """The host writes. What does not fit the buffer is lost, as there is no flow control."""
+        if self.cs_low:
+            return
+        if self.set_low:
+            self._configure(data, now_us)
+            return
+        at_us = max(now_us, self._to_air_us[-1] if self._to_air_us else 0)
+        fits = data[: max(self._buffer_bytes - len(self._to_air), 0)]
+        self.overflow_bytes += len(data) - len(fits)
+        for value in fits:
+            at_us += self.byte_us
+            self._to_air.append(value)
+            self._to_air_us.append(at_us)
+
+    def to_host(self, data: bytes, at_us: int) -> None:
+        """Put bytes on the serial line to the host, the first one complete a byte time after ``at_us``."""
+        at_us = max(at_us, self._to_host_us[-1] if self._to_host_us else 0)
+        for value in data:
+            at_us += self.byte_us
+            self._to_host.append(value)
+            self._to_host_us.append(at_us)
+
+    def read(self, now_us: int) -> bytes:
+        """What has come out of the serial line by now; with ``split`` a random part of it, the rest at the next read."""
+        count = sum(1 for at_us in self._to_host_us if at_us <= now_us)
+        if count > 1 and self._split:
+            count = self._rng.randint(1, count)
+        for _ in range(count):
+            self._to_host_us.popleft()
+        return bytes(self._to_host.popleft() for _ in range(count))
+
+    def next_start_us(self) -> int | None:
+        """When the next packet goes on the air, None when nothing waits."""
+        times = self._to_air_us
+        if not times or self.set_low or self.cs_low:
+            return None
+        trigger_us = None
+        previous_us = times[0]
+        for count, at_us in enumerate(islice(times, PACKET_BYTES), 1):
+            if at_us - previous_us > self._gap_us:
+                break
+            previous_us = at_us
+            if count == PACKET_BYTES:
+                trigger_us = at_us
+        if trigger_us is None:
+            trigger_us = previous_us + self._gap_us
+        return max(trigger_us, self.busy_until_us)
+
+    def take_packet(self, start_us: int) -> bytes:
+        """Remove the bytes that go out in the packet that starts now."""
+        packet = bytearray()
+        while self._to_air and self._to_air_us[0] <= start_us and len(packet) < PACKET_BYTES:
+            self._to_air_us.popleft()
+            packet.append(self._to_air.popleft())
+        return bytes(packet)
+
+    # ---- configuration mode -------------------------------------------------------------------------------------
+
+    def _configure(self, data: bytes, now_us: int) -> None:
+        if now_us - self._command_us > 200_000:
+            self._command.clear()
+        self._command_us = now_us
+        self._command += data
+        while (reply := self._answer()) is not None:
+            if reply:
+                self.to_host(reply + b"\r\n", now_us)
+
+    def _answer(self) -> bytes | None:
+        """Consume one command; its answer, empty for noise, None when more bytes must come."""
+        command = self._command
+        start = command.find(COMMAND)
+        if start < 0:
+            del command[: max(len(command) - 1, 0)]
+            return None
+        del command[:start]
+        if len(command) < 3:
+            return None
+        instruction = command[2]
+        if instruction == _WRITE:
+            return self._write_block()
+        del command[:3]
+        if instruction == _MODEL:
+            return self.model.encode()
+        if instruction == _READ:
+            return self.block
+        if instruction == _RESET:
+            self.block = FACTORY_BLOCK + self.block[len(FACTORY_BLOCK) :]
+            return b"OK"
+        return b"ERROR"
+
+    def _write_block(self) -> bytes | None:
+        length = len(self.block)
+        if len(self._command) < 3 + length:
+            return None
+        block = bytes(self._command[3 : 3 + length])
+        del self._command[: 3 + length]
+        if block[3] > 7 or block[4] >= len(_BAUDS):
+            return b"ERROR"
+        self.block = block
+        return b"OK"
