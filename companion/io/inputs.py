@@ -28,8 +28,8 @@ _KINDS: Final[tuple[StepKind, ...]] = ("pump", "tick", "stop")
 _META, _STORE, _STEP = 1, 2, 3
 _HEAD: Final = struct.Struct("<IB")
 _CRC: Final = struct.Struct("<I")
-_STEP_HEAD: Final = struct.Struct("<BqqfI")
-"""kind, now_us, utc_us (-1 unknown), load, number of the step."""
+_STEP_HEAD: Final = struct.Struct("<BqqddI")
+"""kind, now_us, utc_us (-1 unknown), load, late_s, number of the step."""
 _EVENT: Final = struct.Struct("<BBHII")
 """what, poll number in this step, link, channel, length."""
 _WRITE: Final = struct.Struct("<BBHIIII")
@@ -61,6 +61,7 @@ class Step:
     number: int
     utc_us: int | None = None
     load: float = 0.0
+    late_s: float = 0.0
     polls: dict[int, dict[int, list[LinkEvent]]] = field(default_factory=dict)
     """link -> number of the poll within this step -> events."""
     writes: dict[int, list[Write]] = field(default_factory=dict)
@@ -79,33 +80,34 @@ class InputRecorder:
     ) -> None:
         self._sink = sink
         self._parts: list[bytes] = []
-        self._number = 0
-        self.poll_number: dict[int, int] = {}
+        self.number = 0
+        """Steps begun."""
         sink(MAGIC)
         sink(pack_record(_META, json.dumps(meta, sort_keys=True).encode()))
         sink(pack_record(_STORE, json.dumps(store or {}, sort_keys=True).encode()))
 
-    def begin(self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0) -> float:
-        """Open a step and return ``load`` as the record holds it (single precision), for the app to use."""
+    def begin(
+        self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0, late_s: float = 0.0
+    ) -> None:
+        """Open a step; what the clock and the loop say of it is input too."""
         self.finish()
-        head = _STEP_HEAD.pack(
-            _KINDS.index(kind), now_us, -1 if utc_us is None else utc_us, load, self._number & 0xFFFFFFFF
+        self._parts.append(
+            _STEP_HEAD.pack(
+                _KINDS.index(kind), now_us, -1 if utc_us is None else utc_us, load, late_s, self.number & 0xFFFFFFFF
+            )
         )
-        self._parts.append(head)
-        self._number += 1
-        return float(_STEP_HEAD.unpack(head)[3])
+        self.number += 1
 
     def finish(self) -> None:
         """Close the open step."""
         if self._parts:
             self._sink(pack_record(_STEP, b"".join(self._parts)))
             self._parts.clear()
-        if self.poll_number:
-            self.poll_number.clear()
 
-    def events(self, link: int, events: list[LinkEvent]) -> None:
-        number = self.poll_number.get(link, 0)
-        self.poll_number[link] = min(number + 1, 255)
+    def events(self, link: int, poll: int, events: list[LinkEvent]) -> None:
+        """Keep what poll number ``poll`` (within this step) of ``link`` returned."""
+        if not self._parts:
+            return
         for event in events:
             if isinstance(event, Received):
                 what, body = _RECEIVED, event.data
@@ -113,7 +115,7 @@ class InputRecorder:
                 what, body = _OPENED, event.peer.encode()
             else:
                 what, body = _CLOSED, event.reason.encode()
-            self._parts.append(_EVENT.pack(what, number, link, event.channel, len(body)))
+            self._parts.append(_EVENT.pack(what, poll, link, event.channel, len(body)))
             self._parts.append(body)
 
     def wrote(self, link: int, channel: int, data: bytes, accepted: int, keep: bool) -> None:
@@ -124,6 +126,8 @@ class InputRecorder:
             self._parts.append(data)
 
     def completed(self, ticket: int, ok: bool, text: str) -> None:
+        if not self._parts:
+            return
         body = text.encode()
         self._parts.append(_DONE.pack(_COMPLETED, ok, ticket, len(body)))
         self._parts.append(body)
@@ -142,18 +146,26 @@ class RecordingLink:
         self._link = link
         self._recorder = recorder
         self._index = index
-        self._keep = keep
+        self.keep = keep
+        self._step = 0
+        self._polls = 0
         self.name = link.name
         self.datagrams = link.datagrams
 
     def poll(self, now_us: int) -> list[LinkEvent]:
         events = self._link.poll(now_us)
-        self._recorder.events(self._index, events)
+        recorder = self._recorder
+        if self._step == recorder.number:
+            self._polls += 1
+        else:
+            self._step, self._polls = recorder.number, 0
+        if events:
+            recorder.events(self._index, min(self._polls, 255), events)
         return events
 
     def write(self, channel: int, data: bytes) -> int:
         accepted = self._link.write(channel, data)
-        self._recorder.wrote(self._index, channel, data, accepted, self._keep)
+        self._recorder.wrote(self._index, channel, data, accepted, self.keep)
         return accepted
 
     def filenos(self) -> list[int]:
@@ -234,8 +246,8 @@ class InputReader:
 
 def unpack_step(body: bytes) -> Step:
     """Read the body of a step whose CRC was right."""
-    kind, now_us, utc_us, load, number = _STEP_HEAD.unpack_from(body)
-    step = Step(_KINDS[kind], now_us, number, None if utc_us < 0 else utc_us, load)
+    kind, now_us, utc_us, load, late_s, number = _STEP_HEAD.unpack_from(body)
+    step = Step(_KINDS[kind], now_us, number, None if utc_us < 0 else utc_us, load, late_s)
     at = _STEP_HEAD.size
     while at < len(body):
         what = body[at]

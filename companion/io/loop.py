@@ -30,15 +30,15 @@ log = logging.getLogger(__name__)
 class LoopApp(Protocol):
     """What the loop drives."""
 
-    links: Sequence[Link]
-    period_us: int
+    @property
+    def links(self) -> Sequence[Link]: ...
 
     def pump(self, now_us: int) -> None:
         """Serve protocol endpoints."""
         ...
 
-    def tick(self, now_us: int) -> None:
-        """Run one control tick."""
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        """Run one control tick; None says that it failed."""
         ...
 
     def shutdown(self, now_us: int) -> None:
@@ -94,6 +94,7 @@ def run(
     clock: Clock,
     stop: StopFlag,
     *,
+    period_us: int = 50_000,
     stats: LoopStats | None = None,
     notifier: Notifier | None = None,
     until_us: int | None = None,
@@ -109,7 +110,7 @@ def run(
     gc.collect()
     gc.freeze()
     try:
-        _turn(app, clock, stop, stats, notifier, until_us)
+        _turn(app, clock, stop, period_us, stats, notifier, until_us)
     except Exception:
         log.exception("the loop ended by an error; neutral is written")
         status = 1
@@ -125,17 +126,23 @@ def run(
 
 
 def _turn(
-    app: LoopApp, clock: Clock, stop: StopFlag, stats: LoopStats, notifier: Notifier, until_us: int | None
+    app: LoopApp,
+    clock: Clock,
+    stop: StopFlag,
+    period_us: int,
+    stats: LoopStats,
+    notifier: Notifier,
+    until_us: int | None,
 ) -> None:
-    period_us = app.period_us
     due_us = clock.now_us()
     fed_us = due_us
     notifier.send("READY=1")
     while not stop.raised and (until_us is None or due_us < until_us):
         _wait(app, clock, stop, stats, due_us)
         now_us = clock.now_us()
-        stats.late_us.append(max(0, now_us - due_us))
-        app.tick(now_us)
+        late_us = max(0, now_us - due_us)
+        stats.late_us.append(late_us)
+        worked = app.tick(now_us, late_s=late_us * 1e-6, load=stats.load) is not None
         ended_us = clock.now_us()
         stats.ticks += 1
         stats.load = (ended_us - now_us) / period_us
@@ -144,13 +151,13 @@ def _turn(
         missed = max(0, (ended_us - due_us) // period_us)
         stats.skipped += missed
         due_us += missed * period_us
-        if (
-            notifier.watchdog_us
-            and now_us - fed_us >= notifier.watchdog_us // 4
-            and getattr(app, "actuator_fresh", True)
-        ):
+        if notifier.watchdog_us and now_us - fed_us >= notifier.watchdog_us // 4 and worked and _steering(app):
             notifier.send("WATCHDOG=1")
             fed_us = now_us
+
+
+def _steering(app: LoopApp) -> bool:
+    return bool(getattr(app, "actuator_fresh", True))
 
 
 def _wait(app: LoopApp, clock: Clock, stop: StopFlag, stats: LoopStats, due_us: int) -> None:

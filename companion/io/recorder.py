@@ -11,16 +11,15 @@ import contextlib
 import json
 import math
 import os
-import struct
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import Field
-
-from companion.core.config import Config
+from companion.io.inputs import InputRecorder
 from companion.io.log_file import EAGER_FLUSH, LogFile
 from companion.io.writer import Writer
+from mavlink_bridge import tlog
 from mavlink_bridge.imc import ActuatorDemand, Severity
 from mavlink_bridge.snapshot import Snapshot
 
@@ -34,46 +33,34 @@ CONTROL_COLUMNS: Final = (
     "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg,"
     "us_thruster_port,us_thruster_starboard,us_rudder_port,us_rudder_starboard"
 )
-_STAMP: Final = struct.Struct(">Q")
 _FLUSH_US: Final = 1_000_000
 _SPACE_US: Final = 5_000_000
 _DEG: Final = 180.0 / math.pi
+_SHARES: Final = 16
+"""A file goes on in a new part at this share of the run's limit; the inputs, needed from their start, may take half."""
+_PART: Final = re.compile(r"-\d{3}\.\w+$")
 _NO_DEMAND: Final = ActuatorDemand(0)
 
 
-class RecorderConfig(Config):
-    """What is kept of a run, and how much of the disk it may take."""
-
-    enabled: bool = True
-    """Write a run directory."""
-    max_file_mb: int = Field(512, ge=1, le=100_000)
-    """A log file that grows beyond this goes on in a new part; the recorded inputs stop there, since a replay needs
-    their beginning."""
-    max_parts: int = Field(8, ge=1, le=1000)
-    """Oldest parts beyond so many are deleted."""
-    max_total_mb: int = Field(8192, ge=10, le=10_000_000)
-    """Old run directories beyond this total are deleted at the start of a new run."""
-    free_floor_mb: int = Field(200, ge=0, le=1_000_000)
-    """Recording pauses when the disk has less free than this."""
-    inputs: bool = True
-    """Record inputs, so that the run can be replayed."""
-    control: bool = True
-    """Write control.csv."""
-
-
 class Recorder:
-    """Writes one run directory. ``writer`` None writes at once, as a simulation wants."""
+    """Writes one run directory. ``writer`` None writes at once, as a simulation wants.
+
+    ``max_mb`` bounds the run's files together, the oldest parts go first; recording pauses while the disk has less
+    than ``free_floor_mb`` free.
+    """
 
     def __init__(
         self,
         run_dir: Path,
-        config: RecorderConfig | None = None,
         *,
+        max_mb: int = 512,
+        free_floor_mb: int = 200,
         writer: Writer | None = None,
         about: Mapping[str, Any] | None = None,
     ) -> None:
         self.run_dir = run_dir
-        self._config = config or RecorderConfig()
+        self._max_bytes = max_mb << 20
+        self._floor_bytes = free_floor_mb << 20
         self._writer = writer
         self._texts: list[tuple[Severity, str]] = []
         self._about = dict(about or {})
@@ -85,11 +72,11 @@ class Recorder:
         with self._guarded():
             run_dir.mkdir(parents=True, exist_ok=True)
             write_json(run_dir / "run.json", self._about)
-        limit = self._config.max_file_mb << 20
+        limit = self._max_bytes // _SHARES
         self._tlog = self._file("mavlink.tlog", max_bytes=limit)
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
-        self._inputs = self._file("inputs.bin", max_bytes=limit, stop_at_end=True)
+        self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
         self._files = (self._tlog, self._events, self._control, self._inputs)
 
     def _file(self, name: str, **options: Any) -> LogFile:
@@ -109,19 +96,18 @@ class Recorder:
         texts, self._texts = self._texts, []
         return texts
 
-    @property
-    def input_sink(self) -> Callable[[bytes], None]:
-        """Where an InputRecorder puts its records."""
-        return self._inputs.add if self._config.inputs else _nowhere
+    def start_inputs(self, meta: Mapping[str, Any], store: Mapping[str, Any]) -> InputRecorder:
+        """Begin the recording of inputs; ``meta`` lists the links, ``store`` is the store's content."""
+        return InputRecorder(self._inputs.add, meta, store)
 
     @property
     def healthy(self) -> bool:
         """True while everything offered is being kept."""
         return not self._low and not any(file._fault for file in self._files)
 
-    def frame(self, link: int, stamp_us: int, frame: bytes) -> None:
-        """Keep one MAVLink frame; ``stamp_us`` is UTC, the link's number goes into its two lowest bits."""
-        self._tlog.add(_STAMP.pack((stamp_us & ~3) | (link & 3)) + frame)
+    def frame(self, link: int, utc_us: int, frame: bytes) -> None:
+        """Keep one MAVLink frame; the link's number goes into the stamp's two lowest bits."""
+        self._tlog.add(tlog.pack(utc_us, link, frame))
 
     def event(self, t_us: int, kind: str, **fields: Any) -> None:
         """Keep something that happened, as one line of JSON."""
@@ -130,8 +116,7 @@ class Recorder:
 
     def tick(self, snapshot: Snapshot) -> None:
         """Keep one tick: its control row and what changed since the last; flush what is due."""
-        if self._config.control:
-            self._control.add(control_row(snapshot))
+        self._control.add(control_row(snapshot))
         changed = _watched(snapshot)
         if changed != self._last or snapshot.texts or snapshot.progress.reached:
             self._note_changes(snapshot, changed)
@@ -159,7 +144,7 @@ class Recorder:
                 self._look_at_disk()
         if self._low != self._low_found:
             self._low = self._low_found
-            floor = self._config.free_floor_mb
+            floor = self._floor_bytes >> 20
             self._report(f"less than {floor} MB free: recording paused" if self._low else "room again: recording")
             for file in self._files:
                 file.off = self._low
@@ -169,11 +154,9 @@ class Recorder:
     def _look_at_disk(self) -> None:
         with contextlib.suppress(OSError):
             found = os.statvfs(self.run_dir)
-            self._low_found = found.f_bavail * found.f_frsize < self._config.free_floor_mb << 20
-        for pattern in ("mavlink-*.tlog", "events-*.jsonl", "control-*.csv"):
-            for old in sorted(self.run_dir.glob(pattern))[: -self._config.max_parts]:
-                with contextlib.suppress(OSError):
-                    old.unlink()
+            self._low_found = found.f_bavail * found.f_frsize < self._floor_bytes
+        with contextlib.suppress(OSError):
+            drop_oldest_parts(self.run_dir, self._max_bytes)
 
     def close(self, now_us: int, **result: Any) -> None:
         """Write the rest; ``result`` is added to run.json."""
@@ -195,8 +178,16 @@ class _Guard(contextlib.AbstractContextManager[None]):
         return False
 
 
-def _nowhere(data: bytes) -> None:
-    """Keep nothing."""
+def drop_oldest_parts(run_dir: Path, limit: int) -> None:
+    """Delete rotated parts, oldest first, until the run's files are below ``limit`` bytes. First parts stay."""
+    sizes = {path: path.stat() for path in run_dir.iterdir() if path.is_file()}
+    total = sum(found.st_size for found in sizes.values())
+    parts = sorted((found.st_mtime_ns, path) for path, found in sizes.items() if _PART.search(path.name))
+    for _, path in parts:
+        if total <= limit:
+            return
+        total -= sizes[path].st_size
+        path.unlink(missing_ok=True)
 
 
 _WATCHED: Final = (

@@ -56,7 +56,7 @@ def record(steps=40, seed=1):
             link.write(0, rng.randbytes(rng.randrange(1, 40)))
         kind, load = ("tick", rng.random()) if number % 3 == 0 else ("pump", 0.0)
         utc_us = None if number < 5 else 1_800_000_000_000_000 + number
-        load = recorder.begin(kind, number * 1000, utc_us=utc_us, load=load)
+        recorder.begin(kind, number * 1000, utc_us=utc_us, load=load)
         app.step(kind, number * 1000, utc_us, load)
     recorder.finish()
     return bytes(sunk), app.diary

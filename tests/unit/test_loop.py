@@ -12,16 +12,16 @@ from companion.io.notify import Notifier
 class App:
     def __init__(self, clock, costs=(), links=()):
         self.clock, self.costs, self.links = clock, dict(costs), links
-        self.period_us = 50_000
         self.ticks, self.stopped = [], []
         self.actuator_fresh = True
 
     def pump(self, now_us):
         raise AssertionError("nothing to pump")
 
-    def tick(self, now_us):
+    def tick(self, now_us, *, late_s=0.0, load=0.0):
         self.ticks.append(now_us)
         self.clock.advance(self.costs.get(len(self.ticks), 0))
+        return self
 
     def shutdown(self, now_us):
         self.stopped.append(now_us)
@@ -58,7 +58,7 @@ def test_a_long_tick_is_counted_and_missed_ticks_are_skipped_not_repeated():
 def test_an_exception_in_the_app_writes_neutral_and_is_a_failure():
     clock = ManualClock()
     app = App(clock)
-    app.tick = lambda now_us: 1 / 0
+    app.tick = lambda now_us, **of_the_loop: 1 / 0
     assert run(app, clock, StopFlag()) == 1
     assert len(app.stopped) == 1
 
@@ -69,10 +69,10 @@ def test_a_stop_flag_ends_it_with_success():
     stop = StopFlag()
     original = app.tick
 
-    def tick(now_us):
-        original(now_us)
+    def tick(now_us, **of_the_loop):
         if now_us == 200_000:
             stop.stop()
+        return original(now_us)
 
     app.tick = tick
     assert run(app, clock, stop) == 0
@@ -90,9 +90,9 @@ def test_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
         app = App(clock)
         original = app.tick
 
-        def tick(now_us):
-            original(now_us)
+        def tick(now_us, **of_the_loop):
             app.actuator_fresh = now_us < 2_000_000
+            return original(now_us)
 
         app.tick = tick
         notifier = Notifier({"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"})

@@ -1,0 +1,190 @@
+"""Puts a recorder around an app from outside: its links, its store, its calls. The app cannot tell.
+
+    recording = Recording(recorder, clock.utc_us)
+    link = recording.link(open_link("gcs", "udp://..."), mavlink=True)      one for each link, in the order of reading
+    store = recording.store(Store(path))
+    recording.start({"settings": ...})                                      then build the app from these
+    loop.run(recording.app(app), clock, stop)
+
+A replay builds the same app from the same settings with ``ReplayLinks`` and ``ReplayStore`` instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from companion.io.clock import EARLIEST_UTC_US
+from companion.io.inputs import InputRecorder, RecordingLink, RecordingStore, StepKind
+from companion.io.link import Closed, Link, LinkEvent, Received
+from companion.io.loop import LoopApp
+from companion.io.recorder import Recorder
+from companion.io.store import AnyStore
+from companion.io.store_content import to_json
+from mavlink_bridge.framing import Deframer
+
+
+class Recording:
+    """Everything recorded of one app. Wrap first, ``start`` once, then run the app through ``app``."""
+
+    def __init__(self, recorder: Recorder, utc_us: Callable[[], int | None]) -> None:
+        self.recorder = recorder
+        self._utc_us = utc_us
+        self._links: list[RecordingLink] = []
+        self._store: AnyStore | None = None
+        self._taps = 0
+        self._inputs = _Late()
+        self.stamp_us = EARLIEST_UTC_US
+        """UTC of this step, for the telemetry log; counted from an arbitrary day while UTC is unknown."""
+
+    def link(self, link: Link, *, mavlink: bool = False, keep: bool = False) -> Link:
+        """Wrap a link. ``mavlink``: its frames go into the telemetry log. ``keep``: record what is written, whole."""
+        wrapped = RecordingLink(link, self._inputs, len(self._links), keep)  # type: ignore[arg-type]
+        self._links.append(wrapped)
+        if not mavlink:
+            return wrapped
+        self._taps += 1
+        return TlogLink(wrapped, self, self._taps - 1)
+
+    def store(self, store: AnyStore) -> AnyStore:
+        """Wrap the store."""
+        self._store = store
+        return RecordingStore(store, self._inputs)  # type: ignore[arg-type]
+
+    def start(self, meta: Mapping[str, Any]) -> None:
+        """Write the recording's header; call when all links and the store are wrapped."""
+        links = [{"name": link.name, "datagrams": link.datagrams, "keep": link.keep} for link in self._links]
+        warnings = list(self._store.warnings) if self._store else []
+        content = to_json(self._store.snapshot()) if self._store else {}
+        self._inputs.target = self.recorder.start_inputs({**meta, "links": links, "store_warnings": warnings}, content)
+
+    def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
+        """Open a step; ``app`` does this by itself."""
+        utc_us = self._utc_us()
+        self.stamp_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
+        self._inputs.begin(kind, now_us, utc_us=utc_us, load=load, late_s=late_s)
+
+    def app(self, app: LoopApp) -> RecordedApp:
+        return RecordedApp(app, self)
+
+    def close(self, now_us: int, **result: Any) -> None:
+        """Finish the last step and close the run's files."""
+        self._inputs.finish()
+        self.recorder.close(now_us, **result)
+
+
+class _Late:
+    """Stands for the InputRecorder until the header can be written."""
+
+    target: InputRecorder | None = None
+
+    @property
+    def number(self) -> int:
+        return self.target.number if self.target else 0
+
+    def begin(self, kind: StepKind, now_us: int, **of_the_loop: Any) -> None:
+        if self.target:
+            self.target.begin(kind, now_us, **of_the_loop)
+
+    def finish(self) -> None:
+        if self.target:
+            self.target.finish()
+
+    def events(self, link: int, poll: int, events: list[LinkEvent]) -> None:
+        if self.target:
+            self.target.events(link, poll, events)
+
+    def wrote(self, link: int, channel: int, data: bytes, accepted: int, keep: bool) -> None:
+        if self.target:
+            self.target.wrote(link, channel, data, accepted, keep)
+
+    def completed(self, ticket: int, ok: bool, text: str) -> None:
+        if self.target:
+            self.target.completed(ticket, ok, text)
+
+
+class RecordedApp:
+    """An app whose every call is a recorded step."""
+
+    def __init__(self, app: LoopApp, recording: Recording) -> None:
+        self._app = app
+        self._recording = recording
+
+    @property
+    def links(self) -> Sequence[Link]:
+        return self._app.links
+
+    @property
+    def actuator_fresh(self) -> bool:
+        return bool(getattr(self._app, "actuator_fresh", True))
+
+    def pump(self, now_us: int) -> None:
+        self._recording.begin("pump", now_us)
+        self._app.pump(now_us)
+
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        self._recording.begin("tick", now_us, load=load, late_s=late_s)
+        return self._app.tick(now_us, late_s=late_s, load=load)
+
+    def shutdown(self, now_us: int) -> None:
+        self._recording.begin("stop", now_us)
+        self._app.shutdown(now_us)
+        self._recording.close(now_us)
+
+
+class TlogLink:
+    """A link whose MAVLink frames, both directions, go into the telemetry log under its number."""
+
+    def __init__(self, link: Link, recording: Recording, number: int) -> None:
+        self._link = link
+        self._recording = recording
+        self._number = number
+        self._deframers: dict[int, Deframer] = {}
+        self.name = link.name
+        self.datagrams = link.datagrams
+
+    def poll(self, now_us: int) -> list[LinkEvent]:
+        events = self._link.poll(now_us)
+        for event in events:
+            if isinstance(event, Received):
+                deframer = self._deframers.get(event.channel)
+                if deframer is None:
+                    deframer = self._deframers[event.channel] = Deframer(datagrams=self.datagrams)
+                for frame in deframer.receive(event.data, now_us):
+                    self._keep(frame.raw)
+            elif isinstance(event, Closed):
+                self._deframers.pop(event.channel, None)
+        return events
+
+    def write(self, channel: int, data: bytes) -> int:
+        accepted = self._link.write(channel, data)
+        if accepted:
+            for raw in split_frames(data):
+                self._keep(raw)
+        return accepted
+
+    def _keep(self, raw: bytes) -> None:
+        self._recording.recorder.frame(self._number, self._recording.stamp_us, raw)
+
+    def filenos(self) -> list[int]:
+        return self._link.filenos()
+
+    def describe(self) -> str:
+        return self._link.describe()
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def split_frames(data: bytes) -> list[bytes]:
+    """Cut our own output, which holds whole MAVLink frames, into frames; a rest that is none is left out."""
+    frames = []
+    at = 0
+    while at + 8 <= len(data) and data[at] in (0xFD, 0xFE):
+        extra = 8 if data[at] == 0xFE else 25 if data[at + 2] & 1 else 12
+        length = data[at + 1] + extra
+        if at + length > len(data):
+            break
+        frames.append(data[at : at + length])
+        at += length
+    return frames
