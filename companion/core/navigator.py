@@ -171,6 +171,15 @@ class Navigator:
         """Seconds since the last stick input, None when there never was one."""
         return None if self._sticks is None else (now_us - self._sticks_us) * 1e-6
 
+    def guided_age_s(self, now_us: int) -> float | None:
+        """Seconds since the last streamed set-point, None when nothing is streamed."""
+        return None if self._steer_us is None else (now_us - self._steer_us) * 1e-6
+
+    def forget_hold(self) -> None:
+        """Station keeping begins anew where the vessel is when it may move again."""
+        if self._hold is not None:
+            self._hold = self._leg = None
+
     def set_speed(self, speed_mps: float | None) -> None:
         self._speed_mps = speed_mps
         self.mission.set_speed(speed_mps)

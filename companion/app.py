@@ -1,0 +1,364 @@
+"""The composition root: builds the vessel from its settings, moves bytes between links and parts, keeps the order.
+
+``pump`` serves protocol endpoints between ticks; ``tick`` runs the vessel. Both start by reading every link in one fixed
+order, so a recording of what the links said replays the run. An exception in a tick gives neutral in the same tick; three in
+a row end the process, neutral first.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Protocol
+
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.requests import (
+    ACCEPTED,
+    LoadPlan,
+    PlanKind,
+    Reboot,
+    Reply,
+    Request,
+    RequestBody,
+    Result,
+    RtcmData,
+    SetParameter,
+)
+from mavlink_bridge.snapshot import Snapshot
+
+from .core.vehicle import TickInputs, Vehicle
+from .core.vessel import VesselConfig
+from .facade import Facade
+from .io.inputs import StepKind
+from .io.link import Link
+from .io.loop import LoopStats
+from .io.store import AnyStore
+from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
+from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort
+from .settings import Settings
+
+
+class AppFaultError(RuntimeError):
+    """Three ticks in a row failed; neutral has been written."""
+
+
+class TickRecorder(Protocol):
+    """What the app tells the recorder of each tick, and what it hears back."""
+
+    def tick(self, snapshot: Snapshot) -> None: ...
+    def frame(self, link: int, stamp_us: int, frame: bytes) -> None: ...
+    def drain_texts(self) -> list[tuple[Severity, str]]: ...
+
+
+class StepRecorder(Protocol):
+    """The recorded inputs: opens a step for each pump and tick."""
+
+    def begin(self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0) -> float: ...
+
+
+log = logging.getLogger(__name__)
+Answer = Callable[[Reply], None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A change that is being stored."""
+
+    answer: Answer
+    apply: Callable[[], None]
+
+
+FAULTS_IN_A_ROW: Final = 3
+"""Failed ticks in a row after which the process gives up (and is restarted, disarmed)."""
+
+
+class App:
+    """The vessel's process. Ports are read in this order: sensors, actuators, ground stations."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        vessel: VesselConfig,
+        sensors: Sequence[NmeaPort],
+        actuators: ArduinoPort | None,
+        store: AnyStore,
+        *,
+        reproducible: bool = False,
+    ) -> None:
+        self.settings = settings
+        self.period_us = 1_000_000 // settings.system.tick_hz
+        self.sensors = tuple(sensors)
+        self.actuators = actuators
+        self.grounds: list[GroundPort] = []
+        self.store = store
+        self.recorder: TickRecorder | None = None
+        self.inputs: StepRecorder | None = None
+        self.stats = LoopStats()
+        self.utc_us: Callable[[], int | None] = lambda: None
+        self.vehicle = Vehicle(settings, vessel)
+        self.facade = Facade(settings, self.vehicle.mission, reproducible=reproducible)
+        self.snapshot: Snapshot | None = None
+        self.actuator_fresh = False
+        """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
+        self._waiting: dict[int, _Waiting] = {}
+        self._own: list[tuple[Answer, RequestBody]] = []
+        self._faults = 0
+        self._storage_fault = False
+        self._last_tick_us: int | None = None
+        self._closed = False
+        self._stamp_us = 0
+        self.stop_wanted = False
+        """A ground station has asked for a shutdown or reboot while disarmed."""
+        self.restart_wanted = False
+        self._restore()
+
+    # ---- the two calls ------------------------------------------------------------------------------------------
+
+    def pump(self, now_us: int) -> None:
+        """Serve protocol endpoints; what arrives for the vessel takes effect at the next tick."""
+        utc_us = self.utc_us()
+        if self.inputs is not None:
+            self.inputs.begin("pump", now_us, utc_us=utc_us)
+        self._stamp_us = now_us if utc_us is None else utc_us
+        self._read(now_us)
+        self._flush(now_us)
+
+    def tick(self, now_us: int) -> None:
+        """Run one control period. Raises AppFaultError after three failures in a row, with neutral written."""
+        load, utc_us = self.stats.load, self.utc_us()
+        if self.inputs is not None:
+            load = self.inputs.begin("tick", now_us, utc_us=utc_us, load=load)
+        self._stamp_us = now_us if utc_us is None else utc_us
+        late_us = 0 if self._last_tick_us is None else now_us - self._last_tick_us - self.period_us
+        self._last_tick_us = now_us
+        try:
+            self._run(now_us, max(0, late_us) * 1e-6, load)
+        except Exception as error:
+            self._fault(now_us, error)
+            return
+        self._faults = 0
+
+    def shutdown(self, now_us: int) -> None:
+        """Write neutral and let everything go; may be called twice."""
+        if self._closed:
+            return
+        self._closed = True
+        self._neutral(now_us, "shutdown")
+        for port in self.ports:
+            port.link.close()
+        self.store.close()
+
+    @property
+    def ports(self) -> tuple[NmeaPort | ArduinoPort | GroundPort, ...]:
+        """Every port in the order in which it is read."""
+        actuators = () if self.actuators is None else (self.actuators,)
+        return (*self.sensors, *actuators, *self.grounds)
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        return tuple(port.link for port in self.ports)
+
+    def tap(self, link: int) -> Callable[[bytes], None]:
+        """Return the tap of a ground link for the tlog; the stamp is UTC where it is known."""
+
+        def keep(frame: bytes) -> None:
+            if self.recorder is not None:
+                self.recorder.frame(link, self._stamp_us, frame)
+
+        return keep
+
+    def submit(self, body: RequestBody, answer: Answer = lambda reply: None) -> None:
+        """Queue a request of the vessel's own people: the command line, a scenario. Answered at a coming tick."""
+        self._own.append((answer, body))
+
+    # ---- one tick -----------------------------------------------------------------------------------------------
+
+    def _run(self, now_us: int, late_s: float, load: float) -> None:
+        self._read(now_us)
+        self._answer_requests(now_us)
+        snapshot = self.vehicle.tick(now_us, self._inputs(now_us, late_s, load))
+        self.snapshot = snapshot
+        if self.actuators is not None:
+            self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
+        for ground in self.grounds:
+            ground.tick(now_us, snapshot)
+        self._flush(now_us)
+        if self.recorder is not None:
+            self.recorder.tick(snapshot)
+
+    def _read(self, now_us: int) -> None:
+        for port in self.ports:
+            port.read(now_us)
+        for completion in self.store.completions():
+            self._stored(completion)
+
+    def _flush(self, now_us: int) -> None:
+        for ground in self.grounds:
+            ground.flush(now_us)
+
+    def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
+        for port in self.sensors:
+            self._say(port.reader.drain_texts())
+        if self.recorder is not None:
+            self._say(self.recorder.drain_texts())
+        common = TickInputs(
+            measurements=[item for port in self.sensors for item in port.take()],
+            links=tuple(port.health(now_us) for port in self.ports),
+            gcs_age_s=self._heard_s(now_us, radio=False),
+            radio_age_s=self._heard_s(now_us, radio=True),
+            storage_fault=self._storage_fault,
+            late_s=late_s,
+            load=load,
+            plan_ids=self.facade.plans.ids,
+        )
+        if self.actuators is None:
+            return common
+        board = self.actuators.board
+        ready, reason = board.ready(now_us)
+        self._say(board.drain_texts())
+        return replace(
+            common,
+            actuator=board.status,
+            actuator_ready=ready,
+            actuator_reason=reason,
+            actuator_faults=board.faults(now_us),
+            commanded_us=board.commanded_us,
+        )
+
+    def _heard_s(self, now_us: int, *, radio: bool) -> float | None:
+        heard = [
+            stamp
+            for ground in self.grounds
+            if (ground.kind == "radio") is radio
+            for talk in ground.conversations.values()
+            if (stamp := talk.last_heartbeat_us) is not None
+        ]
+        return (now_us - max(heard)) * 1e-6 if heard else None
+
+    def _say(self, texts: Sequence[tuple[Severity, str]]) -> None:
+        for severity, text in texts:
+            self.vehicle.say(severity, text)
+
+    def _fault(self, now_us: int, error: Exception) -> None:
+        """Neutral first, then the trace, then (three in a row) give up."""
+        self._neutral(now_us, f"fault: {type(error).__name__}")
+        self._faults += 1
+        log.error("tick failed (%d in a row), neutral is written", self._faults, exc_info=error)
+        self.vehicle.disarm(f"internal fault: {type(error).__name__}")
+        if self._faults >= FAULTS_IN_A_ROW:
+            raise AppFaultError(f"{self._faults} ticks in a row failed: {error}") from error
+
+    def _neutral(self, now_us: int, cause: str) -> None:
+        output = self.vehicle.gate.neutral(now_us, cause)
+        if self.actuators is not None:
+            self.actuators.write(output, now_us)
+
+    # ---- requests -----------------------------------------------------------------------------------------------
+
+    def _answer_requests(self, now_us: int) -> None:
+        own, self._own = self._own, []
+        for answer, body in own:
+            self._carry_out(Request(0, body, sender=0), answer, now_us)
+        for ground in self.grounds:
+            for talk, request in ground.requests():
+                self._carry_out(request, self._replying(talk, request, now_us), now_us)
+
+    def _replying(self, talk: Conversation, request: Request, now_us: int) -> Answer:
+        def answer(reply: Reply) -> None:
+            if request.reply:
+                talk.reply(request.id, reply, self._last_tick_us or now_us)
+
+        return answer
+
+    def _carry_out(self, request: Request, answer: Answer, now_us: int) -> None:
+        body = request.body
+        if isinstance(body, LoadPlan):
+            self._load(body, answer)
+        elif isinstance(body, SetParameter):
+            self._set_parameter(body, answer)
+        elif isinstance(body, RtcmData):
+            for port in self.sensors[:1]:
+                port.send(0, body.data)
+            answer(ACCEPTED)
+        elif isinstance(body, Reboot):
+            answer(self._reboot(body))
+        else:
+            answer(self.vehicle.handle(request, now_us))
+
+    def _load(self, body: LoadPlan, answer: Answer) -> None:
+        refusal = self.vehicle.plan_refusal(body)
+        if refusal:
+            answer(Reply(Result.DENIED, refusal))
+            return
+        self._store(SavePlan(body.kind, body.items), answer, lambda: self._adopt(body))
+
+    def _adopt(self, body: LoadPlan) -> None:
+        """Put a plan in force."""
+        self.facade.plans.put(body.kind, body.items)
+        if body.kind is PlanKind.MISSION:
+            self.vehicle.load_plan(body.plan)
+        elif body.kind is PlanKind.FENCE:
+            self.vehicle.load_fence(body.fence)
+        else:
+            self.vehicle.load_rally(body.rally_rad)
+
+    def _set_parameter(self, body: SetParameter, answer: Answer) -> None:
+        try:
+            self.facade.params.change(body.name, body.value)
+        except ValueError as error:
+            answer(Reply(Result.DENIED, str(error)))
+            return
+        self._store(SaveParam(body.name, body.value), answer, lambda: self._reconfigure(body.name, body.value))
+
+    def _reconfigure(self, name: str, value: float) -> None:
+        settings = self.facade.params.change(name, value)
+        self.settings = self.facade.params.settings = settings
+        self.vehicle.configure(settings)
+        if self.actuators is not None:
+            self.actuators.board.configure(settings.actuators.board)
+        for ground in self.grounds:
+            for talk in ground.conversations.values():
+                talk.param_changed(name)
+
+    def _reboot(self, body: Reboot) -> Reply:
+        if self.vehicle.armed:
+            return Reply(Result.REJECTED_NOW, "armed")
+        self.restart_wanted = not body.shutdown
+        self.stop_wanted = True
+        return ACCEPTED
+
+    # ---- what must last -----------------------------------------------------------------------------------------
+
+    def _store(self, op: StoreOp, answer: Answer, apply: Callable[[], None]) -> None:
+        self._waiting[self.store.submit(op)] = _Waiting(answer, apply)
+
+    def _stored(self, done: Completion) -> None:
+        """A change is on disk (or cannot be): put it in force and answer."""
+        waiting = self._waiting.pop(done.ticket, None)
+        if waiting is None:
+            return
+        self._storage_fault = not done.ok or bool(done.text)
+        if not done.ok:
+            waiting.answer(Reply(Result.FAILED, f"not stored: {done.text}"))
+            return
+        waiting.apply()
+        waiting.answer(ACCEPTED)
+
+    def _restore(self) -> None:
+        """Take back what the store kept: parameters, then plans. What no longer fits is told and left out."""
+        self._say([(Severity.WARNING, text) for text in self.store.warnings])
+        content = self.store.snapshot()
+        for name, value in content.params.items():
+            try:
+                self.settings = self.facade.params.settings = self.facade.params.change(name, value)
+            except ValueError as error:
+                self.vehicle.say(Severity.WARNING, f"stored parameter left out: {error}")
+        self.vehicle.configure(self.settings)
+        for kind, items in content.plans.items():
+            plan = load_plan(kind, items)
+            if isinstance(plan, LoadPlan):
+                self._adopt(plan)
+            else:
+                self.vehicle.say(Severity.WARNING, f"stored {kind.name.lower()} left out: {plan.reason}")

@@ -1,0 +1,119 @@
+"""The vessel as endpoints see it: parameters, plans in force, identity. The app owns it and changes it; endpoints read."""
+
+from __future__ import annotations
+
+import platform
+import uuid
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+
+from mavlink_bridge.plan_rules import plan_id
+from mavlink_bridge.port import Identity, ParamInfo
+from mavlink_bridge.requests import PlanItem, PlanKind
+
+from . import params
+from .core.mission import Mission
+from .settings import Settings
+
+
+class Parameters:
+    """The parameter table over the settings in force."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.entries = tuple(sorted(params.entries(type(settings)), key=lambda entry: entry.param.name))
+        self._index = {entry.param.name: number for number, entry in enumerate(self.entries)}
+        if len(self._index) != len(self.entries):
+            names = [entry.param.name for entry in self.entries]
+            raise ValueError(f"parameter declared twice: {sorted({name for name in names if names.count(name) > 1})}")
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def index(self, name: str) -> int | None:
+        return self._index.get(name)
+
+    def get(self, name: str) -> ParamInfo | None:
+        number = self._index.get(name)
+        return None if number is None else self.at(number)
+
+    def at(self, index: int) -> ParamInfo | None:
+        if not 0 <= index < len(self.entries):
+            return None
+        entry = self.entries[index]
+        return ParamInfo(
+            name=entry.param.name,
+            value=params.read(self.settings, entry),
+            minimum=entry.minimum,
+            maximum=entry.maximum,
+            unit=entry.param.unit,
+            text=entry.text,
+            live=entry.param.live,
+            default=entry.default,
+            increment=1.0 if entry.kind is not float else None,
+            group=entry.path[0],
+        )
+
+    def change(self, name: str, value: float) -> Settings:
+        """Return settings with one parameter changed. Raises ValueError with the reason."""
+        number = self._index.get(name)
+        if number is None:
+            raise ValueError(f"no parameter {name}")
+        return params.write(self.settings, self.entries[number], value)
+
+
+class Plans:
+    """Items in force by kind, with their ids."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
+        self._ids = dict.fromkeys(PlanKind, 0)
+
+    def items(self, kind: PlanKind) -> Sequence[PlanItem]:
+        return self._items[kind]
+
+    def plan_id(self, kind: PlanKind) -> int:
+        return self._ids[kind]
+
+    @property
+    def ids(self) -> tuple[int, int, int]:
+        return self._ids[PlanKind.MISSION], self._ids[PlanKind.FENCE], self._ids[PlanKind.RALLY]
+
+    @property
+    def home(self) -> tuple[float, float] | None:
+        return self._mission.home
+
+    def put(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> None:
+        self._items[kind] = items
+        self._ids[kind] = plan_id(items) if items else 0
+
+
+class Facade:
+    """The VehiclePort of ``mavlink_bridge.port``."""
+
+    def __init__(self, settings: Settings, mission: Mission, *, reproducible: bool = False) -> None:
+        self.params = Parameters(settings)
+        self.plans = Plans(mission)
+        self.identity = Identity(
+            uid=0x5553_5600_0000_0000 | settings.system.system_id if reproducible else uuid.getnode(),
+            version=software_version(),
+            os_version=(0, 0, 0) if reproducible else _os_version(),
+            name=settings.system.name,
+        )
+
+
+def software_version() -> tuple[int, int, int]:
+    """Return this software's version."""
+    try:
+        parts = version("usv-companion").split(".")
+    except PackageNotFoundError:
+        return 0, 0, 0
+    numbers = [int(part) if part.isdigit() else 0 for part in (*parts, "0", "0")[:3]]
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _os_version() -> tuple[int, int, int]:
+    numbers = [int(part) for part in platform.release().split("-")[0].split(".") if part.isdigit()]
+    first, second, third = [*numbers, 0, 0, 0][:3]
+    return first & 0xFF, second & 0xFF, third & 0xFF

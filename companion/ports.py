@@ -1,0 +1,190 @@
+"""What hangs on each link: a port turns a link's bytes into measurements, actuator lines or requests, and back.
+
+Ports do no I/O of their own; they ask their link. Ground ports keep one endpoint per channel and hold back what a slow
+peer has not taken, within bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from mavlink_bridge.imc import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.requests import Reply, Request
+from mavlink_bridge.snapshot import LinkHealth, Snapshot
+
+from .core.arduino import Arduino
+from .core.nmea import NmeaReader
+from .io.link import Closed, Link, LinkEvent, Opened, Received
+
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+MTU_BYTES = 1200
+"""Largest datagram that no common network splits."""
+
+
+class Port(Protocol):
+    """What the app does with every link."""
+
+    link: Link
+
+    def read(self, now_us: int) -> None: ...
+    def health(self, now_us: int) -> LinkHealth: ...
+
+
+class _Counted:
+    """A link with its traffic counted."""
+
+    def __init__(self, link: Link, kind: str) -> None:
+        self.link = link
+        self.kind = kind
+        self.bytes_in = 0
+        self.bytes_out = 0
+        self.open_channels: dict[int, str] = {}
+        self._last_rx_us: int | None = None
+
+    def events(self, now_us: int) -> list[LinkEvent]:
+        events = self.link.poll(now_us)
+        for event in events:
+            if isinstance(event, Received):
+                self.bytes_in += len(event.data)
+                self._last_rx_us = now_us
+            elif isinstance(event, Opened):
+                self.open_channels[event.channel] = event.peer
+            else:
+                self.open_channels.pop(event.channel, None)
+        return events
+
+    def send(self, channel: int, data: bytes) -> int:
+        accepted = self.link.write(channel, data)
+        self.bytes_out += accepted
+        return accepted
+
+    def summary(self, now_us: int, bad_frames: int, text: str) -> LinkHealth:
+        age = None if self._last_rx_us is None else (now_us - self._last_rx_us) * 1e-6
+        return LinkHealth(
+            name=self.link.name,
+            kind=self.kind,
+            is_open=bool(self.open_channels),
+            peers=len(self.open_channels),
+            bytes_in=self.bytes_in,
+            bytes_out=self.bytes_out,
+            bad_frames=bad_frames,
+            last_rx_age_s=age,
+            text=text,
+        )
+
+
+class NmeaPort(_Counted):
+    """A sensor link."""
+
+    def __init__(self, link: Link, reader: NmeaReader) -> None:
+        super().__init__(link, "nmea")
+        self.reader = reader
+        self.measurements: list[Measurement] = []
+
+    def read(self, now_us: int) -> None:
+        for event in self.events(now_us):
+            if isinstance(event, Received):
+                self.measurements += self.reader.receive(event.data, now_us)
+        self.measurements += self.reader.poll(now_us)
+
+    def take(self) -> list[Measurement]:
+        taken, self.measurements = self.measurements, []
+        return taken
+
+    def health(self, now_us: int) -> LinkHealth:
+        return self.summary(now_us, self.reader.counters.get("bad_checksum", 0), self.link.describe())
+
+
+class ArduinoPort(_Counted):
+    """The link to the actuator board."""
+
+    def __init__(self, link: Link, board: Arduino) -> None:
+        super().__init__(link, "actuators")
+        self.board = board
+
+    def read(self, now_us: int) -> None:
+        for event in self.events(now_us):
+            if isinstance(event, Opened):
+                self.board.opened(now_us)
+            elif isinstance(event, Closed):
+                self.board.closed(now_us)
+            else:
+                self.board.receive(event.data, now_us)
+
+    def write(self, output: ActuatorOutput, now_us: int) -> bool:
+        """Send this tick's frame; True when the board's port took all of it."""
+        data = self.board.encode(output, now_us)
+        if not data:
+            return False
+        accepted = self.send(0, data)
+        self.board.note_written(accepted, len(data), now_us)
+        return accepted == len(data)
+
+    def health(self, now_us: int) -> LinkHealth:
+        return self.summary(now_us, self.board.status.bad_frames, self.link.describe())
+
+
+class Conversation(Protocol):
+    """One ground station's side of a protocol: a MAVLink endpoint, the seed's JSON or the compact radio link."""
+
+    def receive(self, data: bytes, now_us: int) -> None: ...
+    def requests(self) -> list[Request]: ...
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None: ...
+    def tick(self, now_us: int, snapshot: Snapshot) -> None: ...
+    def take(self, now_us: int, limit_bytes: int) -> bytes: ...
+    def param_changed(self, name: str) -> None: ...
+    @property
+    def bad_frames(self) -> int: ...
+    @property
+    def last_heartbeat_us(self) -> int | None: ...
+
+
+class GroundPort(_Counted):
+    """A link to ground stations: one conversation for each channel."""
+
+    def __init__(self, link: Link, kind: str, converse: Callable[[int, str], Conversation]) -> None:
+        super().__init__(link, kind)
+        self.conversations: dict[int, Conversation] = {}
+        self._converse = converse
+        self._backlog: dict[int, bytes] = {}
+        self.dropped_bytes = 0
+
+    def read(self, now_us: int) -> None:
+        for event in self.events(now_us):
+            if isinstance(event, Opened):
+                self.conversations[event.channel] = self._converse(event.channel, event.peer)
+            elif isinstance(event, Closed):
+                self.conversations.pop(event.channel, None)
+                self._backlog.pop(event.channel, None)
+            elif event.channel in self.conversations:
+                self.conversations[event.channel].receive(event.data, now_us)
+
+    def requests(self) -> list[tuple[Conversation, Request]]:
+        return [(talk, request) for talk in self.conversations.values() for request in talk.requests()]
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        for talk in self.conversations.values():
+            talk.tick(now_us, snapshot)
+
+    def flush(self, now_us: int) -> None:
+        """Send what is due. A stream peer that takes only part gets the rest first next time; a datagram is all or nothing."""
+        for channel, talk in self.conversations.items():
+            waiting = self._backlog.pop(channel, b"")
+            if waiting:
+                waiting = waiting[self.send(channel, waiting) :]
+            while not waiting:
+                data = talk.take(now_us, MTU_BYTES)
+                if not data:
+                    break
+                accepted = self.send(channel, data)
+                if accepted < len(data) and self.link.datagrams:
+                    self.dropped_bytes += len(data)
+                    break
+                waiting = data[accepted:]
+            if waiting:
+                self._backlog[channel] = waiting
+
+    def health(self, now_us: int) -> LinkHealth:
+        bad = sum(talk.bad_frames for talk in self.conversations.values())
+        return self.summary(now_us, bad, self.link.describe())

@@ -1,0 +1,206 @@
+"""Configuration: one TOML file plus explicit ``--set key=value``, checked whole before anything opens.
+
+The models of the parts are put together here; ``load`` reads, merges, validates and reports every mistake at once,
+each with its key, its value and the mend. No environment variables, no merging from hidden places.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from pydantic import BaseModel, Field, ValidationError, field_validator
+
+import config as shipped
+from companion.core.arduino import ActuatorConfig
+from companion.core.config import Config
+from companion.core.nmea import NmeaConfig
+from companion.core.vehicle import VehicleConfig
+from companion.core.vessel import VesselConfig
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class ConfigError(Exception):
+    """Every mistake of a configuration, one line each: key, value, mend."""
+
+    def __init__(self, source: str, mistakes: Sequence[str]) -> None:
+        super().__init__(f"{source}: " + "; ".join(mistakes))
+        self.source = source
+        self.mistakes = tuple(mistakes)
+
+
+class SystemConfig(Config):
+    """Who the vessel is on MAVLink, and how fast it thinks."""
+
+    name: str = Field("usv", max_length=16)
+    """Shown to people."""
+    system_id: int = Field(1, ge=1, le=250)
+    tick_hz: int = Field(20, ge=10, le=50)
+    """Control and actuator refresh rate."""
+    entity_label: str = ""
+    """The seed's Entity Label: labels the log."""
+
+
+class SensorConfig(Config):
+    """One NMEA link. The seed's spellings of a device are accepted."""
+
+    name: str = "nmea"
+    url: str = "tcp://127.0.0.1:3000"
+    """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'."""
+    baud: int | None = None
+    """For a bare device path."""
+    nmea: NmeaConfig = NmeaConfig()
+
+
+class ActuatorLinkConfig(Config):
+    """The actuator board: its link, and its protocol and channels."""
+
+    url: str = "serial:/dev/ttyACM0?baud=115200"
+    baud: int | None = None
+    board: ActuatorConfig = ActuatorConfig()
+
+
+class EndpointSettings(Config):
+    """One link to ground stations."""
+
+    name: str
+    url: str
+    persona: Literal["ardurover", "generic"] = "ardurover"
+    link_class: Literal["trusted", "signed", "telemetry"] = "trusted"
+    profile: Literal["lan", "lora", "high_latency"] = "lan"
+    budget_bytes_per_s: int | None = Field(None, ge=10)
+    """Cap of what goes out; None = the profile's own."""
+    insecure: bool = False
+    """Needed to serve other machines without signing; puts up a standing warning."""
+
+
+class RadioSettings(Config):
+    """The vessel's radio port (LoRa)."""
+
+    url: str = ""
+    """Empty: no radio."""
+    protocol: Literal["mavlink", "json", "compact"] = "mavlink"
+    profile: str = "o-10"
+    """Name of a file in config/radio, or a path."""
+    key_file: str = ""
+    """32-byte key of the compact link; made by 'companion keys'."""
+
+
+class RecordConfig(Config):
+    """What a run leaves behind."""
+
+    directory: str = "runs"
+    enabled: bool = True
+    max_mb: int = Field(512, ge=8)
+    """Total size of one run's files; the oldest pieces go first."""
+    free_floor_mb: int = Field(200, ge=0)
+    """Logging stops while the disk has less room than this."""
+
+
+class SecurityConfig(Config):
+    """Signing of MAVLink."""
+
+    key_file: str = ""
+
+
+class Settings(VehicleConfig):
+    """The whole configuration of a vessel."""
+
+    system: SystemConfig = SystemConfig()
+    vessel: str = "otter"
+    """Name of a file in config/vessels, or a path."""
+    sensors: tuple[SensorConfig, ...] = (SensorConfig(),)
+    actuators: ActuatorLinkConfig = ActuatorLinkConfig()
+    endpoints: tuple[EndpointSettings, ...] = ()
+    radio: RadioSettings = RadioSettings()
+    store: str = "state/companion.db"
+    """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
+    record: RecordConfig = RecordConfig()
+    security: SecurityConfig = SecurityConfig()
+
+    @field_validator("sensors", "endpoints")
+    @classmethod
+    def _unique_names(cls, value: tuple[Any, ...]) -> tuple[Any, ...]:
+        names = [item.name for item in value]
+        double = sorted({name for name in names if names.count(name) > 1})
+        if double:
+            raise ValueError(f"names must differ: {', '.join(double)} appears twice")
+        return value
+
+
+def load(path: Path | None, overrides: Sequence[str] = (), model: type[Model] = Settings) -> Model:  # type: ignore[assignment]
+    """Read a TOML file (None: defaults only), apply ``key=value`` overrides and validate.
+
+    Raises ConfigError with every mistake.
+    """
+    source = str(path) if path else "defaults"
+    data = _read(path) if path else {}
+    mistakes = [mistake for item in overrides if (mistake := _override(data, item))]
+    try:
+        settings = model.model_validate(data)
+    except ValidationError as error:
+        raise ConfigError(source, mistakes + [explain(item) for item in error.errors()]) from None
+    if mistakes:
+        raise ConfigError(source, mistakes)
+    return settings
+
+
+def load_vessel(name: str) -> VesselConfig:
+    """Read a vessel file by its shipped name or by path. Raises ConfigError."""
+    return _named(name, "vessels", "vessel", VesselConfig)
+
+
+def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
+    path = Path(name) if name.endswith(".toml") else shipped.path(folder, f"{name}.toml")
+    if not path.is_file():
+        known = ", ".join(sorted(item.stem for item in shipped.path(folder).glob("*.toml")))
+        raise ConfigError(key, [f"{key} = {name!r}: no such file; shipped: {known}; or give a path to a .toml file"])
+    return load(path, model=model)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(str(path), ["no such file"]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
+
+
+def _override(data: dict[str, Any], item: str) -> str:
+    key, equals, text = item.partition("=")
+    if not equals or not key.strip():
+        return f"--set {item}: write it as key=value, e.g. --set depth.enabled=false"
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text
+    *tables, last = key.strip().split(".")
+    place: Any = data
+    for table in tables:
+        place = place[int(table)] if isinstance(place, list) and table.isdigit() else place.setdefault(table, {})
+        if not isinstance(place, dict | list):
+            return f"--set {item}: {table} is not a table"
+    if isinstance(place, list):
+        place[int(last)] = value
+    else:
+        place[last] = value
+    return ""
+
+
+def explain(error: Any) -> str:
+    """Turn one pydantic error into 'key = value: what to do'."""
+    key = ".".join(str(part) for part in error["loc"]) or "file"
+    kind, message = error["type"], error["msg"].removeprefix("Value error, ")
+    if kind == "extra_forbidden":
+        return f"{key}: no such key; remove it or check the spelling"
+    if kind == "missing":
+        return f"{key}: missing; add it"
+    value = error.get("input")
+    shown = repr(value) if isinstance(value, str | int | float | bool) else type(value).__name__
+    return f"{key} = {shown}: {message[:1].lower()}{message[1:]}"

@@ -1,0 +1,94 @@
+"""Everything outside the vessel's computer: hull, water, bottom, sensors and actuator board, advanced in lock-step.
+
+The plant talks bytes only: NMEA out, Arduino lines in and out. Who carries them (memory, TCP, pty) is the world's
+business. One seeded generator per source, so that a change in one does not shift the others.
+"""
+
+from __future__ import annotations
+
+import random
+from typing import Protocol
+
+from companion.core.arduino import ActuatorConfig
+from companion.core.geo import LocalFrame
+from companion.core.vessel import VesselConfig
+from sitl.arduino_twin import ArduinoTwin, pulses_to_demand
+from sitl.bottom import make_bottom
+from sitl.settings import WorldConfig
+from sitl.truth import Truth
+
+from .sensors import SensorSuite
+from .vessel import SimVessel
+from .water import Water
+
+
+class Board(Protocol):
+    """An actuator board: the Python twin or the real firmware on a simulated chip."""
+
+    @property
+    def pulses_us(self) -> tuple[int, int, int, int]: ...
+    def receive(self, data: bytes, now_us: int) -> None: ...
+    def step(self, now_us: int) -> bytes: ...
+
+
+class Plant:
+    """The simulated vessel and its surroundings."""
+
+    def __init__(
+        self,
+        config: WorldConfig,
+        vessel: VesselConfig,
+        actuators: ActuatorConfig,
+        seed: int,
+        board: Board | None = None,
+    ) -> None:
+        self.config = config
+        self.frame = LocalFrame(*config.start_rad)
+        self.board: Board = board or ArduinoTwin()
+        self.bottom = make_bottom(config.bottom)
+        self.water = Water(config.water, _generator(seed, "water"))
+        self.vessel = SimVessel(vessel)
+        self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=config.heading_rad)
+        self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"))
+        self._actuators = actuators
+        self._now_us = 0
+        self.truth = self._measure(0)
+
+    def step(self, now_us: int) -> tuple[list[bytes], bytes]:
+        """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
+        while self._now_us < now_us:
+            span_us = min(self.config.step_us, now_us - self._now_us)
+            self._now_us += span_us
+            dt_s = span_us * 1e-6
+            self.water.step(dt_s)
+            demand = pulses_to_demand(self.board.pulses_us, self._actuators)
+            self.vessel.step(dt_s, *demand, self.water)
+        status = self.board.step(now_us)
+        self.truth = self._measure(now_us)
+        return self.sensors.step(now_us, self.truth), status
+
+    def _measure(self, now_us: int) -> Truth:
+        hull = self.vessel
+        lat_rad, lon_rad = self.frame.to_geodetic(hull.north_m, hull.east_m)
+        vn_mps, ve_mps = hull.ground_velocity(self.water)
+        return Truth(
+            t_us=now_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            north_m=hull.north_m,
+            east_m=hull.east_m,
+            psi_rad=hull.psi_rad,
+            u_mps=hull.u_mps,
+            v_mps=hull.v_mps,
+            r_radps=hull.r_radps,
+            vn_mps=vn_mps,
+            ve_mps=ve_mps,
+            roll_rad=hull.roll_rad,
+            pitch_rad=hull.pitch_rad,
+            heave_m=hull.heave_m,
+            depth_m=self.bottom.depth_at(hull.north_m, hull.east_m),
+        )
+
+
+def _generator(seed: int, source: str) -> random.Random:
+    return random.Random(f"{seed}/{source}")
