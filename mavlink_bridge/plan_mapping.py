@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from mavlink_bridge import imc
+from mavlink_bridge.fence_mapping import compile_fence, compile_rally
 from mavlink_bridge.plan_rules import (
     DEFAULT_LIMITS,
     FRAMES,
@@ -31,9 +32,19 @@ from mavlink_bridge.plan_rules import (
     toward_next,
     within,
 )
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
 
-__all__ = ["Cmd", "Compiled", "MissionResult", "PlanError", "PlanLimits", "compile_item", "compile_items", "plan_id"]
+__all__ = [
+    "Cmd",
+    "Compiled",
+    "MissionResult",
+    "PlanError",
+    "PlanLimits",
+    "compile_item",
+    "compile_items",
+    "load_plan",
+    "plan_id",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +232,7 @@ def _condition_delay(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuv
 def _jump(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
     target, repeats = given(item, 1), given(item, 2)
     if target is None or target != int(target) or not 0 <= target < limits.max_items:
-        raise RefusedError(1, f"jump target {parameter(item, 1):g} is not an item of the plan")
+        raise RefusedError(1, "the jump target is not an item of the plan")
     if int(target) == seq:
         raise RefusedError(1, "the item jumps to itself")
     if repeats is None or repeats != int(repeats) or not -1 <= repeats <= 32_767:
@@ -323,7 +334,7 @@ def _jump_errors(maneuvers: Sequence[imc.Maneuver]) -> list[PlanError]:
         if not isinstance(jump, imc.Jump):
             continue
         if jump.target_seq >= len(maneuvers):
-            reason = f"jump target {jump.target_seq} is not an item of the plan"
+            reason = "the jump target is not an item of the plan"
             errors.append(PlanError(jump.seq, 1, reason, MissionResult.INVALID_PARAM1))
         elif jump.repeats and _comes_back(jump, maneuvers):
             reason = "the jump loops without an item to sail in between"
@@ -347,3 +358,15 @@ def _comes_back(jump: imc.Jump, maneuvers: Sequence[imc.Maneuver]) -> bool:
         if not (isinstance(here, imc.Jump) and here.repeats < 0):
             waiting.append(seq + 1)
     return False
+
+
+def load_plan(kind: PlanKind, items: Sequence[PlanItem], limits: PlanLimits = DEFAULT_LIMITS) -> LoadPlan | PlanError:
+    """Compile canonical items of any kind into what the vessel loads, or return the first error."""
+    if kind is PlanKind.FENCE:
+        areas, errors = compile_fence(items, limits)
+        return errors[0] if errors else LoadPlan(kind, tuple(items), fence=areas)
+    if kind is PlanKind.RALLY:
+        points, errors = compile_rally(items, limits)
+        return errors[0] if errors else LoadPlan(kind, tuple(items), rally_rad=points)
+    compiled = compile_items(items, limits)
+    return compiled.errors[0] if compiled.errors else LoadPlan(kind, tuple(items), plan=compiled.plan)

@@ -1,0 +1,502 @@
+"""The mission protocol, vehicle side: upload, download and clear of missions, fences and rally points on one link.
+
+Sans-I/O: messages in by ``handle``, time by ``poll``, messages out as return values. A finished upload is compiled and
+handed over by ``loads``; the MISSION_ACK goes out only when ``finish`` says that the vessel has stored it, so an acknowledged
+plan is a plan that survives. Until then, and after every failure, the old plan stays. Transfers are keyed by (system,
+component, kind); only one upload of a kind runs at a time over all links that share ``UploadLocks``. Source: MAVLink
+mission protocol; client timers in gcs §4.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol
+
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.mapping import degE7_to_rad
+from mavlink_bridge.mission_upload import Upload
+from mavlink_bridge.mission_wire import (
+    ALL_KINDS,
+    home_problem,
+    item_from_message,
+    item_to_message,
+    kind_of,
+    shift_jump,
+    with_home,
+    without_home,
+)
+from mavlink_bridge.plan_mapping import compile_item, load_plan
+from mavlink_bridge.plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits, describe
+from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
+
+Messages = list[Any]
+Sender = tuple[int, int]
+"""System and component id of a ground station."""
+
+_MAX_DOWNLOADS: Final = 16
+_MAX_TEXTS: Final = 20
+_REMEMBER_US: Final = 10_000_000
+_RESULTS: Final = {
+    Result.ACCEPTED: MissionResult.ACCEPTED,
+    Result.REJECTED_NOW: MissionResult.DENIED,
+    Result.DENIED: MissionResult.DENIED,
+    Result.UNSUPPORTED: MissionResult.UNSUPPORTED,
+    Result.FAILED: MissionResult.ERROR,
+}
+
+
+class PlanStore(Protocol):
+    """The plans that are in force, in canonical form; read only."""
+
+    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]: ...
+
+    def plan_id(self, kind: PlanKind) -> int: ...
+
+    @property
+    def home(self) -> tuple[float, float] | None:
+        """Latitude and longitude in rad."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class MissionTiming:
+    """How patient the server is. ``hold_us`` set: keep an upload open while the vessel stores it, as a slow radio needs."""
+
+    retry_us: int = 1_500_000
+    """Longest wait for an item; must exceed the link's round trip."""
+    retries: int = 5
+    store_us: int = 30_000_000
+    """How long the vessel may take to store a plan before the sender is told that it failed."""
+    hold_us: int | None = None
+    """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
+    hold_single_us: int = 1_800_000
+    """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s."""
+
+
+class UploadLocks:
+    """Which upload of each kind is under way, over all links of a vessel."""
+
+    def __init__(self) -> None:
+        self._holders: dict[PlanKind, tuple[object, int]] = {}
+
+    def claim(self, kind: PlanKind, holder: object, now_us: int, silent_us: int) -> bool:
+        """Take or refresh the lock. A holder that was silent for ``silent_us`` loses it."""
+        current = self._holders.get(kind)
+        if current is not None and current[0] is not holder and now_us - current[1] < silent_us:
+            return False
+        self._holders[kind] = (holder, now_us)
+        return True
+
+    def held(self, kind: PlanKind, holder: object) -> bool:
+        current = self._holders.get(kind)
+        return current is not None and current[0] is holder
+
+    def release(self, kind: PlanKind, holder: object) -> None:
+        if self.held(kind, holder):
+            del self._holders[kind]
+
+
+@dataclass(slots=True, eq=False)
+class _Session:
+    """An upload from its first message until its MISSION_ACK."""
+
+    sender: Sender
+    kind: PlanKind
+    upload: Upload
+    base: tuple[PlanItem, ...] = ()
+    """What stands around a partial upload."""
+    storing_us: int | None = None
+    """When the items were complete; None while they come in."""
+    held_us: int = 0
+    held_seq: int = 0
+
+
+@dataclass(slots=True)
+class _Store:
+    """Something handed to the vessel whose outcome a ground station waits for."""
+
+    sender: Sender
+    mission_type: int
+    waiting: int = 1
+    session: _Session | None = None
+    failed: Reply | None = None
+    kind: PlanKind = PlanKind.MISSION
+
+
+@dataclass(slots=True)
+class _Download:
+    items: tuple[PlanItem, ...]
+    used_us: int = 0
+
+
+@dataclass(slots=True)
+class _LastAck:
+    message: Any
+    at_us: int
+    sent_us: int = field(default=0)
+
+
+class MissionServer:
+    """One per endpoint channel. ``home_item``: this link shows ArduPilot's home item at 0."""
+
+    def __init__(
+        self,
+        store: PlanStore,
+        *,
+        home_item: bool = False,
+        system_id: int = 1,
+        component_id: int = 1,
+        limits: PlanLimits = DEFAULT_LIMITS,
+        timing: MissionTiming | None = None,
+        locks: UploadLocks | None = None,
+    ) -> None:
+        self.store = store
+        self.home_item = home_item
+        self.limits = limits
+        self.timing = timing or MissionTiming()
+        self._ids = (system_id, component_id)
+        self._locks = locks or UploadLocks()
+        self._uploads: dict[tuple[Sender, PlanKind], _Session] = {}
+        self._downloads: OrderedDict[tuple[Sender, PlanKind], _Download] = OrderedDict()
+        self._acks: OrderedDict[tuple[Sender, PlanKind], _LastAck] = OrderedDict()
+        self._stores: dict[int, _Store] = {}
+        self._next_handle = 1
+        self._loads: list[tuple[int, LoadPlan]] = []
+        self._requests: list[Reposition] = []
+        self._texts: list[tuple[Severity, str]] = []
+        self._handlers: dict[str, Any] = {
+            "MISSION_COUNT": self._on_count,
+            "MISSION_WRITE_PARTIAL_LIST": self._on_write_partial,
+            "MISSION_ITEM_INT": self._on_item,
+            "MISSION_ITEM": self._on_item,
+            "MISSION_REQUEST_LIST": self._on_list,
+            "MISSION_REQUEST_PARTIAL_LIST": self._on_list_partial,
+            "MISSION_REQUEST": self._on_request,
+            "MISSION_REQUEST_INT": self._on_request,
+            "MISSION_CLEAR_ALL": self._on_clear,
+            "MISSION_ACK": self._on_ack,
+        }
+
+    # What the endpoint calls
+
+    @property
+    def offset(self) -> int:
+        """How much higher item numbers are on this link than inside."""
+        return int(self.home_item)
+
+    @property
+    def handles(self) -> frozenset[str]:
+        """Names of the messages that ``handle`` serves."""
+        return frozenset(self._handlers)
+
+    def handle(self, message: Any, now_us: int) -> Messages:
+        """Take one decoded message; return the messages to send. Others' messages and unknown ones are ignored."""
+        handler = self._handlers.get(message.get_type())
+        if handler is None or not self._is_for_us(message):
+            return []
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        answer: Messages = handler(message, sender, now_us)
+        return answer
+
+    def poll(self, now_us: int) -> Messages:
+        """Serve the timers: repeats, giving up, holding."""
+        out: Messages = []
+        for session in list(self._uploads.values()):
+            if session.storing_us is None:
+                out += self._poll_receiving(session, now_us)
+            else:
+                out += self._poll_storing(session, now_us)
+        for key in [key for key, download in self._downloads.items() if now_us - download.used_us > 60_000_000]:
+            del self._downloads[key]
+        return out
+
+    def loads(self) -> list[tuple[int, LoadPlan]]:
+        """Complete, compiled uploads since the last call; answer each by ``finish`` with its handle."""
+        loads, self._loads = self._loads, []
+        return loads
+
+    def finish(self, handle: int, reply: Reply, plan_id: int = 0, now_us: int = 0) -> Messages:
+        """The vessel has stored a plan, or refused it: send the MISSION_ACK that the station waits for.
+
+        ``plan_id``: the stored plan's id, 0 when empty. Unknown handles are ignored.
+        """
+        pending = self._stores.get(handle)
+        if pending is None:
+            return []
+        pending.waiting -= 1
+        if reply.result is not Result.ACCEPTED:
+            pending.failed = pending.failed or reply
+        del self._stores[handle]
+        if pending.waiting:
+            return []
+        if pending.session is not None and not self._drop(pending.session):
+            self._say(Severity.NOTICE, f"{_NAMES[pending.kind]} stored after all" if not pending.failed else "")
+            return []
+        outcome = pending.failed or reply
+        if outcome.reason:
+            self._say(Severity.WARNING, f"{_NAMES[pending.kind]} refused: {outcome.reason}")
+        return [self._ack(pending.sender, pending.mission_type, _RESULTS[outcome.result], now_us, plan_id)]
+
+    def texts(self) -> list[tuple[Severity, str]]:
+        """Texts for the operator since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def requests(self) -> list[Reposition]:
+        """Guided go-tos in the form of a MISSION_ITEM with current = 2, as QGroundControl sends them to ArduPilot."""
+        requests, self._requests = self._requests, []
+        return requests
+
+    @property
+    def busy(self) -> bool:
+        """True while an upload is under way or waits for the vessel."""
+        return bool(self._uploads or self._stores)
+
+    # Uploads
+
+    def _on_count(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        most = self.limits.max_items + (self.offset if kind is PlanKind.MISSION else 0)
+        if message.count > most:
+            self._say(Severity.WARNING, f"{_NAMES[kind]} refused: {message.count} items, {most} fit")
+            return [self._ack(sender, message.mission_type, MissionResult.NO_SPACE, now_us)]
+        return self._open(sender, kind, 0, message.count, (), now_us)
+
+    def _on_write_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        base = self._shown(kind)
+        if not 0 <= message.start_index <= message.end_index < len(base):
+            return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
+        count = message.end_index - message.start_index + 1
+        return self._open(sender, kind, message.start_index, count, base, now_us)
+
+    def _open(
+        self, sender: Sender, kind: PlanKind, first: int, count: int, base: tuple[PlanItem, ...], now_us: int
+    ) -> Messages:
+        old = self._uploads.get((sender, kind))
+        if old is not None and old.storing_us is not None:
+            return []  # a copy of the request that began it, or impatience: the ACK is on its way
+        if old is not None:
+            self._drop(old)
+        upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries)
+        session = _Session(sender, kind, upload, base)
+        if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
+            self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
+            return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
+        self._acks.pop((sender, kind), None)
+        self._uploads[sender, kind] = session
+        if count == 0:
+            return self._complete(session, now_us)
+        return self._ask(session, upload.begin(now_us))
+
+    def _on_item(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        if message.current == 2 and message.mission_type == 0:
+            return self._guided(message, sender, now_us)
+        kind = kind_of(message.mission_type)
+        session = self._uploads.get((sender, kind)) if kind is not None else None
+        if kind is None or session is None:
+            return self._repeat_ack(sender, kind, now_us)
+        if session.storing_us is not None:
+            return []
+        if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
+            return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
+        item = item_from_message(message)
+        more = session.upload.take(message.seq, item, now_us)
+        if more is None:
+            return []
+        error = self._check(kind, message.seq, item)
+        if error is not None:
+            return self._refuse(session, error, now_us)
+        if session.upload.complete:
+            return self._complete(session, now_us)
+        return self._ask(session, more)
+
+    def _check(self, kind: PlanKind, seq: int, item: PlanItem) -> PlanError | None:
+        """Refuse a bad item as soon as it comes. Fence and rally are judged whole, at the end."""
+        if kind is not PlanKind.MISSION:
+            return None
+        if seq < self.offset:
+            problem = home_problem(item)
+            return PlanError(-1, None, problem, MissionResult.INVALID) if problem else None
+        result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
+        return result if isinstance(result, PlanError) else None
+
+    def _complete(self, session: _Session, now_us: int) -> Messages:
+        received = [session.upload.items[seq] for seq in sorted(session.upload.items)]
+        first = session.upload.first
+        items = (*session.base[:first], *received, *session.base[first + len(received) :])
+        kind = session.kind
+        if kind is PlanKind.MISSION and self.home_item:
+            items = without_home(items)
+        load = load_plan(kind, items, self.limits)
+        if isinstance(load, PlanError):
+            return self._refuse(session, load, now_us)
+        session.storing_us = session.held_us = now_us
+        self._hand_over(load, _Store(session.sender, kind.value, session=session, kind=kind))
+        return []
+
+    def _refuse(self, session: _Session, error: PlanError, now_us: int) -> Messages:
+        shift = self.offset if session.kind is PlanKind.MISSION else 0
+        item = session.upload.items.get(error.seq + shift)
+        return self._fail(session, error.result, describe(error, item, shift), now_us)
+
+    def _fail(self, session: _Session, result: MissionResult, reason: str, now_us: int) -> Messages:
+        self._drop(session)
+        self._say(Severity.WARNING, f"{_NAMES[session.kind]} refused: {reason}")
+        return [self._ack(session.sender, session.kind.value, result, now_us)]
+
+    def _hand_over(self, load: LoadPlan, pending: _Store) -> None:
+        self._stores[self._next_handle] = pending
+        self._loads.append((self._next_handle, load))
+        self._next_handle += 1
+
+    def _drop(self, session: _Session) -> bool:
+        """End a session; False when it had ended before."""
+        self._locks.release(session.kind, session)
+        if self._uploads.get((session.sender, session.kind)) is not session:
+            return False
+        del self._uploads[session.sender, session.kind]
+        return True
+
+    def _poll_receiving(self, session: _Session, now_us: int) -> Messages:
+        if not self._locks.held(session.kind, session):
+            return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
+        late = session.upload.overdue(now_us)
+        if late is None:
+            got = len(session.upload.items)
+            reason = f"{got} of {session.upload.count} items came, then nothing; the old plan stays"
+            return self._fail(session, MissionResult.OPERATION_CANCELLED, reason, now_us)
+        return self._ask(session, late)
+
+    def _poll_storing(self, session: _Session, now_us: int) -> Messages:
+        assert session.storing_us is not None
+        self._locks.claim(session.kind, session, now_us, 2 * self.timing.retry_us)
+        waited_us = now_us - session.storing_us
+        hold_us = self.timing.hold_us
+        limit_us = self.timing.store_us
+        if hold_us is not None and session.upload.count == 1:
+            limit_us = min(limit_us, self.timing.hold_single_us)
+        if waited_us >= limit_us:
+            return self._fail(session, MissionResult.ERROR, "not confirmed in time; a text will say when it is", now_us)
+        if hold_us is None or not session.upload.count or now_us - session.held_us < hold_us:
+            return []
+        session.held_us = now_us
+        last = session.upload.first + session.upload.count - 1
+        session.held_seq = last if session.held_seq != last or last == session.upload.first else last - 1
+        return self._ask(session, [session.held_seq])
+
+    def _ask(self, session: _Session, numbers: Sequence[int]) -> Messages:
+        system, component = session.sender
+        return [
+            dialect.MAVLink_mission_request_int_message(system, component, seq, session.kind.value) for seq in numbers
+        ]
+
+    def _guided(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        """A go-to in the clothes of a mission item."""
+        item = item_from_message(message)
+        latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
+        maneuver = compile_item(0, item, self.limits)
+        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._requests) >= _MAX_DOWNLOADS:
+            return [self._ack(sender, 0, MissionResult.INVALID, now_us)]
+        self._requests.append(Reposition(latitude, longitude))
+        return [self._ack(sender, 0, MissionResult.ACCEPTED, now_us)]
+
+    # Downloads
+
+    def _shown(self, kind: PlanKind) -> tuple[PlanItem, ...]:
+        items = self.store.items(kind)
+        return with_home(items, self.store.home) if self.home_item and kind is PlanKind.MISSION else items
+
+    def _on_list(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        items = self._shown(kind)
+        self._downloads.pop((sender, kind), None)
+        if items:
+            # what was counted is what will be sent, even when another station changes the plan meanwhile
+            self._downloads[sender, kind] = _Download(items, now_us)
+        if len(self._downloads) > _MAX_DOWNLOADS:
+            self._downloads.popitem(last=False)
+        identity = self.store.plan_id(kind)
+        return [dialect.MAVLink_mission_count_message(*sender, len(items), kind.value, opaque_id=identity)]
+
+    def _on_list_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+
+    def _on_request(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        download = self._downloads.get((sender, kind))
+        items = download.items if download else self._shown(kind)
+        if download:
+            download.used_us = now_us
+        if message.seq >= len(items):
+            return [self._ack(sender, kind.value, MissionResult.INVALID_SEQUENCE, now_us)]
+        return [item_to_message(items[message.seq], message.seq, *sender, kind)]
+
+    # Clear, cancel, acknowledge
+
+    def _on_clear(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None and message.mission_type != ALL_KINDS:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        kinds = tuple(PlanKind) if kind is None else (kind,)
+        for session in [session for session in self._uploads.values() if session.kind in kinds]:
+            if session.sender != sender or session.storing_us is not None:
+                self._say(Severity.WARNING, f"{_NAMES[session.kind]} not cleared: an upload is under way")
+                return [self._ack(sender, message.mission_type, MissionResult.DENIED, now_us)]
+            self._drop(session)
+        pending = _Store(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
+        for each in kinds:
+            self._acks.pop((sender, each), None)
+            self._hand_over(LoadPlan(each, ()), pending)
+        return []
+
+    def _on_ack(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        """The station has its download, or gives up what it began."""
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return []
+        self._downloads.pop((sender, kind), None)
+        session = self._uploads.get((sender, kind))
+        if session is not None and session.storing_us is None and message.type != MissionResult.ACCEPTED:
+            self._drop(session)
+            self._say(Severity.INFO, f"{_NAMES[kind]} upload cancelled by {sender[0]}; the old plan stays")
+        return []
+
+    def _ack(self, sender: Sender, mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0) -> Any:
+        message = dialect.MAVLink_mission_ack_message(*sender, int(result), mission_type, opaque_id=plan_id)
+        kind = kind_of(mission_type)
+        if kind is not None:
+            self._acks[sender, kind] = _LastAck(message, now_us, now_us)
+            if len(self._acks) > _MAX_DOWNLOADS:
+                self._acks.popitem(last=False)
+        return message
+
+    def _repeat_ack(self, sender: Sender, kind: PlanKind | None, now_us: int) -> Messages:
+        """An item after the end: the station missed the MISSION_ACK."""
+        last = self._acks.get((sender, kind)) if kind is not None else None
+        if last is None or now_us - last.at_us > _REMEMBER_US or now_us - last.sent_us < 100_000:
+            return []
+        last.sent_us = now_us
+        return [last.message]
+
+    def _is_for_us(self, message: Any) -> bool:
+        system, component = self._ids
+        return message.target_system in (0, system) and message.target_component in (0, component)
+
+    def _say(self, severity: Severity, text: str) -> None:
+        if text and len(self._texts) < _MAX_TEXTS:
+            self._texts.append((severity, text))
+
+
+_NAMES: Final = {PlanKind.MISSION: "Plan", PlanKind.FENCE: "Fence", PlanKind.RALLY: "Rally points"}
