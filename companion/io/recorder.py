@@ -77,7 +77,7 @@ class Recorder:
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
         self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
-        self._files = (self._tlog, self._events, self._control, self._inputs)
+        self._files: tuple[LogFile, ...] = (self._tlog, self._events, self._control, self._inputs)
 
     def _file(self, name: str, **options: Any) -> LogFile:
         return LogFile(self.run_dir / name, self._writer, self._report, **options)
@@ -104,6 +104,12 @@ class Recorder:
     def healthy(self) -> bool:
         """True while everything offered is being kept."""
         return not self._low and not any(file._fault for file in self._files)
+
+    def extra(self, name: str, header: bytes = b"") -> LogFile:
+        """One more file of this run, flushed with the others; ``add`` bytes to it (truth.csv of a simulation)."""
+        file = self._file(name, header=header, max_bytes=self._max_bytes // _SHARES)
+        self._files = (*self._files, file)
+        return file
 
     def frame(self, link: int, utc_us: int, frame: bytes) -> None:
         """Keep one MAVLink frame; the link's number goes into the stamp's two lowest bits."""

@@ -1,0 +1,88 @@
+"""Addresses: every spelling that is meant, and for every mistake a text that says how to write it."""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.io.link_serial import SerialLink
+from companion.io.link_tcp import TcpClientLink
+from companion.io.links import SCHEMES, LinkConfigError, check_link, open_link
+
+
+@pytest.mark.parametrize(
+    ("url", "options", "meant"),
+    [
+        ("/dev/ttyS0", {"baud": 115200}, "/dev/ttyS0 115200 8N1"),
+        ("/dev/ttyS0", {}, "/dev/ttyS0 115200 8N1"),
+        ("serial:/dev/ttyUSB0?baud=9600&parity=E&stop=2", {}, "/dev/ttyUSB0 9600 8E2"),
+        ("serial:///dev/serial/by-id/usb-Arduino?baud=112500", {}, "/dev/serial/by-id/usb-Arduino 112500 8N1"),
+        ("serial:/dev/ttyUSB0?baud=9600", {"baud": 57600, "parity": "odd"}, "/dev/ttyUSB0 57600 8O1"),
+    ],
+)
+def test_serial_spellings(url, options, meant):
+    link = open_link("device", url, **options)
+    assert isinstance(link, SerialLink)
+    assert link.where == meant
+
+
+def test_the_seeds_tcp_spelling():
+    link = open_link("lt1000", "tcp://127.0.0.1:3000")
+    assert isinstance(link, TcpClientLink)
+    assert "127.0.0.1:3000" in link.describe()
+
+
+@pytest.mark.parametrize(
+    ("url", "mend"),
+    [
+        ("", "scheme:where"),
+        ("ttyS0", "scheme:where"),
+        ("ftp://host:21", "tcp-listen"),
+        ("tcp://127.0.0.1", "like tcp://127.0.0.1:14550"),
+        ("tcp://:3000", "like tcp://127.0.0.1:3000"),
+        ("udp://host:seventy", "like udp://"),
+        ("udp://127.0.0.1:70000", "like udp://"),
+        ("udp-broadcast://vessel.local:14550", "udp-broadcast://192.168.1.255:14550"),
+        ("serial:/dev/ttyS0?baud=fast", "from 50 to 4e+06"),
+        ("serial:/dev/ttyS0?parity=X", "one of e, even, n, none, o, odd"),
+        ("serial:/dev/ttyS0?bauds=9600", "known: baud, parity, stop, silence"),
+        ("serial:", "like serial:/some/path"),
+        ("mem:", "like mem:radio"),
+        ("file:/no/such/log.nmea", "recorded NMEA log"),
+        ("file:/no/such/log.nmea?speed=0", "from 0.01 to 1000"),
+        ("pty:/some/where?baud=1", "known: none"),
+    ],
+)
+def test_a_mistake_names_its_mend(url, mend):
+    for check in (check_link, lambda url: open_link("x", url)):
+        with pytest.raises(LinkConfigError) as caught:
+            check(url)
+        assert mend in str(caught.value)
+
+
+def test_checking_opens_nothing(tmp_path):
+    check_link(f"pty:{tmp_path}/device")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_scheme_has_its_class():
+    for scheme in SCHEMES:
+        with pytest.raises(LinkConfigError):
+            check_link(f"{scheme}:?nonsense=1")
+
+
+def test_a_port_of_our_own_that_is_taken_says_so():
+    first = open_link("a", "tcp-listen://127.0.0.1:0")
+    with pytest.raises(LinkConfigError, match="choose another port"):
+        open_link("b", f"tcp-listen://127.0.0.1:{first.port}")
+    first.close()
+    first = open_link("a", "udp-listen://127.0.0.1:0")
+    with pytest.raises(LinkConfigError, match="choose another port"):
+        open_link("b", f"udp-listen://127.0.0.1:{first.port}")
+    first.close()
+
+
+def test_a_pty_does_not_overwrite_a_file(tmp_path):
+    (tmp_path / "precious").write_text("data")
+    with pytest.raises(LinkConfigError, match="something else is there"):
+        open_link("x", f"pty:{tmp_path}/precious")
+    assert (tmp_path / "precious").read_text() == "data"
