@@ -174,12 +174,7 @@ class NmeaReader:
         if variation is None and part.psi_magnetic_rad is not None and self._variation is not None:
             value, at_us = self._variation
             variation = value if now_us - at_us < _VARIATION_HOLD_US else None
-        if (
-            part.psi_rad is None
-            and part.psi_magnetic_rad is None
-            and part.phi_rad is None
-            and part.theta_rad is None
-        ):
+        if part.psi_rad is None and part.psi_magnetic_rad is None and part.phi_rad is None and part.theta_rad is None:
             return
         found.append(
             EulerAngles(

@@ -106,28 +106,27 @@ class TalkerChoice:
         """Judge a position, speed or time sentence."""
         if self.allowed:
             return part.talker in self.allowed
-        if self.conflict is None:
-            self._watch(part, now_us)
-            return self.conflict is None or part.talker == self.conflict[0]
-        kept = self.conflict[0]
-        if part.talker == kept:
-            self._kept_at_us = now_us
-        elif now_us - self._kept_at_us > _HOLD_US:
+        if self.conflict is not None and part.talker != self.conflict[0] and now_us - self._kept_at_us > _HOLD_US:
             self.conflict = None
             self._last.clear()
-        return self.conflict is None or part.talker == kept
+        if self.conflict is None:
+            self.conflict = self._rivals(part, now_us)
+        if self.conflict is None:
+            return True
+        if part.talker != self.conflict[0]:
+            return False
+        self._kept_at_us = now_us
+        return True
 
-    def _watch(self, part: EpochPart, now_us: int) -> None:
+    def _rivals(self, part: EpochPart, now_us: int) -> tuple[str, str] | None:
         talker, changes, since_us = self._last.get(part.kind, (part.talker, 0, now_us))
         if talker != part.talker:
             if now_us - since_us > _RIVAL_MEMORY_US:
                 changes, since_us = 0, now_us
             changes += 1
-            if changes >= 2:
-                # The talker that came back is the one that was there first.
-                self.conflict = (part.talker, talker)
-                self._kept_at_us = now_us
         self._last[part.kind] = (part.talker, changes, since_us)
+        # The talker that comes back is the one that was there first.
+        return (part.talker, talker) if changes >= 2 and talker != part.talker else None
 
 
 class EpochBuilder:
@@ -287,4 +286,3 @@ def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> Gps
         simulated=epoch.simulated,
         complete=complete,
     )
-

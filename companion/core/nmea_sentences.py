@@ -183,7 +183,11 @@ def coordinate_rad(text: str, hemisphere: str, positive: str, negative: str, lim
         return None
     point = text.find(".")
     whole = text if point < 0 else text[:point]
-    if len(whole) < 3 or not whole.isdigit() or not (point < 0 or text[point + 1 :].isdigit() or point + 1 == len(text)):
+    if (
+        len(whole) < 3
+        or not whole.isdigit()
+        or not (point < 0 or text[point + 1 :].isdigit() or point + 1 == len(text))
+    ):
         raise MalformedError("coordinate")
     degrees = int(whole[:-2])
     minutes = float(text[len(whole) - 2 :])

@@ -84,7 +84,10 @@ class NmeaWatch:
     def _judge(self, good: int, bad: int, received_bytes: int) -> None:
         damaged = bad >= _BAD_MIN and bad > _BAD_SHARE * (good + bad)
         self.set_condition(
-            "damaged", damaged, f"{bad} of {good + bad} sentences damaged: check cable and baud rate", "sentences are clean"
+            "damaged",
+            damaged,
+            f"{bad} of {good + bad} sentences damaged: check cable and baud rate",
+            "sentences are clean",
         )
         garbage = good == 0 and received_bytes > 100
         self.set_condition("garbage", garbage, "bytes but no sentence: wrong baud rate or protocol?", "sentences again")

@@ -1,0 +1,254 @@
+"""The estimator: measurements of the sensors in, the vessel's state at each tick out, with honest validity.
+
+Position and heading are filtered where the measurement was valid and predicted to the tick; what is too old, refused
+or frozen is None. The drift vector is what the ground velocity holds beyond the modelled speed through the water.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.estimate_config import EstimatorConfig
+from companion.core.estimate_heading import HeadingTrack
+from companion.core.estimate_position import Heading, Motion, PositionTrack
+from companion.core.estimate_sources import SourceChoice
+from companion.core.geo import LocalFrame
+from companion.core.units import wrap_pi
+from mavlink_bridge.imc import (
+    AngularVelocity,
+    Distance,
+    EstimatedState,
+    EulerAngles,
+    FixType,
+    GpsFix,
+    Severity,
+)
+
+__all__ = ["Estimator", "EstimatorConfig"]
+
+_MOVING_MPS = 0.3
+_COURSE_MIN_MPS = 0.1
+
+
+class DriftFilter:
+    """Slow mean of (ground velocity - velocity through the water), NED."""
+
+    def __init__(self) -> None:
+        self.north_mps: float | None = None
+        self.east_mps: float | None = None
+        self._seen_s = 0.0
+
+    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float) -> None:
+        """Take one sample; a plain mean at first, then a first-order low-pass."""
+        if self.north_mps is None or self.east_mps is None:
+            self.north_mps, self.east_mps = north_mps, east_mps
+        self._seen_s += dt_s
+        gain = dt_s / max(min(tau_s, self._seen_s), dt_s) if dt_s > 0.0 else 0.0
+        self.north_mps += gain * (north_mps - self.north_mps)
+        self.east_mps += gain * (east_mps - self.east_mps)
+
+
+class Estimator:
+    """One vessel's estimator. ``update`` each measurement, then ``predict`` once per tick."""
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._texts: list[tuple[Severity, str]] = []
+        self._heading = HeadingTrack(config, self._texts)
+        self._position = PositionTrack(config, self._texts)
+        self._sources = SourceChoice(self._texts)
+        self._drift = DriftFilter()
+        self.latest_fix: GpsFix | None = None
+        self.latest_attitude: EulerAngles | None = None
+        self.latest_distance: Distance | None = None
+        self._phi: tuple[float, int] | None = None
+        self._theta: tuple[float, int] | None = None
+        self._utc_offset_us: int | None = None
+        self._water_mps: float | None = None
+        self._drift_frozen = False
+        self._last_us: int | None = None
+        self._motion: Motion | None = None
+        self.configure(config)
+
+    def configure(self, config: EstimatorConfig) -> None:
+        """Take new settings; the state is kept."""
+        self.config = config
+        self._heading.config = config
+        self._position.config = config
+
+    @property
+    def origin(self) -> LocalFrame | None:
+        """Origin of x and y: the first good fix of the run; None before."""
+        return self._position.origin
+
+    @property
+    def frozen(self) -> bool:
+        """True while the receiver repeats one position although the vessel moves."""
+        return self._position.frozen
+
+    @property
+    def sources_disagree(self) -> bool:
+        """True while two receivers are further apart than both allow, for 5 s and more."""
+        return self._sources.disagree
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Operator texts since the last call."""
+        texts = self._texts[:]
+        self._texts.clear()
+        return texts
+
+    def utc_us(self, now_us: int) -> int | None:
+        """UTC now, microseconds since 1970; None before a receiver gave date and time."""
+        return None if self._utc_offset_us is None else now_us + self._utc_offset_us
+
+    def note_water_speed(self, u_mps: float | None, *, freeze: bool = False) -> None:
+        """Tell the modelled speed through the water, ahead positive; None or ``freeze`` holds the drift as it is."""
+        self._water_mps = u_mps
+        self._drift_frozen = freeze
+
+    def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> None:
+        """Take one measurement. ``source`` numbers the links; while a lower one is alive, higher ones only compare."""
+        if isinstance(measurement, GpsFix):
+            self._update_fix(measurement, source)
+        elif isinstance(measurement, EulerAngles):
+            self._update_attitude(measurement, source)
+        elif isinstance(measurement, AngularVelocity):
+            if self._sources.leads("rate", source, measurement.t_us):
+                self._heading.update_rate(measurement)
+        else:
+            self.latest_distance = measurement
+
+    def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
+        """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
+        heading_valid = self._heading.valid(now_us)
+        position_valid = self._position.valid(now_us)
+        heading = self._attitude_at(now_us)
+        motion = self._position.predict(now_us, heading) if position_valid else None
+        self._step_drift(now_us, motion, heading.psi_rad if heading_valid else None)
+        self._motion = motion
+        sog_mps = None if motion is None else math.hypot(motion.vn_mps, motion.ve_mps)
+        cog_rad = None
+        if motion is not None and sog_mps is not None and sog_mps > _COURSE_MIN_MPS:
+            cog_rad = wrap_pi(math.atan2(motion.ve_mps, motion.vn_mps))
+        from_course = not heading_valid and sog_mps is not None and sog_mps > self.config.course_speed_mps
+        psi_rad = heading.psi_rad if heading_valid else cog_rad if from_course else None
+        u_mps, v_mps = _body(motion, psi_rad)
+        lat_rad, lon_rad = self._geodetic(motion)
+        fix, origin = self.latest_fix, self.origin
+        return EstimatedState(
+            t_us=now_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            height_msl_m=fix.height_msl_m if fix is not None and position_valid else None,
+            origin_lat_rad=None if origin is None else origin.lat_rad,
+            origin_lon_rad=None if origin is None else origin.lon_rad,
+            x_m=None if motion is None else motion.north_m,
+            y_m=None if motion is None else motion.east_m,
+            vx_mps=None if motion is None else motion.vn_mps,
+            vy_mps=None if motion is None else motion.ve_mps,
+            u_mps=u_mps,
+            v_mps=v_mps,
+            phi_rad=self._fresh(self._phi, now_us),
+            theta_rad=self._fresh(self._theta, now_us),
+            psi_rad=psi_rad,
+            r_radps=self._heading.r_radps if heading_valid else None,
+            sog_mps=sog_mps,
+            cog_rad=cog_rad,
+            drift_n_mps=self._drift.north_mps,
+            drift_e_mps=self._drift.east_mps,
+            alt_m=alt_m,
+            position_age_s=self._position.age_s(now_us),
+            heading_age_s=self._heading.age_s(now_us),
+            depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
+            fix_type=FixType.NONE if fix is None else fix.fix_type,
+            heading_from_course=from_course,
+        )
+
+    def _update_fix(self, fix: GpsFix, source: int) -> None:
+        if not self._sources.leads_fix(source, fix):
+            return
+        self.latest_fix = fix
+        t_us = self._position.aligned_us(fix)
+        if fix.utc_us is not None:
+            self._utc_offset_us = fix.utc_us - t_us
+        moving = (self._water_mps is not None and abs(self._water_mps) > _MOVING_MPS) or (
+            fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS
+        )
+        self._position.update(fix, t_us, self._attitude_at(t_us), moving)
+
+    def _update_attitude(self, angles: EulerAngles, source: int) -> None:
+        if angles.phi_rad is not None:
+            self._phi = (wrap_pi(angles.phi_rad + math.radians(self.config.roll_offset_deg)), angles.t_us)
+        if angles.theta_rad is not None:
+            self._theta = (wrap_pi(angles.theta_rad + math.radians(self.config.pitch_offset_deg)), angles.t_us)
+        psi_rad = self._heading.true_heading(angles)
+        if psi_rad is None or not self._sources.leads("heading", source, angles.t_us):
+            self._remember(angles)
+            return
+        self._heading.update_heading(angles.t_us, psi_rad, self._course())
+        self._remember(angles)
+
+    def _remember(self, angles: EulerAngles) -> None:
+        """Keep the newest of every axis in ``latest_attitude``: sentences measure different ones."""
+        old = self.latest_attitude
+        if old is None or angles.t_us - old.t_us > self.config.attitude_timeout_s * 1e6:
+            self.latest_attitude = angles
+            return
+        self.latest_attitude = EulerAngles(
+            angles.t_us,
+            *(
+                new if new is not None else before
+                for new, before in (
+                    (angles.phi_rad, old.phi_rad),
+                    (angles.theta_rad, old.theta_rad),
+                    (angles.psi_rad, old.psi_rad),
+                    (angles.psi_magnetic_rad, old.psi_magnetic_rad),
+                    (angles.psi_accuracy_rad, old.psi_accuracy_rad),
+                    (angles.variation_rad, old.variation_rad),
+                )
+            ),
+        )
+
+    def _course(self) -> float | None:
+        motion = self._motion
+        if motion is None or math.hypot(motion.vn_mps, motion.ve_mps) < self.config.course_speed_mps:
+            return None
+        return math.atan2(motion.ve_mps, motion.vn_mps)
+
+    def _attitude_at(self, t_us: int) -> Heading:
+        if not self._heading.valid(t_us):
+            return Heading()
+        return Heading(
+            psi_rad=self._heading.at(t_us),
+            r_radps=self._heading.r_radps,
+            phi_rad=self._fresh(self._phi, t_us) or 0.0,
+            theta_rad=self._fresh(self._theta, t_us) or 0.0,
+        )
+
+    def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
+        if value is None or now_us - value[1] > self.config.attitude_timeout_s * 1e6:
+            return None
+        return value[0]
+
+    def _step_drift(self, now_us: int, motion: Motion | None, psi_rad: float | None) -> None:
+        dt_s = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6
+        self._last_us = now_us
+        if motion is None or psi_rad is None or self._water_mps is None or self._drift_frozen:
+            return
+        north_mps = motion.vn_mps - self._water_mps * math.cos(psi_rad)
+        east_mps = motion.ve_mps - self._water_mps * math.sin(psi_rad)
+        self._drift.step(dt_s, self.config.drift_tau_s, north_mps, east_mps)
+        self._position.drift_n_mps = self._drift.north_mps or 0.0
+        self._position.drift_e_mps = self._drift.east_mps or 0.0
+
+    def _geodetic(self, motion: Motion | None) -> tuple[float | None, float | None]:
+        if motion is None or self.origin is None:
+            return None, None
+        return self.origin.to_geodetic(motion.north_m, motion.east_m)
+
+
+def _body(motion: Motion | None, psi_rad: float | None) -> tuple[float | None, float | None]:
+    """Ground velocity in body axes (surge, sway)."""
+    if motion is None or psi_rad is None:
+        return None, None
+    sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
+    return motion.vn_mps * cosine + motion.ve_mps * sine, motion.ve_mps * cosine - motion.vn_mps * sine

@@ -1,0 +1,149 @@
+"""Heading and turn rate: compass and rate sentences filtered, gated against jumps, predicted to the tick."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from companion.core.estimate_config import EstimatorConfig
+from companion.core.estimate_filter import PairCovariance
+from companion.core.units import wrap_pi
+from mavlink_bridge.imc import AngularVelocity, EulerAngles, Severity
+
+_PREDICT_MAX_S: Final = 1.0
+_STEP_RATE_MAX_US: Final = 300_000
+
+
+class HeadingTrack:
+    """True heading and turn rate at any moment shortly after the last measurement."""
+
+    def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]]) -> None:
+        self.config = config
+        self.psi_rad = 0.0
+        self.r_radps = 0.0
+        self.t_us: int | None = None
+        """Time of the filter's state; None before the first heading."""
+        self.accepted_us: int | None = None
+        """Time of the last heading that was believed."""
+        self._texts = texts
+        self._cov = PairCovariance(0.0, 0.0, 0.0)
+        self._received_us = 0
+        self._true_us: int | None = None
+        self._refused_since_us: int | None = None
+        self._refused_run_us = 0
+        self._refused_rad = 0.0
+        self._lost_said = False
+
+    def age_s(self, now_us: int) -> float | None:
+        return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
+
+    def valid(self, now_us: int) -> bool:
+        """True while a believed heading, or one held against a jump, is young enough."""
+        age_s = self.age_s(now_us)
+        if age_s is None:
+            return False
+        limit_s = self.config.heading_timeout_s if self._refused_since_us is None else self.config.heading_hold_s
+        return age_s <= limit_s
+
+    def at(self, now_us: int) -> float:
+        """Heading at a moment near the filter's time, [-pi, pi)."""
+        assert self.t_us is not None
+        span_s = min((now_us - self.t_us) * 1e-6, _PREDICT_MAX_S)
+        return wrap_pi(self.psi_rad + self.r_radps * span_s)
+
+    def true_heading(self, angles: EulerAngles) -> float | None:
+        """The heading of one message in the vessel's frame: true first, magnetic only when no true one is heard."""
+        offset = math.radians(self.config.heading_offset_deg)
+        if angles.psi_rad is not None:
+            self._true_us = angles.t_us
+            return wrap_pi(angles.psi_rad + offset)
+        if angles.psi_magnetic_rad is None:
+            return None
+        timeout_us = self.config.heading_timeout_s * 1e6
+        if self._true_us is not None and angles.t_us - self._true_us <= timeout_us:
+            return None
+        variation = angles.variation_rad
+        if variation is None and self.config.variation_deg is not None:
+            variation = math.radians(self.config.variation_deg)
+        return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + offset)
+
+    def update_heading(self, t_us: int, psi_rad: float, course_rad: float | None) -> None:
+        """Take a true heading. ``course_rad`` is given while moving ahead fast enough to contradict the compass."""
+        if self.t_us is None or self.accepted_us is None:
+            self._start(t_us, psi_rad)
+            return
+        self._advance(t_us)
+        innovation = wrap_pi(psi_rad - self.psi_rad)
+        since_received_us = t_us - self._received_us
+        self._received_us = t_us
+        if not self._believable(t_us, since_received_us, psi_rad, innovation, course_rad):
+            return
+        sigma = math.radians(self.config.heading_sigma_deg)
+        value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
+        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
+        self.r_radps += rate_gain * innovation
+        self.accepted_us = t_us
+
+    def update_rate(self, rate: AngularVelocity) -> None:
+        """Take a turn rate."""
+        if self.t_us is None:
+            return
+        self._advance(rate.t_us)
+        sigma = math.radians(self.config.rate_sigma_dps)
+        innovation = rate.r_radps - self.r_radps
+        value_gain, rate_gain = self._cov.measure_rate(sigma * sigma)
+        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
+        self.r_radps += rate_gain * innovation
+
+    def _start(self, t_us: int, psi_rad: float) -> None:
+        sigma = math.radians(self.config.heading_sigma_deg)
+        self._cov = PairCovariance(self.config.yaw_acceleration_psd, sigma * sigma, 0.25)
+        self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
+        self.accepted_us = self._received_us = t_us
+        self._refused_since_us = None
+
+    def _advance(self, t_us: int) -> None:
+        assert self.t_us is not None
+        dt_s = (t_us - self.t_us) * 1e-6
+        if dt_s <= 0.0:
+            return
+        self._cov.predict(min(dt_s, _PREDICT_MAX_S))
+        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * min(dt_s, _PREDICT_MAX_S))
+        self.t_us = t_us
+
+    def _believable(
+        self, t_us: int, since_us: int, psi_rad: float, innovation: float, course_rad: float | None
+    ) -> bool:
+        config = self.config
+        if self._refused_since_us is None and since_us > config.heading_timeout_s * 1e6:
+            self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
+            return False
+        widened_s = min(since_us, _STEP_RATE_MAX_US) * 1e-6
+        gate = math.radians(config.heading_jump_deg + config.heading_rate_max_dps * widened_s)
+        if abs(innovation) <= gate:
+            if self._refused_since_us is not None:
+                self._end_refusal("heading is plausible again")
+            return True
+        self._refuse(t_us, psi_rad, innovation, gate, course_rad)
+        return False
+
+    def _refuse(self, t_us: int, psi_rad: float, innovation: float, gate: float, course_rad: float | None) -> None:
+        config = self.config
+        if self._refused_since_us is None:
+            self._refused_since_us = self._refused_run_us = t_us
+            self._texts.append((Severity.WARNING, f"Heading jumped by {math.degrees(innovation):.0f} deg: holding"))
+        elif abs(wrap_pi(psi_rad - self._refused_rad)) > gate:
+            self._refused_run_us = t_us  # not even consistent with itself
+        self._refused_rad = psi_rad
+        if not self._lost_said and not self.valid(t_us):
+            self._lost_said = True
+            self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
+        contradicted = course_rad is not None and abs(wrap_pi(psi_rad - course_rad)) > 0.5 * math.pi
+        if t_us - self._refused_run_us >= config.reaccept_s * 1e6 and not contradicted:
+            self._start(t_us, psi_rad)
+            self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
+
+    def _end_refusal(self, text: str) -> None:
+        self._refused_since_us = None
+        self._lost_said = False
+        self._texts.append((Severity.NOTICE, f"Compass: {text}"))

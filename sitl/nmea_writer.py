@@ -1,0 +1,149 @@
+"""Writes NMEA 0183 sentences from SI values: the simulated talkers' pen. None becomes a blank field."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+from companion.core.nmea_line import frame
+from companion.core.units import mps_to_knots, wrap_2pi
+
+_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def time_fields(utc_us: int) -> tuple[str, str, str, str, str]:
+    """(hhmmss.ss, dd, mm, yyyy, ddmmyy), to the nearest hundredth of a second."""
+    moment = _EPOCH + timedelta(milliseconds=10 * ((utc_us + 5_000) // 10_000))
+    return (
+        f"{moment:%H%M%S}.{moment.microsecond // 10_000:02d}",
+        f"{moment:%d}",
+        f"{moment:%m}",
+        f"{moment:%Y}",
+        f"{moment:%d%m%y}",
+    )
+
+
+def zda(talker: str, time: tuple[str, str, str, str, str]) -> bytes:
+    return frame(f"{talker}ZDA,{time[0]},{time[1]},{time[2]},{time[3]},00,00")
+
+
+def gga(
+    talker: str,
+    hhmmss: str,
+    lat_rad: float | None,
+    lon_rad: float | None,
+    quality: int,
+    satellites: int,
+    hdop: float,
+    height_msl_m: float,
+    geoid_m: float,
+) -> bytes:
+    """A fix; without a position the fields stay blank, as receivers send before their first fix."""
+    if lat_rad is None or lon_rad is None:
+        return frame(f"{talker}GGA,{hhmmss},,,,,0,00,99.9,,M,,M,,")
+    return frame(
+        f"{talker}GGA,{hhmmss},{position(lat_rad, lon_rad)},{quality},{satellites:02d},{hdop:.1f},"
+        f"{height_msl_m:.2f},M,{geoid_m:.2f},M,,"
+    )
+
+
+def rmc(
+    talker: str,
+    time: tuple[str, str, str, str, str],
+    lat_rad: float | None,
+    lon_rad: float | None,
+    sog_mps: float | None,
+    cog_rad: float | None,
+    variation_rad: float | None,
+    mode: str,
+) -> bytes:
+    if lat_rad is None or lon_rad is None:
+        return frame(f"{talker}RMC,{time[0]},V,,,,,,,{time[4]},,,N")
+    knots = "" if sog_mps is None else f"{mps_to_knots(sog_mps):.3f}"
+    return frame(
+        f"{talker}RMC,{time[0]},A,{position(lat_rad, lon_rad)},{knots},{degrees(cog_rad)},{time[4]},"
+        f"{east_west(variation_rad)},{mode}"
+    )
+
+
+def vtg(talker: str, sog_mps: float | None, cog_rad: float | None, mode: str) -> bytes:
+    if sog_mps is None:
+        return frame(f"{talker}VTG,,T,,M,,N,,K,N")
+    return frame(f"{talker}VTG,{degrees(cog_rad)},T,,M,{mps_to_knots(sog_mps):.3f},N,{sog_mps * 3.6:.3f},K,{mode}")
+
+
+def gst(talker: str, hhmmss: str, sigma_m: float, sigma_up_m: float) -> bytes:
+    side = sigma_m / math.sqrt(2.0)
+    return frame(f"{talker}GST,{hhmmss},,,,,{side:.3f},{side:.3f},{sigma_up_m:.3f}")
+
+
+def heading(talker: str, kind: str, psi_rad: float | None, variation_rad: float | None) -> bytes:
+    """HDT and THS carry the true heading; HDG and HDM the magnetic one (``psi_rad`` less the variation)."""
+    if kind == "HDT":
+        return frame(f"{talker}HDT,{degrees(psi_rad)},T")
+    if kind == "THS":
+        return frame(f"{talker}THS,{degrees(psi_rad)},{'V' if psi_rad is None else 'A'}")
+    magnetic = None if psi_rad is None else psi_rad - (variation_rad or 0.0)
+    if kind == "HDM":
+        return frame(f"{talker}HDM,{degrees(magnetic)},M")
+    if kind == "HDG":
+        return frame(f"{talker}HDG,{degrees(magnetic)},,,{east_west(variation_rad)}")
+    raise ValueError(f"no heading sentence {kind!r}")
+
+
+def rot(talker: str, r_radps: float) -> bytes:
+    """Degrees per minute, two decimals: 3e-6 rad/s."""
+    return frame(f"{talker}ROT,{math.degrees(r_radps) * 60.0:.2f},A")
+
+
+def attitude(kind: str, hhmmss: str, psi_rad: float | None, phi_rad: float, theta_rad: float) -> bytes:
+    """PASHR, PSAT (HPR) or PSXN (23): heading, roll, pitch."""
+    true, roll, pitch = degrees(psi_rad), math.degrees(phi_rad), math.degrees(theta_rad)
+    if kind == "PASHR":
+        return frame(f"PASHR,{hhmmss},{true},T,{roll:+.3f},{pitch:+.3f},,0.050,0.050,0.200,1,0")
+    if kind == "PSAT":
+        return frame(f"PSAT,HPR,{hhmmss},{true},{pitch:.3f},{roll:.3f},N")
+    if kind == "PSXN":
+        return frame(f"PSXN,23,{roll:.3f},{pitch:.3f},{true},0.00")
+    raise ValueError(f"no attitude sentence {kind!r}")
+
+
+def depth(talker: str, kind: str, value_m: float | None, offset_m: float, range_m: float) -> bytes:
+    """DPT or DBT; None = no bottom found."""
+    if kind == "DPT":
+        shown = "" if value_m is None else f"{value_m:.2f}"
+        return frame(f"{talker}DPT,{shown},{offset_m:.2f},{range_m:.1f}")
+    if kind == "DBT":
+        if value_m is None:
+            return frame(f"{talker}DBT,,f,,M,,F")
+        return frame(f"{talker}DBT,{value_m / 0.3048:.2f},f,{value_m:.2f},M,{value_m / 1.8288:.2f},F")
+    raise ValueError(f"no depth sentence {kind!r}")
+
+
+def degrees(angle_rad: float | None) -> str:
+    """Compass degrees [0, 360), three decimals: finer than any compass, so that noise is the only noise."""
+    if angle_rad is None:
+        return ""
+    text = f"{math.degrees(wrap_2pi(angle_rad)):.3f}"
+    return "0.000" if text == "360.000" else text
+
+
+def east_west(angle_rad: float | None) -> str:
+    if angle_rad is None:
+        return ","
+    return f"{abs(math.degrees(angle_rad)):.1f},{'E' if angle_rad >= 0.0 else 'W'}"
+
+
+def position(lat_rad: float, lon_rad: float) -> str:
+    """``ddmm.mmmmmmm,N,dddmm.mmmmmmm,E``: seven decimals of a minute, 0.2 mm."""
+    north = f"{_minutes(lat_rad, 2)},{'N' if lat_rad >= 0.0 else 'S'}"
+    return f"{north},{_minutes(lon_rad, 3)},{'E' if lon_rad >= 0.0 else 'W'}"
+
+
+def _minutes(angle_rad: float, digits: int) -> str:
+    # Rounding the whole angle first keeps 59.99999999 from becoming 60.
+    total = round(abs(math.degrees(angle_rad)) * 60.0 * 1e7)
+    whole, rest = divmod(total, 60 * 10**7)
+    minutes, fraction = divmod(rest, 10**7)
+    return f"{whole:0{digits}d}{minutes:02d}.{fraction:07d}"

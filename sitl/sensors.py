@@ -1,0 +1,274 @@
+"""The simulated GNSS compass and echo sounder: truth in, the bytes that real ones would send out.
+
+Positions are sampled at the fix rate and sent after the latency; heading and rate are fresh when sent. Errors are white
+noise plus slow first-order Gauss-Markov processes of the chosen class; faults can be set at any moment.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+from sitl import nmea_writer as write
+from sitl.sensor_config import CLASSES, SensorConfig, SensorFaults
+from sitl.truth import Truth, utc_us
+
+__all__ = ["SensorConfig", "SensorFaults", "SensorSuite"]
+
+_WEEK_US: Final = 7 * 86_400 * 1_000_000
+_QUALITY_DEAD_RECKONING: Final = 6
+_AXIS_M: Final = 6_378_137.0
+_ECCENTRICITY2: Final = 0.00669437999014
+
+
+class GaussMarkov:
+    """First-order Gauss-Markov process, stationary from the start: sigma, and correlation exp(-dt / tau)."""
+
+    def __init__(self, sigma: float, tau_s: float, rng: random.Random) -> None:
+        self._sigma = sigma
+        self._tau_s = tau_s
+        self._rng = rng
+        self._last_us: int | None = None
+        self.value = sigma * rng.gauss(0.0, 1.0) if sigma > 0.0 else 0.0
+
+    def at(self, now_us: int) -> float:
+        """Advance to ``now_us`` and return the value."""
+        if self._sigma > 0.0 and self._last_us is not None and now_us > self._last_us:
+            keep = math.exp(-(now_us - self._last_us) * 1e-6 / self._tau_s)
+            self.value = keep * self.value + self._sigma * math.sqrt(1.0 - keep * keep) * self._rng.gauss(0.0, 1.0)
+        self._last_us = now_us
+        return self.value
+
+
+class Due:
+    """A steady rate: when the next sample is due."""
+
+    def __init__(self, hz: float, offset_us: int = 0) -> None:
+        self._period_us = 1e6 / hz if hz > 0.0 else 0.0
+        self._count = 0
+        self._offset_us = offset_us
+
+    def moments(self, now_us: int) -> list[int]:
+        """The sample times that have come up to ``now_us``, oldest first; after a gap only the newest."""
+        if not self._period_us:
+            return []
+        latest = math.floor((now_us - self._offset_us) / self._period_us)
+        if latest < self._count:
+            return []
+        self._count = latest + 1
+        return [round(latest * self._period_us) + self._offset_us]
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    """A position as the receiver sees it."""
+
+    t_us: int
+    lat_rad: float
+    lon_rad: float
+    height_m: float
+    vn_mps: float
+    ve_mps: float
+
+
+class SensorSuite:
+    """One vessel's GNSS compass and sounder. ``step`` in time order; ``faults`` may be changed in between."""
+
+    def __init__(self, config: SensorConfig, rng: random.Random) -> None:
+        self.config = config
+        self.faults = SensorFaults()
+        self._rng = rng
+        self._figures = CLASSES[config.grade]
+        self._slow_n = GaussMarkov(self._figures.position_slow_m, config.position_tau_s, rng)
+        self._slow_e = GaussMarkov(self._figures.position_slow_m, config.position_tau_s, rng)
+        self._slow_psi = GaussMarkov(math.radians(self._figures.heading_slow_deg), config.heading_tau_s, rng)
+        self._fix_due = Due(config.fix_hz)
+        self._heading_due = Due(config.heading_hz)
+        self._rate_due = Due(config.rate_hz)
+        self._depth_due = Due(config.depth_hz)
+        self._epoch = [name.strip() for name in config.sentences.split(",") if name.strip()]
+        self._waiting: deque[_Sample] = deque()
+        self._held: _Sample | None = None
+        self._stuck_epoch: list[bytes] | None = None
+        self._variation = None if config.variation_deg is None else math.radians(config.variation_deg)
+
+    def step(self, now_us: int, truth: Truth) -> list[bytes]:
+        """Return the sentences that leave the sensors now, in order, each with its line end (unless a fault cuts it)."""
+        config = self.config
+        for t_us in self._fix_due.moments(now_us):
+            self._waiting.append(self._sample(t_us, truth))
+        sent: list[bytes] = []
+        if self._rate_due.moments(now_us) and not self.faults.rate_silent:
+            sent.append(write.rot(config.talker, truth.r_radps + self._gauss(self._figures.rate_white_radps)))
+        if self._heading_due.moments(now_us):
+            sent += self._headings(now_us, truth)
+        latency_us = round(config.fix_latency_s * 1e6)
+        while self._waiting and now_us - self._waiting[0].t_us >= latency_us:
+            sent += self._send_epoch(self._waiting.popleft(), now_us, truth)
+        if self._depth_due.moments(now_us) and not self.faults.depth_silent:
+            sent.append(self._depth(truth))
+        return self._spoil(sent)
+
+    def _gauss(self, sigma: float) -> float:
+        return self._rng.gauss(0.0, sigma) if sigma > 0.0 else 0.0
+
+    def _sample(self, t_us: int, truth: Truth) -> _Sample:
+        """Position and velocity of the antenna at ``t_us``, at most one step before the truth's time."""
+        figures, faults = self._figures, self.faults
+        back_s = (t_us - truth.t_us) * 1e-6
+        arm_n, arm_e, arm_up = self._arm(truth)
+        north = arm_n + truth.vn_mps * back_s + self._slow_n.at(t_us) + self._gauss(figures.position_white_m)
+        east = arm_e + truth.ve_mps * back_s + self._slow_e.at(t_us) + self._gauss(figures.position_white_m)
+        lat_rad, lon_rad = _shift(truth.lat_rad, truth.lon_rad, north + faults.jump_north_m, east + faults.jump_east_m)
+        sample = _Sample(
+            t_us=t_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            height_m=truth.heave_m + arm_up + 1.5 * self._gauss(figures.position_white_m),
+            vn_mps=truth.vn_mps - truth.r_radps * arm_e + self._gauss(figures.velocity_white_mps),
+            ve_mps=truth.ve_mps + truth.r_radps * arm_n + self._gauss(figures.velocity_white_mps),
+        )
+        if faults.frozen and self._held is not None:
+            held = self._held
+            return _Sample(t_us, held.lat_rad, held.lon_rad, held.height_m, held.vn_mps, held.ve_mps)
+        self._held = sample
+        return sample
+
+    def _arm(self, truth: Truth) -> tuple[float, float, float]:
+        config = self.config
+        x, y, up = config.antenna_forward_m, config.antenna_starboard_m, config.antenna_up_m
+        sin_phi, cos_phi = math.sin(truth.roll_rad), math.cos(truth.roll_rad)
+        sin_theta, cos_theta = math.sin(truth.pitch_rad), math.cos(truth.pitch_rad)
+        sine, cosine = math.sin(truth.psi_rad), math.cos(truth.psi_rad)
+        level_x = x * cos_theta + (y * sin_phi - up * cos_phi) * sin_theta
+        level_y = y * cos_phi + up * sin_phi
+        height = x * sin_theta - (y * sin_phi - up * cos_phi) * cos_theta
+        return level_x * cosine - level_y * sine, level_x * sine + level_y * cosine, height
+
+    def _heading(self, now_us: int, truth: Truth) -> float:
+        bias = math.radians(self.faults.heading_bias_deg - self.config.heading_mount_deg)
+        white = self._gauss(math.radians(self._figures.heading_white_deg))
+        return truth.psi_rad + bias + self._slow_psi.at(now_us) + white
+
+    def _headings(self, now_us: int, truth: Truth) -> list[bytes]:
+        if self.faults.heading_silent:
+            return []
+        config = self.config
+        psi_rad = self._heading(now_us, truth)
+        sent = [write.heading(config.talker, config.heading_sentence, psi_rad, self._variation)]
+        if config.attitude_sentence:
+            hhmmss = write.time_fields(utc_us(now_us))[0]
+            white = math.radians(0.2) if config.grade != "ideal" else 0.0
+            roll, pitch = truth.roll_rad + self._gauss(white), truth.pitch_rad + self._gauss(white)
+            sent.append(write.attitude(config.attitude_sentence, hhmmss, psi_rad, roll, pitch))
+        return sent
+
+    def _send_epoch(self, sample: _Sample, now_us: int, truth: Truth) -> list[bytes]:
+        faults = self.faults
+        if faults.gnss_silent:
+            return []
+        if faults.stuck and self._stuck_epoch is not None:
+            return self._stuck_epoch
+        time = write.time_fields(utc_us(sample.t_us) - faults.weeks_off * _WEEK_US)
+        if faults.utc_blank:
+            time = ("", "", "", "", "")
+        sent: list[bytes] = []
+        for name in self._epoch:
+            if name[-3:] in ("HDT", "THS", "HDG", "HDM"):
+                if not faults.heading_silent:
+                    heading = self._heading(now_us, truth)
+                    sent.append(write.heading(name[:-3] or self.config.talker, name[-3:], heading, self._variation))
+            else:
+                sent.append(self._fix_sentence(name[:-3] or self.config.talker, name[-3:], sample, time))
+        self._stuck_epoch = sent
+        return sent
+
+    def _fix_sentence(self, talker: str, kind: str, sample: _Sample, time: tuple[str, str, str, str, str]) -> bytes:
+        figures, faults = self._figures, self.faults
+        lat_rad: float | None = sample.lat_rad
+        lon_rad: float | None = sample.lon_rad
+        sog_mps: float | None = math.hypot(sample.vn_mps, sample.ve_mps)
+        cog_rad: float | None = math.atan2(sample.ve_mps, sample.vn_mps)
+        quality, mode = figures.quality, figures.mode
+        if faults.dead_reckoning:
+            quality, mode = _QUALITY_DEAD_RECKONING, "E"
+        if faults.no_fix:
+            lat_rad = lon_rad = sog_mps = cog_rad = None
+        elif sog_mps is not None and sog_mps < 0.02:
+            cog_rad = None  # receivers blank the course at rest
+        if kind == "ZDA":
+            return write.zda(talker, time)
+        if kind == "GGA":
+            height = sample.height_m
+            return write.gga(
+                talker,
+                time[0],
+                lat_rad,
+                lon_rad,
+                quality,
+                figures.satellites,
+                figures.hdop,
+                height,
+                self.config.geoid_m,
+            )
+        if kind == "RMC":
+            return write.rmc(talker, time, lat_rad, lon_rad, sog_mps, cog_rad, self._variation, mode)
+        if kind == "VTG":
+            return write.vtg(talker, sog_mps, cog_rad, mode)
+        if kind == "GST":
+            sigma = math.hypot(figures.position_white_m, figures.position_slow_m) * math.sqrt(2.0)
+            return write.gst(talker, time[0], sigma, 1.5 * sigma)
+        raise ValueError(f"the simulated receiver sends no {talker}{kind}")
+
+    def _depth(self, truth: Truth) -> bytes:
+        config = self.config
+        value = self._echo(truth)
+        return write.depth("SD", config.depth_sentence, value, config.transducer_depth_m, config.sounder_range_m)
+
+    def _echo(self, truth: Truth) -> float | None:
+        """Distance from the transducer to the bottom; the first return inside the cone is the one straight down."""
+        config = self.config
+        ideal = self._figures.depth_white == 0.0
+        if truth.depth_m is None or self.faults.depth_no_bottom:
+            return None
+        distance_m = truth.depth_m - config.transducer_depth_m + truth.heave_m
+        upright = math.cos(truth.roll_rad) * math.cos(truth.pitch_rad)
+        if math.acos(min(1.0, upright)) > math.radians(0.5 * config.sounder_cone_deg):
+            distance_m /= max(upright, 0.2)
+        if not ideal:
+            distance_m += self._gauss(max(config.sounder_sigma_m, config.sounder_sigma_share * abs(distance_m)))
+            if self._rng.random() < config.sounder_dropout:
+                return None
+            if self._rng.random() < config.sounder_outlier:
+                distance_m *= self._rng.choice((0.3, 0.5, 2.0))
+        distance_m += self.faults.depth_bias_m
+        return distance_m if config.sounder_blanking_m <= distance_m <= config.sounder_range_m else None
+
+    def _spoil(self, sent: list[bytes]) -> list[bytes]:
+        faults, rng = self.faults, self._rng
+        if faults.loss_share > 0.0:
+            sent = [line for line in sent if rng.random() >= faults.loss_share]
+        if faults.cut_share > 0.0:
+            sent = [line[: rng.randrange(1, len(line))] if rng.random() < faults.cut_share else line for line in sent]
+        if faults.flip_share > 0.0:
+            sent = [_flip(line, rng) if rng.random() < faults.flip_share else line for line in sent]
+        if faults.no_line_end:
+            sent = [line.rstrip(b"\r\n") for line in sent]
+        return sent * faults.flood if faults.flood != 1 else sent
+
+
+def _flip(line: bytes, rng: random.Random) -> bytes:
+    spoiled = bytearray(line)
+    spoiled[rng.randrange(len(spoiled))] ^= 1 << rng.randrange(8)
+    return bytes(spoiled)
+
+
+def _shift(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
+    """A point some metres away, by the radii of curvature of WGS-84: exact to 1e-6 of the distance within 1 km."""
+    w2 = 1.0 - _ECCENTRICITY2 * math.sin(lat_rad) ** 2
+    meridian_m = _AXIS_M * (1.0 - _ECCENTRICITY2) / (w2 * math.sqrt(w2))
+    normal_m = _AXIS_M / math.sqrt(w2)
+    return lat_rad + north_m / meridian_m, lon_rad + east_m / (normal_m * math.cos(lat_rad))
