@@ -1,0 +1,255 @@
+"""The recorder keeps what it is given, says when it cannot, and never raises or waits."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import threading
+
+import pytest
+
+from companion.io.clock import EARLIEST_UTC_US
+from companion.io.inputs import InputReader
+from companion.io.link_mem import pair
+from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
+from companion.io.recording import Recording, split_frames
+from companion.io.store import MemoryStore
+from companion.io.truth import TRUTH_COLUMNS, Truth, truth_row
+from companion.io.writer import Writer
+from mavlink_bridge import tlog
+from mavlink_bridge.imc import (
+    ActuatorDemand,
+    ActuatorOutput,
+    EstimatedState,
+    FixType,
+    LogText,
+    Mode,
+    PathControlState,
+    Severity,
+)
+from mavlink_bridge.snapshot import ControlTrace, Progress, Snapshot
+
+
+def snapshot(tick: int, **changes) -> Snapshot:
+    t_us = tick * 50_000
+    state = EstimatedState(
+        t_us, lat_rad=0.718, lon_rad=-0.152, psi_rad=1.5, sog_mps=1.25, alt_m=7.5, fix_type=FixType.RTK_FIXED
+    )
+    made = Snapshot(
+        t_us,
+        tick,
+        state,
+        Mode.AUTO,
+        True,
+        ActuatorOutput(t_us, 0.5, 0.25, 0.1, 0.1, "demand"),
+        ActuatorDemand(t_us, 0.5, 0.25, 0.1, 0.1),
+        path=PathControlState(cross_track_m=-0.5),
+        trace=ControlTrace(heading_error_rad=0.1, heading_p=0.2),
+        commanded_us=(1600, 1550, 1500, 1500),
+    )
+    return dataclasses.replace(made, **changes)
+
+
+def events(run_dir):
+    return [json.loads(line) for line in (run_dir / "events.jsonl").read_text().splitlines()]
+
+
+def test_a_run_directory_holds_everything(tmp_path):
+    recorder = Recorder(tmp_path / "run", about={"seed": 7})
+    truth = recorder.extra("truth.csv", TRUTH_COLUMNS.encode() + b"\n")
+    for tick in range(40):
+        recorder.tick(snapshot(tick))
+        truth.add(
+            truth_row(Truth(tick / 20, 41.1, -8.7, 1.0, 2.0, 90, 1, 0, 0, 1, 0.5, 0.5, 0, 0, 10, 9, "Auto", 1, 0))
+        )
+    recorder.close(2_000_000, result="done")
+    assert json.loads((tmp_path / "run/run.json").read_text()) == {"seed": 7, "result": "done"}
+    with (tmp_path / "run/control.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 40
+    assert rows[10]["t_s"] == "0.500"
+    assert rows[10]["cross_track_m"] == "-0.5"
+    assert rows[10]["speed_mps"] == ""
+    assert float(rows[10]["heading_error_deg"]) == pytest.approx(5.72958, abs=1e-4)
+    assert rows[10]["us_thruster_port"] == "1600"
+    assert None not in rows[10]
+    with (tmp_path / "run/truth.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 40
+    assert recorder.drain_texts() == []
+
+
+def test_control_rows_have_as_many_fields_as_the_header(tmp_path):
+    recorder = Recorder(tmp_path)
+    recorder.tick(snapshot(0, demand=None, commanded_us=None, state=EstimatedState(0)))
+    recorder.close(0)
+    header, row = (tmp_path / "control.csv").read_text().splitlines()
+    assert header == CONTROL_COLUMNS
+    assert row.count(",") == header.count(",")
+
+
+def test_events_tell_what_changed_and_nothing_of_this_machine(tmp_path):
+    recorder = Recorder(tmp_path)
+    recorder.tick(snapshot(0, armed=False))
+    recorder.tick(snapshot(1, armed=True))
+    recorder.tick(snapshot(2))
+    text = LogText(1, 150_000, Severity.WARNING, "depth 3.9 m")
+    recorder.tick(snapshot(3, texts=(text,), progress=Progress(seq=1, reached=(0,))))
+    recorder.close(200_000)
+    found = events(tmp_path)
+    assert {"t_s": 0.05, "event": "armed", "value": True, "before": False} in found
+    assert {"t_s": 0.15, "event": "text", "severity": "WARNING", "text": "depth 3.9 m"} in found
+    assert {"t_s": 0.15, "event": "reached", "item": 0} in found
+    assert not [event for event in found if event["t_s"] == 0.1]
+    assert str(tmp_path) not in (tmp_path / "events.jsonl").read_text()
+
+
+def test_nothing_older_than_a_second_waits_in_memory(tmp_path):
+    recorder = Recorder(tmp_path)
+    for tick in range(101):
+        recorder.tick(snapshot(tick))
+        if tick % 20 == 0:
+            assert len((tmp_path / "control.csv").read_text().splitlines()) >= tick + 1 - 20
+
+
+def test_row_56_a_full_disk_is_told_once_and_tried_again(tmp_path):
+    (tmp_path / "control.csv").symlink_to("/dev/full")
+    recorder = Recorder(tmp_path)
+    for tick in range(2000):
+        recorder.tick(snapshot(tick))
+        if tick == 700:
+            (tmp_path / "control.csv").unlink()
+    texts = [text for _, text in recorder.drain_texts()]
+    assert texts == ["Recorder: control.csv: no space on the disk", "Recorder: control.csv: writing again"]
+    assert len((tmp_path / "control.csv").read_text().splitlines()) > 300
+
+
+def test_row_56_the_free_space_floor_pauses_recording(tmp_path):
+    recorder = Recorder(tmp_path, free_floor_mb=1 << 40)
+    for tick in range(200):
+        recorder.tick(snapshot(tick))
+    assert not recorder.healthy
+    assert any("recording paused" in text for _, text in recorder.drain_texts())
+    assert not (tmp_path / "control.csv").exists() or (tmp_path / "control.csv").stat().st_size < 10_000
+
+
+def test_row_57_a_hanging_disk_neither_delays_a_tick_nor_fills_the_memory(tmp_path):
+    writer = Writer(max_jobs=4)
+    gate = threading.Event()
+    writer.post(gate.wait)
+    recorder = Recorder(tmp_path, writer=writer)
+    inputs = recorder.start_inputs({}, {})
+    near, _ = pair("x")
+    near.poll(0)
+    for tick in range(200):
+        inputs.begin("tick", tick * 50_000)
+        inputs.wrote(0, 0, bytes(100_000), 100_000, True)
+        recorder.tick(snapshot(tick))
+    assert recorder._inputs.waiting < 9 << 20
+    assert recorder._inputs.dropped > 0
+    gate.set()
+    recorder.close(10_000_000)
+    assert writer.close()
+    reader = InputReader(tmp_path / "inputs.bin")
+    assert 10 < len(list(reader.steps())) < 200
+    reader.close()
+
+
+def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    recorder = Recorder(tmp_path / "file" / "run")
+    for tick in range(100):
+        recorder.tick(snapshot(tick))
+    recorder.close(5_000_000, result="done")
+    assert recorder.drain_texts()
+    assert not recorder.healthy
+
+
+def test_parts_rotate_and_the_oldest_go(tmp_path):
+    recorder = Recorder(tmp_path, max_mb=1)
+    for tick in range(20_000):
+        recorder.tick(snapshot(tick))
+    recorder.close(10**9)
+    total = sum(path.stat().st_size for path in tmp_path.iterdir())
+    assert total < 1.3 * 2**20
+    assert (tmp_path / "control.csv").exists()
+    newest = max(tmp_path.glob("control-*.csv"))
+    lines = newest.read_text().splitlines()
+    assert lines[0] == CONTROL_COLUMNS
+    assert lines[-1].split(",")[1] == "19999"
+
+
+def test_first_parts_are_never_deleted(tmp_path):
+    for name in ("control.csv", "control-001.csv", "inputs.bin"):
+        (tmp_path / name).write_bytes(bytes(1000))
+    drop_oldest_parts(tmp_path, 1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["control.csv", "inputs.bin"]
+
+
+def heartbeat() -> bytes:
+    from pymavlink.dialects.v20 import all as dialect
+
+    mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    return mav.heartbeat_encode(11, 3, 0, 0, 3).pack(mav)
+
+
+class Echo:
+    """An app that sends back what it hears."""
+
+    def __init__(self, link):
+        self.links = (link,)
+
+    def pump(self, now_us):
+        for event in self.links[0].poll(now_us):
+            if hasattr(event, "data"):
+                self.links[0].write(event.channel, event.data * 2)
+
+    def tick(self, now_us, *, late_s=0.0, load=0.0):
+        self.pump(now_us)
+        return self
+
+    def shutdown(self, now_us):
+        self.links[0].close()
+
+
+def test_frames_of_both_directions_are_in_the_telemetry_log_and_inputs_replay(tmp_path):
+    near, far = pair("gcs")
+    recorder = Recorder(tmp_path)
+    utc_us = EARLIEST_UTC_US + 123_456_789
+    recording = Recording(recorder, lambda: utc_us)
+    recording.link(pair("sensor")[0])
+    recording.link(pair("other")[0], mavlink=True)
+    link = recording.link(near, mavlink=True)
+    recording.store(MemoryStore())
+    recording.start({"version": "x"})
+    app = recording.app(Echo(link))
+    frame = heartbeat()
+    far.poll(0)
+    app.tick(0)
+    far.write(0, frame[:5])
+    app.pump(10_000)
+    far.write(0, frame[5:])
+    app.tick(50_000, late_s=0.001, load=0.25)
+    app.shutdown(60_000)
+    records = list(tlog.iterate((tmp_path / "mavlink.tlog").read_bytes()))
+    assert [record.link for record in records] == [1]
+    assert records[0].frame.raw == frame
+    assert records[0].t_us == utc_us & ~3
+    reader = InputReader(tmp_path / "inputs.bin")
+    assert [entry["name"] for entry in reader.meta["links"]] == ["sensor", "other", "gcs"]
+    steps = list(reader.steps())
+    reader.close()
+    assert [(step.kind, step.now_us, step.load, step.late_s) for step in steps] == [
+        ("tick", 0, 0.0, 0.0),
+        ("pump", 10_000, 0.0, 0.0),
+        ("tick", 50_000, 0.25, 0.001),
+        ("stop", 60_000, 0.0, 0.0),
+    ]
+    assert not reader.cut
+
+
+def test_our_own_output_is_cut_into_frames():
+    frame = heartbeat()
+    assert split_frames(frame * 3) == [frame] * 3
+    assert split_frames(frame + frame[:7]) == [frame]
+    assert split_frames(b"") == []
