@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from companion.core.failsafe_table import BY_NAME, Takeover
 from mavlink_bridge.imc import EstimatedState, GuardState, Mode
 from mavlink_bridge.snapshot import FenceStatus
 
@@ -37,7 +38,8 @@ def reasons(
     """Return all reasons against arming; empty = may arm.
 
     ``holding_causes``: failsafe conditions of STOP or worse whose cause still stands, so that arming cannot clear them.
-    ``guard_reason``: what ``DepthGuard.activation`` answered. A store that fails is a warning, not a reason: the vessel
+    ``guard_reason``: what ``DepthGuard.refusal`` answered. By hand an operator may sail out of a breach, off a shoal and
+    without position, so these count only for modes that steer themselves. A store that fails is a warning, not a reason: the vessel
     runs from memory.
     """
     found = [
@@ -49,10 +51,6 @@ def reasons(
             "actuator firmware without failsafe: set allow_level0 to accept that it does not stop if this computer dies",
         ),
         (sources_disagree, "position sources disagree"),
-        (guard_reason is not None, guard_reason or ""),
-        (guard is GuardState.LOCKED and guard_reason is None, "depth guard locked"),
-        (depth_required and not altitude_known, "water depth unknown, and depth.required is set"),
-        (fence is not None and fence.breached, "outside the fence"),
         (battery_low, "battery low"),
         (battery_lost, "battery sensor lost"),
         (gcs_required and not gcs_heard, "no ground station heard"),
@@ -60,7 +58,12 @@ def reasons(
     if mode in _STEERS_ITSELF:
         found.append((not state.position_valid, "no position"))
         found.append((not state.heading_valid, "no heading"))
-    if mode is Mode.AUTO:
-        found.append((plan_needed and not plan_loaded, "no plan loaded"))
-    found.extend((True, f"failsafe: {cause}") for cause in holding_causes)
+        found.append((guard_reason is not None, guard_reason or ""))
+        found.append((guard is GuardState.LOCKED and guard_reason is None, "depth guard locked"))
+        found.append((depth_required and not altitude_known, "water depth unknown, and depth.required is set"))
+        found.append((fence is not None and fence.breached, "outside the fence"))
+        found.append((mode is Mode.AUTO and plan_needed and not plan_loaded, "no plan loaded"))
+    else:
+        holding_causes = [cause for cause in holding_causes if BY_NAME[cause].takeover is Takeover.NEVER]
+    found.extend((True, f"failsafe: {BY_NAME[cause].text}") for cause in holding_causes)
     return tuple(text for holds, text in found if holds)

@@ -7,67 +7,23 @@ grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Final
 
-from pydantic import Field
-
-from companion.core.config import Config, param
-from companion.core.depth_input import DepthInput, DepthInputConfig
+from companion.core.depth_ahead import DepthAhead
+from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, check_plan
+from companion.core.depth_input import DepthInput
+from companion.core.lookahead import Point, StoppingDistance
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
 
-StoppingDistance = Callable[[float], float]
-"""Speed in m/s to the distance in m that the vessel still runs after thrust is cut."""
+__all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
 _EPS_M: Final = 1e-9
 _UNKNOWN_AFTER_S: Final = 5.0
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
-
-
-class DepthGuardConfig(Config):
-    """The guard's limits. The first three are the seed's, by name."""
-
-    enabled: bool = param(True, "DEPTH_ENABLE", "Guard the water under the keel")
-    min_altitude_m: float = param(
-        4.0,
-        "DEPTH_MIN",
-        "Least water under the keel",
-        unit="m",
-        ge=0,
-        le=1000,
-        seed="MinAltitude: Minimum Acceptable Altitude",
-    )
-    minimum_margin_m: float = param(
-        0.1,
-        "DEPTH_MARGIN_LO",
-        "Below the least altitude by more than this: locked",
-        unit="m",
-        ge=0,
-        le=100,
-        seed="MinAltitude: Minimum Altitude Margin",
-    )
-    good_margin_m: float = param(
-        0.1,
-        "DEPTH_MARGIN_HI",
-        "Above the least altitude by this: good again",
-        unit="m",
-        ge=0,
-        le=100,
-        seed="MinAltitude: Good Altitude Margin",
-    )
-    required: bool = param(False, "DEPTH_REQUIRED", "No arming and no going on without a water depth")
-    unknown_policy: Literal["ignore", "warn", "slow", "stop"] = "warn"
-    """When the altitude is unknown: nothing (the seed), tell, tell and go slow, or tell and stop after 5 s."""
-    unknown_speed_mps: float = Field(0.5, gt=0, le=5)
-    """Speed under the policy ``slow``."""
-    rate_look_ahead: bool = param(True, "DEPTH_LOOK_RATE", "Stop earlier when the bottom is closing (off: seed parity)")
-    map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use the depth map along the way ahead")
-    brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")
-    reaction_s: float = Field(0.6, ge=0, le=5)
-    """From a reading to less thrust: filter, decision and actuators."""
-    input: DepthInputConfig = Field(default_factory=DepthInputConfig)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +49,13 @@ class GuardOutput:
     blind: bool = False
     """Lost for longer than the policy ``stop`` or ``required`` allows."""
     brake: bool = False
+    """Stop with astern thrust."""
+    closing_mps: float = 0.0
+    """How fast the bottom closes, as far as proven."""
+    map_least_m: float | None = None
+    """Least altitude that the map shows along the way to come."""
+    suggestion: Point | None = None
+    """Where the altitude was good last, on the track sailed (north, east in m): the way to correct."""
     texts: tuple[tuple[Severity, str], ...] = field(default=())
 
 
@@ -124,16 +87,29 @@ class DepthGuard:
         self._unlocked = False
         self._refused = False
         self._started_us: int | None = None
+        self._ahead = DepthAhead(config)
         self.configure(config)
 
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings; the next ``step`` re-evaluates with them."""
         self._config = config
         self.input.configure(config.input)
+        self._ahead.configure(config)
 
     def measure(self, distance: Distance, state: EstimatedState | None) -> None:
         """Take one echo-sounder reading."""
-        self.input.measure(distance, state)
+        self._ahead.note(self.input.measure(distance, state))
+
+    def set_map(self, grid: DepthGrid | None) -> None:
+        """Use a depth map for the way ahead and for plans; None = none."""
+        self._ahead.map = grid
+
+    def check_plan(self, legs: Sequence[Leg]) -> PlanProblem | None:
+        """Hold a plan against the map; the first item that would have too little water, or None."""
+        grid, config = self._ahead.map, self._config
+        if grid is None or not config.enabled:
+            return None
+        return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m)
 
     def unlock_once(self) -> None:
         """An operator on the spot lifts the lock until the altitude has been good again."""
@@ -164,10 +140,14 @@ class DepthGuard:
         now_us: int,
         state: EstimatedState | None,
         loops_active: bool,
-        path_ahead: Sequence[tuple[float, float]] | None = None,
+        path_ahead: Sequence[Point] | None = None,
         stopping_distance_fn: StoppingDistance | None = None,
     ) -> GuardOutput:
-        """Evaluate the guard for this tick. ``path_ahead``: points (north, east) in m on the way to come."""
+        """Evaluate the guard for this tick.
+
+        ``path_ahead``: points (north, east) in m on the way to come. ``stopping_distance_fn``: by coasting, or by braking
+        when ``brake`` is set.
+        """
         if self._started_us is None:
             self._started_us = now_us
         altitude_m = self.input.altitude_m(now_us)
@@ -179,18 +159,27 @@ class DepthGuard:
         abort = (loops_active and entered) or self._refused
         self._refused = False
         lost, unknown_s = self._lost(now_us, altitude_m)
+        ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
+        stop_ahead = loops_active and ahead.stop
+        texts += self._ahead.texts(stop_ahead, ahead, state)
+        slow = [self._config.unknown_speed_mps] if lost and self._config.unknown_policy == "slow" else []
+        slow += [] if ahead.slow_to_mps is None else [ahead.slow_to_mps]
         return GuardOutput(
             state=self.state,
             altitude_m=altitude_m,
             altitude_raw_m=self.input.raw_m,
-            limit_m=self._config.min_altitude_m,
+            limit_m=ahead.limit_m,
             abort=abort,
-            slow_to_mps=self._config.unknown_speed_mps if lost and self._config.unknown_policy == "slow" else None,
+            slow_to_mps=min(slow, default=None),
+            stop_ahead=stop_ahead,
             shallow=self._shallow,
             locked=self.state is LOCKED and not self._unlocked,
             lost=lost,
             blind=lost and unknown_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
             brake=self._config.brake,
+            closing_mps=ahead.closing_mps,
+            map_least_m=ahead.map_least_m,
+            suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,
             texts=tuple(texts),
         )
 

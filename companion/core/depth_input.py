@@ -110,6 +110,13 @@ class DepthInput:
         """Time since the last believed reading, s; infinite when there is none."""
         return math.inf if self.gated is None else (now_us - self.gated.t_us) / 1e6
 
+    def lag_s(self, now_us: int) -> float:
+        """How old the filtered value is: the middle of the readings that it is the median of, s."""
+        if not self._window:
+            return 0.0
+        middle = (self._samples_in_median() + 1) // 2
+        return (now_us - self._window[-min(middle, len(self._window))].t_us) / 1e6
+
     @property
     def out_of_reach(self) -> bool:
         """True when the last believed reading was near the end of the range: losing the bottom there is normal."""

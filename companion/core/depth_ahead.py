@@ -1,0 +1,156 @@
+"""The guard's look-ahead: what the closing rate and the map ask for, the ladder of texts, and the way back.
+
+Ladder: tell (the limit is near in time), slow (so that stopping fits into the water that is left), stop. The way back is the
+track sailed, since its depth is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_grid import DepthGrid
+from companion.core.depth_input import Altitude, DepthInput
+from companion.core.lookahead import ClosingRate, Point, StoppingDistance, sample, slow_speed_mps, way_ahead
+from mavlink_bridge.imc import EstimatedState, Severity
+
+_SLOW_MPS: Final = 0.1
+_TRACK_M: Final = 2.0
+_MAP_LATENCY_S: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What looking ahead asks for."""
+
+    limit_m: float
+    """What the altitude is held against: the least altitude plus what stopping uses up."""
+    stop: bool = False
+    slow_to_mps: float | None = None
+    why: str = ""
+    closing_mps: float = 0.0
+    left_s: float | None = None
+    """Time to the least altitude at this rate."""
+    map_least_m: float | None = None
+
+
+class DepthAhead:
+    """Holds the closing rate, the map and the track sailed over good water."""
+
+    def __init__(self, config: DepthGuardConfig) -> None:
+        self.map: DepthGrid | None = None
+        self._config = config
+        self._closing = ClosingRate()
+        self._good_track: deque[Point] = deque(maxlen=200)
+        self._stopping = self._warned = False
+
+    def configure(self, config: DepthGuardConfig) -> None:
+        """Take new settings."""
+        self._config = config
+
+    @property
+    def last_good(self) -> Point | None:
+        """Where the water was good last (north, east in m)."""
+        return self._good_track[-1] if self._good_track else None
+
+    def note(self, passed: Sequence[Altitude]) -> None:
+        """Take the readings that passed the gate; several at once are a confirmed jump, which starts the rate anew."""
+        if len(passed) > 1:
+            self._closing.forget()
+        config = self._config.input
+        for reading in passed:
+            self._closing.add(reading, max(config.sigma_m, 0.005 * abs(reading.value_m)))
+
+    def look(
+        self,
+        now_us: int,
+        state: EstimatedState | None,
+        altitude_m: float | None,
+        source: DepthInput,
+        path_ahead: Sequence[Point] | None,
+        stopping_distance_fn: StoppingDistance | None,
+    ) -> Look:
+        """Look ahead by closing rate and by map; the stricter counts."""
+        config = self._config
+        self._keep_track(state, altitude_m)
+        look = Look(config.min_altitude_m)
+        if state is None or stopping_distance_fn is None:
+            return look
+        if config.rate_look_ahead and altitude_m is not None and self._closing.closing_mps > 0.0:
+            now_m = altitude_m - self._closing.closing_mps * source.lag_s(now_us)
+            look = self._by_rate(now_m, state.sog_mps or 0.0, stopping_distance_fn)
+        if config.map_look_ahead and self.map is not None:
+            look = self._by_map(look, self.map, state, path_ahead, stopping_distance_fn)
+        return look
+
+    def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
+        """What to tell about this look: once per approach, once per stop."""
+        texts = []
+        warn_s = self._config.warn_s
+        if look.left_s is None or look.left_s > 1.5 * warn_s:
+            self._warned = False
+        elif look.left_s < warn_s and not self._warned:
+            self._warned = True
+            texts.append((Severity.WARNING, f"Bottom closing: depth limit in {max(look.left_s, 0.0):.0f} s"))
+        if stopping and not self._stopping:
+            texts.append((Severity.WARNING, f"Shallow water ahead ({look.why}): stopping{self._way_back(state)}"))
+        self._stopping = stopping
+        return texts
+
+    def _by_rate(self, now_m: float, speed_mps: float, stopping_distance_fn: StoppingDistance) -> Look:
+        config, closing_mps = self._config, self._closing.closing_mps
+        run_s = stopping_distance_fn(speed_mps) / speed_mps if speed_mps > _SLOW_MPS else 0.0
+        limit_m = config.min_altitude_m + closing_mps * (run_s + config.reaction_s)
+        room_m = now_m - config.min_altitude_m
+        slow_mps = None
+        if speed_mps > config.slow_least_mps and room_m > 0.0:
+            gradient = closing_mps * config.slow_share / speed_mps
+            slow_mps = slow_speed_mps(room_m, gradient, stopping_distance_fn, config.reaction_s, speed_mps)
+        slow_mps = None if slow_mps is None else max(slow_mps, config.slow_least_mps)
+        why = f"closing {closing_mps:.2f} m/s"
+        return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, room_m / closing_mps)
+
+    def _by_map(
+        self,
+        look: Look,
+        grid: DepthGrid,
+        state: EstimatedState,
+        path_ahead: Sequence[Point] | None,
+        stopping_distance_fn: StoppingDistance,
+    ) -> Look:
+        config, plane = self._config, grid.plane(state)
+        if plane is None:
+            return look
+        speed_mps = state.sog_mps or 0.0
+        reach_m = stopping_distance_fn(speed_mps) + (config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
+        ahead = sample(plane, way_ahead(state, path_ahead, reach_m, 0.5 * grid.pitch_m), config.beam_m)
+        if ahead.least_m is None:
+            return look
+        least_m = ahead.least_m + config.map_offset_m
+        # From water that the map already calls shallow, the way to deeper water must stay open.
+        leaving = ahead.here_m is not None and ahead.least_m >= ahead.here_m
+        if least_m < config.min_altitude_m and not leaving and not look.stop:
+            look = replace(look, stop=True, why=f"map {least_m:.1f} m")
+        return replace(look, map_least_m=least_m)
+
+    def _keep_track(self, state: EstimatedState | None, altitude_m: float | None) -> None:
+        """Remember where the water was good, every two metres."""
+        config = self._config
+        if state is None or state.x_m is None or state.y_m is None or altitude_m is None:
+            return
+        if altitude_m < config.min_altitude_m + config.good_margin_m:
+            return
+        here = (state.x_m, state.y_m)
+        if not self._good_track or math.dist(self._good_track[-1], here) >= _TRACK_M:
+            self._good_track.append(here)
+
+    def _way_back(self, state: EstimatedState | None) -> str:
+        if not self._good_track or state is None or state.x_m is None or state.y_m is None:
+            return ""
+        north, east = self._good_track[-1][0] - state.x_m, self._good_track[-1][1] - state.y_m
+        bearing = math.degrees(math.atan2(east, north)) % 360.0
+        return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"

@@ -1,0 +1,70 @@
+"""Settings of the depth guard and its look-ahead."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from companion.core.config import Config, param
+from companion.core.depth_input import DepthInputConfig
+
+
+class DepthGuardConfig(Config):
+    """The guard's limits. The first three are the seed's, by name."""
+
+    enabled: bool = param(True, "DEPTH_ENABLE", "Guard the water under the keel")
+    min_altitude_m: float = param(
+        4.0,
+        "DEPTH_MIN",
+        "Least water under the keel",
+        unit="m",
+        ge=0,
+        le=1000,
+        seed="MinAltitude: Minimum Acceptable Altitude",
+    )
+    minimum_margin_m: float = param(
+        0.1,
+        "DEPTH_MARGIN_LO",
+        "Below the least altitude by more than this: locked",
+        unit="m",
+        ge=0,
+        le=100,
+        seed="MinAltitude: Minimum Altitude Margin",
+    )
+    good_margin_m: float = param(
+        0.1,
+        "DEPTH_MARGIN_HI",
+        "Above the least altitude by this: good again",
+        unit="m",
+        ge=0,
+        le=100,
+        seed="MinAltitude: Good Altitude Margin",
+    )
+    required: bool = param(False, "DEPTH_REQUIRED", "No arming and no going on without a water depth")
+    unknown_policy: Literal["ignore", "warn", "slow", "stop"] = "warn"
+    """When the altitude is unknown: nothing (the seed), tell, tell and go slow, or tell and stop after 5 s."""
+    unknown_speed_mps: float = Field(0.5, gt=0, le=5)
+    """Speed under the policy ``slow``."""
+    rate_look_ahead: bool = param(True, "DEPTH_LOOK_RATE", "Stop earlier when the bottom is closing (off: seed parity)")
+    map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use the depth map along the way ahead")
+    brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")
+    reaction_s: float = Field(0.6, ge=0, le=5)
+    """From a reading to less thrust: tick, decision, line and actuators (the filter's lag is reckoned apart)."""
+    warn_s: float = Field(20.0, ge=0, le=600)
+    """Tell when the least altitude will be reached within this time."""
+    slow_share: float = Field(1.5, ge=1, le=10)
+    """Slow down when this many times the way to stop would use up the water that is left."""
+    slow_least_mps: float = Field(0.5, gt=0, le=5)
+    """Slower than this is not asked for; the stop follows."""
+    tide_m: float = param(0.0, "DEPTH_TIDE", "Water level above the depth map's datum", unit="m", ge=-20, le=20)
+    map_sigma_m: float = Field(0.0, ge=0, le=20)
+    """Stated uncertainty of the depth map; taken off its depths."""
+    beam_m: float = Field(1.1, ge=0, le=50)
+    """Width of the vessel; the map is looked at one width to either side."""
+    input: DepthInputConfig = Field(default_factory=DepthInputConfig)
+
+    @property
+    def map_offset_m(self) -> float:
+        """From charted depth to altitude under the keel, m."""
+        return self.tide_m - self.input.keel_depth_m - self.map_sigma_m

@@ -1,0 +1,177 @@
+"""Looking ahead of the keel: how fast the bottom closes, and what a map says along the way to come.
+
+The closing rate is a straight line fitted to the gated readings of the last seconds; only what stands clear of the
+sounder's own noise counts, so that a flat bottom never slows anybody. The map is sampled along the predicted way: the
+present arc for a second, then the active leg (vessel-control §5.4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from companion.core.depth_input import Altitude
+from mavlink_bridge.imc import EstimatedState
+
+Point = tuple[float, float]
+StoppingDistance = Callable[[float], float]
+"""Speed in m/s to the way in m that the vessel still makes once thrust is cut (or astern)."""
+DepthAt = Callable[[float, float], float | None]
+"""(north, east) in the run's plane, m, to the depth or altitude there; None = unknown."""
+
+_WINDOWS_S: Final = (1.0, 2.0, 4.0)
+_CLEAR_OF_NOISE: Final = 3.5
+_LEAST_READINGS: Final = 4
+_ARC_S: Final = 1.0
+
+
+class ClosingRate:
+    """How fast the altitude falls, m/s, as far as the readings prove it."""
+
+    def __init__(self) -> None:
+        self._readings: deque[Altitude] = deque(maxlen=64)
+        self._closing_mps = 0.0
+
+    @property
+    def closing_mps(self) -> float:
+        """At least this fast; 0 when the bottom is level, falls away, or nothing is proven."""
+        return self._closing_mps
+
+    def forget(self) -> None:
+        """Start again: after a gap or a confirmed jump the line would bridge what was never measured."""
+        self._readings.clear()
+        self._closing_mps = 0.0
+
+    def add(self, reading: Altitude, sigma_m: float) -> None:
+        """Take one gated reading; ``sigma_m``: its noise."""
+        self._readings.append(reading)
+        readings = list(self._readings)
+        rates = (_proven_rate([r for r in readings if reading.t_us - r.t_us <= w * 1e6], sigma_m) for w in _WINDOWS_S)
+        self._closing_mps = max(0.0, *rates)
+
+
+def _proven_rate(readings: Sequence[Altitude], sigma_m: float) -> float:
+    """Rate of fall less its uncertainty, m/s; least squares."""
+    count = len(readings)
+    if count < _LEAST_READINGS:
+        return 0.0
+    t0_us = readings[-1].t_us
+    times = [(r.t_us - t0_us) * 1e-6 for r in readings]
+    mean_t = sum(times) / count
+    mean_a = sum(r.value_m for r in readings) / count
+    spread = sum((t - mean_t) ** 2 for t in times)
+    slope = sum((t - mean_t) * (r.value_m - mean_a) for t, r in zip(times, readings, strict=True)) / spread
+    return -slope - _CLEAR_OF_NOISE * sigma_m / math.sqrt(spread)
+
+
+def slow_speed_mps(
+    room_m: float, gradient: float, stopping_distance_fn: Callable[[float], float], reaction_s: float, top_mps: float
+) -> float | None:
+    """Greatest speed that stops within ``room_m`` of altitude on this gradient (rise per metre sailed); None = any.
+
+    By bisection, since the stopping distance is only given as a function.
+    """
+
+    def needed_m(speed_mps: float) -> float:
+        return gradient * (stopping_distance_fn(speed_mps) + reaction_s * speed_mps)
+
+    if needed_m(top_mps) <= room_m:
+        return None
+    low, high = 0.0, top_mps
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        if needed_m(middle) <= room_m:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m: float, step_m: float) -> list[Point]:
+    """Points along the predicted way, every ``step_m`` out to ``reach_m``: the present arc, then the path's points.
+
+    Without a path: straight on along the course after the arc. Empty without a position.
+    """
+    if state.x_m is None or state.y_m is None:
+        return []
+    arc, course_rad = _arc(state, (state.x_m, state.y_m), min(reach_m, _ARC_S * (state.sog_mps or 0.0)), step_m)
+    points = [(state.x_m, state.y_m), *arc]
+    left_m = reach_m - step_m * len(arc)
+    for target in path_ahead or ():
+        if left_m <= 0.0:
+            break
+        left_m = _march(points, target, left_m, step_m)
+    if not path_ahead and course_rad is not None:
+        north, east = points[-1]
+        far = (north + left_m * math.cos(course_rad), east + left_m * math.sin(course_rad))
+        _march(points, far, left_m, step_m)
+    return points
+
+
+def _arc(state: EstimatedState, start: Point, length_m: float, step_m: float) -> tuple[list[Point], float | None]:
+    """Points of the present turn and the course at its end."""
+    course_rad = state.cog_rad if state.cog_rad is not None and (state.sog_mps or 0.0) > 0.2 else state.psi_rad
+    if course_rad is None or not state.sog_mps:
+        return [], course_rad
+    turn_per_m = (state.r_radps or 0.0) / state.sog_mps
+    north, east = start
+    points = []
+    for _ in range(math.floor(length_m / step_m)):
+        course_rad += 0.5 * turn_per_m * step_m
+        north, east = north + step_m * math.cos(course_rad), east + step_m * math.sin(course_rad)
+        course_rad += 0.5 * turn_per_m * step_m
+        points.append((north, east))
+    return points, course_rad
+
+
+def _march(points: list[Point], target: Point, left_m: float, step_m: float) -> float:
+    """Append points toward ``target``, its own included when in reach; return the reach that is left, m."""
+    north, east = points[-1]
+    gap_m = math.hypot(target[0] - north, target[1] - east)
+    reach_m = min(gap_m, left_m)
+    for i in range(1, math.ceil(reach_m / step_m) + 1):
+        share = min(i * step_m, reach_m) / gap_m
+        points.append((north + share * (target[0] - north), east + share * (target[1] - east)))
+    return left_m - gap_m
+
+
+@dataclass(frozen=True, slots=True)
+class Ahead:
+    """What a map says of the way to come."""
+
+    here_m: float | None
+    """Altitude on the map where the vessel is."""
+    least_m: float | None
+    """Least altitude along the way; None = nothing known there."""
+    where: Point | None = None
+    unknown: bool = False
+    """Some of the way is outside the map."""
+
+
+def sample(depth_at: DepthAt, points: Sequence[Point], half_width_m: float) -> Ahead:
+    """Least value along the points and ``half_width_m`` to either side of them."""
+    least_m: float | None = None
+    where: Point | None = None
+    unknown = False
+    for i, point in enumerate(points):
+        before = points[i - 1] if i else points[0]
+        for at in _across(before, point, half_width_m):
+            value_m = depth_at(*at)
+            if value_m is None:
+                unknown = True
+            elif least_m is None or value_m < least_m:
+                least_m, where = value_m, point
+    here_m = depth_at(*points[0]) if points else None
+    return Ahead(here_m, least_m, where, unknown)
+
+
+def _across(before: Point, point: Point, half_width_m: float) -> tuple[Point, ...]:
+    north, east = point[0] - before[0], point[1] - before[1]
+    length = math.hypot(north, east)
+    if length == 0.0 or half_width_m == 0.0:
+        return (point,)
+    side_n, side_e = -east / length * half_width_m, north / length * half_width_m
+    return (point, (point[0] + side_n, point[1] + side_e), (point[0] - side_n, point[1] - side_e))
