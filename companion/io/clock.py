@@ -33,21 +33,26 @@ class Clock(Protocol):
 
 
 class SystemClock:
-    """The machine's clock. It counts through a suspend (where the system offers that), so old data shows its age."""
+    """The machine's clock. It counts through a suspend (where the system offers that), so old data shows its age.
 
-    def __init__(self) -> None:
+    ``speed``: simulated seconds in each real one.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        self._speed = speed
         self._source = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
         self._start_ns = time.clock_gettime_ns(self._source)
 
     def now_us(self) -> int:
-        return (time.clock_gettime_ns(self._source) - self._start_ns) // 1000
+        real_us = (time.clock_gettime_ns(self._source) - self._start_ns) // 1000
+        return real_us if self._speed == 1.0 else round(real_us * self._speed)
 
     def utc_us(self) -> int | None:
         utc_us = time.time_ns() // 1000
         return utc_us if utc_us >= EARLIEST_UTC_US else None
 
     def sleep_until_us(self, t_us: int, filenos: Sequence[int] = ()) -> bool:
-        wait_s = max(0.0, (t_us - self.now_us()) / 1e6)
+        wait_s = max(0.0, (t_us - self.now_us()) / 1e6 / self._speed)
         poller = select.poll()
         for fileno in filenos:
             with contextlib.suppress(OSError, ValueError):
@@ -60,7 +65,7 @@ class SystemClock:
             return ready
         if poller.poll(int(wait_s * 1000.0)):
             return True
-        rest_s = (t_us - self.now_us()) / 1e6
+        rest_s = (t_us - self.now_us()) / 1e6 / self._speed
         if rest_s > 0.0:
             time.sleep(rest_s)
         return False
