@@ -31,9 +31,7 @@ from mavlink_bridge.snapshot import Snapshot
 from .core.vehicle import TickInputs, Vehicle
 from .core.vessel import VesselConfig
 from .facade import Facade
-from .io.inputs import StepKind
 from .io.link import Link
-from .io.loop import LoopStats
 from .io.store import AnyStore
 from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort
@@ -48,14 +46,7 @@ class TickRecorder(Protocol):
     """What the app tells the recorder of each tick, and what it hears back."""
 
     def tick(self, snapshot: Snapshot) -> None: ...
-    def frame(self, link: int, stamp_us: int, frame: bytes) -> None: ...
     def drain_texts(self) -> list[tuple[Severity, str]]: ...
-
-
-class StepRecorder(Protocol):
-    """The recorded inputs: opens a step for each pump and tick."""
-
-    def begin(self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0) -> float: ...
 
 
 log = logging.getLogger(__name__)
@@ -94,9 +85,6 @@ class App:
         self.grounds: list[GroundPort] = []
         self.store = store
         self.recorder: TickRecorder | None = None
-        self.inputs: StepRecorder | None = None
-        self.stats = LoopStats()
-        self.utc_us: Callable[[], int | None] = lambda: None
         self.vehicle = Vehicle(settings, vessel)
         self.facade = Facade(settings, self.vehicle.mission, reproducible=reproducible)
         self.snapshot: Snapshot | None = None
@@ -106,9 +94,8 @@ class App:
         self._own: list[tuple[Answer, RequestBody]] = []
         self._faults = 0
         self._storage_fault = False
-        self._last_tick_us: int | None = None
+        self._now_us = 0
         self._closed = False
-        self._stamp_us = 0
         self.stop_wanted = False
         """A ground station has asked for a shutdown or reboot while disarmed."""
         self.restart_wanted = False
@@ -118,27 +105,22 @@ class App:
 
     def pump(self, now_us: int) -> None:
         """Serve protocol endpoints; what arrives for the vessel takes effect at the next tick."""
-        utc_us = self.utc_us()
-        if self.inputs is not None:
-            self.inputs.begin("pump", now_us, utc_us=utc_us)
-        self._stamp_us = now_us if utc_us is None else utc_us
         self._read(now_us)
         self._flush(now_us)
 
-    def tick(self, now_us: int) -> None:
-        """Run one control period. Raises AppFaultError after three failures in a row, with neutral written."""
-        load, utc_us = self.stats.load, self.utc_us()
-        if self.inputs is not None:
-            load = self.inputs.begin("tick", now_us, utc_us=utc_us, load=load)
-        self._stamp_us = now_us if utc_us is None else utc_us
-        late_us = 0 if self._last_tick_us is None else now_us - self._last_tick_us - self.period_us
-        self._last_tick_us = now_us
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> Snapshot | None:
+        """Run one control period. ``late_s``: how late it comes; ``load``: share of the period that the last one took.
+
+        Returns None after a failure. Raises AppFaultError after three in a row, with neutral written.
+        """
+        self._now_us = now_us
         try:
-            self._run(now_us, max(0, late_us) * 1e-6, load)
+            snapshot = self._run(now_us, late_s, load)
         except Exception as error:
             self._fault(now_us, error)
-            return
+            return None
         self._faults = 0
+        return snapshot
 
     def shutdown(self, now_us: int) -> None:
         """Write neutral and let everything go; may be called twice."""
@@ -160,22 +142,13 @@ class App:
     def links(self) -> tuple[Link, ...]:
         return tuple(port.link for port in self.ports)
 
-    def tap(self, link: int) -> Callable[[bytes], None]:
-        """Return the tap of a ground link for the tlog; the stamp is UTC where it is known."""
-
-        def keep(frame: bytes) -> None:
-            if self.recorder is not None:
-                self.recorder.frame(link, self._stamp_us, frame)
-
-        return keep
-
     def submit(self, body: RequestBody, answer: Answer = lambda reply: None) -> None:
         """Queue a request of the vessel's own people: the command line, a scenario. Answered at a coming tick."""
         self._own.append((answer, body))
 
     # ---- one tick -----------------------------------------------------------------------------------------------
 
-    def _run(self, now_us: int, late_s: float, load: float) -> None:
+    def _run(self, now_us: int, late_s: float, load: float) -> Snapshot:
         self._read(now_us)
         self._answer_requests(now_us)
         snapshot = self.vehicle.tick(now_us, self._inputs(now_us, late_s, load))
@@ -187,6 +160,7 @@ class App:
         self._flush(now_us)
         if self.recorder is not None:
             self.recorder.tick(snapshot)
+        return snapshot
 
     def _read(self, now_us: int) -> None:
         for port in self.ports:
@@ -263,12 +237,12 @@ class App:
             self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
             for talk, request in ground.requests():
-                self._carry_out(request, self._replying(talk, request, now_us), now_us)
+                self._carry_out(request, self._replying(talk, request), now_us)
 
-    def _replying(self, talk: Conversation, request: Request, now_us: int) -> Answer:
+    def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:
             if request.reply:
-                talk.reply(request.id, reply, self._last_tick_us or now_us)
+                talk.reply(request.id, reply, self._now_us)
 
         return answer
 

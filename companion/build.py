@@ -5,24 +5,22 @@ The same function builds the boat, the simulated boat and a replay; only the mak
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 from mavlink_bridge.endpoint import Endpoint
+
 from mavlink_bridge.endpoint_config import Budget, EndpointConfig
 
 from .app import App
 from .core.arduino import Arduino
 from .core.nmea import NmeaReader
-from .core.vessel import VesselConfig
-from .io.inputs import InputRecorder, RecordingLink, links_meta
 from .io.link import Link
 from .io.links import open_link
-from .io.recorder import Recorder
+from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
-from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort
+from .ports import ArduinoPort, GroundPort, NmeaPort
 from .settings import EndpointSettings, Settings, load_vessel
 
 
@@ -32,53 +30,49 @@ class LinkMaker(Protocol):
     def __call__(self, name: str, url: str, **options: object) -> Link: ...
 
 
-@dataclass(slots=True)
-class Built:
-    """A vessel ready to run. ``opened``: its links in the order of the recording."""
-
-    app: App
-    opened: list[Link]
-    vessel: VesselConfig
-
-
 def build_app(
     settings: Settings,
     *,
     make_link: LinkMaker = open_link,
     store: AnyStore | None = None,
+    recording: Recording | None = None,
     reproducible: bool = False,
-    inputs: Callable[[list[Link]], InputRecorder] | None = None,
-) -> Built:
-    """Build the app. ``inputs`` makes the input recorder once the links are known (it needs their list)."""
-    vessel = load_vessel(settings.vessel)
-    plain = _open_all(settings, make_link)
-    recorder = inputs(plain) if inputs is not None else None
-    links = [RecordingLink(link, recorder, number) for number, link in enumerate(plain)] if recorder else plain
-    by_name: Mapping[str, Link] = {link.name: link for link in links}
-    sensors = [NmeaPort(by_name[item.name], NmeaReader(item.nmea)) for item in settings.sensors]
+    about: Mapping[str, Any] | None = None,
+) -> App:
+    """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header."""
+    opener = _Opener(make_link, recording)
+    sensors = [
+        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(item.nmea)) for item in settings.sensors
+    ]
     board = settings.actuators
-    actuators = ArduinoPort(by_name["actuators"], Arduino(board.board)) if board.url else None
-    app = App(settings, vessel, sensors, actuators, store or MemoryStore(), reproducible=reproducible)
-    app.inputs = recorder
-    for item in settings.endpoints:
-        app.grounds.append(_ground(app, item, by_name[item.name]))
-    if settings.radio.url:
-        app.grounds.append(_radio(app, settings, by_name["radio"]))
-    return Built(app, links, vessel)
+    actuators = None
+    if board.url:
+        actuators = ArduinoPort(opener.open("actuators", board.url, baud=board.baud), Arduino(board.board))
+    grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
+    radio = opener.open("radio", settings.radio.url, mavlink=True) if settings.radio.url else None
+    kept = store or MemoryStore()
+    if recording is not None:
+        kept = recording.store(kept)
+        recording.start(about or {})
+    app = App(settings, load_vessel(settings.vessel), sensors, actuators, kept, reproducible=reproducible)
+    app.recorder = recording.recorder if recording is not None else None
+    app.grounds += [_ground(app, item, link) for item, link in grounds]
+    if radio is not None:
+        app.grounds.append(_radio(app, radio))
+    return app
 
 
-def _open_all(settings: Settings, make_link: LinkMaker) -> list[Link]:
-    links = [make_link(item.name, item.url, **_baud(item.baud)) for item in settings.sensors]
-    if settings.actuators.url:
-        links.append(make_link("actuators", settings.actuators.url, **_baud(settings.actuators.baud)))
-    links += [make_link(item.name, item.url) for item in settings.endpoints]
-    if settings.radio.url:
-        links.append(make_link("radio", settings.radio.url))
-    return links
+class _Opener:
+    """Opens links in the order of reading, each wrapped for the recording."""
 
+    def __init__(self, make_link: LinkMaker, recording: Recording | None) -> None:
+        self._make = make_link
+        self._recording = recording
 
-def _baud(baud: int | None) -> dict[str, object]:
-    return {} if baud is None else {"baud": baud}
+    def open(self, name: str, url: str, *, baud: int | None = None, mavlink: bool = False) -> Link:
+        options: dict[str, object] = {} if baud is None else {"baud": baud}
+        link = self._make(name, url, **options)
+        return link if self._recording is None else self._recording.link(link, mavlink=mavlink)
 
 
 def _ground(app: App, item: EndpointSettings, link: Link) -> GroundPort:
@@ -90,38 +84,17 @@ def _ground(app: App, item: EndpointSettings, link: Link) -> GroundPort:
         profile=item.profile,
         budget=_budget(item.budget_bytes_per_s),
     )
-    tap = app.tap(len(app.grounds))
-
-    def converse(channel: int, peer: str) -> Conversation:
-        return Endpoint(config, app.facade, tap=tap)
-
-    return GroundPort(link, "endpoint", converse)
+    return GroundPort(link, "endpoint", lambda channel, peer: Endpoint(config, app.facade))
 
 
 def _budget(bytes_per_s: int | None) -> Budget | None:
     return None if bytes_per_s is None else Budget(float(bytes_per_s), max(300, bytes_per_s))
 
 
-def _radio(app: App, settings: Settings, link: Link) -> GroundPort:
+def _radio(app: App, link: Link) -> GroundPort:
     """The LoRa port. ``mavlink`` is an ordinary endpoint on a small byte budget."""
-    config = EndpointConfig(name="radio", system_id=settings.system.system_id, profile="lora")
-    tap = app.tap(len(app.grounds))
-
-    def converse(channel: int, peer: str) -> Conversation:
-        return Endpoint(config, app.facade, tap=tap)
-
-    return GroundPort(link, "radio", converse)
-
-
-def make_inputs(
-    recorder: Recorder, store: Mapping[str, Any], about: Mapping[str, Any]
-) -> Callable[[list[Link]], InputRecorder]:
-    """Return the maker of an input recorder that writes through ``recorder``."""
-
-    def make(links: list[Link]) -> InputRecorder:
-        return InputRecorder(recorder.input_sink, {**about, "links": links_meta(links)}, store)
-
-    return make
+    config = EndpointConfig(name="radio", system_id=app.settings.system.system_id, profile="lora")
+    return GroundPort(link, "radio", lambda channel, peer: Endpoint(config, app.facade))
 
 
 def in_run_dir(settings: Settings, run_dir: Path) -> Settings:

@@ -1,0 +1,86 @@
+"""The ``companion`` command: finds the sub-command's module, imports only that one, and keeps the exit statuses.
+
+0 done, 1 failed, 2 wrong usage or configuration. Other packages add sub-commands by the entry-point group
+``companion.commands`` (name = command, object = ``register``).
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from typing import Any, Final
+
+from companion.io.links import LinkConfigError
+from companion.settings import ConfigError
+
+COMMANDS: Final = {
+    "run": ("companion.commands.run", "sail the real vessel"),
+    "check": ("companion.commands.check", "explain and validate a configuration"),
+    "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
+    "lora": ("companion.commands.lora", "configure a radio module"),
+    "plan": ("companion.commands.plan", "make, check, upload, download and start plans"),
+    "replay": ("companion.commands.replay", "run a recording again and compare"),
+    "report": ("companion.commands.report", "HTML report of a run or a tlog"),
+    "tune": ("companion.commands.tune", "design and check gains"),
+    "keys": ("companion.commands.keys", "signing and radio keys"),
+    "store": ("companion.commands.store", "export and import what the vessel keeps"),
+    "explain": ("companion.commands.explain", "tables: failsafe conditions and more"),
+    "bench-actuators": ("companion.commands.bench_actuators", "move the actuators on the bench"),
+}
+GROUP: Final = "companion.commands"
+
+
+class MissingExtraError(Exception):
+    """A command needs packages that are not installed; the text names the line that installs them."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit status."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+    parser = _parser(words[0] if words else "")
+    arguments = parser.parse_args(words)
+    if not hasattr(arguments, "run"):
+        parser.print_help()
+        return 2
+    try:
+        return int(arguments.run(arguments) or 0)
+    except ConfigError as error:
+        print(f"{error.source}: {len(error.mistakes)} mistake(s)", file=sys.stderr)
+        for mistake in error.mistakes:
+            print(f"  {mistake}", file=sys.stderr)
+        return 2
+    except (LinkConfigError, MissingExtraError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        return 1
+
+
+def _parser(word: str) -> argparse.ArgumentParser:
+    """Build a parser that knows the wanted command in full and the others by one line each."""
+    parser = argparse.ArgumentParser(prog="companion", description="Autopilot companion for small uncrewed boats.")
+    subparsers = parser.add_subparsers(metavar="COMMAND", title="commands")
+    plugins = {} if word in COMMANDS else {point.name: point for point in entry_points(group=GROUP)}
+    if word in COMMANDS:
+        importlib.import_module(COMMANDS[word][0]).register(subparsers)
+    elif word in plugins:
+        _register(plugins[word].load(), subparsers)
+    else:
+        for name, (_, text) in COMMANDS.items():
+            subparsers.add_parser(name, help=text)
+        for point in plugins.values():
+            subparsers.add_parser(point.name, help=f"from {point.value.partition(':')[0]}")
+    return parser
+
+
+def _register(register: Callable[[Any], None], subparsers: Any) -> None:
+    register(subparsers)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

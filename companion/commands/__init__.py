@@ -1,0 +1,1 @@
+"""The sub-commands of ``companion``: one module each, with ``register(subparsers)``; imported only when asked for."""

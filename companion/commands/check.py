@@ -1,0 +1,64 @@
+"""``companion check``: explain and validate a configuration without opening anything."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from companion.core.vessel import stopping_distance_m, top_speed_mps
+from companion.io.link_url import LinkConfigError
+from companion.io.links import check_link
+from companion.settings import ConfigError, Settings, load, load_vessel
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("check", help="explain and validate a configuration", description=__doc__)
+    parser.add_argument("config", type=Path)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Print what the configuration means, or every mistake (exit 2)."""
+    settings = load(arguments.config, arguments.set, Settings)
+    mistakes = link_mistakes(settings)
+    try:
+        vessel = load_vessel(settings.vessel)
+    except ConfigError as error:
+        raise ConfigError(str(arguments.config), [*mistakes, *error.mistakes]) from None
+    if mistakes:
+        raise ConfigError(str(arguments.config), mistakes)
+    print(f"{arguments.config}: good")
+    print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
+    print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
+    print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
+    for sensor in settings.sensors:
+        print(f"  sensor      {sensor.name}: {sensor.url}")
+    print(f"  actuators   {settings.actuators.url or 'none: the vessel cannot be armed'}")
+    for endpoint in settings.endpoints:
+        print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
+    radio = settings.radio
+    print(f"  radio       {f'{radio.url}, {radio.protocol}, profile {radio.profile}' if radio.url else 'none'}")
+    depth = settings.depth
+    print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
+    print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")
+    return 0
+
+
+def link_mistakes(settings: Settings) -> list[str]:
+    """Return every link that cannot be meant, with its key."""
+    wanted = [(f"sensors.{number}.url", item.url, item.baud) for number, item in enumerate(settings.sensors)]
+    wanted.append(("actuators.url", settings.actuators.url, settings.actuators.baud))
+    wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
+    wanted.append(("radio.url", settings.radio.url, None))
+    mistakes = []
+    for key, url, baud in wanted:
+        if not url:
+            continue
+        try:
+            check_link(url, **({} if baud is None else {"baud": baud}))
+        except LinkConfigError as error:
+            mistakes.append(f"{key} = {url!r}: {error}")
+    return mistakes

@@ -1,0 +1,77 @@
+"""``companion run``: the real vessel (or a separate process against ``companion sim --world-only``)."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from companion.build import build_app, in_run_dir
+from companion.facade import software_version
+from companion.io.clock import SystemClock
+from companion.io.loop import LoopStats, StopFlag, run
+from companion.io.recorder import Recorder
+from companion.io.recording import Recording
+from companion.io.store import AnyStore, MemoryStore, Store
+from companion.io.writer import Writer
+from companion.settings import Settings, load
+
+log = logging.getLogger(__name__)
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("run", help="sail the real vessel", description=__doc__)
+    parser.add_argument("config", type=Path, help="TOML file; config/boat.toml is a commented example")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.add_argument(
+        "--run-dir", type=Path, help="where this run is recorded (default: a new one in record.directory)"
+    )
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--status", action="store_true", help="show a status on the terminal")
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run until SIGINT or SIGTERM; neutral is written last."""
+    settings = load(arguments.config, arguments.set, Settings)
+    stop = StopFlag().install()
+    clock = SystemClock()
+    run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
+    settings = in_run_dir(settings, run_dir)
+    writer = Writer()
+    store: AnyStore = Store(Path(settings.store), writer) if settings.store else MemoryStore()
+    about = describe(settings)
+    recording = None
+    if settings.record.enabled:
+        limits = settings.record
+        recorder = Recorder(
+            run_dir, max_mb=limits.max_mb, free_floor_mb=limits.free_floor_mb, writer=writer, about=about
+        )
+        recording = Recording(recorder, clock.utc_us)
+    app = build_app(settings, store=store, recording=recording, about=about)
+    log.info("running %s; recorded in %s", settings.system.name, run_dir if recording else "nothing")
+    stats = LoopStats()
+    until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
+    driven = app if recording is None else recording.app(app)
+    try:
+        return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
+    finally:
+        writer.close()
+
+
+def describe(settings: Settings, **more: object) -> dict[str, Any]:
+    """Return what ``run.json`` says of a run."""
+    return {"version": ".".join(map(str, software_version())), "settings": settings.model_dump(mode="json"), **more}
+
+
+def new_run_dir(base: Path) -> Path:
+    """Return a fresh directory named after the time, in ``base``."""
+    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    for number in range(1000):
+        candidate = base / (stamp if not number else f"{stamp}-{number}")
+        if not candidate.exists():
+            return candidate
+    raise OSError(f"{base}: a thousand runs in one second")

@@ -1,0 +1,198 @@
+"""``companion sim``: the simulated vessel with all its links, or a world for a separate ``companion run``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import config as shipped
+from companion.cli import COMMANDS
+from companion.commands.check import link_mistakes
+from companion.commands.run import describe, new_run_dir
+from companion.io.clock import Clock, ManualClock, SystemClock
+from companion.io.loop import StopFlag, run
+from companion.io.store import AnyStore, MemoryStore, Store
+from companion.settings import ConfigError, load, load_vessel
+
+from .autostart import AutoStart, PlanError, read_plan_file
+from .instance import move_instance
+from .settings import SimSettings
+from .surroundings import Surroundings
+from .world import World
+
+assert "sim" not in COMMANDS
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("sim", help="run the simulated vessel", description=__doc__)
+    parser.add_argument(
+        "--config", type=Path, default=shipped.path("sim.toml"), help="TOML file (default: config/sim.toml)"
+    )
+    parser.add_argument("--plan", type=Path, metavar="F", help="load a plan: QGC .plan, WPL 110 or the seed's JSON")
+    parser.add_argument("--start", action="store_true", help="arm and start the plan; needs no ground station")
+    parser.add_argument(
+        "--speed", default="1", metavar="N|max", help="times real time; 'max' runs in lock-step, in memory"
+    )
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so many simulated seconds")
+    parser.add_argument("--seed", type=int, default=0, help="of all random sources")
+    parser.add_argument(
+        "--run-dir", type=Path, help="where the run is recorded (default: a new one in record.directory)"
+    )
+    parser.add_argument("--json", action="store_true", help="print one summary object at the end")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.add_argument(
+        "--instance", type=int, default=0, metavar="N", help="move ports by 10 N and the system id by N"
+    )
+    parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run the simulator; exit status 0 done, 1 a plan did not start, 2 wrong usage."""
+    settings, speed = _settings(arguments)
+    run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
+    run_dir.mkdir(parents=True, exist_ok=True)
+    stop = StopFlag().install()
+    until_us = None if arguments.duration is None else round(arguments.duration * 1e6)
+    if arguments.world_only:
+        return _serve_world(settings, arguments, run_dir, stop, until_us)
+    plan = _plan(arguments)
+    world = World(
+        settings,
+        arguments.seed,
+        run_dir=run_dir,
+        real_links=speed is not None,
+        store=_store(settings),
+        about=describe(settings, seed=arguments.seed),
+    )
+    starter = AutoStart(world, plan, start=arguments.start) if plan is not None else None
+    clock: Clock = ManualClock() if speed is None else SystemClock(speed)
+    if not arguments.json:
+        _greet(world, run_dir, speed)
+    began = time.monotonic()
+    status = run(starter or world, clock, stop, period_us=world.period_us, until_us=until_us)
+    wall_s = time.monotonic() - began
+    if arguments.json:
+        print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))
+    else:
+        _farewell(world, wall_s, run_dir)
+    return 1 if starter is not None and starter.failure else status
+
+
+def summary(world: World, wall_s: float, seed: int, run_dir: Path) -> dict[str, Any]:
+    """Return what ``--json`` prints."""
+    duration_s = world.now_us * 1e-6
+    return {
+        "duration_s": duration_s,
+        "wall_s": round(wall_s, 3),
+        "speed_up": round(duration_s / wall_s, 1) if wall_s > 0 else None,
+        "seed": seed,
+        "run_dir": str(run_dir),
+        "distance_m": round(world.metrics.distance_m, 2),
+        "plan_state": world.snapshot.progress.state.name if world.snapshot else None,
+        "items": world.metrics.summary(),
+    }
+
+
+def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]:
+    overrides = list(arguments.set)
+    if arguments.start:
+        overrides.insert(0, "operator.gcs_required=false")
+    settings = move_instance(load(arguments.config, overrides, SimSettings), arguments.instance)
+    mistakes = link_mistakes(settings)
+    speed: float | None = None
+    if arguments.speed != "max":
+        try:
+            speed = float(arguments.speed)
+        except ValueError:
+            speed = 0.0
+        if not 0.0 < speed <= 1000.0:
+            mistakes.append(f"--speed {arguments.speed}: give a number up to 1000, or max")
+    if arguments.start and arguments.plan is None:
+        mistakes.append("--start: needs --plan F")
+    if speed is None and arguments.world_only:
+        mistakes.append("--world-only: a separate process cannot keep up with --speed max; give a number")
+    if arguments.duration is not None and arguments.duration <= 0:
+        mistakes.append(f"--duration {arguments.duration}: must be more than 0 s")
+    if mistakes:
+        raise ConfigError(str(arguments.config), mistakes)
+    return settings, speed
+
+
+def _plan(arguments: argparse.Namespace) -> Any:
+    if arguments.plan is None:
+        return None
+    try:
+        return read_plan_file(arguments.plan)
+    except PlanError as error:
+        raise ConfigError(str(arguments.plan), error.mistakes) from None
+
+
+def _store(settings: SimSettings) -> AnyStore:
+    return Store(Path(settings.store)) if settings.store else MemoryStore()
+
+
+class _WorldOnly:
+    """Surroundings driven by the loop."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        self._surroundings = surroundings
+        self.links = surroundings.links
+
+    def pump(self, now_us: int) -> None:
+        self._surroundings.pump(now_us)
+
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        return self._surroundings.step(now_us)
+
+    def shutdown(self, now_us: int) -> None:
+        self._surroundings.close()
+
+
+def _serve_world(
+    settings: SimSettings, arguments: argparse.Namespace, run_dir: Path, stop: StopFlag, until_us: int | None
+) -> int:
+    from companion.build import in_run_dir
+
+    placed = in_run_dir(settings, run_dir)
+    hull = load_vessel(settings.world.vessel or settings.vessel)
+    surroundings = Surroundings(placed, hull, arguments.seed, shore_url=f"pty:{run_dir}/lora")
+    print(f"serving the world in {run_dir}:", flush=True)
+    for link in surroundings.links:
+        print(f"  {link.name:16} {link.describe()}", flush=True)
+    period_us = 1_000_000 // settings.system.tick_hz
+    return run(
+        _WorldOnly(surroundings), SystemClock(float(arguments.speed)), stop, period_us=period_us, until_us=until_us
+    )
+
+
+def _greet(world: World, run_dir: Path, speed: float | None) -> None:
+    settings = world.settings
+    print(f"simulated vessel '{settings.system.name}', system id {settings.system.system_id}; recording in {run_dir}")
+    if speed is not None:
+        for endpoint in settings.endpoints:
+            print(f"  {endpoint.name:8} {endpoint.url}  ({endpoint.persona})  {_HINTS.get(endpoint.name, '')}")
+        if settings.radio.url:
+            print(f"  radio    {run_dir}/lora  (serial port of the shore modem, {settings.radio.protocol})")
+        print("  Ctrl-C ends it, neutral first")
+    sys.stdout.flush()
+
+
+_HINTS = {
+    "gcs": "QGroundControl connects by itself",
+    "sdk": "MAVSDK: udpin://0.0.0.0:14540",
+    "tcp": "MAVProxy: mavproxy.py --master tcp:127.0.0.1:5760",
+}
+
+
+def _farewell(world: World, wall_s: float, run_dir: Path) -> None:
+    duration_s = world.now_us * 1e-6
+    print(
+        f"{duration_s:.0f} s simulated in {wall_s:.1f} s, {world.metrics.distance_m:.0f} m sailed; "
+        f"see it: companion report {run_dir}"
+    )

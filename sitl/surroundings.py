@@ -1,0 +1,120 @@
+"""The plant on its carriers: who hands the simulated sensors', board's and radio's bytes to the vessel's computer.
+
+The vessel's own link URLs say what to serve: ``tcp://`` is served by a listening socket, ``serial:`` by a pty, ``mem:`` by the
+other end in this process. So one configuration describes both sides.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from companion.core.vessel import VesselConfig
+from companion.io.link import Link, Received
+from companion.io.links import open_link
+
+from .plant import Board, Plant
+from .radio import RadioEnd, RadioPair
+from .settings import SimSettings
+from .truth import Truth
+
+
+def counterpart(url: str) -> str:
+    """Return the URL that serves what ``url`` connects to. Raises ValueError for one that no simulator can serve."""
+    scheme, _, rest = url.partition(":")
+    if scheme == "tcp":
+        return f"tcp-listen:{rest}"
+    if scheme == "serial":
+        return f"pty:{rest.partition('?')[0]}"
+    if scheme == "mem":
+        return url
+    if scheme == "udp-listen":
+        return f"udp:{rest}"
+    raise ValueError(f"the simulator cannot serve {url}: use tcp://, serial:RUN_DIR/... or mem:")
+
+
+@dataclass(slots=True)
+class _RadioHost:
+    """A radio module's serial side on a link."""
+
+    end: RadioEnd
+    link: Link
+
+    def shuttle(self, now_us: int) -> None:
+        for event in self.link.poll(now_us):
+            if isinstance(event, Received):
+                self.end.write(event.data)
+        data = self.end.read()
+        if data:
+            self.link.write(0, data)
+
+
+class Surroundings:
+    """Plant and radio with their links. ``make_link`` as in ``companion.build``."""
+
+    def __init__(
+        self,
+        settings: SimSettings,
+        vessel: VesselConfig,
+        seed: int,
+        *,
+        shore_url: str | None,
+        make_link: Callable[[str, str], Link] = open_link,
+        board: Board | None = None,
+    ) -> None:
+        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board)
+        self.radio = RadioPair(settings.world.radio, random.Random(f"{seed}/radio"))
+        self._nmea = [make_link(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
+        self._board = (
+            make_link("world-actuators", counterpart(settings.actuators.url)) if settings.actuators.url else None
+        )
+        self._hosts: list[_RadioHost] = []
+        if settings.radio.url:
+            self._hosts.append(_RadioHost(self.radio.vessel, make_link("world-radio", counterpart(settings.radio.url))))
+            if shore_url:
+                self._hosts.append(_RadioHost(self.radio.shore, make_link("world-shore", shore_url)))
+        self._channels: dict[str, set[int]] = {link.name: set() for link in self._nmea}
+
+    @property
+    def truth(self) -> Truth:
+        return self.plant.truth
+
+    @property
+    def links(self) -> Sequence[Link]:
+        own = () if self._board is None else (self._board,)
+        return (*self._nmea, *own, *(host.link for host in self._hosts))
+
+    def step(self, now_us: int) -> Truth:
+        """Advance the world to ``now_us``: take actuator bytes, move, hand sensor bytes over."""
+        if self._board is not None:
+            for event in self._board.poll(now_us):
+                if isinstance(event, Received):
+                    self.plant.board.receive(event.data, now_us)
+        sentences, status = self.plant.step(now_us)
+        if self._board is not None and status:
+            self._board.write(0, status)
+        self._publish(now_us, b"".join(sentences))
+        self.pump(now_us)
+        return self.plant.truth
+
+    def pump(self, now_us: int) -> None:
+        """Carry radio bytes; may be called between steps."""
+        self.radio.step(now_us)
+        for host in self._hosts:
+            host.shuttle(now_us)
+
+    def close(self) -> None:
+        for link in self.links:
+            link.close()
+
+    def _publish(self, now_us: int, data: bytes) -> None:
+        for link in self._nmea:
+            channels = self._channels[link.name]
+            for event in link.poll(now_us):
+                if isinstance(event, Received):
+                    continue
+                (channels.discard if hasattr(event, "reason") else channels.add)(event.channel)
+            for channel in channels:
+                if data:
+                    link.write(channel, data)
