@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.mapping import INT32_UNKNOWN, deg_to_degE7, rad_to_degE7
-from mavlink_bridge.plan_rules import GLOBAL_FRAMES, Cmd
+from mavlink_bridge.plan_rules import GLOBAL_FRAMES, Cmd, PlanError
 from mavlink_bridge.requests import PlanItem, PlanKind
 
 ALL_KINDS: Final = 255
@@ -104,3 +104,15 @@ def home_problem(item: PlanItem) -> str:
     if abs(item.x) > 900_000_000 or abs(item.y) > 1_800_000_000:
         return "item 0 must be the home position, and its latitude or longitude is out of range"
     return ""
+
+
+def describe(error: PlanError, item: PlanItem | None, shift: int = 0) -> str:
+    """One sentence for the operator, with the item's number as the ground station counts it and the command's name."""
+    name = f" ({command_name(item.command)})" if item is not None else ""
+    return f"item {error.seq + shift}{name}: {error.reason}"
+
+
+def command_name(command: int) -> str:
+    """What MAVLink calls a command, or its number."""
+    entry = dialect.enums["MAV_CMD"].get(command)
+    return str(entry.name).removeprefix("MAV_CMD_") if entry is not None else f"command {command}"

@@ -20,6 +20,7 @@ from mavlink_bridge.mapping import degE7_to_rad
 from mavlink_bridge.mission_upload import Upload
 from mavlink_bridge.mission_wire import (
     ALL_KINDS,
+    describe,
     home_problem,
     item_from_message,
     item_to_message,
@@ -29,7 +30,7 @@ from mavlink_bridge.mission_wire import (
     without_home,
 )
 from mavlink_bridge.plan_mapping import compile_item, load_plan
-from mavlink_bridge.plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits, describe
+from mavlink_bridge.plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits
 from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
 
 Messages = list[Any]

@@ -202,14 +202,3 @@ def signed_radius(item: PlanItem, number: int, limits: PlanLimits) -> tuple[floa
 
 def toward_next(item: PlanItem, number: int) -> bool:
     return bool(given(item, number) or 0.0)
-
-
-def describe(error: PlanError, item: PlanItem | None, shift: int = 0) -> str:
-    """One sentence for the operator, with the item's number as the ground station counts it."""
-    name = ""
-    if item is not None:
-        try:
-            name = f" ({Cmd(item.command).name})"
-        except ValueError:
-            name = f" (command {item.command})"
-    return f"item {error.seq + shift}{name}: {error.reason}"
