@@ -2,10 +2,10 @@
 
 ``inputs.bin`` is a header and then records, each ``length u32, kind u8, body, crc u32`` (little-endian; CRC-32 of kind
 and body). A cut at any byte costs at most the record it falls into. One record is one *step*: a pump, a tick or the
-shutdown, with the time it was called with and, for each link, what every poll returned, what every write was offered
-and took, and the store's completions. The first record is the run's description (JSON), the second the store's
-content (JSON). Written output is kept as length and CRC-32, or whole for a link that asks (the actuators' line), so
-that a replay can compare.
+shutdown, with the time it was called with, what every poll of every link returned, what every write was offered and
+took, the store's completions and the requests of the vessel's own people. The first record is the run's description
+(JSON), the second the store's content (JSON). Written output is kept as length and CRC-32, or whole for a link that
+asks (the actuators' line), so that a replay can compare.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _WRITE: Final = struct.Struct("<BBHIIII")
 """what, whole?, link, channel, offered, accepted, crc of the offered bytes."""
 _DONE: Final = struct.Struct("<BBqI")
 """what, ok, ticket, length of the text."""
-_OPENED, _RECEIVED, _CLOSED, _WROTE, _COMPLETED = 1, 2, 3, 4, 5
+_OPENED, _RECEIVED, _CLOSED, _WROTE, _COMPLETED, _SUBMITTED = 1, 2, 3, 4, 5, 6
 _LONGEST: Final = 1 << 26
 
 
@@ -66,6 +66,8 @@ class Step:
     """link -> number of the poll within this step -> events."""
     writes: dict[int, list[Write]] = field(default_factory=dict)
     completions: list[tuple[int, bool, str]] = field(default_factory=list)
+    submitted: list[str] = field(default_factory=list)
+    """Requests of the vessel's own people, made before this step (``request_json``)."""
 
 
 class InputRecorder:
@@ -130,6 +132,13 @@ class InputRecorder:
             return
         body = text.encode()
         self._parts.append(_DONE.pack(_COMPLETED, ok, ticket, len(body)))
+        self._parts.append(body)
+
+    def submitted(self, text: str) -> None:
+        if not self._parts:
+            return
+        body = text.encode()
+        self._parts.append(_DONE.pack(_SUBMITTED, True, 0, len(body)))
         self._parts.append(body)
 
 
@@ -257,10 +266,14 @@ def unpack_step(body: bytes) -> Step:
             data = body[at : at + offered] if keep else None
             at += offered if keep else 0
             step.writes.setdefault(link, []).append(Write(channel, offered, accepted, crc, data))
-        elif what == _COMPLETED:
+        elif what in (_COMPLETED, _SUBMITTED):
             _, ok, ticket, length = _DONE.unpack_from(body, at)
             at += _DONE.size + length
-            step.completions.append((ticket, bool(ok), body[at - length : at].decode()))
+            text = body[at - length : at].decode()
+            if what == _COMPLETED:
+                step.completions.append((ticket, bool(ok), text))
+            else:
+                step.submitted.append(text)
         else:
             _, poll, link, channel, length = _EVENT.unpack_from(body, at)
             at += _EVENT.size + length

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from companion.io import request_json
 from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import InputRecorder, RecordingLink, RecordingStore, StepKind
 from companion.io.link import Closed, Link, LinkEvent, Received
@@ -22,6 +23,7 @@ from companion.io.recorder import Recorder
 from companion.io.store import AnyStore
 from companion.io.store_content import to_json
 from mavlink_bridge.framing import Deframer
+from mavlink_bridge.requests import Reply, RequestBody
 
 
 class Recording:
@@ -33,13 +35,14 @@ class Recording:
         self._links: list[RecordingLink] = []
         self._store: AnyStore | None = None
         self._taps = 0
+        self._submitted: list[str] = []
         self._inputs = _Late()
         self.stamp_us = EARLIEST_UTC_US
         """UTC of this step, for the telemetry log; counted from an arbitrary day while UTC is unknown."""
 
-    def link(self, link: Link, *, mavlink: bool = False, keep: bool = False) -> Link:
-        """Wrap a link. ``mavlink``: its frames go into the telemetry log. ``keep``: record what is written, whole."""
-        wrapped = RecordingLink(link, self._inputs, len(self._links), keep)  # type: ignore[arg-type]
+    def link(self, link: Link, *, mavlink: bool = False, keep: bool | None = None) -> Link:
+        """Wrap a link. ``mavlink``: its frames go into the telemetry log, else what is written is kept with the inputs."""
+        wrapped = RecordingLink(link, self._inputs, len(self._links), not mavlink if keep is None else keep)  # type: ignore[arg-type]
         self._links.append(wrapped)
         if not mavlink:
             return wrapped
@@ -63,6 +66,13 @@ class Recording:
         utc_us = self._utc_us()
         self.stamp_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
         self._inputs.begin(kind, now_us, utc_us=utc_us, load=load, late_s=late_s)
+        for text in self._submitted:
+            self._inputs.submitted(text)
+        self._submitted.clear()
+
+    def submitted(self, body: RequestBody) -> None:
+        """Note a request that did not come over a link; it belongs to the next step."""
+        self._submitted.append(request_json.dumps(body))
 
     def app(self, app: LoopApp) -> RecordedApp:
         return RecordedApp(app, self)
@@ -98,6 +108,10 @@ class _Late:
         if self.target:
             self.target.wrote(link, channel, data, accepted, keep)
 
+    def submitted(self, text: str) -> None:
+        if self.target:
+            self.target.submitted(text)
+
     def completed(self, ticket: int, ok: bool, text: str) -> None:
         if self.target:
             self.target.completed(ticket, ok, text)
@@ -117,6 +131,11 @@ class RecordedApp:
     @property
     def actuator_fresh(self) -> bool:
         return bool(getattr(self._app, "actuator_fresh", True))
+
+    def submit(self, body: RequestBody, *answer: Callable[[Reply], None]) -> None:
+        """Queue a request of the vessel's own people, as ``App.submit`` does."""
+        self._recording.submitted(body)
+        self._app.submit(body, *answer)  # type: ignore[attr-defined]
 
     def pump(self, now_us: int) -> None:
         self._recording.begin("pump", now_us)

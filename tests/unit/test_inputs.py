@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import random
 
+import pytest
+
+from companion.io import request_json
 from companion.io.inputs import (
     InputReader,
     InputRecorder,
@@ -17,6 +20,8 @@ from companion.io.link import Received
 from companion.io.link_mem import pair
 from companion.io.store import MemoryStore
 from companion.io.store_content import SaveCounter, SaveParam, StoreContent, to_json
+from mavlink_bridge.imc import FenceArea, Goto, Loiter, LoiterDirection, LoiterKind, Mode, PlanSpecification
+from mavlink_bridge.requests import Arm, LoadPlan, Orbit, PlanItem, PlanKind, RtcmData, SetMode, StartPlan
 
 
 class EchoApp:
@@ -174,3 +179,29 @@ def test_a_change_finishes_in_the_same_step_as_recorded(tmp_path):
     assert store.snapshot().params == {}
     assert [done.ok for done in store.completions()] == [True]
     assert store.snapshot().params == {"X": 1.5}
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        StartPlan(),
+        Arm(True),
+        SetMode(Mode.RTL),
+        Orbit(0.7, -0.15, LoiterKind.FIGURE_EIGHT, radius_m=15.0, direction=LoiterDirection.INTO_DRIFT),
+        LoadPlan(
+            PlanKind.MISSION,
+            (PlanItem(16, 6, 0, 2.0, 0, 0, 1, 2, 3.5),),
+            PlanSpecification((Goto(0, 0.7, -0.15), Loiter(1, 0.7, -0.15, LoiterKind.HOVER, duration_s=3.0)), 77),
+            (FenceArea(True, ((0.1, 0.2), (0.3, 0.4), (0.5, 0.6))),),
+        ),
+        RtcmData(b"\xd3\x00"),
+    ],
+)
+def test_requests_of_the_vessels_own_people_survive_json(body):
+    assert request_json.loads(request_json.dumps(body)) == body
+
+
+@pytest.mark.parametrize("text", ['{"class": "Popen", "fields": {}}', '{"class": "Arm", "fields": {"leg": 1}}', "{}"])
+def test_what_is_no_request_is_refused(text):
+    with pytest.raises(ValueError, match="not a request"):
+        request_json.loads(text)
