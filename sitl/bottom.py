@@ -7,6 +7,7 @@ Depth is water depth in metres, positive down, at metres north and east of the s
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -14,6 +15,9 @@ from typing import Literal, Protocol
 from pydantic import Field
 
 from companion.core.config import Config
+from companion.core.depth_grid import EARTH_M, Sounding, metres_per_radian
+from companion.core.geo import LocalFrame
+from companion.core.soundings import parse
 
 
 class Bottom(Protocol):
@@ -122,9 +126,45 @@ class Tide:
         return None if depth_m is None else max(depth_m + self.tide_m, 0.0)
 
 
-def make_bottom(config: BottomConfig) -> Bottom:
-    """Build the configured bottom."""
+class Soundings:
+    """Charted soundings: inverse-distance mean of those within ``radius_m``, as the DUNE simulator does; else unknown."""
+
+    def __init__(self, soundings: Iterable[Sounding], frame: LocalFrame, radius_m: float = 10.0) -> None:
+        self._radius_m = radius_m
+        self._cells: dict[tuple[int, int], list[tuple[float, float, float]]] = {}
+        per_lat, per_lon = metres_per_radian(frame.lat_rad)
+        for sounding in soundings:
+            # To first order, plus the one second-order term that counts: a harbour is small.
+            north = (sounding.lat_rad - frame.lat_rad) * per_lat
+            east = (sounding.lon_rad - frame.lon_rad) * per_lon * (1.0 - north * math.tan(frame.lat_rad) / EARTH_M)
+            north += 0.5 * east * east * math.tan(frame.lat_rad) / EARTH_M
+            self._cells.setdefault(self._cell(north, east), []).append((north, east, sounding.depth_m))
+
+    def depth_at(self, north_m: float, east_m: float) -> float | None:
+        """Water depth, m; None with no sounding near."""
+        row, column = self._cell(north_m, east_m)
+        weights = depths = 0.0
+        for i in range(row - 1, row + 2):
+            for j in range(column - 1, column + 2):
+                for north, east, depth_m in self._cells.get((i, j), ()):
+                    away_m = math.hypot(north - north_m, east - east_m)
+                    if away_m <= self._radius_m:
+                        weight = 1.0 / max(away_m, 0.01) ** 2
+                        weights += weight
+                        depths += weight * depth_m
+        return depths / weights if weights else None
+
+    def _cell(self, north_m: float, east_m: float) -> tuple[int, int]:
+        return math.floor(north_m / self._radius_m), math.floor(east_m / self._radius_m)
+
+
+def make_bottom(config: BottomConfig, frame: LocalFrame | None = None) -> Bottom:
+    """Build the configured bottom. ``frame``: the simulation's plane, needed for kind ``file``."""
     bottom: Bottom = Flat(config.depth_m)
+    if config.kind == "file":
+        if config.file is None or frame is None:
+            raise ValueError("a bottom of kind 'file' needs a file of soundings and a place on earth")
+        bottom = Soundings(parse(config.file.read_text("utf-8"), config.file.name), frame)
     if config.kind == "synthetic":
         if config.slope is not None:
             slope = config.slope

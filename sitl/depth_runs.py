@@ -77,7 +77,7 @@ class DepthRun:
         hull.revs = [self._ahead(self.speed_mps)] * 2
         guard = DepthGuard(self.guard)
         guard.set_map(self.grid)
-        rng = random.Random(self.seed)  # noqa: S311
+        rng = random.Random(self.seed)
         stopping = self._stopping
         cut_us: int | None = None
         wanted_mps, now_us = self.speed_mps, 0

@@ -6,6 +6,7 @@ business. One seeded generator per source, so that a change in one does not shif
 
 from __future__ import annotations
 
+import math
 import random
 from typing import Protocol
 
@@ -45,10 +46,10 @@ class Plant:
         self.config = config
         self.frame = LocalFrame(*config.start_rad)
         self.board: Board = board or ArduinoTwin()
-        self.bottom = make_bottom(config.bottom)
+        self.bottom = make_bottom(config.bottom, self.frame)
         self.water = Water(config.water, _generator(seed, "water"))
         self.vessel = SimVessel(vessel)
-        self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=config.heading_rad)
+        self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
         self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"))
         self._actuators = actuators
         self._now_us = 0

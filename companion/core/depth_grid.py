@@ -17,7 +17,8 @@ from typing import Final
 
 from mavlink_bridge.imc import EstimatedState
 
-_A_M: Final = 6378137.0
+EARTH_M: Final = 6378137.0
+"""Equatorial radius of WGS-84."""
 _E2: Final = 6.69437999014e-3
 _UNKNOWN: Final = -32768
 _DEEPEST_CM: Final = 32767
@@ -40,14 +41,14 @@ class Sounding:
 def metres_per_radian(lat_rad: float) -> tuple[float, float]:
     """Metres on WGS-84 per radian of latitude and of longitude at a latitude."""
     w2 = 1.0 - _E2 * math.sin(lat_rad) ** 2
-    return _A_M * (1.0 - _E2) / w2**1.5, _A_M * math.cos(lat_rad) / math.sqrt(w2)
+    return EARTH_M * (1.0 - _E2) / w2**1.5, EARTH_M * math.cos(lat_rad) / math.sqrt(w2)
 
 
 def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
     """Position ``north_m`` and ``east_m`` from another, good to centimetres within 5 km."""
     middle = lat_rad + 0.5 * north_m / metres_per_radian(lat_rad)[0]
     per_lat = metres_per_radian(middle)[0]
-    sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / _A_M
+    sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / EARTH_M
     lat = lat_rad + (north_m - sag_m) / per_lat
     return lat, lon_rad + east_m / metres_per_radian(lat)[1]
 

@@ -69,7 +69,8 @@ class DepthInput:
         """Readings refused for range, quality or a jump."""
         self._window: deque[Altitude] = deque(maxlen=9)
         self._held: list[Altitude] = []
-        self._good_m: float | None = None
+        self._filtered_m: float | None = None
+        self._middle_us = 0
         self._good_share: float | None = None
         self.configure(config)
 
@@ -91,6 +92,8 @@ class DepthInput:
         for item in passed:
             self._window.append(item)
             self.gated = item
+        if passed:
+            self._filter()
         if passed and distance.value_m is not None:
             limit_m = self._range_max(distance)
             self._good_share = distance.value_m / limit_m
@@ -100,11 +103,7 @@ class DepthInput:
         """The filtered altitude, m; None when too few readings are fresh."""
         if self.gated is None or self.age_s(now_us) > self._config.stale_s + 1e-9:
             return None
-        wanted = self._samples_in_median()
-        recent = [item.value_m for item in self._window][-wanted:]
-        if len(recent) < (wanted + 1) // 2:
-            return None
-        return _lower_median(recent)
+        return self._filtered_m
 
     def age_s(self, now_us: int) -> float:
         """Time since the last believed reading, s; infinite when there is none."""
@@ -112,10 +111,7 @@ class DepthInput:
 
     def lag_s(self, now_us: int) -> float:
         """How old the filtered value is: the middle of the readings that it is the median of, s."""
-        if not self._window:
-            return 0.0
-        middle = (self._samples_in_median() + 1) // 2
-        return (now_us - self._window[-min(middle, len(self._window))].t_us) / 1e6
+        return (now_us - self._middle_us) / 1e6
 
     @property
     def out_of_reach(self) -> bool:
@@ -176,14 +172,23 @@ class DepthInput:
         reach_m = (config.jump_rate_mps + config.jump_slope * abs(speed_mps)) * dt_s
         return abs(after.value_m - before.value_m) <= reach_m + noise_m
 
-    def _samples_in_median(self) -> int:
+    def _filter(self) -> None:
+        """Take the median of the newest readings, when there are enough of them."""
+        window = list(self._window)
+        count = self._samples_in_median(window)
+        recent = window[-count:]
+        needed = (count + 1) // 2
+        self._middle_us = recent[-min(needed, len(recent))].t_us
+        self._filtered_m = _lower_median([item.value_m for item in recent]) if len(recent) >= needed else None
+
+    def _samples_in_median(self, window: list[Altitude]) -> int:
         """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
         full = self._config.median_samples
         if full <= _CONSISTENT:
             return full
-        newest = [item.t_us for item in self._window][-full:]
+        newest = window[-full:]
         share_us = _FAST_SPAN_US * max(len(newest) - 1, 1) // (full - 1)
-        return full if newest[-1] - newest[0] <= share_us else _CONSISTENT
+        return full if newest[-1].t_us - newest[0].t_us <= share_us else _CONSISTENT
 
 
 def _lower_median(values: list[float]) -> float:

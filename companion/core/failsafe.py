@@ -8,14 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from types import MappingProxyType
-from typing import Final, Self
 
-from pydantic import Field, model_validator
-
-from companion.core.config import Config, param
-from companion.core.failsafe_table import BY_NAME, TABLE, Clear, Condition, Flags, Takeover
+from companion.core.failsafe_config import FailsafeConfig, Override, Rule, microseconds
+from companion.core.failsafe_flags import Flags
+from companion.core.failsafe_table import Clear, Takeover
 from mavlink_bridge.imc import Action, Severity
 
 __all__ = [
@@ -27,102 +24,9 @@ __all__ = [
     "Override",
     "failsafe_table_markdown",
     "holding",
+    "judge",
     "step",
 ]
-
-
-class Override(Config):
-    """What a configuration may change of one row; the table's floors hold."""
-
-    action: Action | None = None
-    delay_s: float | None = Field(None, ge=0)
-
-
-class FailsafeConfig(Config):
-    """Times and actions of the failsafe conditions. Everything else is in the table."""
-
-    gcs_timeout_s: float = param(5.0, "FS_GCS_TIMEOUT", "Ground station lost after", unit="s", ge=2, le=120)
-    gcs_action: Action = param(
-        Action.HOLD, "FS_GCS_ACTION", "First action on loss: 1 warn, 2 hold, 3 return, 4 stop", ge=1, le=4
-    )
-    gcs_then_s: float = param(60.0, "FS_GCS_THEN_T", "Second action so long after the first", unit="s", ge=0, le=3600)
-    gcs_then_action: Action = param(
-        Action.RETURN, "FS_GCS_THEN", "Second action on loss: 0 none, 2 hold, 3 return, 4 stop", ge=0, le=4
-    )
-    radio_timeout_s: float = param(
-        65.0, "FS_RADIO_TIMEOUT", "Ground lost over the radio after (more than two beacons)", unit="s", ge=5, le=3600
-    )
-    manual_timeout_s: float = param(0.5, "FS_MAN_TIMEOUT", "Manual control lost after", unit="s", ge=0.1, le=5)
-    guided_timeout_s: float = param(1.0, "FS_GUID_TIMEOUT", "Streamed set-points lost after", unit="s", ge=0.1, le=5)
-    oscillation_thrust: float = param(0.3, "FS_OSC_THRUST", "Thrust allowed while control oscillates", ge=0, le=1)
-    conditions: dict[str, Override] = Field(default_factory=dict)
-    """Per condition name: ``action``, ``delay_s``; not below the floors that ``companion explain failsafe`` lists."""
-
-    @model_validator(mode="after")
-    def _within_floors(self) -> Self:
-        problems = [text for name, over in self.conditions.items() for text in _override_problems(name, over)]
-        if problems:
-            raise ValueError("; ".join(problems))
-        return self
-
-    @cached_property
-    def rules(self) -> tuple[Rule, ...]:
-        """The table with this configuration's times and actions."""
-        return tuple(self._rule(condition) for condition in TABLE)
-
-    def _rule(self, row: Condition) -> Rule:
-        over = self.conditions.get(row.name, _NO_OVERRIDE)
-        action = row.action if over.action is None else over.action
-        delay_s = row.delay_s if over.delay_s is None else over.delay_s
-        then_s, then_action = row.then_after_s, row.then_action
-        if row.name in ("gcs_lost", "radio_lost"):
-            action, then_action = self.gcs_action, self.gcs_then_action
-        if row.name == "gcs_lost":
-            then_s = self.gcs_then_s
-        delay_s = {
-            "gcs_lost": self.gcs_timeout_s,
-            "gcs_degraded": self.gcs_timeout_s / 2.0,
-            "radio_lost": self.radio_timeout_s,
-            "manual_lost": self.manual_timeout_s,
-            "guided_lost": self.guided_timeout_s,
-        }.get(row.name, delay_s)
-        if then_action <= action:
-            then_s = None
-        return Rule(row, _us(delay_s), action, None if then_s is None else _us(then_s), then_action, _us(row.clear_s))
-
-
-_NO_OVERRIDE: Final = Override()
-_BY_PARAMETER: Final = ("gcs_lost", "gcs_degraded", "radio_lost", "manual_lost", "guided_lost")
-
-
-def _override_problems(name: str, over: Override) -> list[str]:
-    row = BY_NAME.get(name)
-    if row is None:
-        return [f"{name}: no such condition"]
-    if name in _BY_PARAMETER:
-        return [f"{name}: has its own keys, such as gcs_timeout_s"]
-    problems = []
-    if over.action is not None and over.action < row.floor:
-        problems.append(f"{name}: action at least {row.floor.name}")
-    if over.delay_s is not None and over.delay_s > row.delay_max_s:
-        problems.append(f"{name}: delay_s at most {row.delay_max_s:g}")
-    return problems
-
-
-def _us(seconds: float) -> int:
-    return round(seconds * 1e6)
-
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """A row with its configured times (microseconds) and actions."""
-
-    row: Condition
-    delay_us: int
-    action: Action
-    then_us: int | None
-    then_action: Action
-    clear_us: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +68,13 @@ class FailsafeResult:
 
 def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
     """Return the action for this tick, its causes, texts for the operator, and the new memory. Pure."""
+    if not memory.entries and config.watch.quiet(flags):
+        return FailsafeResult(_remember(memory, _required_since(memory, flags, now_us)), Action.NONE)
+    return judge(memory, flags, now_us, config)
+
+
+def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
+    """The same as ``step`` without its short cut: every row is looked at."""
     required_since_us = _required_since(memory, flags, now_us)
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
     entries: dict[str, Entry] = {}
@@ -187,6 +98,12 @@ def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConf
         action = Action.STOP
     limit = config.oscillation_thrust if "oscillating" in causes else 1.0
     return FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts), limit)
+
+
+def _remember(memory: FailsafeMemory, required_since_us: int | None) -> FailsafeMemory:
+    if memory.required_since_us == required_since_us:
+        return memory
+    return FailsafeMemory(memory.entries, required_since_us)
 
 
 def _required_since(memory: FailsafeMemory, flags: Flags, now_us: int) -> int | None:
@@ -215,7 +132,7 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
 def _raised(rule: Rule, flags: Flags) -> bool:
     if rule.row.age is not None:
         age_s = rule.row.age(flags)
-        return age_s is not None and _us(age_s) >= rule.delay_us
+        return age_s is not None and microseconds(age_s) >= rule.delay_us
     assert rule.row.flag is not None
     return rule.row.flag(flags)
 

@@ -126,7 +126,10 @@ class Gate:
             return "no demand"
         if not 0 <= now_us - demand.t_us <= self._stale_us:
             return "stale demand"
-        return None if all(math.isfinite(value) for value in _channels(demand)) else "demand is not a number"
+        port, starboard, rudder_port, rudder_starboard = _channels(demand)
+        finite = math.isfinite(port) and math.isfinite(starboard)
+        finite = finite and math.isfinite(rudder_port) and math.isfinite(rudder_starboard)
+        return None if finite else "demand is not a number"
 
     def _pass(self, now_us: int, demand: ActuatorDemand, evidence: Evidence) -> ActuatorOutput:
         dt_s = self._elapsed_s(now_us)

@@ -32,7 +32,7 @@ class ClosingRate:
     """How fast the altitude falls, m/s, as far as the readings prove it."""
 
     def __init__(self) -> None:
-        self._readings: deque[Altitude] = deque(maxlen=64)
+        self._lines = [_Line(round(seconds * 1e6)) for seconds in _WINDOWS_S]
         self._closing_mps = 0.0
 
     @property
@@ -42,29 +42,57 @@ class ClosingRate:
 
     def forget(self) -> None:
         """Start again: after a gap or a confirmed jump the line would bridge what was never measured."""
-        self._readings.clear()
+        for line in self._lines:
+            line.clear()
         self._closing_mps = 0.0
 
     def add(self, reading: Altitude, sigma_m: float) -> None:
         """Take one gated reading; ``sigma_m``: its noise."""
-        self._readings.append(reading)
-        readings = list(self._readings)
-        rates = (_proven_rate([r for r in readings if reading.t_us - r.t_us <= w * 1e6], sigma_m) for w in _WINDOWS_S)
-        self._closing_mps = max(0.0, *rates)
+        closing_mps = 0.0
+        for line in self._lines:
+            line.add(reading.t_us, round(reading.value_m * 1e6))
+            closing_mps = max(closing_mps, line.proven_fall(sigma_m))
+        self._closing_mps = closing_mps
 
 
-def _proven_rate(readings: Sequence[Altitude], sigma_m: float) -> float:
-    """Rate of fall less its uncertainty, m/s; least squares."""
-    count = len(readings)
-    if count < _LEAST_READINGS:
-        return 0.0
-    t0_us = readings[-1].t_us
-    times = [(r.t_us - t0_us) * 1e-6 for r in readings]
-    mean_t = sum(times) / count
-    mean_a = sum(r.value_m for r in readings) / count
-    spread = sum((t - mean_t) ** 2 for t in times)
-    slope = sum((t - mean_t) * (r.value_m - mean_a) for t, r in zip(times, readings, strict=True)) / spread
-    return -slope - _CLEAR_OF_NOISE * sigma_m / math.sqrt(spread)
+class _Line:
+    """Least-squares line through the readings of a window, by running sums of whole microseconds and micrometres.
+
+    Whole numbers, so that adding and taking away for days leaves no rounding behind.
+    """
+
+    def __init__(self, window_us: int) -> None:
+        self._window_us = window_us
+        self._readings: deque[tuple[int, int]] = deque()
+        self._t0_us = 0
+        self.clear()
+
+    def clear(self) -> None:
+        self._readings.clear()
+        self._t = self._tt = self._a = self._ta = 0
+
+    def add(self, t_us: int, value_um: int) -> None:
+        if not self._readings:
+            self._t0_us = t_us
+        self._readings.append((t_us - self._t0_us, value_um))
+        self._count(t_us - self._t0_us, value_um, 1)
+        while t_us - self._t0_us - self._readings[0][0] > self._window_us:
+            self._count(*self._readings.popleft(), -1)
+
+    def _count(self, t_us: int, value_um: int, sign: int) -> None:
+        self._t += sign * t_us
+        self._tt += sign * t_us * t_us
+        self._a += sign * value_um
+        self._ta += sign * t_us * value_um
+
+    def proven_fall(self, sigma_m: float) -> float:
+        """Rate of fall less its uncertainty, m/s; 0 with too few readings."""
+        count = len(self._readings)
+        spread = count * self._tt - self._t * self._t
+        if count < _LEAST_READINGS or spread <= 0:
+            return 0.0
+        slope_mps = (count * self._ta - self._t * self._a) / spread
+        return -slope_mps - _CLEAR_OF_NOISE * sigma_m / math.sqrt(spread / count * 1e-12)
 
 
 def slow_speed_mps(
