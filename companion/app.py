@@ -92,6 +92,8 @@ class App:
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
         self._waiting: dict[int, _Waiting] = {}
         self._own: list[tuple[Answer, RequestBody]] = []
+        self.on_submit: Callable[[RequestBody], None] | None = None
+        """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
         self._storage_fault = False
         self._now_us = 0

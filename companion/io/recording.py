@@ -23,7 +23,7 @@ from companion.io.recorder import Recorder
 from companion.io.store import AnyStore
 from companion.io.store_content import to_json
 from mavlink_bridge.framing import Deframer
-from mavlink_bridge.requests import Reply, RequestBody
+from mavlink_bridge.requests import RequestBody
 
 
 class Recording:
@@ -75,6 +75,9 @@ class Recording:
         self._submitted.append(request_json.dumps(body))
 
     def app(self, app: LoopApp) -> RecordedApp:
+        """Wrap the app. One that takes requests without a link has an ``on_submit`` to tell of them."""
+        if hasattr(app, "on_submit"):
+            app.on_submit = self.submitted
         return RecordedApp(app, self)
 
     def close(self, now_us: int, **result: Any) -> None:
@@ -131,11 +134,6 @@ class RecordedApp:
     @property
     def actuator_fresh(self) -> bool:
         return bool(getattr(self._app, "actuator_fresh", True))
-
-    def submit(self, body: RequestBody, *answer: Callable[[Reply], None]) -> None:
-        """Queue a request of the vessel's own people, as ``App.submit`` does."""
-        self._recording.submitted(body)
-        self._app.submit(body, *answer)  # type: ignore[attr-defined]
 
     def pump(self, now_us: int) -> None:
         self._recording.begin("pump", now_us)
