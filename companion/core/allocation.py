@@ -15,6 +15,9 @@ from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
 
 _WEAK = 0.05
 _USEFUL = 0.15
+"""Shares of the yaw authority at which rudders begin to be used and are used in full."""
+_SOFT = 0.01
+"""Share of full thrust below which the inverse of the propellers' law is a straight line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +75,8 @@ class Allocator:
         return clamp(0.5 * math.asin(ratio), -limit, limit)
 
     def _command(self, force_n: float) -> float:
-        """Inverse of the propellers' law; inside the dead band whichever of its edge and zero gives the nearer force."""
+        """Inverse of the propellers' law; straight through zero, where its slope would be infinite."""
         full = self._ahead_n if force_n > 0.0 else self._astern_n
-        size = math.sqrt(min(1.0, abs(force_n) / full))
-        band = self._vessel.thruster.dead_band
-        if size < band:
-            size = band if size * size > 0.5 * band * band else 0.0
+        share = min(1.0, abs(force_n) / full)
+        size = math.sqrt(share) if share > _SOFT else share / math.sqrt(_SOFT)
         return math.copysign(size, force_n)

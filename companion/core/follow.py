@@ -26,12 +26,16 @@ class FollowConfig(Config):
         0.7, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
     )
     deceleration: float = param(0.3, "PATH_DECEL", "Deceleration before bends and ends", unit="m/s^2", ge=0.02, le=5.0)
-    preview_s: float = param(0.5, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
+    preview_s: float = param(0.9, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
     speed_min_mps: float = param(
         0.5, "PATH_SPEED_MIN", "Bends never slow the vessel below this", unit="m/s", ge=0.1, le=5
     )
     use_drift: bool = True
     """Steer by the triangle of velocities; off leaves drift to the integral."""
+
+_VELOCITY_TAU_S = 0.7
+_POSITION_TAU_S = 0.5
+_JUMP_M = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +48,44 @@ class Followed:
     possible: bool
 
 
+class SmoothMotion:
+    """Position and velocity without the steps of single fixes, and without lag.
+
+    Velocity through the water changes slowly in the hull's axes, so it is smoothed there and turns with the hull at once;
+    position is carried by that velocity and drawn to the estimate.
+    """
+
+    def __init__(self) -> None:
+        self.water_mps = 0.0
+        """Surge through the water."""
+        self.north_m = self.east_m = 0.0
+        self.vn_mps = self.ve_mps = 0.0
+        self._sway_mps = 0.0
+        self._running = False
+
+    def reset(self) -> None:
+        self._running = False
+
+    def step(self, dt_s: float, state: EstimatedState) -> None:
+        """Take the estimate of one tick, which holds a position and a heading."""
+        assert state.x_m is not None and state.y_m is not None and state.psi_rad is not None  # noqa: PT018
+        cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
+        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
+        north, east = (state.vx_mps or 0.0) - drift_n, (state.vy_mps or 0.0) - drift_e
+        u, v = north * cos + east * sin, east * cos - north * sin
+        x, y = state.x_m, state.y_m
+        if self._running and math.dist((x, y), (self.north_m, self.east_m)) < _JUMP_M:
+            gain = min(1.0, dt_s / _VELOCITY_TAU_S)
+            u = self.water_mps + gain * (u - self.water_mps)
+            v = self._sway_mps + gain * (v - self._sway_mps)
+            gain = min(1.0, dt_s / _POSITION_TAU_S)
+            north_m, east_m = self.north_m + self.vn_mps * dt_s, self.east_m + self.ve_mps * dt_s
+            x, y = north_m + gain * (x - north_m), east_m + gain * (y - east_m)
+        self._running = True
+        self.water_mps, self._sway_mps, self.north_m, self.east_m = u, v, x, y
+        self.vn_mps, self.ve_mps = u * cos - v * sin + drift_n, u * sin + v * cos + drift_e
+
+
 class Follower:
     """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
 
@@ -51,6 +93,8 @@ class Follower:
         self._config = config
         self._handling = handling
         self.integrator = Integrator()
+        self.motion = SmoothMotion()
+        self._sway_mps = 0.0
 
     def configure(self, config: FollowConfig) -> None:
         self._config = config
@@ -69,13 +113,13 @@ class Follower:
         self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float, end_speed_mps: float | None
     ) -> Followed:
         """Return what to steer. ``end_speed_mps`` is the speed at the end of an open track, None = keep on."""
-        assert state.x_m is not None
-        assert state.y_m is not None
-        here = track.locate(state.x_m, state.y_m)
-        vn, ve = _velocity(state)
+        motion = self.motion
+        motion.step(dt_s, state)
+        here = track.locate(motion.north_m, motion.east_m)
+        vn, ve = motion.vn_mps, motion.ve_mps
         planned = self._plan(track, here, speed_mps, end_speed_mps, math.hypot(vn, ve))
         course, rate = self._course(dt_s, track, here, vn, ve, planned)
-        desired, possible = self._steer(state, course, rate, planned)
+        desired, possible = self._steer(dt_s, state, course, rate, planned)
         return Followed(desired, here, planned, possible)
 
     def _plan(
@@ -116,22 +160,26 @@ class Follower:
         inside = here.cross_m * here.curvature > 0.0
         return max(2.0 * tightest, 1.0 / abs(here.curvature) if inside and here.curvature else 0.0)
 
-    def _steer(self, state: EstimatedState, course: float, rate: float, planned: float) -> tuple[Desired, bool]:
+    def _steer(
+        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float
+    ) -> tuple[Desired, bool]:
         drift = (0.0, 0.0)
         if self._config.use_drift:
             drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        psi_now = state.psi_rad if state.psi_rad is not None else course
-        now = (state.u_mps or 0.0) - (drift[0] * math.cos(psi_now) + drift[1] * math.sin(psi_now))
-        top = 0.96 * self._handling.top_mps
-        heading = triangle(course, planned, drift, top, now)
-        limit = self._handling.max_yaw_rate(max(now, 0.0))
-        psi = heading.psi_rad
+        water = max(self.motion.water_mps, 0.0)
+        heading = triangle(course, planned, drift, 0.96 * self._handling.top_mps, water)
+        limit = self._handling.max_yaw_rate(water)
+        turning = clamp(rate * heading.rate_factor, -limit, limit)
+        slip, slipping = self._leeway(dt_s, turning, max(water, 0.5 * planned))
+        psi = wrap_pi(heading.psi_rad - slip)
         surge = heading.water_mps + drift[0] * math.cos(psi) + drift[1] * math.sin(psi)
-        return Desired(psi, surge, clamp(rate * heading.rate_factor, -limit, limit)), heading.possible
+        return Desired(psi, surge, clamp(turning - slipping, -limit, limit)), heading.possible
 
-
-def _velocity(state: EstimatedState) -> tuple[float, float]:
-    """Velocity over ground, NED, m/s; without one the hull's heading is taken with no way on."""
-    if state.vx_mps is not None and state.vy_mps is not None:
-        return state.vx_mps, state.vy_mps
-    return 0.0, 0.0
+    def _leeway(self, dt_s: float, rate: float, speed_mps: float) -> tuple[float, float]:
+        """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""
+        if speed_mps < 0.3:
+            return 0.0, 0.0
+        goal = self._handling.sway_per_rate(speed_mps) * rate
+        change = (goal - self._sway_mps) / max(self._handling.sway_lag_s, dt_s)
+        self._sway_mps += change * dt_s
+        return math.atan(self._sway_mps / speed_mps), change / speed_mps

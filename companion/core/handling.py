@@ -39,6 +39,10 @@ class Handling:
         self._linear = [linear for linear, _ in damping]
         self._quadratic = [quadratic for _, quadratic in damping]
         self._rates = [self._steady_turn(speed) for speed in self._speeds]
+        self._sway = [self._leeway(speed) for speed in self._speeds]
+        hull = vessel.hull
+        self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
+        """How fast the sideways slip of a turn builds up."""
 
     def authority(self, speed_mps: float) -> Authority:
         """Return what rudders and thrusters can give at a steady speed."""
@@ -56,6 +60,10 @@ class Handling:
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
         return self._look_up(self._rates, speed_mps)
+
+    def sway_per_rate(self, speed_mps: float) -> float:
+        """Return the sideways slip of a steady gentle turn over its yaw rate, m (negative: outwards)."""
+        return self._look_up(self._sway, speed_mps)
 
     def turn_radius_m(self, speed_mps: float) -> float:
         """Return the radius of the tightest steady turn at a speed through the water."""
@@ -87,6 +95,17 @@ class Handling:
             v += 0.2 * (dv + hull.m23_kgm / hull.m22_kg * dr)
         _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
         return -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+
+    def _leeway(self, speed_mps: float) -> float:
+        """Sway over yaw rate in a gentle turn by the rudders, whose side force adds to the slip."""
+        hull, rate, v = self.vessel.hull, 0.1, 0.0
+        thrust_n = drag_n(self.vessel, speed_mps) / 2.0
+        for _ in range(120):
+            _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+            moment = -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+            side_n = moment / self.vessel.rudder.x_m if self.vessel.rudder.count and speed_mps > 0.5 else 0.0
+            v += 0.15 * (dv + (hull.m23_kgm * dr + side_n) / hull.m22_kg)
+        return v / rate
 
     def _steady_turn(self, speed_mps: float) -> float:
         """Steady yaw rate with rudders hard over and all the differential that the speed leaves."""

@@ -1,14 +1,20 @@
-"""Speed through the water, modelled from the actuation that was really sent.
+"""Motion through the water, modelled from the actuation that was really sent.
 
 A boat with a GNSS compass measures its speed over ground only. The force model, driven by the commands that went out
-and the measured yaw rate, says what it makes through the water; the difference is the drift (vessel-control §2.1).
+and the measured yaw rate, says what it makes through the water; the difference is the drift (vessel-control §2.1). The
+model's accelerations also carry measured surge and yaw rate from tick to tick, so that they can be filtered without lag.
 """
 
 from __future__ import annotations
 
+import math
+
 from companion.core.hull import ForceModel
 from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
-from mavlink_bridge.imc import ActuatorOutput
+from mavlink_bridge.imc import ActuatorOutput, EstimatedState
+
+_RATE_TAU_S = 0.15
+_SURGE_TAU_S = 0.8
 
 
 class WaterSpeedObserver:
@@ -24,13 +30,17 @@ class WaterSpeedObserver:
     def reset(self, surge_mps: float) -> None:
         self.u_mps = surge_mps
         self.v_mps = 0.0
+        self.surge_mps: float | None = None
+        """Surge over ground, measured, carried by the model."""
+        self.rate_radps: float | None = None
+        """Yaw rate, likewise."""
+        self._along_mps = 0.0
         self.thrust_n = [0.0, 0.0]
         self._revs = [0.0, 0.0]
         self._rudder_rad = 0.0
 
-    def step(self, dt_s: float, r_radps: float, sent: ActuatorOutput | None) -> None:
+    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Advance by one tick with what was sent during it; nothing sent is neutral."""
-        dt_s = min(dt_s, 0.2)
         port, starboard, rudder_rad = 0.0, 0.0, 0.0
         if sent is not None:
             port, starboard = sent.thruster_port, sent.thruster_starboard
@@ -39,9 +49,31 @@ class WaterSpeedObserver:
             rudder_rad = sent.rudder_port_rad
         self._actuators(dt_s, port, starboard, rudder_rad)
         thrust, angle = self.thrust_n, self._rudder_rad
-        du, dv, _ = self._model.rates(self.u_mps, self.v_mps, r_radps, thrust[0], thrust[1], angle, angle)
+        rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
+        du, dv, dr = self._model.rates(self.u_mps, self.v_mps, rate, thrust[0], thrust[1], angle, angle)
         self.u_mps += du * dt_s
         self.v_mps += dv * dt_s
+        self._carry(dt_s, state, du, dr)
+
+    def _carry(self, dt_s: float, state: EstimatedState, du: float, dr: float) -> None:
+        measured = state.r_radps
+        if measured is None or self.rate_radps is None:
+            self.rate_radps = measured
+        else:
+            predicted = self.rate_radps + dr * dt_s
+            self.rate_radps = predicted + min(1.0, dt_s / _RATE_TAU_S) * (measured - predicted)
+        if state.u_mps is None or state.psi_rad is None:
+            self.surge_mps = None
+            return
+        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
+        along = drift_n * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
+        if self.surge_mps is None:
+            self.surge_mps = state.u_mps
+        else:
+            # the drift's share changes with the heading, the rest by the forces
+            predicted = self.surge_mps + du * dt_s + along - self._along_mps
+            self.surge_mps = predicted + min(1.0, dt_s / _SURGE_TAU_S) * (state.u_mps - predicted)
+        self._along_mps = along
 
     def _actuators(self, dt_s: float, port: float, starboard: float, rudder_rad: float) -> None:
         thruster, rudder = self._vessel.thruster, self._vessel.rudder

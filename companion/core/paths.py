@@ -7,7 +7,7 @@ starboard of the path, as everywhere.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.core.units import wrap_pi
 
@@ -150,6 +150,7 @@ class Track:
         self.index = index
         self.run_m = 0.0
         """Length of the segments left behind, m."""
+        self._along_m: float | None = None
 
     @property
     def segment(self) -> Segment:
@@ -165,14 +166,27 @@ class Track:
 
     def locate(self, north_m: float, east_m: float) -> Projection:
         """Advance to the segment in force and return the projection on it."""
-        projection = self.segment.project(north_m, east_m)
-        for _ in range(len(self.segments)):
-            if projection.along_m < self.segment.length_m or not self._advance():
+        here = self._unwrapped(self.segment.project(north_m, east_m))
+        while here.along_m >= self.segment.length_m and self._advance():
+            self._along_m = None
+            here = self._unwrapped(self.segment.project(north_m, east_m))
+            if here.along_m < 0.5 * self.segment.length_m:
                 break
-            projection = self.segment.project(north_m, east_m)
-            if len(self.segments) == 1:
-                break
-        return projection
+        return here
+
+    def _unwrapped(self, here: Projection) -> Projection:
+        """Let the run along an arc go on where its bearing starts anew; a circle counts its laps."""
+        segment = self.segment
+        if isinstance(segment, Arc):
+            lap = 2.0 * math.pi * segment.radius_m
+            if self._along_m is None:
+                # a full loop's end looks like its beginning
+                along = here.along_m - lap if here.along_m > 0.9 * lap else here.along_m
+            else:
+                along = here.along_m + lap * round((self._along_m - here.along_m) / lap)
+            here = replace(here, along_m=along)
+        self._along_m = here.along_m
+        return here
 
     def _advance(self) -> bool:
         if self.index + 1 < len(self.segments):

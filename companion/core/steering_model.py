@@ -20,6 +20,8 @@ from mavlink_bridge.snapshot import ControlTrace
 
 _SATURATED_RAD = 0.3
 """Heading error at which a good bandwidth just uses up the yaw authority."""
+_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
+"""The first call after a start has no time behind it, a late one too much."""
 _REFERENCE_RATE = 2.4
 _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
@@ -73,9 +75,9 @@ class ModelController:
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:
-        dt_s = min(dt_s, 0.2)
-        rate = state.r_radps or 0.0
-        self._observer.step(dt_s, rate, sent)
+        dt_s = clamp(dt_s, _SHORTEST_STEP_S, _LONGEST_STEP_S)
+        self._observer.step(dt_s, state, sent)
+        rate = self._observer.rate_radps or 0.0
         free = self._free(sent)
         surge_n, speed = self._surge(dt_s, state, desired, free)
         yaw_nm, heading = self._yaw(dt_s, state, desired, rate)
@@ -136,11 +138,12 @@ class ModelController:
         self, dt_s: float, state: EstimatedState, desired: Desired, free: bool
     ) -> tuple[float, tuple[float, float]]:
         """Return the thrust, and (error, P)."""
-        if desired.speed_mps is None or state.u_mps is None:
+        surge = self._observer.surge_mps
+        if desired.speed_mps is None or surge is None:
             self._u_ref = None
             return 0.0, (0.0, 0.0)
         water = self._observer.u_mps
-        measured = water if desired.through_water else state.u_mps
+        measured = water if desired.through_water else surge
         if self._u_ref is None:
             self._u_ref = measured
         most = self._config.acceleration

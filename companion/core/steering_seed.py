@@ -58,7 +58,7 @@ class SeedController:
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:
         config = self._config
-        self._observer.step(dt_s, state.r_radps or 0.0, sent)
+        self._observer.step(clamp(dt_s, 0.0, 0.2), state, sent)
         heading, heading_error = self._heading_loop(dt_s, state, desired)
         speed, speed_error = self._speed_loop(dt_s, state, desired)
         share = self._thruster_share(state)
@@ -74,7 +74,7 @@ class SeedController:
             self._last_angles = None
             return _IDLE, None
         error = wrap_pi(desired.psi_rad - state.psi_rad)
-        late = dt_s > _LONGEST_STEP_S
+        late = not 0.0 < dt_s <= _LONGEST_STEP_S
         slope = 0.0
         if self._last_angles is not None and not late:
             # wrapped one by one: wrapping their difference would kick the wrong way on a reference step near 180 degrees
@@ -88,7 +88,7 @@ class SeedController:
             return _IDLE, None
         measured = self._observer.u_mps if desired.through_water else state.u_mps
         error = desired.speed_mps - measured
-        if dt_s > _LONGEST_STEP_S:
+        if not 0.0 < dt_s <= _LONGEST_STEP_S:
             return self._speed.step(0.0, error, 0.0), error
         return self._speed.step(dt_s, error), error
 
