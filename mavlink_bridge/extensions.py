@@ -33,6 +33,7 @@ _ADDED_FIELDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "MISSION_COUNT": (("uint32_t", "opaque_id"),),
     "MISSION_ACK": (("uint32_t", "opaque_id"),),
     "MISSION_CURRENT": (("uint32_t", "mission_id"), ("uint32_t", "fence_id"), ("uint32_t", "rally_points_id")),
+    "TIMESYNC": (("uint8_t", "target_system"), ("uint8_t", "target_component")),
 }
 
 _ADDED_MESSAGES: Final[dict[str, tuple[int, tuple[tuple[str, str, int], ...]]]] = {

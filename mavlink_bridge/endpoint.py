@@ -1,0 +1,376 @@
+"""One MAVLink conversation: the vessel as one link's ground stations see it. Bytes in, requests out; replies and snapshots in, bytes out.
+
+Services are separate files; this one joins them. Protocol answers are made inside ``receive``, so that a transfer does
+not wait for ticks; everything that changes the vessel is a Request, answered by ``reply`` at the next tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from mavlink_bridge import requests as ask
+from mavlink_bridge import timesync
+from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.command import DENIED, Command, Refused
+from mavlink_bridge.command_table import Context, canonical_seq
+from mavlink_bridge.commands import CommandServer, Outcome
+from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.guided import attitude_target, local_target, position_target
+from mavlink_bridge.identity import greeting
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.inbound import Counters, FrameCheck, Inbound
+from mavlink_bridge.local_commands import LOCAL, answer
+from mavlink_bridge.manual import manual_control, rc_override
+from mavlink_bridge.missions import MissionServer, UploadLocks
+from mavlink_bridge.modes import from_custom_mode
+from mavlink_bridge.outbox import Outbox
+from mavlink_bridge.params import EndpointParams, ParamServer
+from mavlink_bridge.port import VehiclePort
+from mavlink_bridge.requests import PlanKind, Reply, Request, RequestBody, Result
+from mavlink_bridge.sensor_input import RtcmAssembler, distance
+from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.speaker import Speaker
+from mavlink_bridge.streams import Composer, Streams, message_id
+from mavlink_bridge.stub_params import ROVER_STUBS
+from mavlink_bridge.wire import Packed, packed
+
+_TEXT_GAP_US: Final = 1_000_000
+_MAX_TEXTS_KEPT: Final = 32
+_MAX_PEERS: Final = 32
+_MAX_REQUESTS: Final = 256
+_GCS: Final = 6
+
+_MISSION_SET_CURRENT: Final = message_id("MISSION_SET_CURRENT")
+_MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
+
+
+@dataclass(slots=True)
+class Peer:
+    """A station heard on this link."""
+
+    system_id: int
+    last_heartbeat_us: int
+
+
+class Endpoint:
+    """The vessel on one channel of one link.
+
+    ``composer`` and ``locks`` are shared by all endpoints of a vessel; ``check`` judges signatures; ``tap`` sees each valid frame
+    in and each frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona).
+    """
+
+    def __init__(
+        self,
+        config: EndpointConfig,
+        vehicle: VehiclePort,
+        *,
+        composer: Composer | None = None,
+        locks: UploadLocks | None = None,
+        codec: Codec | None = None,
+        check: FrameCheck | None = None,
+        tap: Callable[[bytes], None] | None = None,
+        on_station: Callable[[int, str], None] | None = None,
+    ) -> None:
+        self.config = config
+        self.vehicle = vehicle
+        self.codec = codec or Codec(config.system_id, config.component_id)
+        self._tap = tap
+        self._on_station = on_station
+        self._inbound = Inbound(config, check, tap)
+        self._outbox = Outbox(config.limits, self._seal, overhead_bytes=12 + (13 if self.codec.signer else 0))
+        self.streams = Streams(config)
+        self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
+        self._commands = CommandServer()
+        stubs = ROVER_STUBS if config.persona == "ardurover" else ()
+        self._params = ParamServer(EndpointParams(vehicle.params, stubs))
+        self._outbox.bulk(self._params.next)
+        self._missions = MissionServer(
+            vehicle.plans,
+            home_item=config.has_home_item,
+            system_id=config.system_id,
+            component_id=config.component_id,
+            locks=locks,
+        )
+        self._rtcm = RtcmAssembler()
+        self.high_latency_on = False
+        self.peers: dict[int, Peer] = {}
+        self._requests: list[Request] = []
+        self._next_id = 1
+        self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
+        self._wants_current: set[int] = set()
+        self._said: dict[str, int] = {}
+        self._now_us = 0
+        self._may_write = config.link_class != "telemetry"
+        self._handlers = self._make_handlers()
+
+    def _make_handlers(self) -> dict[int, Callable[[Any, int], None]]:
+        handlers: dict[int, Callable[[Any, int], None]] = {
+            message_id(name): self._on_mission for name in self._missions.handles
+        }
+        named: dict[str, Callable[[Any, int], None]] = {
+            "HEARTBEAT": self._on_heartbeat,
+            "COMMAND_LONG": self._on_command,
+            "COMMAND_INT": self._on_command,
+            "SET_MODE": self._on_set_mode,
+            "MISSION_SET_CURRENT": self._on_set_current,
+            "PARAM_REQUEST_LIST": lambda message, now_us: self._params.request_list(),
+            "PARAM_REQUEST_READ": lambda message, now_us: self._answer(self._params.request_read(message)),
+            "PARAM_SET": self._on_param_set,
+            "REQUEST_DATA_STREAM": self._on_data_stream,
+            "PING": lambda message, now_us: self._answer(timesync.ping(message)),
+            "TIMESYNC": lambda message, now_us: self._answer(timesync.timesync(message, now_us)),
+            "MANUAL_CONTROL": lambda message, now_us: self._steer(message, manual_control(message)),
+            "RC_CHANNELS_OVERRIDE": lambda message, now_us: self._steer(message, rc_override(message)),
+            "SET_POSITION_TARGET_GLOBAL_INT": lambda message, now_us: self._steer(message, position_target(message)),
+            "SET_POSITION_TARGET_LOCAL_NED": lambda message, now_us: self._steer(message, local_target(message)),
+            "SET_ATTITUDE_TARGET": lambda message, now_us: self._steer(message, attitude_target(message)),
+            "DISTANCE_SENSOR": self._on_distance,
+            "GPS_RTCM_DATA": lambda message, now_us: self._steer(message, self._rtcm.receive(message)),
+        }
+        return handlers | {message_id(name): handler for name, handler in named.items()}
+
+    # What the app calls
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Take bytes as read. Answers that need no decision of the vessel can be taken at once. Never raises on input."""
+        self._now_us = now_us
+        for message in self._inbound.receive(data, now_us):
+            handler = self._handlers.get(message.get_msgId())
+            if handler is not None:
+                handler(message, now_us)
+
+    def requests(self) -> list[Request]:
+        """What the stations ask of the vessel since the last call, oldest first."""
+        requests, self._requests = self._requests, []
+        return requests
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
+        """Pass on the vessel's answer to a request. An unknown id is ignored."""
+        self._now_us = now_us
+        outcome = self._commands.reply(request_id, reply)
+        if outcome is not None:
+            self._finish(outcome)
+            return
+        values = self._params.reply(request_id, reply)
+        if values is not None:
+            self._answer(values)
+        elif request_id in self._plan_handles:
+            handle, kind = self._plan_handles.pop(request_id)
+            self._answer(self._missions.finish(handle, reply, self.vehicle.plans.plan_id(kind), now_us), urgent=True)
+            self._after_missions()
+        elif request_id in self._wants_current:
+            self._wants_current.discard(request_id)
+            self._speaker.wanted.add(_MISSION_CURRENT)
+        if values is None and reply.result is not Result.ACCEPTED and reply.reason:
+            self._explain(reply.reason)
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        """Queue what the vessel says by itself at this tick, and serve the timers."""
+        self._now_us = now_us
+        self._speaker.tick(now_us, snapshot, summary_on=self.high_latency_on)
+        if self._commands.waits:
+            self._answer(self._commands.poll(now_us), urgent=True)
+        if self._missions.busy:
+            self._answer(self._missions.poll(now_us))
+            self._after_missions()
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """Return whole frames to write now: at most ``limit_bytes`` and what the budget allows; b"" when nothing is due."""
+        return self._outbox.take(now_us, limit_bytes)
+
+    def param_changed(self, name: str) -> None:
+        """Tell this link's stations of a parameter that somebody else changed."""
+        self._answer(self._params.changed(name))
+
+    def say(self, severity: int, text: str) -> None:
+        """Send a text to this link's stations only."""
+        self._speaker.say(severity, text)
+
+    @property
+    def counters(self) -> Counters:
+        return self._inbound.counters
+
+    @property
+    def bad_frames(self) -> int:
+        return self._inbound.bad_frames
+
+    @property
+    def last_heartbeat_us(self) -> int | None:
+        """When a ground station's HEARTBEAT was last heard here; None = never."""
+        return max((peer.last_heartbeat_us for peer in self.peers.values()), default=None)
+
+    # What the services use
+
+    def compose(self, number: int) -> Packed | None:
+        """The message of this id from the newest snapshot."""
+        return self._speaker.compose(number)
+
+    def component_metadata(self) -> Any:
+        return None
+
+    def _seal(self, item: Packed) -> bytes:
+        frame = self.codec.seal(item.message_id, item.payload)
+        if self._tap is not None:
+            self._tap(frame)
+        return frame
+
+    def _answer(self, messages: list[Any], urgent: bool = False) -> None:
+        for message in messages:
+            if urgent:
+                self._outbox.urgent(packed(message))
+            else:
+                self._outbox.answer(packed(message))
+
+    def _ask(self, body: RequestBody, sender: int, reply: bool = True) -> int:
+        request_id = self._next_id
+        self._next_id += 1
+        if len(self._requests) < _MAX_REQUESTS:
+            self._requests.append(Request(request_id, body, sender, reply))
+        return request_id
+
+    def _explain(self, reason: str) -> None:
+        """Say why something was refused, each reason at most once a second."""
+        last_us = self._said.get(reason)
+        if last_us is not None and 0 <= self._now_us - last_us < _TEXT_GAP_US:
+            return
+        self._said[reason] = self._now_us
+        if len(self._said) > _MAX_TEXTS_KEPT:
+            self._said.pop(next(iter(self._said)))
+        self._speaker.say(Severity.WARNING, reason[:1].upper() + reason[1:])
+
+    def _finish(self, outcome: Outcome) -> None:
+        self._answer(outcome.messages, urgent=True)
+        if outcome.reason:
+            self._explain(outcome.reason)
+
+    # Messages
+
+    def _on_heartbeat(self, message: Any, now_us: int) -> None:
+        system = message.get_srcSystem()
+        if message.type != _GCS:
+            return
+        if system == self.config.system_id:
+            self._explain(f"a ground station uses this vessel's system id {system}")
+            return
+        peer = self.peers.get(system)
+        if peer is not None:
+            peer.last_heartbeat_us = now_us
+            return
+        if len(self.peers) >= _MAX_PEERS:
+            self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
+        self.peers[system] = Peer(system, now_us)
+        self._speaker.say(Severity.INFO, greeting(self.vehicle.identity, self.config))
+        if self._on_station is not None:
+            self._on_station(system, self.config.persona)
+
+    def _context(self) -> Context:
+        snapshot = self._speaker.snapshot
+        return Context(
+            home_item=self.config.has_home_item,
+            plan_length=len(self.vehicle.plans.items(PlanKind.MISSION)),
+            plan_seq=snapshot.progress.seq if snapshot else 0,
+            psi_rad=snapshot.state.psi_rad if snapshot else None,
+        )
+
+    def _on_command(self, message: Any, now_us: int) -> None:
+        command, sequence = Command.from_message(message), message.get_seq()
+        again = self._commands.recall(command, sequence, now_us)
+        if again is not None:
+            self._answer(again, urgent=True)
+            if command.id not in LOCAL:
+                return
+        if command.id in LOCAL:
+            self._local(command, sequence, now_us, is_copy=again is not None)
+        elif not self._may_write:
+            self._answer(self._commands.settle(command, sequence, DENIED, now_us), urgent=True)
+            self._explain("this link is for telemetry only")
+        else:
+            outcome = self._commands.take_up(command, sequence, self._context(), now_us)
+            self._finish(outcome)
+            if outcome.body is not None:
+                self._commands.asked(outcome.case, self._ask(outcome.body, command.sender[0]))
+
+    def _local(self, command: Command, sequence: int, now_us: int, *, is_copy: bool) -> None:
+        """Commands without effect on the vessel may run again for a copy, whose first answer was lost."""
+        done = answer(self, command)
+        if not is_copy:
+            self._answer(self._commands.settle(command, sequence, done.result, now_us), urgent=True)
+            if done.reason:
+                self._explain(done.reason)
+        for message in done.messages:
+            self._outbox.answer(message)
+
+    def _on_set_mode(self, message: Any, now_us: int) -> None:
+        mode = from_custom_mode(message.custom_mode) if message.base_mode & 1 else None
+        if mode is None:
+            self._explain(f"mode {message.custom_mode} is not one of this boat's")
+        else:
+            self._write(ask.SetMode(mode), message)
+
+    def _on_set_current(self, message: Any, now_us: int) -> None:
+        try:
+            seq = canonical_seq(message.seq, self._context())
+        except Refused as refusal:
+            self._explain(str(refusal))
+            return
+        request_id = self._write(ask.SetCurrent(seq), message)
+        if request_id is not None:
+            self._wants_current.add(request_id)
+
+    def _write(self, body: RequestBody, message: Any) -> int | None:
+        if not self._may_write:
+            self._explain("this link is for telemetry only")
+            return None
+        return self._ask(body, message.get_srcSystem())
+
+    def _on_param_set(self, message: Any, now_us: int) -> None:
+        messages, body = self._params.set(message, self._may_write)
+        self._answer(messages)
+        if body is not None:
+            self._params.asked(self._ask(body, message.get_srcSystem()), message)
+
+    def _on_data_stream(self, message: Any, now_us: int) -> None:
+        if self.config.profile == "lan":
+            self.streams.set_group(message.req_stream_id, message.req_message_rate, message.start_stop == 1)
+
+    def _steer(self, message: Any, body: RequestBody | None) -> None:
+        """Set-points and data streams: nobody waits for an answer."""
+        if body is not None and self._may_write:
+            self._ask(body, message.get_srcSystem(), reply=False)
+
+    def _on_distance(self, message: Any, now_us: int) -> None:
+        if message.get_srcSystem() == self.config.system_id:
+            self._steer(message, distance(message))
+
+    def _on_mission(self, message: Any, now_us: int) -> None:
+        if not self._may_write and message.get_type() in _MISSION_WRITES:
+            self._answer([_mission_denied(message)], urgent=True)
+            return
+        self._answer(self._missions.handle(message, now_us))
+        self._after_missions()
+
+    def _after_missions(self) -> None:
+        """Pass on what a mission message led to: a whole plan, a go-to, texts."""
+        for handle, load in self._missions.loads():
+            self._plan_handles[self._ask(load, 0)] = (handle, load.kind)
+        for body in self._missions.requests():
+            self._ask(body, 0, reply=False)
+        for severity, text in self._missions.texts():
+            if text:
+                self._speaker.say(severity, text)
+
+
+_MISSION_WRITES: Final = frozenset(
+    ("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_ITEM_INT", "MISSION_ITEM", "MISSION_CLEAR_ALL")
+)
+
+
+def _mission_denied(message: Any) -> Any:
+    return dialect.MAVLink_mission_ack_message(
+        target_system=message.get_srcSystem(),
+        target_component=message.get_srcComponent(),
+        type=14,
+        mission_type=message.mission_type,
+    )

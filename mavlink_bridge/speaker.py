@@ -1,0 +1,116 @@
+"""What an endpoint says by itself at each tick: HEARTBEAT, streams, and messages of the moment when something changes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.outbox import Outbox
+from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.statustext import StatusText
+from mavlink_bridge.streams import (
+    CURRENT_MODE,
+    FENCE_STATUS,
+    HEARTBEAT,
+    HIGH_LATENCY2,
+    MISSION_CURRENT,
+    SYS_STATUS,
+    Composer,
+    Streams,
+)
+from mavlink_bridge.telemetry_system import mission_item_reached, system_status
+from mavlink_bridge.wire import Packed, packed
+
+HEARTBEAT_US: Final = 1_000_000
+SLOW_HEARTBEAT_US: Final = 5_000_000
+
+
+class Speaker:
+    """The telling half of an endpoint."""
+
+    def __init__(self, config: EndpointConfig, outbox: Outbox, streams: Streams, composer: Composer) -> None:
+        self._config = config
+        self._outbox = outbox
+        self._streams = streams
+        self._composer = composer
+        self._texts = StatusText()
+        self._heartbeat_us = SLOW_HEARTBEAT_US if config.profile == "lora" else HEARTBEAT_US
+        self._next_heartbeat_us: int | None = None
+        self._next_summary_us: int | None = None
+        self._face: object = None
+        self._plan: object = None
+        self._fence: object = None
+        self.snapshot: Snapshot | None = None
+        self.wanted: set[int] = set()
+        """Messages to send with the next snapshot whatever their rate."""
+
+    def compose(self, number: int) -> Packed | None:
+        return None if self.snapshot is None else self._composer.compose(number, self.snapshot, self._config)
+
+    def tick(self, now_us: int, snapshot: Snapshot, *, summary_on: bool) -> None:
+        """Queue what is due. On a high-latency link that is HIGH_LATENCY2 alone, and only when it is switched on."""
+        self.snapshot = snapshot
+        if self._config.profile == "high_latency":
+            self._summary(now_us, summary_on)
+            return
+        self._heartbeat(now_us, snapshot)
+        self._changes(snapshot)
+        for log in snapshot.texts:
+            self.say(log.severity, log.text)
+        due = self._streams.due(now_us)
+        if self.wanted:
+            due += self.wanted.difference(due)
+            self.wanted.clear()
+        for number in due:
+            made = self._composer.compose(number, snapshot, self._config)
+            if made is None:
+                self._outbox.forget(number)
+            else:
+                self._outbox.telemetry(number, made)
+
+    def _summary(self, now_us: int, is_on: bool) -> None:
+        if not is_on:
+            self._next_summary_us = None
+            return
+        if self._next_summary_us is None or now_us >= self._next_summary_us:
+            self._next_summary_us = now_us + round(self._config.high_latency_period_s * 1e6)
+            made = self.compose(HIGH_LATENCY2)
+            if made is not None:
+                self._outbox.telemetry(HIGH_LATENCY2, made)
+
+    def _heartbeat(self, now_us: int, snapshot: Snapshot) -> None:
+        face = (snapshot.mode, snapshot.armed, system_status(snapshot))
+        changed = face != self._face
+        if not changed and self._next_heartbeat_us is not None and now_us < self._next_heartbeat_us:
+            return
+        if changed:
+            self._face = face
+            self.wanted.add(CURRENT_MODE)
+        due_us = self._next_heartbeat_us
+        if due_us is None or now_us >= due_us + self._heartbeat_us:
+            due_us = now_us
+        if now_us >= due_us:
+            self._next_heartbeat_us = due_us + self._heartbeat_us
+        made = self.compose(HEARTBEAT)
+        if made is not None:
+            self._outbox.urgent(made)
+
+    def _changes(self, snapshot: Snapshot) -> None:
+        progress = snapshot.progress
+        for seq in progress.reached:
+            self._outbox.answer(packed(mission_item_reached(seq, self._config)))
+        plan = (progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id)
+        if plan != self._plan:
+            self._plan = plan
+            self.wanted.add(MISSION_CURRENT)
+        fence = (snapshot.fence.breached, snapshot.health.fence_enabled, snapshot.health.fence_ok)
+        if fence != self._fence:
+            self._fence = fence
+            self.wanted |= {FENCE_STATUS, SYS_STATUS}
+
+    def say(self, severity: int, text: str) -> None:
+        """Queue a text for the operator; none on a high-latency link."""
+        if self._config.profile == "high_latency":
+            return
+        for message in self._texts.messages(severity, text):
+            self._outbox.answer(packed(message))

@@ -1,0 +1,176 @@
+"""Periodic telemetry: which message is due on a link, made once for all links that show it the same way.
+
+``Composer`` belongs to the vessel and remembers what it packed for the present snapshot; ``Streams`` belongs to one
+endpoint and knows its rates. Streams start at multiples of their period, so that links with equal rates share the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+from mavlink_bridge import telemetry_motion as motion
+from mavlink_bridge import telemetry_system as system
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.wire import Packed, packed
+
+Build = Callable[[Snapshot], Any]
+BuildForPersona = Callable[[Snapshot, EndpointConfig], Any]
+
+_COMMON: Final[dict[str, Build]] = {
+    "SYSTEM_TIME": system.system_time,
+    "GPS_RAW_INT": motion.gps_raw_int,
+    "ATTITUDE": motion.attitude,
+    "LOCAL_POSITION_NED": motion.local_position_ned,
+    "GLOBAL_POSITION_INT": motion.global_position_int,
+    "SERVO_OUTPUT_RAW": system.servo_output_raw,
+    "NAV_CONTROLLER_OUTPUT": motion.nav_controller_output,
+    "VFR_HUD": motion.vfr_hud,
+    "POSITION_TARGET_GLOBAL_INT": motion.position_target_global_int,
+    "DISTANCE_SENSOR": motion.distance_sensor,
+    "ALTITUDE": motion.altitude,
+    "BATTERY_STATUS": system.battery_status,
+    "FENCE_STATUS": system.fence_status,
+    "HOME_POSITION": motion.home_position,
+    "EXTENDED_SYS_STATE": system.extended_sys_state,
+    "ORBIT_EXECUTION_STATUS": motion.orbit_execution_status,
+    "SYS_STATUS": system.sys_status,
+    "WATER_DEPTH": motion.water_depth,
+}
+_PERSONAL: Final[dict[str, BuildForPersona]] = {
+    "HEARTBEAT": system.heartbeat,
+    "MISSION_CURRENT": system.mission_current,
+    "CURRENT_MODE": system.current_mode,
+    "HIGH_LATENCY2": system.high_latency2,
+}
+
+
+def message_id(name: str) -> int:
+    number: int = getattr(dialect, f"MAVLINK_MSG_ID_{name}")
+    return number
+
+
+_BUILDERS: Final[dict[int, Build]] = {message_id(name): build for name, build in _COMMON.items()}
+_PERSONAL_BUILDERS: Final[dict[int, BuildForPersona]] = {message_id(name): build for name, build in _PERSONAL.items()}
+
+HEARTBEAT: Final = message_id("HEARTBEAT")
+MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
+CURRENT_MODE: Final = message_id("CURRENT_MODE")
+SYS_STATUS: Final = message_id("SYS_STATUS")
+FENCE_STATUS: Final = message_id("FENCE_STATUS")
+HIGH_LATENCY2: Final = message_id("HIGH_LATENCY2")
+
+STREAMED: Final = frozenset(_BUILDERS) | frozenset(_PERSONAL_BUILDERS)
+"""Every message that SET_MESSAGE_INTERVAL and REQUEST_MESSAGE can ask for from the snapshot."""
+
+DATA_STREAMS: Final[dict[int, tuple[int, ...]]] = {
+    1: (message_id("GPS_RAW_INT"),),
+    2: tuple(
+        message_id(name)
+        for name in (
+            "SYS_STATUS",
+            "GPS_RAW_INT",
+            "NAV_CONTROLLER_OUTPUT",
+            "MISSION_CURRENT",
+            "FENCE_STATUS",
+            "POSITION_TARGET_GLOBAL_INT",
+        )
+    ),
+    3: (message_id("SERVO_OUTPUT_RAW"),),
+    6: (message_id("GLOBAL_POSITION_INT"), message_id("LOCAL_POSITION_NED")),
+    10: (message_id("ATTITUDE"),),
+    11: (message_id("VFR_HUD"),),
+    12: tuple(
+        message_id(name) for name in ("BATTERY_STATUS", "SYSTEM_TIME", "DISTANCE_SENSOR", "ALTITUDE", "WATER_DEPTH")
+    ),
+}
+"""MAV_DATA_STREAM groups of REQUEST_DATA_STREAM."""
+
+
+class Composer:
+    """Builds and packs a message at most once for each snapshot and face."""
+
+    __slots__ = ("_cache", "_snapshot")
+
+    def __init__(self) -> None:
+        self._snapshot: Snapshot | None = None
+        self._cache: dict[object, Packed | None] = {}
+
+    def compose(self, number: int, snapshot: Snapshot, config: EndpointConfig) -> Packed | None:
+        """Return the packed message of this id, None when there is nothing to say or no such stream."""
+        if snapshot is not self._snapshot:
+            self._snapshot = snapshot
+            self._cache.clear()
+        personal = _PERSONAL_BUILDERS.get(number)
+        key: object = number if personal is None else (number, config.persona, config.generic_mode_encoding)
+        if key in self._cache:
+            return self._cache[key]
+        message: Any = None
+        if personal is not None:
+            message = personal(snapshot, config)
+        elif number in _BUILDERS:
+            message = _BUILDERS[number](snapshot)
+        made = self._cache[key] = None if message is None else packed(message)
+        return made
+
+
+class Streams:
+    """The periodic messages of one endpoint. Periods in microseconds; a message that is off has none."""
+
+    def __init__(self, config: EndpointConfig) -> None:
+        self._max_rate_hz = config.max_rate_hz
+        self._defaults = {message_id(name): round(1e6 / rate) for name, rate in config.rates.items() if rate > 0}
+        self._period_us = dict(self._defaults)
+        self._due_us: dict[int, int] = {}
+        self._next_us: int | None = None
+
+    def interval_us(self, number: int) -> int:
+        """MESSAGE_INTERVAL.interval_us: the period, -1 off, 0 not available."""
+        if number not in STREAMED:
+            return 0
+        return self._period_us.get(number, -1)
+
+    def set_interval(self, number: int, interval_us: float) -> bool:
+        """Set a period (0 = default, -1 = off). False when the message does not exist or the rate cannot be reached."""
+        if number not in STREAMED or not interval_us >= -1 or interval_us > 0x7FFFFFFF:
+            return False
+        if interval_us == -1 or (interval_us == 0 and number not in self._defaults):
+            self._period_us.pop(number, None)
+            self._due_us.pop(number, None)
+            return True
+        if 0 < interval_us < 0.999e6 / self._max_rate_hz or interval_us < 0:
+            return False
+        self._period_us[number] = round(interval_us) if interval_us else self._defaults[number]
+        self._due_us.pop(number, None)
+        self._next_us = None
+        return True
+
+    def set_group(self, group: int, rate_hz: float, start: bool) -> None:
+        """REQUEST_DATA_STREAM: set a group's rate, limited to what can be reached; group 0 is all of them. Unknown groups are ignored."""
+        groups: Iterable[tuple[int, ...]] = DATA_STREAMS.values() if group == 0 else (DATA_STREAMS.get(group, ()),)
+        interval_us = 1e6 / min(max(rate_hz, 0.1), self._max_rate_hz) if start and rate_hz > 0 else -1.0
+        for numbers in groups:
+            for number in numbers:
+                self.set_interval(number, interval_us)
+
+    def due(self, now_us: int) -> list[int]:
+        """Return the ids due at this time and plan their next ones."""
+        if self._next_us is not None and now_us < self._next_us:
+            return []
+        ready: list[int] = []
+        soonest: int | None = None
+        for number, period_us in self._period_us.items():
+            at_us = self._due_us.get(number)
+            if at_us is None:
+                at_us = now_us + -now_us % period_us if period_us <= 1_000_000 else now_us
+            if at_us <= now_us:
+                ready.append(number)
+                at_us += period_us
+                if at_us <= now_us:
+                    at_us = now_us + period_us
+            self._due_us[number] = at_us
+            soonest = at_us if soonest is None or at_us < soonest else soonest
+        self._next_us = now_us + 1_000_000 if soonest is None else soonest
+        return ready
