@@ -14,6 +14,7 @@ from typing import Final, Protocol
 
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.port import Identity
 from mavlink_bridge.requests import (
     ACCEPTED,
     LoadPlan,
@@ -28,7 +29,8 @@ from mavlink_bridge.requests import (
 )
 from mavlink_bridge.snapshot import Snapshot
 
-from .core.vehicle import TickInputs, Vehicle
+from .core.vehicle import Vehicle
+from .core.vehicle_config import TickInputs
 from .core.vessel import VesselConfig
 from .facade import Facade
 from .io.link import Link
@@ -75,8 +77,7 @@ class App:
         sensors: Sequence[NmeaPort],
         actuators: ArduinoPort | None,
         store: AnyStore,
-        *,
-        reproducible: bool = False,
+        identity: Identity,
     ) -> None:
         self.settings = settings
         self.period_us = 1_000_000 // settings.system.tick_hz
@@ -86,7 +87,7 @@ class App:
         self.store = store
         self.recorder: TickRecorder | None = None
         self.vehicle = Vehicle(settings, vessel)
-        self.facade = Facade(settings, self.vehicle.mission, reproducible=reproducible)
+        self.facade = Facade(settings, self.vehicle.mission, identity)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""

@@ -5,17 +5,20 @@ The same function builds the boat, the simulated boat and a replay; only the mak
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 from mavlink_bridge.endpoint import Endpoint
-
 from mavlink_bridge.endpoint_config import Budget, EndpointConfig
+from mavlink_bridge.port import Identity
 
 from .app import App
 from .core.arduino import Arduino
 from .core.nmea import NmeaReader
+from .core.vessel import VesselConfig
+from .facade import identity_of
 from .io.link import Link
 from .io.links import open_link
 from .io.recording import Recording
@@ -38,8 +41,15 @@ def build_app(
     recording: Recording | None = None,
     reproducible: bool = False,
     about: Mapping[str, Any] | None = None,
+    vessel: VesselConfig | None = None,
+    identity: Identity | None = None,
 ) -> App:
-    """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header."""
+    """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header.
+
+    ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
+    """
+    vessel = vessel or load_vessel(settings.vessel)
+    identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
     sensors = [
         NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(item.nmea)) for item in settings.sensors
@@ -53,9 +63,16 @@ def build_app(
     kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
-        recording.start(about or {})
-    app = App(settings, load_vessel(settings.vessel), sensors, actuators, kept, reproducible=reproducible)
-    app.recorder = recording.recorder if recording is not None else None
+        recording.start(
+            {
+                **(about or {}),
+                "settings": settings.model_dump(mode="json"),
+                "vessel": vessel.model_dump(mode="json"),
+                "identity": dataclasses.asdict(identity),
+            }
+        )
+    app = App(settings, vessel, sensors, actuators, kept, identity)
+    app.recorder = recording
     app.grounds += [_ground(app, item, link) for item, link in grounds]
     if radio is not None:
         app.grounds.append(_radio(app, radio))

@@ -92,15 +92,20 @@ class Plans:
 class Facade:
     """The VehiclePort of ``mavlink_bridge.port``."""
 
-    def __init__(self, settings: Settings, mission: Mission, *, reproducible: bool = False) -> None:
+    def __init__(self, settings: Settings, mission: Mission, identity: Identity) -> None:
         self.params = Parameters(settings)
         self.plans = Plans(mission)
-        self.identity = Identity(
-            uid=0x5553_5600_0000_0000 | settings.system.system_id if reproducible else uuid.getnode(),
-            version=software_version(),
-            os_version=(0, 0, 0) if reproducible else _os_version(),
-            name=settings.system.name,
-        )
+        self.identity = identity
+
+
+def identity_of(settings: Settings, *, reproducible: bool = False) -> Identity:
+    """Return who this vessel is; ``reproducible`` leaves out what differs from computer to computer."""
+    return Identity(
+        uid=0x5553_5600_0000_0000 | settings.system.system_id if reproducible else uuid.getnode(),
+        version=software_version(),
+        os_version=(0, 0, 0) if reproducible else _os_version(),
+        name=settings.system.name,
+    )
 
 
 def software_version() -> tuple[int, int, int]:

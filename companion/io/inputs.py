@@ -36,7 +36,7 @@ _WRITE: Final = struct.Struct("<BBHIIII")
 """what, whole?, link, channel, offered, accepted, crc of the offered bytes."""
 _DONE: Final = struct.Struct("<BBqI")
 """what, ok, ticket, length of the text."""
-_OPENED, _RECEIVED, _CLOSED, _WROTE, _COMPLETED, _SUBMITTED = 1, 2, 3, 4, 5, 6
+_OPENED, _RECEIVED, _CLOSED, _WROTE, _COMPLETED, _SUBMITTED, _TOLD = 1, 2, 3, 4, 5, 6, 7
 _LONGEST: Final = 1 << 26
 
 
@@ -68,6 +68,8 @@ class Step:
     completions: list[tuple[int, bool, str]] = field(default_factory=list)
     submitted: list[str] = field(default_factory=list)
     """Requests of the vessel's own people, made before this step (``request_json``)."""
+    told: list[tuple[int, str]] = field(default_factory=list)
+    """The recorder's own texts: severity, text."""
 
 
 class InputRecorder:
@@ -132,6 +134,13 @@ class InputRecorder:
             return
         body = text.encode()
         self._parts.append(_DONE.pack(_COMPLETED, ok, ticket, len(body)))
+        self._parts.append(body)
+
+    def told(self, severity: int, text: str) -> None:
+        if not self._parts:
+            return
+        body = text.encode()
+        self._parts.append(_DONE.pack(_TOLD, True, severity, len(body)))
         self._parts.append(body)
 
     def submitted(self, text: str) -> None:
@@ -266,14 +275,16 @@ def unpack_step(body: bytes) -> Step:
             data = body[at : at + offered] if keep else None
             at += offered if keep else 0
             step.writes.setdefault(link, []).append(Write(channel, offered, accepted, crc, data))
-        elif what in (_COMPLETED, _SUBMITTED):
+        elif what in (_COMPLETED, _SUBMITTED, _TOLD):
             _, ok, ticket, length = _DONE.unpack_from(body, at)
             at += _DONE.size + length
             text = body[at - length : at].decode()
             if what == _COMPLETED:
                 step.completions.append((ticket, bool(ok), text))
-            else:
+            elif what == _SUBMITTED:
                 step.submitted.append(text)
+            else:
+                step.told.append((ticket, text))
         else:
             _, poll, link, channel, length = _EVENT.unpack_from(body, at)
             at += _EVENT.size + length

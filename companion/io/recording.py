@@ -23,7 +23,9 @@ from companion.io.recorder import Recorder
 from companion.io.store import AnyStore
 from companion.io.store_content import to_json
 from mavlink_bridge.framing import Deframer
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.requests import RequestBody
+from mavlink_bridge.snapshot import Snapshot
 
 
 class Recording:
@@ -74,6 +76,17 @@ class Recording:
         """Note a request that did not come over a link; it belongs to the next step."""
         self._submitted.append(request_json.dumps(body))
 
+    def tick(self, snapshot: Snapshot) -> None:
+        """The app's recorder: keep one tick."""
+        self.recorder.tick(snapshot)
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """The recorder's texts; they reach the operator, so they are input."""
+        texts = self.recorder.drain_texts()
+        for severity, text in texts:
+            self._inputs.told(int(severity), text)
+        return texts
+
     def app(self, app: LoopApp) -> RecordedApp:
         """Wrap the app. One that takes requests without a link has an ``on_submit`` to tell of them."""
         if hasattr(app, "on_submit"):
@@ -114,6 +127,10 @@ class _Late:
     def submitted(self, text: str) -> None:
         if self.target:
             self.target.submitted(text)
+
+    def told(self, severity: int, text: str) -> None:
+        if self.target:
+            self.target.told(severity, text)
 
     def completed(self, ticket: int, ok: bool, text: str) -> None:
         if self.target:
