@@ -72,7 +72,7 @@ class EstimatorConfig(Config):
     """Time constant of the drift vector."""
     velocity_sigma_mps: float = Field(0.08, gt=0.0, le=5.0)
     """White noise of the receiver's velocity."""
-    acceleration_psd: float = Field(0.05, gt=0.0, le=100.0)
+    acceleration_psd: float = Field(0.02, gt=0.0, le=100.0)
     """How lively the vessel moves, m2/s3."""
     heading_sigma_deg: float = Field(0.5, gt=0.0, le=20.0)
     """White noise of the compass."""

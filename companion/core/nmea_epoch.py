@@ -7,6 +7,7 @@ of a published epoch only feed the calendar. Two receivers on one line are told 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,6 +22,9 @@ _CALENDAR_AGE_MAX_US: Final = 3_600_000_000
 _RIVAL_MEMORY_US: Final = 5_000_000
 _HOLD_US: Final = 3_000_000
 _LEARN_AFTER: Final = 2
+_SAME_PLACE_M: Final = 1.0
+_EARTH_M: Final = 6_371_000.0
+_QUALITY_HOLD_US: Final = 5_000_000
 
 
 class Calendar:
@@ -73,6 +77,7 @@ class _Open:
     fix_type: FixType | None = None
     lat_rad: float | None = None
     lon_rad: float | None = None
+    step_m: float = 0.0
     no_fix: bool = False
     dead_reckoning: bool = False
     simulated: bool = False
@@ -142,6 +147,7 @@ class EpochBuilder:
         self._closed: _Open | None = None
         self._ender = last_kind
         self._candidate = ("", 0)
+        self._quality: tuple[FixType, int] | None = None
 
     def add(self, part: EpochPart, now_us: int) -> list[GpsFix]:
         """Take one sentence; return the fixes it finished (none, one, or two)."""
@@ -176,7 +182,7 @@ class EpochBuilder:
             # VTG or GSA after the epoch was closed without them.
             late = part.kind == "GSA" or (part.kind == "VTG" and self._ender not in (None, "VTG"))
         else:
-            late = part.tod_us == closed.tod_us and part.kind not in closed.kinds
+            late = part.tod_us == closed.tod_us and part.kind not in closed.kinds and not _elsewhere(closed, part)
         if not late:
             return False
         self.late += 1
@@ -190,7 +196,7 @@ class EpochBuilder:
     def _starts_new(current: _Open, part: EpochPart) -> bool:
         if part.tod_us is not None and current.tod_us is not None and part.tod_us != current.tod_us:
             return True
-        return part.kind != "GSA" and part.kind in current.kinds
+        return (part.kind != "GSA" and part.kind in current.kinds) or _elsewhere(current, part)
 
     def _finish(self, fixes: list[GpsFix], *, ended_by_kind: bool) -> None:
         current = self._open
@@ -203,9 +209,21 @@ class EpochBuilder:
         if current.tod_us is not None:
             utc_us = self.calendar.utc_us(current.tod_us, current.day, current.first_us)
         if current.rank < 9:
+            self._keep_quality(current)
             complete = ended_by_kind or self._ender is None
             self.partial += not complete
             fixes.append(_publish(current, utc_us, current.first_us - self.latency_us, complete))
+
+    def _keep_quality(self, current: _Open) -> None:
+        """RMC and GLL without a mode letter cannot tell 2-D from RTK: the last GGA's quality stands for 5 s."""
+        if current.fix_type is None:
+            return
+        if current.rank <= _FIX_RANK["GNS"]:
+            self._quality = (current.fix_type, current.first_us)
+        elif current.fix_type == FixType.FIX_2D and not current.dead_reckoning and self._quality is not None:
+            quality, at_us = self._quality
+            if current.first_us - at_us < _QUALITY_HOLD_US:
+                current.fix_type = max(quality, FixType.FIX_2D)
 
     def _learn(self, current: _Open) -> None:
         body = [kind for kind in current.kinds if kind in _BODY_KINDS]
@@ -217,6 +235,16 @@ class EpochBuilder:
         self._candidate = (last, times)
         if times >= _LEARN_AFTER:
             self._ender = last
+
+
+def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
+    """True when the sentence has another position than the epoch: talkers that count whole seconds reuse a time."""
+    if part.lat_rad is None or part.lon_rad is None or epoch.lat_rad is None or epoch.lon_rad is None:
+        return False
+    allowed_m = _SAME_PLACE_M + max(part.step_m, epoch.step_m)
+    north_m = _EARTH_M * (part.lat_rad - epoch.lat_rad)
+    east_m = _EARTH_M * math.cos(part.lat_rad) * (part.lon_rad - epoch.lon_rad)
+    return abs(north_m) > allowed_m or abs(east_m) > allowed_m
 
 
 def _merge(epoch: _Open, part: EpochPart) -> None:
@@ -243,6 +271,7 @@ def _merge_position(epoch: _Open, part: EpochPart, rank: int) -> None:
     epoch.rank = rank
     epoch.fix_type = part.fix_type
     epoch.lat_rad, epoch.lon_rad = part.lat_rad, part.lon_rad
+    epoch.step_m = part.step_m
     epoch.dead_reckoning, epoch.simulated = part.dead_reckoning, part.simulated
     if part.kind in ("GGA", "GNS"):
         epoch.height_msl_m = part.height_msl_m

@@ -20,6 +20,7 @@ from mavlink_bridge.imc import FixType
 SECOND_US: Final = 1_000_000
 DAY_US: Final = 86_400 * SECOND_US
 _SPEED_MAX_KN: Final = 500.0
+_MINUTE_M: Final = 1852.0
 _KMH_MPS: Final = 1.0 / 3.6
 _FOOT_M: Final = 0.3048
 _FATHOM_M: Final = 1.8288
@@ -45,6 +46,8 @@ class EpochPart:
     fix_type: FixType | None = None
     lat_rad: float | None = None
     lon_rad: float | None = None
+    step_m: float = 0.0
+    """One unit of the position's last digit."""
     height_msl_m: float | None = None
     geoid_separation_m: float | None = None
     satellites: int | None = None
@@ -240,6 +243,8 @@ def _position(part: EpochPart, sentence: Any) -> None:
     if part.lat_rad is None or part.lon_rad is None:
         part.lat_rad = part.lon_rad = None
         part.fix_type = FixType.NONE
+        return
+    part.step_m = _MINUTE_M * 10.0 ** -len(sentence.lat.partition(".")[2])
 
 
 _QUALITY: Final = {
@@ -290,6 +295,8 @@ def _gga(s: Any) -> EpochPart:
     part.simulated = quality in (7, 8)
     _position(part, s)
     part.satellites = _count(s.num_sats)
+    if part.satellites == 0 and quality is not None and quality <= 5:
+        part.fix_type = FixType.NONE  # some receivers keep the last quality when all satellites are lost
     part.hdop = number(s.horizontal_dil, 0.0, 1000.0)
     part.height_msl_m = number(s.altitude, -_HEIGHT_MAX_M, _HEIGHT_MAX_M)
     part.geoid_separation_m = number(s.geo_sep, -1000.0, 1000.0)
