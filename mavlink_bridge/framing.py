@@ -54,7 +54,7 @@ class Frame:
 
 @dataclass(slots=True)
 class FramingCounters:
-    """What became of the bytes. ``skipped_bytes`` are those that belong to no accepted frame."""
+    """What became of the bytes. ``skipped_bytes`` were searched and held no frame."""
 
     bytes: int = 0
     frames: int = 0
@@ -77,7 +77,7 @@ class Deframer:
     is carried over to the next.
     """
 
-    __slots__ = ("_buffer", "_head_us", "_in_step", "counters", "datagrams", "pass_unknown", "stall_us")
+    __slots__ = ("_buffer", "_head_us", "_in_step", "_tail", "counters", "datagrams", "pass_unknown", "stall_us")
 
     def __init__(self, *, stall_us: int = STALL_US, pass_unknown: bool = False, datagrams: bool = False) -> None:
         self.stall_us = stall_us
@@ -87,12 +87,18 @@ class Deframer:
         self._buffer = b""
         self._head_us: int | None = None
         self._in_step = True
+        self._tail = b""
+        """Signature of a frame that ended with the data, in case it was cut short."""
 
     def receive(self, data: bytes, now_us: int) -> list[Frame]:
         """Take bytes as read from a link and return the frames that they complete. Empty data serves the time limit."""
         self.counters.bytes += len(data)
         if not data and not self._buffer:
             return []
+        if self._tail and data and data[0] not in (MARKER_V1, MARKER_V2):
+            data = self._tail + data
+        if data:
+            self._tail = b""
         buffer = self._buffer + data
         expired = self._head_us is not None and now_us - self._head_us > self.stall_us
         frames, rest = self._cut(buffer, give_up=self.datagrams)
@@ -112,6 +118,7 @@ class Deframer:
         self._buffer = b""
         self._head_us = None
         self._in_step = True
+        self._tail = b""
 
     @property
     def pending(self) -> int:
@@ -137,12 +144,22 @@ class Deframer:
                 self._skip(1)
                 at += 1
                 continue
-            at += len(frame.raw)
             self._in_step = True
             self.counters.frames += 1
             frames.append(frame)
+            at = self._behind(frame, buffer, at)
         self._skip(len(buffer) - at)
         return frames, b""
+
+    def _behind(self, frame: Frame, buffer: bytes, at: int) -> int:
+        """Where to go on after a frame. No checksum covers a signature: one that lost a byte ends inside the next frame."""
+        end = at + len(frame.raw)
+        if not frame.signed:
+            return end
+        if end == len(buffer):
+            self._tail = frame.raw[-SIGNATURE_LEN:]
+            return end
+        return end if buffer[end] in (MARKER_V1, MARKER_V2) else end - SIGNATURE_LEN
 
     def _skip(self, count: int) -> None:
         if count:
