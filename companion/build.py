@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from mavlink_bridge.endpoint import Endpoint
 from mavlink_bridge.endpoint_config import Budget, EndpointConfig
@@ -25,6 +25,9 @@ from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
 from .ports import ArduinoPort, GroundPort, NmeaPort
 from .settings import EndpointSettings, Settings, load_vessel
+
+
+AnySettings = TypeVar("AnySettings", bound=Settings)
 
 
 class LinkMaker(Protocol):
@@ -114,7 +117,7 @@ def _radio(app: App, link: Link) -> GroundPort:
     return GroundPort(link, "radio", lambda channel, peer: Endpoint(config, app.facade))
 
 
-def in_run_dir(settings: Settings, run_dir: Path) -> Settings:
+def in_run_dir(settings: AnySettings, run_dir: Path) -> AnySettings:
     """Return settings with ``RUN_DIR`` in every URL replaced."""
     text = str(run_dir)
 

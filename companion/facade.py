@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import uuid
-from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
 from mavlink_bridge.plan_rules import plan_id
@@ -70,7 +69,7 @@ class Plans:
         self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
         self._ids = dict.fromkeys(PlanKind, 0)
 
-    def items(self, kind: PlanKind) -> Sequence[PlanItem]:
+    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
         return self._items[kind]
 
     def plan_id(self, kind: PlanKind) -> int:

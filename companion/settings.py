@@ -17,7 +17,7 @@ import config as shipped
 from companion.core.arduino import ActuatorConfig
 from companion.core.config import Config
 from companion.core.nmea import NmeaConfig
-from companion.core.vehicle import VehicleConfig
+from companion.core.vehicle_config import VehicleConfig
 from companion.core.vessel import VesselConfig
 
 Model = TypeVar("Model", bound=BaseModel)

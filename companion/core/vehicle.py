@@ -8,100 +8,44 @@ not caught here: the app answers it with neutral in the same tick.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Final
 
 from mavlink_bridge.imc import (
     Action,
     ActuatorDemand,
     ActuatorOutput,
-    ActuatorStatus,
-    AngularVelocity,
     Desired,
     Distance,
     EstimatedState,
-    EulerAngles,
     FenceArea,
     FenceEnable,
-    GpsFix,
     GuardState,
     LogText,
     Mode,
     Noted,
-    PathControlState,
     PlanSpecification,
     SetHome,
     Severity,
     SupplyVoltage,
 )
 from mavlink_bridge.requests import DistanceInput, LoadPlan, Reply, Request
-from mavlink_bridge.snapshot import ControlTrace, FenceStatus, Health, LinkHealth, Progress, Snapshot
+from mavlink_bridge.snapshot import ControlTrace, FenceStatus, Snapshot
 
 from . import arming, failsafe
-from .config import Config, param
-from .depth_guard import DepthGuard, DepthGuardConfig, GuardOutput
-from .estimate import Estimator, EstimatorConfig
-from .failsafe import FailsafeConfig, FailsafeMemory, FailsafeResult, Flags
-from .fence import Fence, FenceConfig
-from .gate import Evidence, Gate, GateConfig
-from .guidance import Guidance, GuidanceConfig, GuidanceOutput
-from .mission import Leg, Mission, MissionConfig, Point
-from .monitors import MonitorConfig, MonitorFlags, Monitors
-from .navigator import Intent, ModeConfig, Navigator, Steer, Sticks
+from .depth_guard import DepthGuard, GuardOutput
+from .estimate import Estimator
+from .failsafe import FailsafeMemory, FailsafeResult
+from .fence import Fence
+from .gate import Evidence, Gate
+from .guidance import Guidance, GuidanceOutput
+from .mission import Leg, Mission, Point
+from .monitors import Monitors
+from .navigator import Intent, Navigator, Steer, Sticks
 from .orders import Orders
-from .steering import SteeringConfig, make_controller, manual_demand
+from .steering import make_controller, manual_demand
+from .vehicle_config import Measurement, TickInputs, VehicleConfig
+from .vehicle_flags import gather
+from .vehicle_view import picture
 from .vessel import VesselConfig, stopping_distance_m, throttle_to_speed, top_speed_mps
-
-_NO_PATH: Final = PathControlState()
-_BOARD_SILENT: Final = frozenset({"lost", "blocked", "silent", "baud", "failsafe"})
-"""Faults of the actuator board after which nothing that is sent can be relied on."""
-
-Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
-
-
-class OperatorConfig(Config):
-    """What the vessel expects of ground stations."""
-
-    gcs_required: bool = param(True, "GCS_REQUIRED", "Armed, a ground station must be heard")
-    owner_timeout_s: float = param(
-        3.0, "OWNER_TIMEOUT", "Sticks become free after this silence", unit="s", ge=0.5, le=60
-    )
-
-
-class VehicleConfig(Config):
-    """Settings of all parts of the core."""
-
-    operator: OperatorConfig = OperatorConfig()
-    mission: MissionConfig = MissionConfig()
-    modes: ModeConfig = ModeConfig()
-    guidance: GuidanceConfig = GuidanceConfig()
-    steering: SteeringConfig = SteeringConfig()
-    estimate: EstimatorConfig = EstimatorConfig()
-    depth: DepthGuardConfig = DepthGuardConfig()
-    fence: FenceConfig = FenceConfig()
-    failsafe: FailsafeConfig = FailsafeConfig()
-    monitors: MonitorConfig = MonitorConfig()
-    gate: GateConfig = GateConfig()
-
-
-@dataclass(frozen=True, slots=True)
-class TickInputs:
-    """What the app brings to a tick, besides requests."""
-
-    measurements: Sequence[Measurement] = ()
-    actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
-    actuator_ready: bool = False
-    actuator_reason: str = "no actuator board"
-    actuator_faults: Sequence[str] = ()
-    commanded_us: tuple[int, int, int, int] | None = None
-    links: tuple[LinkHealth, ...] = ()
-    gcs_age_s: float | None = None
-    radio_age_s: float | None = None
-    storage_fault: bool = False
-    task_failing: bool = False
-    late_s: float = 0.0
-    load: float = 0.0
-    plan_ids: tuple[int, int, int] = (0, 0, 0)
 
 
 class Vehicle:
@@ -123,19 +67,19 @@ class Vehicle:
         self.armed = False
         self.state = EstimatedState(0)
         self._memory = FailsafeMemory()
-        self._result = FailsafeResult(self._memory, Action.NONE)
-        self._guard_out = GuardOutput(GuardState.UNKNOWN, None, None, None)
-        self._fence_status = FenceStatus()
+        self.result = FailsafeResult(self._memory, Action.NONE)
+        self.guard_out = GuardOutput(GuardState.UNKNOWN, None, None, None)
+        self.fence_status = FenceStatus()
         self._generation: int | None = None
-        self._desired: Desired | None = None
-        self._trace = ControlTrace()
-        self._guided: GuidanceOutput | None = None
+        self.desired: Desired | None = None
+        self.trace = ControlTrace()
+        self.guided: GuidanceOutput | None = None
         self._output = self.gate.neutral(0, "start")
-        self._inputs = TickInputs()
+        self.inputs = TickInputs()
         self._home_by_operator = False
-        self._terminating = self._aborting = self._ordered = self._rearmed = False
+        self.terminating = self.aborting = self.ordered = self.rearmed = False
         self._owner: tuple[int, int] | None = None
-        self._tick = 0
+        self.ticks = 0
         self._last_us: int | None = None
         self._text_number = 0
         self._texts: list[LogText] = []
@@ -188,7 +132,7 @@ class Vehicle:
 
     def prearm_reasons(self, now_us: int, *, force: bool = False) -> tuple[str, ...]:
         """Return why the vessel must not be armed now; empty when it may."""
-        inputs, causes = self._inputs, self._result.causes
+        inputs, causes = self.inputs, self.result.causes
         if self.gate.terminated or force:
             return ("terminated: restart first",) if self.gate.terminated else self._forced_reasons()
         return arming.reasons(
@@ -201,8 +145,8 @@ class Vehicle:
             guard=self.guard.state if self.config.depth.enabled else GuardState.UNKNOWN,
             guard_reason=self.guard.refusal(now_us),
             depth_required=self.config.depth.required,
-            altitude_known=self._guard_out.altitude_m is not None,
-            fence=self._fence_status,
+            altitude_known=self.guard_out.altitude_m is not None,
+            fence=self.fence_status,
             battery_low="battery_low" in causes,
             battery_lost="battery_lost" in causes,
             sources_disagree=self.estimator.sources_disagree,
@@ -214,14 +158,14 @@ class Vehicle:
 
     def _forced_reasons(self) -> tuple[str, ...]:
         """A forced arm passes over all checks but the actuators' own."""
-        return () if self._inputs.actuator_ready else (f"actuators not ready: {self._inputs.actuator_reason}",)
+        return () if self.inputs.actuator_ready else (f"actuators not ready: {self.inputs.actuator_reason}",)
 
     def arm(self, now_us: int, sender: int) -> None:
         """Permit thrust. The caller has asked ``prearm_reasons``."""
         if not self.armed:
             self.say(Severity.NOTICE, "armed")
             self.controller.reset(self.state)
-        self.armed = self._rearmed = True
+        self.armed = self.rearmed = True
         self._set_home_once()
 
     def disarm(self, why: str, *, abort: bool = False) -> None:
@@ -230,24 +174,24 @@ class Vehicle:
             self.say(Severity.CRITICAL if abort else Severity.NOTICE, f"disarmed: {why}")
         self.armed = False
         if abort:
-            self._aborting = True
+            self.aborting = True
         if self.navigator.mode is not Mode.MANUAL:
             self.navigator.enter(Mode.HOLD, self.state)
 
     def terminate(self, why: str) -> None:
         self.say(Severity.EMERGENCY, why)
-        self._terminating = True
+        self.terminating = True
         self.armed = False
 
     def motion_refusal(self, now_us: int) -> str:
         """Return why an order that sets the vessel moving is refused now, or an empty string."""
-        if self.gate.terminated or self._terminating:
+        if self.gate.terminated or self.terminating:
             return "terminated: restart to go on"
         return self.guard.activation(now_us) or ""
 
     def operator_acted(self, now_us: int) -> None:
         """An operator has given an order; latched failsafes look at it in the next tick."""
-        self._ordered = True
+        self.ordered = True
 
     def target_refusal(self, lat_rad: float | None, lon_rad: float | None) -> str:
         """Return why a guided target is refused (outside the fence), or an empty string."""
@@ -299,8 +243,8 @@ class Vehicle:
     def tick(self, now_us: int, inputs: TickInputs) -> Snapshot:
         """Run one control period."""
         dt_s = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6
-        self._inputs, self._last_us = inputs, now_us
-        self._tick += 1
+        self.inputs, self._last_us = inputs, now_us
+        self.ticks += 1
         self._measure(inputs.measurements, now_us)
         intent = self._intent(now_us)
         demand = self._steer(now_us, dt_s, intent)
@@ -308,7 +252,9 @@ class Vehicle:
         self._judge(now_us, intent)
         output = self._decide(now_us, demand, isinstance(intent, Sticks))
         self._follow_up(now_us)
-        return self._snapshot(now_us, demand, output)
+        reached = self._effects()
+        texts, self._texts = tuple(self._texts), []
+        return picture(self, now_us, demand, output, reached, texts)
 
     def _measure(self, measurements: Sequence[Measurement], now_us: int) -> None:
         for item in (*measurements, *self._depth_inputs):
@@ -317,7 +263,7 @@ class Vehicle:
                 self.guard.measure(item, self.state)
         self._depth_inputs.clear()
         self.estimator.note_water_speed(self.controller.water_speed_mps())
-        self.state = self.estimator.predict(now_us, self._guard_out.altitude_m)
+        self.state = self.estimator.predict(now_us, self.guard_out.altitude_m)
         utc_us = self.estimator.utc_us(now_us)
         self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
         self._set_home_once()
@@ -328,13 +274,13 @@ class Vehicle:
             self.mission.home = (state.lat_rad, state.lon_rad)
 
     def _intent(self, now_us: int) -> Intent:
-        if not self.armed or self._result.action >= Action.STOP:
+        if not self.armed or self.result.action >= Action.STOP:
             return None
         return self.navigator.intent(now_us, self.state)
 
     def _steer(self, now_us: int, dt_s: float, intent: Intent) -> ActuatorDemand | None:
         """Turn the intent into a demand; None where there is none (and the gate makes neutral of it)."""
-        self._guided, self._desired, self._trace = None, None, ControlTrace()
+        self.guided, self.desired, self.trace = None, None, ControlTrace()
         if intent is None:
             self._generation = None
             self.controller.reset(self.state)
@@ -344,16 +290,16 @@ class Vehicle:
             self.controller.reset(self.state)
             return manual_demand(now_us, intent.surge, intent.yaw, self.config.steering, self.vessel)
         desired = self._course(intent) if isinstance(intent, Steer) else self._path(now_us, dt_s, intent)
-        slow = self._guard_out.slow_to_mps
+        slow = self.guard_out.slow_to_mps
         if slow is not None and desired.speed_mps is not None:
             desired = Desired(
                 desired.psi_rad, min(slow, desired.speed_mps), desired.r_radps, desired.through_water, desired.brake
             )
-        self._desired = desired
+        self.desired = desired
         if desired.psi_rad is None and desired.speed_mps is None:
             self.controller.reset(self.state)
             return None
-        demand, self._trace = self.controller.step(now_us, dt_s, self.state, desired, self._output)
+        demand, self.trace = self.controller.step(now_us, dt_s, self.state, desired, self._output)
         return demand
 
     def _course(self, intent: Steer) -> Desired:
@@ -369,96 +315,46 @@ class Vehicle:
                 return Desired(None, None)
             self._generation = leg.generation
             self.guidance.begin(now_us, self.state, leg.maneuver, leg.previous, leg.following, self.navigator.speed_mps)
-        self._guided = self.guidance.step(now_us, dt_s, self.state, self.navigator.speed_mps)
-        return self._guided.desired
+        self.guided = self.guidance.step(now_us, dt_s, self.state, self.navigator.speed_mps)
+        return self.guided.desired
 
     def _guard(self, now_us: int, intent: Intent) -> None:
         loops_active = self.armed and intent is not None and not isinstance(intent, Sticks)
-        self._guard_out = self.guard.step(now_us, self.state, loops_active, None, self._stopping)
-        for severity, text in self._guard_out.texts:
+        self.guard_out = self.guard.step(now_us, self.state, loops_active, None, self._stopping)
+        for severity, text in self.guard_out.texts:
             self.say(severity, text)
-        if self._guard_out.abort and self.navigator.mode is not Mode.MANUAL:
+        if self.guard_out.abort and self.navigator.mode is not Mode.MANUAL:
             self.navigator.enter(Mode.HOLD, self.state)
 
     def _judge(self, now_us: int, intent: Intent) -> None:
         fence = self.fence.check(self.state, self._stopping(self.state.sog_mps or 0.0))
-        self._fence_status = fence.status
+        self.fence_status = fence.status
         for severity, text in fence.texts:
             self.say(severity, text)
         monitored = self.monitors.step(
             now_us,
             self.state,
             self._output,
-            self._desired,
-            stopped=self._result.action >= Action.STOP,
-            late_s=self._inputs.late_s,
-            supply=self._supply(now_us),
+            self.desired,
+            stopped=self.result.action >= Action.STOP,
+            late_s=self.inputs.late_s,
+            supply=self.supply,
             vessel_speed_fn=self._speed_at,
         )
-        flags = self._flags(now_us, monitored, fence.stop)
-        before = self._result.action
-        self._result = failsafe.step(self._memory, flags, now_us, self.config.failsafe)
-        self._memory = self._result.memory
-        for severity, text in self._result.texts:
+        flags = gather(self, now_us, monitored, fence_ahead=fence.stop)
+        before = self.result.action
+        self.result = failsafe.step(self._memory, flags, now_us, self.config.failsafe)
+        self._memory = self.result.memory
+        for severity, text in self.result.texts:
             self.say(severity, text)
-        self._ordered = self._rearmed = self._aborting = False
+        self.ordered = self.rearmed = self.aborting = False
         self._react(before)
-
-    def _flags(self, now_us: int, seen: MonitorFlags, fence_ahead: bool) -> Flags:
-        state, inputs, guard = self.state, self._inputs, self._guard_out
-        faults = inputs.actuator_faults
-        manual = self.navigator.mode is Mode.MANUAL
-        return Flags(
-            armed=self.armed,
-            autonomous=not manual,
-            manual=manual and self.navigator.stick_age_s(now_us) is not None,
-            operator_order=self._ordered,
-            operator_arm=self._rearmed,
-            terminate=self._terminating,
-            emergency_stop=self._aborting or inputs.actuator.emergency_stop,
-            gcs_required=self.config.operator.gcs_required,
-            gcs_age_s=inputs.gcs_age_s,
-            radio_age_s=inputs.radio_age_s,
-            manual_age_s=self.navigator.stick_age_s(now_us) if manual else None,
-            guided_age_s=self.navigator.guided_age_s(now_us),
-            position_lost=not state.position_valid,
-            heading_lost=not state.heading_valid,
-            position_frozen=self.estimator.frozen,
-            sources_disagree=self.estimator.sources_disagree,
-            actuator_lost=not _BOARD_SILENT.isdisjoint(faults),
-            actuator_reset="reset" in faults,
-            actuator_mismatch="mismatch" in faults,
-            actuator_noise="noise" in faults,
-            actuator_garbage="garbage" in faults,
-            depth_shallow=guard.shallow,
-            depth_locked=guard.locked,
-            depth_ahead=guard.stop_ahead,
-            depth_lost=guard.lost,
-            depth_blind=guard.blind,
-            fence_ahead=fence_ahead,
-            fence_breach=self._fence_status.breached,
-            plan_invalid=self._guided is not None and bool(self._guided.unable),
-            battery_low=seen.battery_low,
-            battery_critical=seen.battery_critical,
-            battery_empty=seen.battery_empty,
-            battery_lost=seen.battery_lost,
-            stuck=seen.stuck,
-            moving_in_neutral=seen.moving_in_neutral,
-            drifting_while_stopped=seen.drifting_while_stopped,
-            oscillating=seen.oscillating,
-            storage_fault=inputs.storage_fault,
-            time_jump=seen.time_jump,
-            tick_late=seen.tick_late,
-            tick_very_late=seen.tick_very_late,
-            overruns=seen.overruns,
-            task_failing=inputs.task_failing,
-        )
 
     def _react(self, before: Action) -> None:
         """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
-        action = self._result.action
+        action = self.result.action
         if action >= Action.DISARM and self.armed:
-            self.disarm(", ".join(self._result.causes))
+            self.disarm(", ".join(self.result.causes))
         if action <= before or self.navigator.mode is Mode.MANUAL:
             return
         if action is Action.RETURN and self.navigator.mode is not Mode.RTL:
@@ -469,23 +365,23 @@ class Vehicle:
 
     def _decide(self, now_us: int, demand: ActuatorDemand | None, manual: bool) -> ActuatorOutput:
         evidence = Evidence(
-            actuator_ready=self._inputs.actuator_ready,
-            reason=self._inputs.actuator_reason,
+            actuator_ready=self.inputs.actuator_ready,
+            reason=self.inputs.actuator_reason,
             manual=manual,
-            emergency_stop=self._inputs.actuator.emergency_stop,
+            emergency_stop=self.inputs.actuator.emergency_stop,
         )
-        if self._result.action >= Action.STOP:
+        if self.result.action >= Action.STOP:
             self.navigator.forget_hold()
-        limit = self._result.thrust_limit
+        limit = self.result.thrust_limit
         if demand is not None and limit < 1.0:
             demand = _limited(demand, limit)
-        self._output = self.gate.decide(now_us, demand, self._result.action, self.armed, evidence)
+        self._output = self.gate.decide(now_us, demand, self.result.action, self.armed, evidence)
         return self._output
 
     def _follow_up(self, now_us: int) -> None:
         """Let the plan move on, and collect what the parts have to say."""
-        if self._guided is not None:
-            report = self._guided
+        if self.guided is not None:
+            report = self.guided
             self.navigator.advance(
                 now_us, self.state, arrived=report.arrived, on_path=report.on_path, turns=report.turns
             )
@@ -512,71 +408,11 @@ class Vehicle:
     def _speed_at(self, throttle: float) -> float:
         return throttle_to_speed(self.vessel, throttle)
 
-    def _supply(self, now_us: int) -> SupplyVoltage | None:
-        status = self._inputs.actuator
+    @property
+    def supply(self) -> SupplyVoltage | None:
+        """The battery as the actuator board sees it; None when it does not measure."""
+        status = self.inputs.actuator
         return None if status.voltage_v is None else SupplyVoltage(status.t_us, status.voltage_v)
-
-    def _snapshot(self, now_us: int, demand: ActuatorDemand | None, output: ActuatorOutput) -> Snapshot:
-        inputs = self._inputs
-        reached = self._effects()
-        texts, self._texts = tuple(self._texts), []
-        reasons = () if self.armed else self.prearm_reasons(now_us)
-        attitude = self.estimator.latest_attitude
-        home = self.mission.home
-        return Snapshot(
-            t_us=now_us,
-            tick=self._tick,
-            state=self.state,
-            mode=self.navigator.mode,
-            armed=self.armed,
-            output=output,
-            demand=demand,
-            desired=self._desired,
-            path=self._guided.path if self._guided is not None else _NO_PATH,
-            trace=self._trace,
-            progress=Progress(
-                state=self.mission.state,
-                seq=self.mission.seq,
-                total=self.mission.total,
-                mission_id=inputs.plan_ids[0],
-                fence_id=inputs.plan_ids[1],
-                rally_id=inputs.plan_ids[2],
-                reached=reached,
-            ),
-            fix=self.estimator.latest_fix,
-            attitude=attitude,
-            distance=self.estimator.latest_distance,
-            altitude_raw_m=self._guard_out.altitude_raw_m,
-            altitude_limit_m=self._guard_out.limit_m,
-            guard=self._guard_out.state,
-            action=self._result.action,
-            causes=self._result.causes,
-            health=Health(
-                gps=self.state.position_valid,
-                heading=self.state.heading_valid,
-                attitude=self.state.phi_rad is not None,
-                depth=None if not self.config.depth.enabled else self._guard_out.altitude_m is not None,
-                actuators=inputs.actuator_ready,
-                battery=None if inputs.actuator.voltage_v is None else "battery_low" not in self._result.causes,
-                logging=not inputs.storage_fault,
-                fence_ok=not self._fence_status.breached,
-                fence_enabled=self.fence.enabled,
-                prearm_ok=not reasons,
-                prearm_reasons=reasons,
-            ),
-            fence=self._fence_status,
-            supply=self._supply(now_us),
-            actuator=inputs.actuator,
-            commanded_us=inputs.commanded_us,
-            home_lat_rad=None if home is None else home[0],
-            home_lon_rad=None if home is None else home[1],
-            utc_us=self.estimator.utc_us(now_us),
-            texts=texts,
-            links=inputs.links,
-            throttle=0.5 * (output.thruster_port + output.thruster_starboard),
-            terminated=self.gate.terminated,
-            load=inputs.load,
-        )
 
 
 def _limited(demand: ActuatorDemand, limit: float) -> ActuatorDemand:

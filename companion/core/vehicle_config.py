@@ -1,0 +1,68 @@
+"""What the vessel's core is configured with, and what each tick brings it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from mavlink_bridge.imc import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.snapshot import LinkHealth
+
+from .config import Config, param
+from .depth_guard import DepthGuardConfig
+from .estimate import EstimatorConfig
+from .failsafe import FailsafeConfig
+from .fence import FenceConfig
+from .gate import GateConfig
+from .guidance import GuidanceConfig
+from .mission import MissionConfig
+from .monitors import MonitorConfig
+from .navigator import ModeConfig
+from .steering import SteeringConfig
+
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+
+
+class OperatorConfig(Config):
+    """What the vessel expects of ground stations."""
+
+    gcs_required: bool = param(True, "GCS_REQUIRED", "Armed, a ground station must be heard")
+    owner_timeout_s: float = param(
+        3.0, "OWNER_TIMEOUT", "Sticks become free after this silence", unit="s", ge=0.5, le=60
+    )
+
+
+class VehicleConfig(Config):
+    """Settings of all parts of the core."""
+
+    operator: OperatorConfig = OperatorConfig()
+    mission: MissionConfig = MissionConfig()
+    modes: ModeConfig = ModeConfig()
+    guidance: GuidanceConfig = GuidanceConfig()
+    steering: SteeringConfig = SteeringConfig()
+    estimate: EstimatorConfig = EstimatorConfig()
+    depth: DepthGuardConfig = DepthGuardConfig()
+    fence: FenceConfig = FenceConfig()
+    failsafe: FailsafeConfig = FailsafeConfig()
+    monitors: MonitorConfig = MonitorConfig()
+    gate: GateConfig = GateConfig()
+
+
+@dataclass(frozen=True, slots=True)
+class TickInputs:
+    """What the app brings to a tick, besides requests."""
+
+    measurements: Sequence[Measurement] = ()
+    actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
+    actuator_ready: bool = False
+    actuator_reason: str = "no actuator board"
+    actuator_faults: Sequence[str] = ()
+    commanded_us: tuple[int, int, int, int] | None = None
+    links: tuple[LinkHealth, ...] = ()
+    gcs_age_s: float | None = None
+    radio_age_s: float | None = None
+    storage_fault: bool = False
+    task_failing: bool = False
+    late_s: float = 0.0
+    load: float = 0.0
+    plan_ids: tuple[int, int, int] = (0, 0, 0)

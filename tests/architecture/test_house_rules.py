@@ -1,0 +1,94 @@
+"""The rules of docs/ARCHITECTURE.md that a machine can hold."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).resolve().parents[2]
+PACKAGES = ("companion", "mavlink_bridge", "sitl")
+HEAVY = ("control", "scipy", "matplotlib", "numpy", "mavsdk")
+VOCABULARY = {"imc", "requests", "snapshot"}
+
+
+def modules() -> Iterator[tuple[Path, ast.Module]]:
+    for package in PACKAGES:
+        for path in sorted((REPO / package).rglob("*.py")):
+            yield path.relative_to(REPO), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def test_only_the_gate_makes_actuator_output() -> None:
+    makers = {
+        str(path)
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and (getattr(node.func, "id", "") == "ActuatorOutput" or getattr(node.func, "attr", "") == "ActuatorOutput")
+    }
+    assert makers == {"companion/core/gate.py"}
+
+
+def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
+    wrong = [
+        f"{path}: {name}"
+        for path, tree in modules()
+        if path.parts[:2] == ("companion", "core")
+        for name in imported(tree)
+        if name.startswith("mavlink_bridge") and name.split(".")[1] not in VOCABULARY
+    ]
+    assert not wrong
+
+
+def test_pymavlink_enters_at_one_point_and_never_as_mavutil() -> None:
+    users = {str(path) for path, tree in modules() for name in imported(tree) if name.startswith("pymavlink")}
+    assert users <= {
+        "mavlink_bridge/codec.py",
+        "mavlink_bridge/extensions.py",
+        "mavlink_bridge/framing.py",
+        "mavlink_bridge/wire.py",
+    }
+    assert not [path for path, tree in modules() for name in imported(tree) if "mavutil" in name]
+
+
+def test_nobody_draws_from_the_shared_random_generator() -> None:
+    drawers = [
+        f"{path}:{node.lineno}"
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and isinstance(node.func.value, ast.Name)
+        and node.func.value.id == "random"
+        and node.func.attr not in ("Random", "SystemRandom")
+    ]
+    assert not drawers
+
+
+@pytest.mark.parametrize("entry", ["companion.app", "companion.build", "companion.commands.run", "companion.cli"])
+def test_the_vessel_process_loads_nothing_heavy(entry: str) -> None:
+    code = f"import sys, {entry}; print([name for name in {HEAVY!r} if name in sys.modules])"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=REPO)
+    assert found.stdout.strip() == "[]"
+
+
+def test_every_module_says_what_its_room_is() -> None:
+    silent = [str(path) for path, tree in modules() if not ast.get_docstring(tree) and tree.body]
+    assert not silent
+
+
+def test_no_module_is_longer_than_the_hard_stop() -> None:
+    longest = {str(path): (REPO / path).read_text(encoding="utf-8").count("\n") for path, _ in modules()}
+    assert not {path: lines for path, lines in longest.items() if lines > 400}
