@@ -19,8 +19,7 @@ from mavlink_bridge.requests import Reply, RequestBody, Result
 COPY_US: Final = 3_000_000
 RETRY_US: Final = 1_000_000
 PROGRESS_AFTER_US: Final = 300_000
-PROGRESS_EVERY_US: Final = 500_000
-GIVE_UP_US: Final = 10_000_000
+PROGRESS_EVERY_US: Final = 800_000
 MAX_REMEMBERED: Final = 64
 
 _RESULT: Final = {
@@ -61,7 +60,8 @@ class Outcome:
 class CommandServer:
     """The vehicle commands of one endpoint."""
 
-    def __init__(self) -> None:
+    def __init__(self, give_up_s: float) -> None:
+        self._give_up_us = round(give_up_s * 1e6)
         self._cases: list[_Case] = []
         self._order = 0
         self.copies = 0
@@ -111,7 +111,7 @@ class CommandServer:
 
     def _open(self, command: Command, sequence: int, now_us: int) -> _Case:
         self._order += 1
-        case = _Case(command, now_us, sequence, self._order, give_up_us=now_us + GIVE_UP_US)
+        case = _Case(command, now_us, sequence, self._order, give_up_us=now_us + self._give_up_us)
         case.progress_due_us = now_us + PROGRESS_AFTER_US
         self._cases.append(case)
         if len(self._cases) > MAX_REMEMBERED:

@@ -82,7 +82,7 @@ class Endpoint:
         self._outbox = Outbox(config.limits, self._seal, overhead_bytes=12 + (13 if self.codec.signer else 0))
         self.streams = Streams(config)
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
-        self._commands = CommandServer()
+        self._commands = CommandServer(config.give_up_s)
         stubs = ROVER_STUBS if config.persona == "ardurover" else ()
         self._params = ParamServer(EndpointParams(vehicle.params, stubs))
         self._outbox.bulk(self._params.next)
@@ -167,22 +167,31 @@ class Endpoint:
             self._explain(reply.reason)
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
-        """Queue what the vessel says by itself at this tick, and serve the timers."""
+        """Queue what the vessel says by itself at this tick. Not called = no HEARTBEAT."""
         self._now_us = now_us
-        self._speaker.tick(now_us, snapshot, summary_on=self.high_latency_on)
+        quiet = self.config.profile == "lora" and self._missions.busy
+        self._speaker.tick(now_us, snapshot, summary_on=self.high_latency_on, quiet=quiet)
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """Return whole frames to write now, within the budget and ``limit_bytes``; b"" when nothing is due. Serves the timers.
+
+        A single frame that is longer than the limit is handed out alone.
+        """
+        self._now_us = now_us
         if self._commands.waits:
             self._answer(self._commands.poll(now_us), urgent=True)
         if self._missions.busy:
             self._answer(self._missions.poll(now_us))
             self._after_missions()
-
-    def take(self, now_us: int, limit_bytes: int) -> bytes:
-        """Return whole frames to write now: at most ``limit_bytes`` and what the budget allows; b"" when nothing is due."""
         return self._outbox.take(now_us, limit_bytes)
 
     def param_changed(self, name: str) -> None:
         """Tell this link's stations of a parameter that somebody else changed."""
         self._answer(self._params.changed(name))
+
+    def send(self, message: Any) -> None:
+        """Send a message of somebody else's making on this link only."""
+        self._outbox.answer(packed(message))
 
     def say(self, severity: int, text: str) -> None:
         """Send a text to this link's stations only."""

@@ -44,10 +44,11 @@ LAN_RATES_HZ: Final[Mapping[str, float]] = {
 }
 """What flows unasked on a local link (gcs.md check 54); a station may ask for more by SET_MESSAGE_INTERVAL."""
 
+# One HEARTBEAT is half a second of air at 651 bit/s; what changes is sent when it changes.
 LORA_RATES_HZ: Final[Mapping[str, float]] = {
     "GLOBAL_POSITION_INT": 0.1,
-    "SYS_STATUS": 0.05,
-    "MISSION_CURRENT": 0.1,
+    "SYS_STATUS": 0.03,
+    "MISSION_CURRENT": 0.05,
 }
 
 _RATES: Final[Mapping[Profile, Mapping[str, float]]] = {
@@ -57,8 +58,8 @@ _RATES: Final[Mapping[Profile, Mapping[str, float]]] = {
 }
 _BUDGETS: Final[Mapping[Profile, Budget]] = {
     "lan": Budget(400_000.0, 64_000),
-    "lora": Budget(60.0, 200),
-    "high_latency": Budget(60.0, 200),
+    "lora": Budget(60.0, 400),
+    "high_latency": Budget(60.0, 400),
 }
 
 
@@ -82,8 +83,8 @@ class EndpointConfig:
     flood_frames_per_s: float = 2000.0
     """Frames a second accepted from one endpoint before the rest is dropped unread."""
     flood_burst_frames: int = 4000
-    manual_owner_timeout_s: float = 3.0
-    """How long the station that last steered by hand keeps others from doing so."""
+    give_up_s: float = 30.0
+    """How long a command may wait for the vessel's answer before it is called failed."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.system_id <= 255 or not 1 <= self.component_id <= 255:
@@ -93,6 +94,11 @@ class EndpointConfig:
     def rates(self) -> Mapping[str, float]:
         """Streams on from the start, message name to Hz."""
         return _RATES[self.profile] if self.rates_hz is None else self.rates_hz
+
+    @property
+    def heartbeat_us(self) -> int:
+        """Period of HEARTBEAT; on a slow link just below the 3 s after which stations call it lost."""
+        return 2_500_000 if self.profile == "lora" else 1_000_000
 
     @property
     def limits(self) -> Budget:

@@ -17,7 +17,9 @@ from mavlink_bridge.wire import Packed
 MAX_URGENT: Final = 256
 MAX_ANSWERS: Final = 2048
 RESERVE_BYTES: Final = 120.0
-_WINDOW_S: Final = 10.0
+LONGEST_FRAME: Final = 293.0
+_WINDOW_US: Final = 10_000_000
+_BIN_US: Final = 250_000
 
 
 Bulk = Callable[[int], Packed | None]
@@ -27,34 +29,65 @@ Seal = Callable[[Packed], bytes]
 
 
 class TokenBucket:
-    """Tokens refill with time up to a burst. Over any window of 10 s no more than ``rate * 10`` is let through."""
+    """Tokens refill with time up to a burst; what they buy is free-running flow with short bursts."""
 
     __slots__ = ("_burst", "_last_us", "_rate_per_us", "level")
 
     def __init__(self, rate_per_s: float, burst: float) -> None:
-        burst = min(burst, rate_per_s * _WINDOW_S / 2)
         self._burst = burst
-        self._rate_per_us = (rate_per_s - burst / _WINDOW_S) * 1e-6
+        self._rate_per_us = rate_per_s * 1e-6
         self._last_us: int | None = None
         self.level = burst
 
     def refill(self, now_us: int) -> None:
         """Add what the time since the last call is worth; time that steps back adds nothing."""
-        if self._last_us is not None and now_us > self._last_us:
+        if self._last_us is None:
+            self._last_us = now_us
+        elif now_us > self._last_us:
             self.level = min(self._burst, self.level + (now_us - self._last_us) * self._rate_per_us)
-        if self._last_us is None or now_us > self._last_us:
             self._last_us = now_us
 
     def spend(self, amount: float) -> None:
         self.level -= amount
 
 
+class _Allowance:
+    """A token bucket with a second condition: over any 10 s no more than ten seconds' worth, bursts included."""
+
+    __slots__ = ("_bins", "_bucket", "_total", "_window_bytes", "reserve")
+
+    def __init__(self, budget: Budget) -> None:
+        burst = max(float(budget.burst_bytes), LONGEST_FRAME + 60.0)
+        self._bucket = TokenBucket(budget.bytes_per_s, burst)
+        self._window_bytes = max(budget.bytes_per_s * _WINDOW_US * 1e-6, LONGEST_FRAME)
+        self._bins: deque[list[int]] = deque()
+        self._total = 0
+        self.reserve = min(RESERVE_BYTES, burst - LONGEST_FRAME)
+
+    def at(self, now_us: int) -> None:
+        """Bring up to a time."""
+        self._bucket.refill(now_us)
+        while self._bins and self._bins[0][0] <= now_us - _WINDOW_US - _BIN_US:
+            self._total -= self._bins.popleft()[1]
+
+    def permits(self, size: int, reserve: float) -> bool:
+        """True when ``size`` bytes may go while ``reserve`` bytes are kept for more important ones."""
+        return size + reserve <= self._bucket.level and self._total + size + reserve <= self._window_bytes
+
+    def spend(self, size: int, now_us: int) -> None:
+        self._bucket.spend(size)
+        self._total += size
+        if self._bins and self._bins[-1][0] > now_us - _BIN_US:
+            self._bins[-1][1] += size
+        else:
+            self._bins.append([now_us, size])
+
+
 class Outbox:
     """The messages that wait on one link. ``overhead_bytes`` is what framing adds: 12, or 25 when signed."""
 
     def __init__(self, budget: Budget, seal: Seal, overhead_bytes: int = 12) -> None:
-        self._bucket = TokenBucket(budget.bytes_per_s, budget.burst_bytes)
-        self._reserve = min(RESERVE_BYTES, self._bucket.level / 3)
+        self._allowance = _Allowance(budget)
         self._seal = seal
         self.overhead_bytes = overhead_bytes
         self._urgent: deque[Packed] = deque()
@@ -93,24 +126,27 @@ class Outbox:
         self._telemetry.pop(key, None)
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
-        """Return whole frames, at most ``limit_bytes`` and at most what the budget allows; b"" when nothing is due."""
-        self._bucket.refill(now_us)
+        """Return whole frames within the budget and ``limit_bytes``, b"" when nothing is due.
+
+        A single frame that is longer than the limit is handed out alone, or it would block the rest for ever.
+        """
+        self._allowance.at(now_us)
         chunks: list[bytes] = []
         room = limit_bytes
         while True:
-            size = self._send_urgent(chunks, room) or self._send_other(chunks, room, now_us)
+            size = self._send_urgent(chunks, room, now_us) or self._send_other(chunks, room, now_us)
             if not size:
                 break
             room -= size
         return b"".join(chunks)
 
-    def _send_urgent(self, chunks: list[bytes], room: int) -> int:
+    def _send_urgent(self, chunks: list[bytes], room: int, now_us: int) -> int:
         if not self._urgent:
             return 0
         size = len(self._urgent[0].payload) + self.overhead_bytes
-        if size > room or size > self._bucket.level:
+        if (size > room and chunks) or not self._allowance.permits(size, 0.0):
             return 0
-        return self._emit(chunks, self._urgent.popleft())
+        return self._emit(chunks, self._urgent.popleft(), now_us)
 
     def _send_other(self, chunks: list[bytes], room: int, now_us: int) -> int:
         if self._urgent:
@@ -119,10 +155,10 @@ class Outbox:
         if packed is None or release is None:
             return 0
         size = len(packed.payload) + self.overhead_bytes
-        if size > room or size > self._bucket.level - self._reserve:
+        if (size > room and chunks) or not self._allowance.permits(size, self._allowance.reserve):
             return 0
         release()
-        return self._emit(chunks, packed)
+        return self._emit(chunks, packed, now_us)
 
     def _choose(self, now_us: int) -> tuple[Packed | None, Callable[[], object] | None]:
         """Answers first; telemetry and bulk take turns, so that neither a list nor fast streams starve the other."""
@@ -154,9 +190,9 @@ class Outbox:
                 return packed
         return None
 
-    def _emit(self, chunks: list[bytes], packed: Packed) -> int:
+    def _emit(self, chunks: list[bytes], packed: Packed, now_us: int) -> int:
         frame = self._seal(packed)
-        self._bucket.spend(len(frame))
+        self._allowance.spend(len(frame), now_us)
         self.sent_bytes += len(frame)
         chunks.append(frame)
         return len(frame)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.outbox import Outbox
 from mavlink_bridge.snapshot import Snapshot
 from mavlink_bridge.statustext import StatusText
@@ -21,8 +22,8 @@ from mavlink_bridge.streams import (
 from mavlink_bridge.telemetry_system import mission_item_reached, system_status
 from mavlink_bridge.wire import Packed, packed
 
-HEARTBEAT_US: Final = 1_000_000
-SLOW_HEARTBEAT_US: Final = 5_000_000
+_SLOW_LINK_SEVERITY: Final = Severity.WARNING
+"""Lesser texts are not worth their air."""
 
 
 class Speaker:
@@ -34,7 +35,7 @@ class Speaker:
         self._streams = streams
         self._composer = composer
         self._texts = StatusText()
-        self._heartbeat_us = SLOW_HEARTBEAT_US if config.profile == "lora" else HEARTBEAT_US
+        self._heartbeat_us = config.heartbeat_us
         self._next_heartbeat_us: int | None = None
         self._next_summary_us: int | None = None
         self._face: object = None
@@ -47,8 +48,11 @@ class Speaker:
     def compose(self, number: int) -> Packed | None:
         return None if self.snapshot is None else self._composer.compose(number, self.snapshot, self._config)
 
-    def tick(self, now_us: int, snapshot: Snapshot, *, summary_on: bool) -> None:
-        """Queue what is due. On a high-latency link that is HIGH_LATENCY2 alone, and only when it is switched on."""
+    def tick(self, now_us: int, snapshot: Snapshot, *, summary_on: bool = False, quiet: bool = False) -> None:
+        """Queue what is due; when ``quiet`` no streams.
+
+        On a high-latency link that is HIGH_LATENCY2 alone, and only when it is switched on.
+        """
         self.snapshot = snapshot
         if self._config.profile == "high_latency":
             self._summary(now_us, summary_on)
@@ -57,7 +61,7 @@ class Speaker:
         self._changes(snapshot)
         for log in snapshot.texts:
             self.say(log.severity, log.text)
-        due = self._streams.due(now_us)
+        due = [] if quiet else self._streams.due(now_us)
         if self.wanted:
             due += self.wanted.difference(due)
             self.wanted.clear()
@@ -109,8 +113,9 @@ class Speaker:
             self.wanted |= {FENCE_STATUS, SYS_STATUS}
 
     def say(self, severity: int, text: str) -> None:
-        """Queue a text for the operator; none on a high-latency link."""
-        if self._config.profile == "high_latency":
+        """Queue a text for the operator; on a slow link warnings and worse, on a high-latency link none."""
+        slow = self._config.profile == "lora" and severity > _SLOW_LINK_SEVERITY
+        if slow or self._config.profile == "high_latency":
             return
         for message in self._texts.messages(severity, text):
             self._outbox.answer(packed(message))

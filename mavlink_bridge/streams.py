@@ -89,6 +89,10 @@ DATA_STREAMS: Final[dict[int, tuple[int, ...]]] = {
 """MAV_DATA_STREAM groups of REQUEST_DATA_STREAM."""
 
 
+SLOW_LINK_US: Final = 10_000_000
+"""The shortest period that a slow link grants to a message it does not stream by itself."""
+
+
 class Composer:
     """Builds and packs a message at most once for each snapshot and face."""
 
@@ -121,6 +125,7 @@ class Streams:
 
     def __init__(self, config: EndpointConfig) -> None:
         self._max_rate_hz = config.max_rate_hz
+        self._caps = config.profile == "lora"
         self._defaults = {message_id(name): round(1e6 / rate) for name, rate in config.rates.items() if rate > 0}
         self._period_us = dict(self._defaults)
         self._due_us: dict[int, int] = {}
@@ -140,6 +145,8 @@ class Streams:
             self._period_us.pop(number, None)
             self._due_us.pop(number, None)
             return True
+        if self._caps and interval_us > 0:
+            interval_us = max(interval_us, self._defaults.get(number, SLOW_LINK_US))
         if 0 < interval_us < 0.999e6 / self._max_rate_hz or interval_us < 0:
             return False
         self._period_us[number] = round(interval_us) if interval_us else self._defaults[number]

@@ -62,7 +62,7 @@ class FakePlans:
     """Plans in memory."""
 
     def __init__(self) -> None:
-        self.stored: dict[PlanKind, tuple[PlanItem, ...]] = {kind: () for kind in PlanKind}
+        self.stored: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
         self.home: tuple[float, float] | None = (LAT_RAD, LON_RAD)
 
     def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
