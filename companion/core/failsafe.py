@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from companion.core.failsafe_config import FailsafeConfig, Override, Rule, microseconds
+from companion.core.failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from companion.core.failsafe_flags import Flags
 from companion.core.failsafe_table import Clear, Takeover
 from mavlink_bridge.imc import Action, Severity
@@ -122,9 +122,9 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     gcs_s, radio_s = flags.gcs_age_s, flags.radio_age_s
     if gcs_s is None and radio_s is None:
         return replace(flags, gcs_age_s=(now_us - since_us) / 1e6)
-    if radio_s is not None and radio_s < config.radio_timeout_s:
+    if radio_s is not None and not reached(radio_s, microseconds(config.radio_timeout_s)):
         return replace(flags, gcs_age_s=None)
-    if gcs_s is not None and gcs_s < config.gcs_timeout_s:
+    if gcs_s is not None and not reached(gcs_s, microseconds(config.gcs_timeout_s)):
         return replace(flags, radio_age_s=None)
     return flags
 
@@ -132,7 +132,7 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
 def _raised(rule: Rule, flags: Flags) -> bool:
     if rule.row.age is not None:
         age_s = rule.row.age(flags)
-        return age_s is not None and microseconds(age_s) >= rule.delay_us
+        return age_s is not None and reached(age_s, rule.delay_us)
     assert rule.row.flag is not None
     return rule.row.flag(flags)
 

@@ -153,4 +153,9 @@ class Watch:
 
 
 def _younger(age_s: float | None, limit_us: int) -> bool:
-    return age_s is None or microseconds(age_s) < limit_us
+    return age_s is None or not reached(age_s, limit_us)
+
+
+def reached(age_s: float, limit_us: int) -> bool:
+    """Whether an age has come to a limit, to the microsecond; an age that is not a number has."""
+    return not age_s * 1e6 < limit_us - 0.5

@@ -1,0 +1,392 @@
+"""The failsafe engine: each row of the table acts in time, clears by its rule and yields as it says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.core.failsafe import (
+    FailsafeConfig,
+    FailsafeMemory,
+    FailsafeResult,
+    Flags,
+    failsafe_table_markdown,
+    holding,
+    step,
+)
+from companion.core.failsafe_flags import ALARMS
+from companion.core.failsafe_table import BY_NAME, TABLE, Clear, Takeover
+from mavlink_bridge.imc import Action, Severity
+
+CONFIG = FailsafeConfig()
+WELL = Flags(armed=True, autonomous=True, gcs_required=True, gcs_age_s=0.1)
+TICK_S = 0.05
+
+
+class Run:
+    """Steps the engine and keeps its memory."""
+
+    def __init__(self, config: FailsafeConfig = CONFIG) -> None:
+        self.config = config
+        self.memory = FailsafeMemory()
+        self.now_us = 0
+        self.texts: list[tuple[Severity, str]] = []
+        self.last: FailsafeResult | None = None
+
+    def step(self, flags: Flags, after_s: float = TICK_S) -> Action:
+        self.now_us += round(after_s * 1e6)
+        self.last = step(self.memory, flags, self.now_us, self.config)
+        self.memory = self.last.memory
+        self.texts += self.last.texts
+        return self.last.action
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        assert self.last is not None
+        return self.last.causes
+
+
+def raised(name: str, flags: Flags = WELL) -> Flags:
+    """Flags with exactly this row's cause."""
+    ages = {
+        "gcs_lost": {"gcs_age_s": 1e4},
+        "gcs_degraded": {"gcs_age_s": 3.0},
+        "radio_lost": {"gcs_age_s": None, "radio_age_s": 1e4},
+        "manual_lost": {"manual_age_s": 1e4},
+        "guided_lost": {"guided_age_s": 1e4},
+    }
+    return replace(flags, **ages.get(name, {name: True}))
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_each_row_acts_after_its_delay_and_not_before(row):
+    run = Run()
+    run.step(WELL)
+    assert run.causes == ()
+    delay_s = 0.0 if row.age is not None else row.delay_s
+    run.step(raised(row.name))
+    if delay_s > 0.0:
+        assert row.name not in run.causes
+        run.step(raised(row.name), delay_s - 1e-6)
+        assert row.name not in run.causes
+        run.step(raised(row.name), 1e-6)
+    assert row.name in run.causes
+    assert run.last.action >= row.action
+    sentences = [text for _, text in run.texts if row.text in text.lower() or row.text in text]
+    assert len(sentences) == 1
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_each_row_clears_by_its_rule(row):
+    run = Run()
+    run.step(raised(row.name))
+    run.step(raised(row.name), row.delay_s + 0.05)
+    assert row.name in run.causes
+    run.step(WELL)
+    if row.clear_s > 0.0:
+        run.step(WELL, row.clear_s - 1e-6)
+        assert row.name in run.causes
+        run.step(replace(WELL, operator_order=True, operator_arm=True), 0.0)
+        assert row.name in run.causes, "an order before the cause has been gone long enough does not clear"
+        run.step(WELL, 1e-6)
+    gone_by_itself = row.name not in run.causes
+    assert gone_by_itself == (row.clear is Clear.GONE)
+    run.step(replace(WELL, operator_order=True))
+    assert (row.name not in run.causes) == (row.clear in (Clear.GONE, Clear.OPERATOR))
+    run.step(replace(WELL, operator_arm=True))
+    assert (row.name not in run.causes) == (row.clear is not Clear.RESTART)
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_each_row_yields_to_whom_it_says(row):
+    run = Run()
+    cause = raised(row.name)
+    run.step(cause)
+    run.step(cause, row.delay_s + 0.05)
+    full = run.last.action
+    by_hand = run.step(replace(cause, manual=True))
+    assert (by_hand <= Action.WARN) == (row.takeover is not Takeover.NEVER or full <= Action.WARN)
+    assert run.step(cause) == full, "manual control ends, the action is back"
+    ordered = run.step(replace(cause, operator_order=True))
+    assert (ordered <= Action.WARN) == (row.takeover is Takeover.OPERATOR or full <= Action.WARN)
+    after = run.step(cause)
+    assert after == ordered, "a takeover lasts"
+
+
+def test_the_takeover_is_told_once_and_the_end_too():
+    run = Run()
+    cause = replace(WELL, depth_shallow=True)
+    run.step(cause)
+    run.step(replace(cause, operator_order=True))
+    run.step(replace(cause, operator_order=True))
+    run.step(WELL)
+    run.step(WELL)
+    assert [text for _, text in run.texts] == [
+        "Too shallow: a correcting manoeuvre is allowed: STOP",
+        "Operator takes over: too shallow: a correcting manoeuvre is allowed",
+        "Over: too shallow: a correcting manoeuvre is allowed",
+    ]
+    assert [severity for severity, _ in run.texts] == [Severity.CRITICAL, Severity.WARNING, Severity.NOTICE]
+
+
+def test_after_a_takeover_the_cause_gone_is_enough():
+    run = Run()
+    cause = replace(WELL, depth_shallow=True)
+    run.step(cause)
+    run.step(replace(cause, operator_arm=True))
+    assert run.step(WELL) is Action.NONE
+    assert run.step(cause) is Action.STOP, "a new cause counts anew"
+
+
+def test_the_worst_action_wins_and_causes_come_most_urgent_first():
+    run = Run()
+    action = run.step(replace(WELL, fence_ahead=True, emergency_stop=True, tick_late=True))
+    assert action is Action.DISARM
+    assert run.causes == ("emergency_stop", "fence_ahead", "tick_late")
+
+
+def test_a_flag_that_flickers_starts_its_delay_again():
+    run = Run()
+    low = replace(WELL, battery_empty=True)
+    run.step(low)
+    run.step(low, 4.9)
+    run.step(WELL, 0.05)
+    run.step(low, 0.05)
+    assert run.step(low, 4.9) is Action.NONE
+    assert run.step(low, 0.1) is Action.STOP
+
+
+def test_a_cause_that_comes_back_while_clearing_does_not_start_anew():
+    run = Run()
+    lost = replace(WELL, position_lost=True)
+    run.step(lost)
+    run.step(WELL)
+    run.step(lost)
+    assert [text for _, text in run.texts] == ["Position lost: STOP"]
+    run.step(WELL)
+    run.step(WELL, 4.0)
+    run.step(lost)
+    run.step(WELL)
+    assert run.step(replace(WELL, operator_order=True), 4.0) is Action.STOP, "five seconds count from the last loss"
+
+
+def test_hold_becomes_stop_without_position_or_heading():
+    for lost in ("position_lost", "heading_lost"):
+        run = Run()
+        assert run.step(replace(WELL, gcs_age_s=9.0)) is Action.HOLD
+        assert run.step(replace(WELL, gcs_age_s=9.0, autonomous=False, **{lost: True})) is Action.STOP
+        assert Run().step(replace(WELL, autonomous=False, tick_late=True, **{lost: True})) is Action.WARN
+
+
+def test_row_36_the_last_ground_station_lost():
+    """Fault row 36: degraded at 2.5 s, hold at 5 s (neutral without a position), the next action a minute later."""
+    run = Run()
+    age_s, acted, warned = 0.0, None, None
+    while age_s < 66.0:
+        age_s = round(age_s + TICK_S, 3)
+        action = run.step(replace(WELL, gcs_age_s=age_s))
+        warned = age_s if warned is None and action is Action.WARN else warned
+        acted = age_s if acted is None and action is Action.HOLD else acted
+        if action is Action.RETURN:
+            break
+    assert (warned, acted, age_s) == (2.5, 5.0, 65.0)
+    assert [text for _, text in run.texts] == [
+        "Ground station silent",
+        "Ground station lost: HOLD",
+        "Ground station lost: RETURN",
+    ]
+    assert run.step(WELL) is Action.RETURN, "the return goes on until an operator speaks"
+    assert run.step(replace(WELL, operator_order=True)) is Action.NONE
+
+
+def test_ground_loss_counts_from_the_first_requirement_when_never_heard():
+    run = Run()
+    silent = Flags(armed=True, autonomous=True, gcs_required=True)
+    run.step(replace(silent, armed=False), 100.0)
+    run.step(silent)
+    assert run.step(silent, 4.95) is Action.WARN
+    assert run.step(silent, 0.05) is Action.HOLD
+
+
+def test_ground_loss_is_forgotten_while_not_required():
+    run = Run()
+    silent = Flags(armed=True, autonomous=True, gcs_required=True)
+    run.step(silent)
+    run.step(replace(silent, gcs_required=False), 3.0)
+    run.step(silent, 0.05)
+    assert run.step(silent, 4.9) is Action.WARN
+
+
+def test_the_best_link_to_the_ground_decides():
+    run = Run()
+    assert run.step(replace(WELL, gcs_age_s=100.0, radio_age_s=60.0)) is Action.NONE
+    assert run.step(replace(WELL, gcs_age_s=1.0, radio_age_s=1000.0)) is Action.NONE
+    assert run.step(replace(WELL, gcs_age_s=100.0, radio_age_s=65.0)) is Action.HOLD
+    assert run.causes == ("gcs_lost", "radio_lost", "gcs_degraded")
+
+
+def test_row_51_radio_alone_has_its_own_time():
+    """Fault row 51: where the radio is the only link, its own time counts (30 s when so configured)."""
+    run = Run(FailsafeConfig(radio_timeout_s=30.0))
+    radio = replace(WELL, gcs_age_s=None)
+    assert run.step(replace(radio, radio_age_s=29.99)) is Action.NONE
+    assert run.step(replace(radio, radio_age_s=30.0)) is Action.HOLD
+
+
+def test_row_37_row_38_streams_that_stop():
+    """Fault rows 37 and 38: sticks 0.5 s, streamed set-points 1 s; both come back with the stream."""
+    run = Run()
+    hand = replace(WELL, autonomous=False, manual=True)
+    assert run.step(replace(hand, manual_age_s=0.499)) is Action.NONE
+    assert run.step(replace(hand, manual_age_s=0.5)) is Action.STOP
+    assert run.step(replace(hand, manual_age_s=0.0)) is Action.NONE
+    assert run.step(replace(WELL, guided_age_s=0.99)) is Action.NONE
+    assert run.step(replace(WELL, guided_age_s=1.0)) is Action.HOLD
+    assert run.step(replace(WELL, guided_age_s=0.0)) is Action.NONE
+
+
+@pytest.mark.parametrize("age_s", [math.inf, math.nan])
+def test_an_age_that_is_no_number_counts_as_lost(age_s):
+    assert Run().step(replace(WELL, gcs_age_s=age_s)) is Action.HOLD
+
+
+def test_conditions_of_a_vessel_under_way_do_not_hold_a_disarmed_one():
+    idle = Flags(
+        position_lost=True, heading_lost=True, gcs_required=True, gcs_age_s=99.0, fence_breach=True, stuck=True
+    )
+    assert Run().step(replace(idle, autonomous=True)) is Action.NONE
+
+
+def test_row_63_a_stuck_vessel_is_stopped_in_the_end():
+    """Fault row 63: the monitor reports after 10 s of thrust without speed; neutral 10 s later."""
+    run = Run()
+    stuck = replace(WELL, stuck=True)
+    assert run.step(stuck) is Action.WARN
+    assert run.step(stuck, 9.99) is Action.WARN
+    assert run.step(stuck, 0.01) is Action.STOP
+
+
+def test_row_59_oscillation_cuts_thrust():
+    """Fault row 59, second half: with the monitor's flag up, thrust is capped in the same tick."""
+    run = Run()
+    run.step(WELL)
+    assert run.last.thrust_limit == 1.0
+    run.step(replace(WELL, oscillating=True))
+    assert (run.last.action, run.last.thrust_limit) == (Action.WARN, 0.3)
+
+
+def test_row_64_emergency_stop_is_latched():
+    """Fault row 64: same tick, whatever else goes on; only a re-arm with the cause gone ends it."""
+    run = Run()
+    assert run.step(replace(WELL, emergency_stop=True, manual=True)) is Action.DISARM
+    assert run.step(replace(WELL, emergency_stop=True, operator_arm=True)) is Action.DISARM
+    assert run.step(replace(WELL, operator_order=True)) is Action.DISARM
+    assert run.step(replace(WELL, operator_arm=True)) is Action.NONE
+
+
+def test_termination_is_for_ever():
+    run = Run()
+    run.step(replace(WELL, terminate=True))
+    assert run.step(replace(WELL, operator_arm=True, operator_order=True, manual=True), 1e6) is Action.TERMINATE
+
+
+def test_holding_names_what_arming_cannot_clear():
+    run = Run()
+    flags = replace(WELL, depth_locked=True, battery_low=True, overruns=True, actuator_lost=True)
+    run.step(flags)
+    run.step(flags, 9.0)
+    assert holding(run.memory, CONFIG) == ("actuator_lost", "depth_locked")
+    run.step(flags, 1.0)
+    assert "overruns" in holding(run.memory, CONFIG), "after it has grown to STOP"
+    run.step(replace(flags, actuator_lost=False))
+    assert "actuator_lost" not in holding(run.memory, CONFIG)
+    assert holding(FailsafeMemory(), CONFIG) == ()
+
+
+def test_holding_passes_over_what_waits_and_what_was_taken_over():
+    run = Run()
+    flags = replace(WELL, battery_empty=True, depth_shallow=True)
+    run.step(flags)
+    assert holding(run.memory, CONFIG) == ("depth_shallow",)
+    run.step(replace(flags, operator_order=True))
+    assert holding(run.memory, CONFIG) == ()
+
+
+# ---- configuration
+
+
+def test_a_row_can_be_made_stricter_or_later_within_its_floor():
+    config = FailsafeConfig(conditions={"fence_breach": {"action": "STOP", "delay_s": 0.5}})
+    run = Run(config)
+    outside = replace(WELL, fence_breach=True)
+    assert run.step(outside) is Action.NONE
+    assert run.step(outside, 0.5) is Action.STOP
+
+
+@pytest.mark.parametrize(
+    ("name", "over", "message"),
+    [
+        ("position_lost", {"action": Action.HOLD}, "action at least STOP"),
+        ("position_lost", {"delay_s": 2.1}, "delay_s at most 2"),
+        ("gcs_lost", {"delay_s": 7}, "own keys"),
+        ("gps", {"delay_s": 7}, "no such condition"),
+        ("battery_low", {"action": "SINK"}, "Input should be"),
+        ("battery_low", {"action": []}, "Input should be"),
+    ],
+)
+def test_what_lies_below_a_floor_is_refused(name, over, message):
+    with pytest.raises(ValueError, match=message):
+        FailsafeConfig(conditions={name: over})
+
+
+def test_a_floor_itself_is_allowed():
+    config = FailsafeConfig(conditions={"position_lost": {"action": Action.STOP, "delay_s": 2.0}})
+    assert Run(config).step(replace(WELL, position_lost=True)) is Action.NONE
+
+
+def test_ground_loss_by_parameters():
+    config = FailsafeConfig(gcs_timeout_s=2.0, gcs_action="return", gcs_then_action=Action.STOP, gcs_then_s=1.0)
+    run = Run(config)
+    assert run.step(replace(WELL, gcs_age_s=1.0)) is Action.WARN
+    assert run.step(replace(WELL, gcs_age_s=2.0)) is Action.RETURN
+    assert run.step(replace(WELL, gcs_age_s=3.0), 1.0) is Action.STOP
+    config = FailsafeConfig(gcs_then_action=Action.NONE)
+    run = Run(config)
+    run.step(replace(WELL, gcs_age_s=5.0))
+    assert run.step(replace(WELL, gcs_age_s=999.0), 999.0) is Action.HOLD, "no second action"
+    run = Run(FailsafeConfig(gcs_action=Action.RETURN, gcs_then_action=Action.RETURN))
+    run.step(replace(WELL, gcs_age_s=5.0))
+    run.step(replace(WELL, gcs_age_s=99.0), 99.0)
+    assert [text for _, text in run.texts].count("Ground station lost: RETURN") == 1
+
+
+# ---- the table
+
+
+def test_the_table_is_sound():
+    assert len(BY_NAME) == len(TABLE)
+    for row in TABLE:
+        assert (row.flag is None) != (row.age is None)
+        assert row.floor <= row.action
+        assert row.delay_s <= row.delay_max_s
+        assert (row.then_after_s is None) == (row.then_action is Action.NONE)
+        assert len(row.text) <= 46, "fits a status text with its action"
+
+
+def test_every_alarm_has_a_row_and_every_row_its_cause():
+    names = {row.name for row in TABLE if row.flag is not None}
+    assert names == set(ALARMS)
+    for row in TABLE:
+        if row.flag is not None:
+            assert not row.flag(WELL)
+            assert row.flag(replace(WELL, **{row.name: True}))
+
+
+def test_the_markdown_has_a_line_per_row():
+    table = failsafe_table_markdown()
+    assert table.count("\n") == len(TABLE) + 2
+    assert "| `gcs_lost`: ground station lost | 5 | HOLD | RETURN after 60 s |" in table
+    assert "for 5 s | manual control | STOP | 2 |" in table
+    assert "| 30 | HOLD" in failsafe_table_markdown(FailsafeConfig(radio_timeout_s=30.0))
