@@ -1,0 +1,111 @@
+"""The airtime ledger: a sliding hour of transmissions that refuses what the rule does not allow.
+
+Five classes share the hour. Class 0 (stop, abort, their answers) may use all of it; the last fifth is never lent to
+the others. The time away during a restart does not count, so a restored ledger errs on the safe side; it also charges
+what may not have been written down in time.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import IntEnum
+from typing import Final
+
+HOUR_US: Final = 3_600_000_000
+_BUCKET_US: Final = 60_000_000
+_UNSAVED: Final = 0.01
+"""Share of the hour's limit that may be used between two savings."""
+
+
+class Priority(IntEnum):
+    """Classes of traffic; a lower number goes first."""
+
+    STOP = 0
+    COMMAND = 1
+    EVENT = 2
+    STATE = 3
+    BULK = 4
+
+
+_SHARE: Final = {
+    Priority.STOP: 1.0,
+    Priority.COMMAND: 0.8,
+    Priority.EVENT: 0.75,
+    Priority.STATE: 0.70,
+    Priority.BULK: 0.6,
+}
+"""Up to which part of the hour's limit each class may fill it."""
+
+
+class Ledger:
+    """Counts airtime against ``limit_us`` an hour; None = no limit (a dummy load)."""
+
+    def __init__(self, limit_us: int | None) -> None:
+        self.limit_us = limit_us
+        self._spent: deque[tuple[int, int]] = deque()
+        self._total_us = 0
+        self._since_saved_us = 0
+
+    def used_us(self, now_us: int) -> int:
+        """Airtime of the last hour."""
+        while self._spent and self._spent[0][0] <= now_us - HOUR_US:
+            self._total_us -= self._spent.popleft()[1]
+        return self._total_us
+
+    def left_us(self, priority: Priority, now_us: int) -> int | None:
+        """What a class may still send now; None = no limit."""
+        if self.limit_us is None:
+            return None
+        return max(int(self.limit_us * _SHARE[priority]) - self.used_us(now_us), 0)
+
+    def allows(self, airtime_us: int, priority: Priority, now_us: int) -> bool:
+        left_us = self.left_us(priority, now_us)
+        return left_us is None or airtime_us <= left_us
+
+    def could_ever(self, airtime_us: int, priority: Priority) -> bool:
+        """Whether an empty hour would hold it."""
+        return self.limit_us is None or airtime_us <= int(self.limit_us * _SHARE[priority])
+
+    def wait_us(self, airtime_us: int, priority: Priority, now_us: int) -> int | None:
+        """Time until a class may send so much; None = never."""
+        if self.limit_us is None or self.allows(airtime_us, priority, now_us):
+            return 0
+        missing_us = self.used_us(now_us) + airtime_us - int(self.limit_us * _SHARE[priority])
+        for end_us, spent_us in self._spent:
+            missing_us -= spent_us
+            if missing_us <= 0:
+                return end_us + HOUR_US - now_us
+        return None
+
+    def charge(self, airtime_us: int, end_us: int) -> None:
+        """Note a transmission that ends at ``end_us``."""
+        self._since_saved_us += airtime_us
+        if self.limit_us is None:
+            return
+        self._spent.append((end_us, airtime_us))
+        self._total_us += airtime_us
+
+    @property
+    def should_be_saved(self) -> bool:
+        return self.limit_us is not None and self._since_saved_us > self.limit_us * _UNSAVED
+
+    def save(self, now_us: int) -> list[tuple[int, int]]:
+        """Return (age in s, airtime in us) by minutes, ages rounded down."""
+        self.used_us(now_us)
+        minutes: dict[int, list[int]] = {}
+        for end_us, spent_us in self._spent:
+            minute = minutes.setdefault(end_us // _BUCKET_US, [0, 0])
+            minute[0] = max(minute[0], end_us)
+            minute[1] += spent_us
+        self._since_saved_us = 0
+        return [(max(now_us - end_us, 0) // 1_000_000, spent_us) for end_us, spent_us in minutes.values()]
+
+    def restore(self, saved: list[tuple[int, int]], now_us: int) -> None:
+        """Take over a saved hour as if no time had passed, plus what may have been sent after the saving."""
+        if self.limit_us is None:
+            return
+        for age_s, spent_us in sorted(saved, reverse=True):
+            self._spent.append((now_us - age_s * 1_000_000, spent_us))
+            self._total_us += spent_us
+        self.charge(int(self.limit_us * _UNSAVED), now_us)
+        self._since_saved_us = 0
