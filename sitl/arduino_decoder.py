@@ -15,7 +15,6 @@ from companion.core.arduino_wire import IDS, WIRE_HIGH_US, WIRE_LOW_US, checksum
 SILENCE_US: Final = 5_000
 LINE_BYTES: Final = 32
 _ID_BYTES: Final = IDS.encode()
-_NO_LETTERS: Final = b"#"
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +115,7 @@ class Decoder:
             return self._finish_checked() if self._star or word else self._commit()
         if byte in _ID_BYTES:
             return self._open_group(byte, word)
-        if self._star or word or (byte == 0x23 and not self._line):
+        if self._star or word:
             self._append(byte)
             return None
         return self._open_rest(byte)
@@ -148,7 +147,10 @@ class Decoder:
             self._star = True
             self._append(byte)
         else:
-            return self._commit()
+            done = self._commit()
+            if byte == 0x23:
+                self._append(byte)
+            return done
         return None
 
     def _end_group(self) -> None:

@@ -47,8 +47,8 @@ struct chip {
     unsigned millivolts;
 };
 
-static const pin_t UNO[] = {{'B', 1}, {'B', 2}, {'D', 7}, {'B', 0}, {'D', 2}};
-static const pin_t MEGA[] = {{'H', 6}, {'B', 4}, {'H', 4}, {'H', 5}, {'E', 4}};
+static const pin_t UNO[] = {{'B', 1}, {'B', 2}, {'D', 7}, {'B', 0}, {'D', 4}};
+static const pin_t MEGA[] = {{'H', 6}, {'B', 4}, {'H', 4}, {'H', 5}, {'G', 5}};
 
 /* Data addresses that both chips share, and the watchdog as the firmware sets it. */
 #define MCUSR_ADDRESS 0x54

@@ -116,7 +116,7 @@ Found Decoder::open_byte(uint8_t value) {
     const bool in_word = length_ > 0 && line_[0] == '#';
     if (value == '\n') return star_ || in_word ? finish_checked() : commit();
     if (pin_of(value) >= 0) return open_group(value, in_word);
-    if (star_ || in_word || (value == '#' && length_ == 0)) {
+    if (star_ || in_word) {
         append(value);
         return Found::kNothing;
     }
@@ -160,7 +160,9 @@ Found Decoder::open_rest(uint8_t value) {
         append(value);
         return Found::kNothing;
     }
-    return commit();
+    const Found done = commit();
+    if (value == '#') append(value);
+    return done;
 }
 
 void Decoder::end_group() {

@@ -8,7 +8,8 @@ constexpr uint8_t kThruster1Pin = 9;   // wire id m
 constexpr uint8_t kThruster2Pin = 10;  // wire id M
 constexpr uint8_t kRudder1Pin = 7;     // wire id l
 constexpr uint8_t kRudder2Pin = 8;     // wire id L
-constexpr uint8_t kStopPin = 2;        // normally closed switch to ground; open = stop
+constexpr uint8_t kStopPin = 4;        // normally closed switch to ground; open = stop. Not 2 or 3: the
+                                       // simulator polls a low interrupt pin in every cycle
 constexpr uint8_t kVoltagePin = A0;    // supply through a divider; tie to ground when there is none
 
 #ifndef USV_DIVIDER_PERCENT
