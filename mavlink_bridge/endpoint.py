@@ -10,13 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+from mavlink_bridge import metadata, timesync
 from mavlink_bridge import requests as ask
-from mavlink_bridge import timesync
 from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.command import DENIED, Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq
 from mavlink_bridge.commands import CommandServer, Outcome
 from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.ftp import FileServer
 from mavlink_bridge.guided import attitude_target, local_target, position_target
 from mavlink_bridge.identity import greeting
 from mavlink_bridge.imc import Severity
@@ -84,8 +85,11 @@ class Endpoint:
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
         self._commands = CommandServer(config.give_up_s)
         stubs = ROVER_STUBS if config.persona == "ardurover" else ()
-        self._params = ParamServer(EndpointParams(vehicle.params, stubs))
+        self._table = EndpointParams(vehicle.params, stubs)
+        self._params = ParamServer(self._table)
+        self._files = FileServer(metadata.files(self._table))
         self._outbox.bulk(self._params.next)
+        self._outbox.bulk(self._files.next)
         self._missions = MissionServer(
             vehicle.plans,
             home_item=config.has_home_item,
@@ -119,6 +123,7 @@ class Endpoint:
             "PARAM_REQUEST_READ": lambda message, now_us: self._answer(self._params.request_read(message)),
             "PARAM_SET": self._on_param_set,
             "REQUEST_DATA_STREAM": self._on_data_stream,
+            "FILE_TRANSFER_PROTOCOL": lambda message, now_us: self._answer(self._files.handle(message)),
             "PING": lambda message, now_us: self._answer(timesync.ping(message)),
             "TIMESYNC": lambda message, now_us: self._answer(timesync.timesync(message, now_us)),
             "MANUAL_CONTROL": lambda message, now_us: self._steer(message, manual_control(message)),
@@ -217,7 +222,8 @@ class Endpoint:
         return self._speaker.compose(number)
 
     def component_metadata(self) -> Any:
-        return None
+        """COMPONENT_METADATA with the CRC of what FTP serves here."""
+        return metadata.component_metadata(self._table, self._now_us)
 
     def _seal(self, item: Packed) -> bytes:
         frame = self.codec.seal(item.message_id, item.payload)
