@@ -69,8 +69,8 @@ class MissionTiming:
     retry_us: int = 1_500_000
     """Longest wait for an item; must exceed the link's round trip."""
     retries: int = 5
-    store_us: int = 30_000_000
-    """How long the vessel may take to store a plan before the sender is told that it failed."""
+    store_us: int | None = 30_000_000
+    """How long the vessel may take to store a plan before the sender is told that it failed; None: for ever."""
     hold_us: int | None = None
     """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
     hold_single_us: int = 1_800_000
@@ -234,7 +234,11 @@ class MissionServer:
         if pending.waiting:
             return []
         if pending.session is not None and not self._drop(pending.session):
-            self._say(Severity.NOTICE, f"{_NAMES[pending.kind]} stored after all" if not pending.failed else "")
+            failed = pending.failed
+            name = _NAMES[pending.kind]
+            self._say(
+                Severity.NOTICE, f"{name} refused: {failed.reason}" if failed else f"{name} now stored on the vessel"
+            )
             return []
         outcome = pending.failed or reply
         if outcome.reason:
@@ -383,8 +387,8 @@ class MissionServer:
         hold_us = self.timing.hold_us
         limit_us = self.timing.store_us
         if hold_us is not None and session.upload.count == 1:
-            limit_us = min(limit_us, self.timing.hold_single_us)
-        if waited_us >= limit_us:
+            limit_us = min(limit_us or self.timing.hold_single_us, self.timing.hold_single_us)
+        if limit_us is not None and waited_us >= limit_us:
             return self._fail(session, MissionResult.ERROR, "not confirmed in time; a text will say when it is", now_us)
         if hold_us is None or not session.upload.count or now_us - session.held_us < hold_us:
             return []
