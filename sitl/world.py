@@ -89,7 +89,7 @@ class World:
 
     def step(self) -> Truth:
         """Advance by one tick and return the truth after it."""
-        self.tick(self.now_us + self.period_us)
+        self.tick()
         return self.surroundings.truth
 
     def run(self, duration_s: float) -> Truth:
@@ -115,13 +115,17 @@ class World:
     def links(self) -> Sequence[Link]:
         return (*self.app.links, *self.surroundings.links)
 
-    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
-        """Move the world to ``now_us``, then run the vessel's tick."""
-        self.now_us = now_us
-        truth = self.surroundings.step(now_us)
-        snapshot = self.loop_app.tick(now_us, late_s=late_s, load=load)
+    def tick(self, now_us: int = 0, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        """Move the world on by one period, then run the vessel's tick.
+
+        Simulated time counts ticks and nothing else: on a busy machine it falls behind the clock instead of jumping,
+        so that a slow laptop is not taken for a slow boat.
+        """
+        self.now_us += self.period_us
+        truth = self.surroundings.step(self.now_us)
+        snapshot = self.loop_app.tick(self.now_us)
         for end in self._unused:
-            end.poll(now_us)
+            end.poll(self.now_us)
         if isinstance(snapshot, Snapshot):
             self.snapshot = snapshot
             self.metrics.add(truth, snapshot, self.app.vehicle.mission.plan)
@@ -129,17 +133,17 @@ class World:
         return snapshot
 
     def pump(self, now_us: int) -> None:
-        """Serve links between ticks."""
-        self.surroundings.pump(now_us)
-        self.loop_app.pump(now_us)
+        """Serve links between ticks, at the time of the last one."""
+        self.surroundings.pump(self.now_us)
+        self.loop_app.pump(self.now_us)
 
     def shutdown(self, now_us: int) -> None:
         """Neutral to the board, files closed."""
-        self.loop_app.shutdown(now_us)
-        self.surroundings.step(now_us)
+        self.loop_app.shutdown(self.now_us)
+        self.surroundings.step(self.now_us + self.period_us)
         self.surroundings.close()
         if self._truth_file is not None:
-            self._truth_file.close(now_us)
+            self._truth_file.close(self.now_us)
 
     # ---- inside -------------------------------------------------------------------------------------------------
 
