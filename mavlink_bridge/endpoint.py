@@ -12,16 +12,17 @@ from typing import Any, Final
 
 from mavlink_bridge import metadata, timesync
 from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.command import DENIED, Command, Refused
+from mavlink_bridge.codec import Codec
+from mavlink_bridge.command import Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq
 from mavlink_bridge.commands import CommandServer, Outcome
 from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.framing import SIGNATURE_LEN
 from mavlink_bridge.ftp import FileServer
 from mavlink_bridge.guided import attitude_target, local_target, position_target
 from mavlink_bridge.identity import greeting
 from mavlink_bridge.imc import Severity
-from mavlink_bridge.inbound import Counters, FrameCheck, Inbound
+from mavlink_bridge.inbound import Counters, Inbound
 from mavlink_bridge.local_commands import LOCAL, answer
 from mavlink_bridge.manual import manual_control, rc_override
 from mavlink_bridge.missions import MissionServer, UploadLocks
@@ -31,6 +32,7 @@ from mavlink_bridge.params import EndpointParams, ParamServer
 from mavlink_bridge.port import VehiclePort
 from mavlink_bridge.requests import PlanKind, Reply, Request, RequestBody, Result
 from mavlink_bridge.sensor_input import RtcmAssembler, distance
+from mavlink_bridge.signing import POLICIES, Signer, SigningState, Verifier, setup_refusal
 from mavlink_bridge.snapshot import Snapshot
 from mavlink_bridge.speaker import Speaker
 from mavlink_bridge.streams import Composer, Streams, message_id
@@ -58,8 +60,9 @@ class Peer:
 class Endpoint:
     """The vessel on one channel of one link.
 
-    ``composer`` and ``locks`` are shared by all endpoints of a vessel; ``check`` judges signatures; ``tap`` sees each valid frame
-    in and each frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona).
+    ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``link_id`` marks this link's signatures; ``on_key``
+    takes a new signing key that a station may set; ``tap`` sees each valid frame in and each frame out; ``on_station`` is told of
+    each station's first heartbeat here (system id, persona).
     """
 
     def __init__(
@@ -69,18 +72,25 @@ class Endpoint:
         *,
         composer: Composer | None = None,
         locks: UploadLocks | None = None,
-        codec: Codec | None = None,
-        check: FrameCheck | None = None,
+        signing: SigningState | None = None,
+        link_id: int = 0,
+        on_key: Callable[[bytes], None] | None = None,
         tap: Callable[[bytes], None] | None = None,
         on_station: Callable[[int, str], None] | None = None,
     ) -> None:
         self.config = config
         self.vehicle = vehicle
-        self.codec = codec or Codec(config.system_id, config.component_id)
+        self._signing = signing or SigningState()
+        signs = config.link_class == "signed" and self._signing.key is not None
+        self.codec = Codec(
+            config.system_id, config.component_id, link_id, Signer(self._signing, link_id) if signs else None
+        )
+        self._verifier = Verifier(self._signing, POLICIES[config.link_class])
+        self._on_key = on_key
         self._tap = tap
         self._on_station = on_station
-        self._inbound = Inbound(config, check, tap)
-        self._outbox = Outbox(config.limits, self._seal, overhead_bytes=12 + (13 if self.codec.signer else 0))
+        self._inbound = Inbound(config, self._verifier, tap)
+        self._outbox = Outbox(config.limits, self._seal, overhead_bytes=12 + (SIGNATURE_LEN if signs else 0))
         self.streams = Streams(config)
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
         self._commands = CommandServer(config.give_up_s)
@@ -106,7 +116,6 @@ class Endpoint:
         self._wants_current: set[int] = set()
         self._said: dict[str, int] = {}
         self._now_us = 0
-        self._may_write = config.link_class != "telemetry"
         self._handlers = self._make_handlers()
 
     def _make_handlers(self) -> dict[int, Callable[[Any, int], None]]:
@@ -132,6 +141,7 @@ class Endpoint:
             "SET_POSITION_TARGET_LOCAL_NED": lambda message, now_us: self._steer(message, local_target(message)),
             "SET_ATTITUDE_TARGET": lambda message, now_us: self._steer(message, attitude_target(message)),
             "DISTANCE_SENSOR": self._on_distance,
+            "SETUP_SIGNING": self._on_setup_signing,
             "GPS_RTCM_DATA": lambda message, now_us: self._steer(message, self._rtcm.receive(message)),
         }
         return handlers | {message_id(name): handler for name, handler in named.items()}
@@ -145,6 +155,8 @@ class Endpoint:
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
                 handler(message, now_us)
+        for text in self._verifier.texts():
+            self._speaker.say(Severity.WARNING, text)
 
     def requests(self) -> list[Request]:
         """What the stations ask of the vessel since the last call, oldest first."""
@@ -298,9 +310,6 @@ class Endpoint:
                 return
         if command.id in LOCAL:
             self._local(command, sequence, now_us, is_copy=again is not None)
-        elif not self._may_write:
-            self._answer(self._commands.settle(command, sequence, DENIED, now_us), urgent=True)
-            self._explain("this link is for telemetry only")
         else:
             outcome = self._commands.take_up(command, sequence, self._context(), now_us)
             self._finish(outcome)
@@ -322,7 +331,7 @@ class Endpoint:
         if mode is None:
             self._explain(f"mode {message.custom_mode} is not one of this boat's")
         else:
-            self._write(ask.SetMode(mode), message)
+            self._ask(ask.SetMode(mode), message.get_srcSystem())
 
     def _on_set_current(self, message: Any, now_us: int) -> None:
         try:
@@ -330,18 +339,10 @@ class Endpoint:
         except Refused as refusal:
             self._explain(str(refusal))
             return
-        request_id = self._write(ask.SetCurrent(seq), message)
-        if request_id is not None:
-            self._wants_current.add(request_id)
-
-    def _write(self, body: RequestBody, message: Any) -> int | None:
-        if not self._may_write:
-            self._explain("this link is for telemetry only")
-            return None
-        return self._ask(body, message.get_srcSystem())
+        self._wants_current.add(self._ask(ask.SetCurrent(seq), message.get_srcSystem()))
 
     def _on_param_set(self, message: Any, now_us: int) -> None:
-        messages, body = self._params.set(message, self._may_write)
+        messages, body = self._params.set(message)
         self._answer(messages)
         if body is not None:
             self._params.asked(self._ask(body, message.get_srcSystem()), message)
@@ -352,17 +353,28 @@ class Endpoint:
 
     def _steer(self, message: Any, body: RequestBody | None) -> None:
         """Set-points and data streams: nobody waits for an answer."""
-        if body is not None and self._may_write:
+        if body is not None:
             self._ask(body, message.get_srcSystem(), reply=False)
 
     def _on_distance(self, message: Any, now_us: int) -> None:
         if message.get_srcSystem() == self.config.system_id:
             self._steer(message, distance(message))
 
+    def _on_setup_signing(self, message: Any, now_us: int) -> None:
+        snapshot = self._speaker.snapshot
+        refusal = setup_refusal(
+            self._signing,
+            message.verdict,
+            version=1 if message.get_msgbuf()[:1] == b"\xfe" else 2,
+            armed=snapshot is None or snapshot.armed,
+            radio=self.config.profile != "lan",
+        )
+        if refusal or self._on_key is None:
+            self._explain(refusal or "keys are set on the vessel, not over MAVLink")
+        else:
+            self._on_key(bytes(message.secret_key))
+
     def _on_mission(self, message: Any, now_us: int) -> None:
-        if not self._may_write and message.get_type() in _MISSION_WRITES:
-            self._answer([_mission_denied(message)], urgent=True)
-            return
         self._answer(self._missions.handle(message, now_us))
         self._after_missions()
 
@@ -375,17 +387,3 @@ class Endpoint:
         for severity, text in self._missions.texts():
             if text:
                 self._speaker.say(severity, text)
-
-
-_MISSION_WRITES: Final = frozenset(
-    ("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_ITEM_INT", "MISSION_ITEM", "MISSION_CLEAR_ALL")
-)
-
-
-def _mission_denied(message: Any) -> Any:
-    return dialect.MAVLink_mission_ack_message(
-        target_system=message.get_srcSystem(),
-        target_component=message.get_srcComponent(),
-        type=14,
-        mission_type=message.mission_type,
-    )

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from mavlink_bridge.codec import decode
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.framing import Deframer, DuplicateFilter, Frame
 from mavlink_bridge.outbox import TokenBucket
+from mavlink_bridge.signing import Verifier
 
 _BYTES_PER_TOKEN: Final = 64.0
-
-
-class FrameCheck(Protocol):
-    """Judges whether a frame may be believed on this link (``signing``)."""
-
-    def __call__(self, frame: Frame, now_us: int) -> bool: ...
 
 
 @dataclass(slots=True)
@@ -26,20 +21,20 @@ class Counters:
 
     messages: int = 0
     flood_bytes: int = 0
-    unsigned: int = 0
+    refused: int = 0
+    """Not signed as this link demands (``signing.Verdict`` says why)."""
     copies: int = 0
     own: int = 0
     unknown: int = 0
     not_ours: int = 0
-    bad_content: int = 0
 
 
 class Inbound:
     """The receiving half of an endpoint, up to decoded messages addressed to it."""
 
-    def __init__(self, config: EndpointConfig, check: FrameCheck | None, tap: Callable[[bytes], None] | None) -> None:
+    def __init__(self, config: EndpointConfig, verifier: Verifier, tap: Callable[[bytes], None] | None) -> None:
         self._config = config
-        self._check = check
+        self._verifier = verifier
         self._tap = tap
         self._deframer = Deframer()
         self._filter = DuplicateFilter()
@@ -49,7 +44,7 @@ class Inbound:
     @property
     def bad_frames(self) -> int:
         framing = self._deframer.counters
-        return framing.bad_crc + framing.bad_flags + framing.stalled + self.counters.unsigned
+        return framing.bad_crc + framing.bad_flags + framing.stalled + self.counters.refused
 
     def receive(self, data: bytes, now_us: int) -> list[Any]:
         """Return the messages for this vessel in ``data``, decoded, oldest first."""
@@ -71,8 +66,9 @@ class Inbound:
         if frame.system == config.system_id and frame.component == config.component_id:
             counters.own += 1
             return None
-        if self._check is not None and not self._check(frame, now_us):
-            counters.unsigned += 1
+        verdict = self._verifier.check(frame, now_us)
+        if not verdict.ok:
+            counters.refused += 1
             return None
         if not self._filter.is_new(frame, now_us):
             counters.copies += 1
@@ -87,6 +83,7 @@ class Inbound:
             counters.not_ours += 1
             return None
         counters.messages += 1
+        message.verdict = verdict
         return message
 
     def _is_for_us(self, message: Any) -> bool:

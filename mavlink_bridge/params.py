@@ -103,13 +103,13 @@ class ParamServer:
             return [self._error(message, message.param_id, message.param_index, DOES_NOT_EXIST)]
         return [self._value(info, index)]
 
-    def set(self, message: Any, may_write: bool) -> tuple[list[Any], SetParameter | None]:
+    def set(self, message: Any) -> tuple[list[Any], SetParameter | None]:
         """PARAM_SET: refuse here what can be refused without the vessel, else return what to ask it for."""
         name: str = message.param_id
         info = self._params.get(name)
         if info is None:
             return [self._error(message, name, -1, DOES_NOT_EXIST)], None
-        refusal = self._refusal(message, info, may_write)
+        refusal = self._refusal(message, info)
         if refusal:
             return self._refused(message, info, refusal), None
         waiting = _Waiting(name, message.param_value, _sender(message))
@@ -118,10 +118,8 @@ class ParamServer:
         return [], SetParameter(name, message.param_value)
 
     @staticmethod
-    def _refusal(message: Any, info: ParamInfo, may_write: bool) -> int:
+    def _refusal(message: Any, info: ParamInfo) -> int:
         value = message.param_value
-        if not may_write:
-            return PERMISSION_DENIED
         if message.param_type != REAL32:
             return TYPE_MISMATCH
         if info.read_only:
