@@ -79,6 +79,8 @@ class _Open:
     lon_rad: float | None = None
     step_m: float = 0.0
     no_fix: bool = False
+    doubtful: bool = False
+    vouched: bool = False
     dead_reckoning: bool = False
     simulated: bool = False
     height_msl_m: float | None = None
@@ -266,13 +268,16 @@ def _merge(epoch: _Open, part: EpochPart) -> None:
 
 def _merge_position(epoch: _Open, part: EpochPart, rank: int) -> None:
     epoch.no_fix |= part.fix_type == FixType.NONE
+    epoch.doubtful |= part.doubtful
+    epoch.vouched |= part.fix_type != FixType.NONE and not part.doubtful
+    epoch.dead_reckoning |= part.dead_reckoning
+    epoch.simulated |= part.simulated
     if rank >= epoch.rank:
         return
     epoch.rank = rank
     epoch.fix_type = part.fix_type
     epoch.lat_rad, epoch.lon_rad = part.lat_rad, part.lon_rad
     epoch.step_m = part.step_m
-    epoch.dead_reckoning, epoch.simulated = part.dead_reckoning, part.simulated
     if part.kind in ("GGA", "GNS"):
         epoch.height_msl_m = part.height_msl_m
         epoch.geoid_separation_m = part.geoid_separation_m
@@ -291,7 +296,8 @@ def _merge_velocity(epoch: _Open, part: EpochPart) -> None:
 
 
 def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> GpsFix:
-    fix_type = FixType.NONE if epoch.no_fix or epoch.fix_type is None else epoch.fix_type
+    void = epoch.no_fix or epoch.fix_type is None or (epoch.doubtful and not epoch.vouched)
+    fix_type = FixType.NONE if void or epoch.fix_type is None else epoch.fix_type
     good = fix_type != FixType.NONE
     ellipsoid = None
     if epoch.height_msl_m is not None and epoch.geoid_separation_m is not None:

@@ -60,6 +60,8 @@ class EpochPart:
     variation_rad: float | None = None
     dead_reckoning: bool = False
     simulated: bool = False
+    doubtful: bool = False
+    """Claims a fix with no satellite: only believed beside an RMC or GLL that is valid."""
 
 
 @dataclass(slots=True)
@@ -281,9 +283,10 @@ def _mode(part: EpochPart, letter: str) -> None:
 
 def _zda(s: Any) -> EpochPart:
     part = EpochPart("ZDA", s.talker, tod_us=time_of_day_us(s.data[0]))
-    year, month, day = (number(value, 1, 2200) for value in (s.year, s.month, s.day))
+    year, month, day = (number(value, 0, 2200) for value in (s.year, s.month, s.day))
     if year is not None and month is not None and day is not None:
-        part.day = day_number(int(year), int(month), int(day))
+        full = int(year) if year >= 100 else _full_year(int(year))  # some plotters send two digits
+        part.day = day_number(full, int(month), int(day))
     return part
 
 
@@ -296,7 +299,7 @@ def _gga(s: Any) -> EpochPart:
     _position(part, s)
     part.satellites = _count(s.num_sats)
     if part.satellites == 0 and quality is not None and quality <= 5:
-        part.fix_type = FixType.NONE  # some receivers keep the last quality when all satellites are lost
+        part.doubtful = True  # some receivers keep the last quality when all satellites are lost, some never count
     part.hdop = number(s.horizontal_dil, 0.0, 1000.0)
     part.height_msl_m = number(s.altitude, -_HEIGHT_MAX_M, _HEIGHT_MAX_M)
     part.geoid_separation_m = number(s.geo_sep, -1000.0, 1000.0)

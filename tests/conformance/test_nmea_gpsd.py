@@ -31,7 +31,6 @@ HEIGHT_M = 0.06
 MISSED_WHY = {
     "GPSmap-76S": "simulator mode: GGA quality 8 while RMC and GLL of the same second say void; gpsd itself withdraws it",
     "garmin-geko201": "simulator mode: GGA quality 8 while RMC and GLL of the same second say void; gpsd itself withdraws it",
-    "haicom-305N": "GGA claims quality 1 with no satellite; gpsd reports it without a time, for this second only",
 }
 NO_SPEED_IN = {
     "bundg_zeus_9": "the plotter sends GLL before RMC; gpsd reports between them, with speeds of its own making (0.3 m/s at 5 kn)",
