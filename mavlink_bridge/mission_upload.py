@@ -70,7 +70,8 @@ class Upload:
             if self._silent >= self._retries:
                 return None
             self._silent += 1
-        self._window = min(MAX_WINDOW, self._window * 2)
+        if self.items:  # before the first item it may be the station that is gone, not one frame
+            self._window = min(MAX_WINDOW, self._window * 2)
         for seq in late:
             self._asked[seq] = _Asked(now_us, repeated=True)
         return late + self._fill(now_us)
