@@ -147,6 +147,8 @@ class App:
 
     def submit(self, body: RequestBody, answer: Answer = lambda reply: None) -> None:
         """Queue a request of the vessel's own people: the command line, a scenario. Answered at a coming tick."""
+        if self.on_submit is not None:
+            self.on_submit(body)
         self._own.append((answer, body))
 
     # ---- one tick -----------------------------------------------------------------------------------------------

@@ -358,6 +358,8 @@ class Difference:
     link: str
     before: str
     after: str
+    data: bytes = b""
+    """What was written now."""
 
     def __str__(self) -> str:
         at = f"step {self.step} at {self.now_us / 1e6:.3f} s, link {self.link}"
@@ -400,16 +402,17 @@ class ReplayLink:
     def write(self, channel: int, data: bytes) -> int:
         number, self._write_number = self._write_number, self._write_number + 1
         if number >= len(self._writes):
-            self._report("nothing written", _describe(_as_write(channel, data)))
+            self._report("nothing written", _describe(_as_write(channel, data)), data)
             return len(data)
         was = self._writes[number]
         if (was.channel, was.offered, was.crc) != (channel, len(data), zlib.crc32(data)):
-            self._report(_describe(was), _describe(_as_write(channel, data)))
+            self._report(_describe(was), _describe(_as_write(channel, data)), data)
         return min(was.accepted, len(data))
 
-    def _report(self, before: str, after: str) -> None:
+    def _report(self, before: str, after: str, data: bytes = b"") -> None:
         step = self._step
-        self._differs(Difference(step.number if step else -1, step.now_us if step else 0, self.name, before, after))
+        number, now_us = (step.number, step.now_us) if step else (-1, 0)
+        self._differs(Difference(number, now_us, self.name, before, after, data))
 
     def filenos(self) -> list[int]:
         return []

@@ -11,6 +11,7 @@ A replay builds the same app from the same settings with ``ReplayLinks`` and ``R
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -61,7 +62,10 @@ class Recording:
         links = [{"name": link.name, "datagrams": link.datagrams, "keep": link.keep} for link in self._links]
         warnings = list(self._store.warnings) if self._store else []
         content = to_json(self._store.snapshot()) if self._store else {}
-        self._inputs.target = self.recorder.start_inputs({**meta, "links": links, "store_warnings": warnings}, content)
+        header = json.dumps({**meta, "links": links, "store_warnings": warnings}, default=str)
+        # Where the run was recorded is no part of it: equal runs make equal recordings.
+        header = header.replace(json.dumps(str(self.recorder.run_dir))[1:-1], "RUN_DIR")
+        self._inputs.target = self.recorder.start_inputs(json.loads(header), content)
 
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""

@@ -1,0 +1,300 @@
+"""Runs a recording again through a freshly built app and compares what comes out, step by step.
+
+The app gets the recorded settings, hull and identity, links that say again what they said, and a store that finishes
+each change when it did. Compared are every write (length and checksum, or the bytes themselves on the actuators' line)
+and every row of control.csv, field by field.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from companion.app import AppFaultError
+from companion.build import build_app
+from companion.core.vessel import VesselConfig
+from companion.io import request_json
+from companion.io.inputs import Difference, InputReader, InputsError, ReplayLinks, ReplayStore, Step
+from companion.io.link import Link
+from companion.io.recorder import CONTROL_COLUMNS, control_row
+from companion.replay_frames import SentFrames, tell
+from companion.settings import ConfigError, Settings, explain, override
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.port import Identity
+from mavlink_bridge.snapshot import Snapshot
+
+COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
+NEAR: Final = 1e-9
+"""Relative difference of a field that another machine's arithmetic may make."""
+MAX_DIFFERENCES: Final = 200
+WORDED_DIFFERENCES: Final = 20
+
+
+class ReplayError(Exception):
+    """A recording that cannot be replayed at all, with the reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldDifference:
+    """One field of one tick that came out differently."""
+
+    tick: int
+    t_s: float
+    field: str
+    before: str
+    after: str
+
+    def __str__(self) -> str:
+        return f"tick {self.tick} at {self.t_s:.3f} s: {self.field}\n  before  {self.before}\n  after   {self.after}"
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What a replay found."""
+
+    steps: int = 0
+    ticks: int = 0
+    duration_s: float = 0.0
+    cut: bool = False
+    """The recording ends in a damaged or unfinished record."""
+    rows_compared: int = 0
+    writes_compared: int = 0
+    differences: list[FieldDifference] = field(default_factory=list)
+    """In the order of the steps; writes have the link as ``field``."""
+    different: int = 0
+    """Differences in all, kept or not."""
+    fault: str = ""
+    """The app gave up."""
+
+    @property
+    def identical(self) -> bool:
+        return not self.different and not self.fault
+
+
+def replay(
+    run_dir: Path,
+    *,
+    changes: Sequence[str] = (),
+    tolerant: bool = False,
+    on_tick: Callable[[Snapshot], None] | None = None,
+) -> Outcome:
+    """Replay a run directory. Raises ReplayError when there is nothing to replay.
+
+    ``changes`` (key=value) to the recorded settings show what they would have done. ``tolerant``: the recording is from
+    another kind of machine: fields may differ by 1e-9, pulses by 1 us, and writes are not compared by checksum.
+    """
+    path = run_dir / "inputs.bin" if run_dir.is_dir() else run_dir
+    try:
+        reader = InputReader(path)
+    except (OSError, InputsError) as error:
+        raise ReplayError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+    try:
+        return _Replay(reader, changes, tolerant, on_tick, path.parent).run()
+    finally:
+        reader.close()
+
+
+class _Replay:
+    """One replay under way."""
+
+    def __init__(
+        self,
+        reader: InputReader,
+        changes: Sequence[str],
+        tolerant: bool,
+        on_tick: Callable[[Snapshot], None] | None,
+        run_dir: Path,
+    ) -> None:
+        self._reader = reader
+        self._run_dir = run_dir
+        self._sent: SentFrames | None = None
+        self._telemetry = [str(link["name"]) for link in reader.meta.get("links", []) if not link.get("keep")]
+        self._tolerant = tolerant
+        self._on_tick = on_tick
+        self._rows = control_rows(run_dir)
+        self._row: list[str] | None = None
+        self._step: Step | None = None
+        self._links = ReplayLinks(reader)
+        self._store = ReplayStore(reader)
+        self._next_link = iter(self._links.links)
+        self.outcome = Outcome()
+        meta = reader.meta
+        if "settings" not in meta:
+            raise ReplayError("the recording ends before its own description")
+        self.app = build_app(
+            known_settings(meta["settings"], changes),
+            make_link=self._make_link,
+            store=self._store,
+            vessel=VesselConfig.model_validate(meta["vessel"]),
+            identity=_identity(meta["identity"]),
+        )
+        self.app.recorder = self
+
+    def _make_link(self, name: str, url: str, **options: object) -> Link:
+        link = next(self._next_link, None)
+        if link is None or link.name != name:
+            raise ReplayError(
+                f"the settings want a link {name!r} where the recording has {link.name if link else 'none'!r}"
+            )
+        return link
+
+    def run(self) -> Outcome:
+        outcome = self.outcome
+        for step in self._reader.steps():
+            self._step = step
+            self._links.load(step)
+            self._store.load(step)
+            try:
+                self._perform(step)
+            except AppFaultError as error:
+                outcome.fault = str(error)
+                break
+            self._links.finish()
+            outcome.steps += 1
+            outcome.duration_s = step.now_us * 1e-6
+            outcome.writes_compared += sum(len(writes) for writes in step.writes.values())
+            self._take_write_differences(step)
+        outcome.cut = self._reader.cut
+        return outcome
+
+    def _perform(self, step: Step) -> None:
+        for text in step.submitted:
+            self.app.submit(request_json.loads(text))
+        if step.kind == "tick":
+            self.app.tick(step.now_us, late_s=step.late_s, load=step.load)
+        elif step.kind == "pump":
+            self.app.pump(step.now_us)
+        else:
+            self.app.shutdown(step.now_us)
+
+    # ---- the app's recorder -------------------------------------------------------------------------------------
+
+    def tick(self, snapshot: Snapshot) -> None:
+        self.outcome.ticks += 1
+        if self._on_tick is not None:
+            self._on_tick(snapshot)
+        before = self._row_of(snapshot.tick)
+        if before is None:
+            return
+        self.outcome.rows_compared += 1
+        after = control_row(snapshot).decode().rstrip("\n").split(",")
+        if before != after:
+            self._compare(snapshot, before, after)
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        return [(Severity(severity), text) for severity, text in self._step.told] if self._step else []
+
+    # ---- comparing ----------------------------------------------------------------------------------------------
+
+    def _row_of(self, tick: int) -> list[str] | None:
+        """The recorded row of a tick; None when it was never written (a cut) or has been rotated away."""
+        while self._row is None or int(self._row[1]) < tick:
+            self._row = next(self._rows, None)
+            if self._row is None:
+                self._rows = iter(())
+                return None
+        return self._row if int(self._row[1]) == tick else None
+
+    def _compare(self, snapshot: Snapshot, before: list[str], after: list[str]) -> None:
+        for name, was, now in zip(COLUMNS, before, after, strict=True):
+            if was != now and not (self._tolerant and nearly(name, was, now)):
+                self._note(FieldDifference(snapshot.tick, snapshot.t_us * 1e-6, name, was or "none", now or "none"))
+
+    def _take_write_differences(self, step: Step) -> None:
+        for found in self._links.differences if not self._tolerant else ():
+            for what, before, after in self._told(step, found):
+                self._note(FieldDifference(self.outcome.ticks, found.now_us * 1e-6, what, before, after))
+        self._links.differences.clear()
+
+    def _told(self, step: Step, found: Difference) -> list[tuple[str, str, str]]:
+        """Say what differs in a write: for the first few on a MAVLink link, by message and field."""
+        plain = [(f"written to {found.link}", found.before, found.after)]
+        if found.link not in self._telemetry or len(self.outcome.differences) >= WORDED_DIFFERENCES:
+            return plain
+        if self._sent is None:
+            system_id = int(self._reader.meta["settings"]["system"]["system_id"])
+            self._sent = SentFrames(self._run_dir, system_id)
+        before = self._sent.of(self._telemetry.index(found.link), step)
+        worded = [(f"{found.link}: {what}", was, now) for what, was, now in tell(before, found.data)]
+        return worded or plain
+
+    def _note(self, difference: FieldDifference) -> None:
+        self.outcome.different += 1
+        if len(self.outcome.differences) < MAX_DIFFERENCES:
+            self.outcome.differences.append(difference)
+
+
+def nearly(name: str, was: str, now: str) -> bool:
+    """Whether two fields differ no more than another machine's arithmetic may make them."""
+    try:
+        a, b = float(was), float(now)
+    except ValueError:
+        return False
+    if name.startswith("us_"):
+        return abs(a - b) <= 1.0
+    # A row holds six digits: a last digit that rounds the other way is no difference either.
+    return abs(a - b) <= max(NEAR * max(abs(a), abs(b)), 1e-5 * max(abs(a), abs(b)), NEAR)
+
+
+def control_rows(run_dir: Path) -> Iterator[list[str]]:
+    """Yield the rows of control.csv and its parts; a last line that was cut is left out."""
+    parts = [path for path in (run_dir / "control.csv", *sorted(run_dir.glob("control-*.csv"))) if path.is_file()]
+    for path in parts:
+        with path.open("rb") as file:
+            whole = (line.decode(errors="replace") for line in file if line.endswith(b"\n"))
+            for row in csv.reader(itertools.islice(whole, 1, None)):
+                if len(row) == len(COLUMNS):
+                    yield row
+
+
+def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Settings:
+    """Return the vessel's part of recorded settings (a simulator's recording has more), with ``key=value`` changes.
+
+    Raises ConfigError for changes that make no sense.
+    """
+    kept = {key: value for key, value in data.items() if key in Settings.model_fields}
+    mistakes = [mistake for item in overrides if (mistake := override(kept, item))]
+    try:
+        settings = Settings.model_validate(kept)
+    except ValidationError as error:
+        raise ConfigError("recorded settings", mistakes + [explain(item) for item in error.errors()]) from None
+    if mistakes:
+        raise ConfigError("--set", mistakes)
+    return settings
+
+
+def _identity(data: Mapping[str, Any]) -> Identity:
+    fields: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items()}
+    return Identity(**fields)
+
+
+def summary(outcome: Outcome, wall_s: float) -> str:
+    """Say in a few lines what a replay found."""
+    out = io.StringIO()
+    speed = outcome.duration_s / wall_s if wall_s > 0 else 0.0
+    print(
+        f"{outcome.ticks} ticks, {outcome.duration_s:.1f} s replayed in {wall_s:.1f} s ({speed:.0f}x real time); "
+        f"{outcome.rows_compared} control rows and {outcome.writes_compared} writes compared",
+        file=out,
+    )
+    if outcome.cut:
+        print("the recording ends in an unfinished record; everything before it was replayed", file=out)
+    if outcome.fault:
+        print(f"the app gave up: {outcome.fault}", file=out)
+    if outcome.differences:
+        print(f"{outcome.different} differences; the first of each kind:", file=out)
+        first: dict[str, FieldDifference] = {}
+        for difference in outcome.differences:
+            first.setdefault(difference.field, difference)
+        for difference in itertools.islice(first.values(), 10):
+            print(difference, file=out)
+    elif not outcome.fault:
+        print("identical", file=out)
+    return out.getvalue().rstrip()

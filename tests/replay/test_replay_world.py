@@ -1,0 +1,101 @@
+"""A simulated run, replayed from its recorded inputs: the same bytes, or the first difference with its field."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+import config as shipped
+from companion.io.inputs import InputReader
+from companion.replay import ReplayError, replay, summary
+from companion.settings import load
+from mavlink_bridge.requests import Arm
+from sitl.settings import SimSettings
+from sitl.world import World
+
+
+def sail(run_dir, seconds=30.0, seed=3):
+    """A short run with everything a replay must cope with: requests, a talking station, links that come and go."""
+    settings = load(shipped.path("sim.toml"), ("operator.gcs_required=false",), SimSettings)
+    world = World(settings, seed, run_dir=run_dir)
+    station = world.ground("gcs")
+    for number in range(round(seconds * 20)):
+        if number == 100:
+            world.app.submit(Arm(True))
+        if number % 150 == 140:
+            station.unplug("pulled")
+        if number % 150 == 149:
+            station.plug()
+        station.poll(world.now_us)
+        station.write(0, bytes([number & 0xFF]) * (number % 7))
+        if number % 10 == 3:
+            world.loop_app.pump(world.now_us + 20_000)
+        world.step()
+    world.shutdown(world.now_us)
+    return world
+
+
+@pytest.fixture(scope="module")
+def run_dir(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run")
+    sail(path)
+    return path
+
+
+def test_a_replay_is_identical(run_dir):
+    outcome = replay(run_dir)
+    assert outcome.identical, summary(outcome, 1.0)
+    assert outcome.ticks == outcome.rows_compared == 600
+    assert outcome.writes_compared > 600
+    assert not outcome.cut
+
+
+def test_equal_seeds_give_equal_recordings(run_dir, tmp_path):
+    sail(tmp_path)
+    for name in ("inputs.bin", "events.jsonl", "control.csv", "truth.csv", "mavlink.tlog"):
+        assert (tmp_path / name).read_bytes() == (run_dir / name).read_bytes(), name
+
+
+def test_a_changed_setting_shows_the_first_difference_with_its_field(run_dir):
+    outcome = replay(run_dir, changes=["depth.min_altitude_m=3.5"])
+    assert not outcome.identical
+    first = next(item for item in outcome.differences if item.field == "altitude_limit_m")
+    assert (first.tick, first.after) == (1, "3.5")
+    assert "altitude_limit_m" in summary(outcome, 1.0)
+
+
+def test_what_goes_to_a_ground_station_is_compared_field_by_field(run_dir):
+    outcome = replay(run_dir, changes=["system.name=other", "depth.min_altitude_m=3.5"])
+    fields = {item.field for item in outcome.differences}
+    assert any(":" in field for field in fields), fields
+
+
+def test_a_recording_that_was_cut_replays_up_to_the_cut(run_dir, tmp_path):
+    whole = (run_dir / "inputs.bin").read_bytes()
+    for name in ("control.csv", "mavlink.tlog"):
+        shutil.copy(run_dir / name, tmp_path)
+    ends = []
+    for share in (0.3, 0.5, 0.99):
+        (tmp_path / "inputs.bin").write_bytes(whole[: int(len(whole) * share)])
+        outcome = replay(tmp_path)
+        assert outcome.identical
+        assert outcome.cut
+        ends.append(outcome.ticks)
+    assert 0 < ends[0] < ends[1] < ends[2] < 600
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not a recording", b"USVIN\x001\n"])
+def test_what_is_no_recording_is_said_to_be_none(tmp_path, content):
+    if content is not None:
+        (tmp_path / "inputs.bin").write_bytes(content)
+    with pytest.raises(ReplayError):
+        replay(tmp_path)
+
+
+def test_the_recording_names_nothing_of_this_machine(run_dir, tmp_path):
+    reader = InputReader(run_dir / "inputs.bin")
+    text = repr(reader.meta)
+    reader.close()
+    assert str(run_dir) not in text.replace("RUN_DIR", "")
+    assert str(run_dir) not in (run_dir / "events.jsonl").read_text()
