@@ -35,7 +35,7 @@ FILES: Final = {
 }
 
 
-class FirmwareUnavailable(RuntimeError):
+class FirmwareUnavailableError(RuntimeError):
     """The firmware or the chip simulator cannot be built here; the text names what to install."""
 
 
@@ -64,14 +64,14 @@ def missing_packages() -> list[str]:
 
 
 def build(*targets: str) -> None:
-    """Build firmware targets (``uno``, ``mega``, ``sim`` ...). Raises FirmwareUnavailable with the reason."""
+    """Build firmware targets (``uno``, ``mega``, ``sim`` ...). Raises FirmwareUnavailableError with the reason."""
     if not (FIRMWARE / "Makefile").exists():
-        raise FirmwareUnavailable("the firmware's source is not here: run from a checkout of the repository")
+        raise FirmwareUnavailableError("the firmware's source is not here: run from a checkout of the repository")
     if missing := missing_packages():
-        raise FirmwareUnavailable(f"install {' '.join(missing)} (apt-get install ...), then try again")
+        raise FirmwareUnavailableError(f"install {' '.join(missing)} (apt-get install ...), then try again")
     done = subprocess.run(["make", "-s", "-C", str(FIRMWARE), *targets], capture_output=True, text=True, check=False)
     if done.returncode:
-        raise FirmwareUnavailable(f"make -C firmware {' '.join(targets)} failed: {done.stderr.strip()[-500:]}")
+        raise FirmwareUnavailableError(f"make -C firmware {' '.join(targets)} failed: {done.stderr.strip()[-500:]}")
 
 
 class AvrArduino:
@@ -85,7 +85,7 @@ class AvrArduino:
         self._library = _load()
         self._chip = self._library.chip_new(str(elf).encode(), MCU[board].encode())
         if not self._chip:
-            raise FirmwareUnavailable(f"the chip simulator cannot load {elf}")
+            raise FirmwareUnavailableError(f"the chip simulator cannot load {elf}")
         self.elf = elf
         self._start_us: int | None = None
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr uint8_t kCount = 4;
 constexpr uint16_t kTicksPerUs = 2;  // 16 MHz / 8
-constexpr uint16_t kSlotTicks = 5000 * kTicksPerUs;
+constexpr uint16_t kSlotTicks = 2500 * kTicksPerUs;
+constexpr uint16_t kFrameTicks = 20000 * kTicksPerUs;
 constexpr uint16_t kStopTicks = 1500 * kTicksPerUs;
 
 constexpr uint8_t kPinNumbers[kCount] = {kThruster1Pin, kThruster2Pin, kRudder1Pin, kRudder2Pin};
@@ -99,7 +100,7 @@ ISR(TIMER1_COMPA_vect) {
     if (g_high) {
         *g_port[g_slot] &= uint8_t(~g_bit[g_slot]);
         g_high = false;
-        OCR1A += kSlotTicks - g_live[g_slot];
+        OCR1A += (g_slot == kCount - 1 ? kFrameTicks - (kCount - 1) * kSlotTicks : kSlotTicks) - g_live[g_slot];
         return;
     }
     const uint8_t slot = g_slot == kCount - 1 ? 0 : uint8_t(g_slot + 1);

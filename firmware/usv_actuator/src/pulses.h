@@ -4,7 +4,7 @@
 
 namespace usv {
 
-// Start with 1500 us on all pins. Each pin has a 5 ms slot of the 20 ms frame; new widths take effect together.
+// Start with 1500 us on all pins. The pins take turns, 2.5 ms each, at the start of the 20 ms frame; new widths take effect together.
 void pulses_begin();
 // Widths for the next frame, us; safe against the interrupt.
 void pulses_set(const uint16_t pulses_us[4]);
