@@ -13,8 +13,8 @@ from companion.core.hull import ForceModel
 from companion.core.units import clamp
 from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
 
-_WEAK = 0.05
-_USEFUL = 0.15
+_WEAK = 0.1
+_USEFUL = 0.35
 """Shares of the yaw authority at which rudders begin to be used and are used in full."""
 _SOFT = 0.01
 """Share of full thrust below which the inverse of the propellers' law is a straight line."""
@@ -63,16 +63,16 @@ class Allocator:
         )
 
     def _rudder(self, yaw_nm: float, slope: float) -> float:
-        """Rudder angle for the moment; rudders that are too weak to matter are left amidships, not worked to and fro."""
+        """Rudder angle for the moment; rudders too weak to matter stay amidships instead of working to and fro."""
         if self._rudder_max <= 0.0 or slope <= 0.0:
             return 0.0
-        limit = self._rudder_max
+        share = 1.0
         if self._differential_n > 0.0:
-            most = slope * limit
-            share = most / (most + 2.0 * self._model.lateral_m * self._ahead_n)
-            limit *= clamp((share - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
-        ratio = clamp(2.0 * yaw_nm / slope, -1.0, 1.0)
-        return clamp(0.5 * math.asin(ratio), -limit, limit)
+            most = slope * self._rudder_max
+            most /= most + 2.0 * self._model.lateral_m * self._ahead_n
+            share = clamp((most - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
+        ratio = clamp(2.0 * share * yaw_nm / slope, -1.0, 1.0)
+        return clamp(0.5 * math.asin(ratio), -self._rudder_max, self._rudder_max)
 
     def _command(self, force_n: float) -> float:
         """Inverse of the propellers' law; straight through zero, where its slope would be infinite."""

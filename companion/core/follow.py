@@ -36,6 +36,8 @@ class FollowConfig(Config):
 _VELOCITY_TAU_S = 0.7
 _POSITION_TAU_S = 0.5
 _JUMP_M = 2.0
+_AFTER_CORNER_S = 3.0
+_TURN_TAU_S = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,8 @@ class Follower:
         self._handling = handling
         self.integrator = Integrator()
         self.motion = SmoothMotion()
-        self._sway_mps = 0.0
+        self._sway_mps = self._turning = 0.0
+        self._straight_s = math.inf
 
     def configure(self, config: FollowConfig) -> None:
         self._config = config
@@ -145,7 +148,9 @@ class Follower:
         config = self._config
         speed = max(math.hypot(vn, ve), 0.5 * planned)
         look_ahead = max(config.look_ahead_min_m, config.look_ahead_s * speed)
-        offset = self.integrator.step(dt_s, here.cross_m, look_ahead, config.integral, config.integral_corridor_m)
+        settled = self._settled(dt_s, track, here)
+        corridor = config.integral_corridor_m if settled else 0.0
+        offset = self.integrator.step(dt_s, here.cross_m, look_ahead, config.integral, corridor)
         turn_m = self._turn_m(here, planned)
         angle, slope = approach(offset, look_ahead, turn_m)
         cos, sin = math.cos(here.course_rad), math.sin(here.course_rad)
@@ -153,6 +158,12 @@ class Follower:
         preview = track.ahead(here.along_m, config.preview_s * speed)
         bend = preview / max(0.2, 1.0 - here.curvature * here.cross_m)
         return wrap_pi(here.course_rad - angle), bend * along - slope * across
+
+    def _settled(self, dt_s: float, track: Track, here: Projection) -> bool:
+        """False in a corner and for a while after it: its transient is no standing error, and must not be integrated."""
+        corner = here.curvature != 0.0 and not track.closed
+        self._straight_s = 0.0 if corner else self._straight_s + dt_s
+        return self._straight_s > _AFTER_CORNER_S
 
     def _turn_m(self, here: Projection, planned: float) -> float:
         """Radius of the arc by which the vessel joins the path."""
@@ -179,7 +190,8 @@ class Follower:
         """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""
         if speed_mps < 0.3:
             return 0.0, 0.0
-        goal = self._handling.sway_per_rate(speed_mps) * rate
+        self._turning += min(1.0, dt_s / _TURN_TAU_S) * (rate - self._turning)
+        goal = self._handling.sway_per_rate(speed_mps) * self._turning
         change = (goal - self._sway_mps) / max(self._handling.sway_lag_s, dt_s)
         self._sway_mps += change * dt_s
         return math.atan(self._sway_mps / speed_mps), change / speed_mps

@@ -15,6 +15,9 @@ from mavlink_bridge.imc import ActuatorOutput, EstimatedState
 
 _RATE_TAU_S = 0.15
 _SURGE_TAU_S = 0.8
+_HISTORY = 30
+_FILTER_LAG_S = 0.12
+"""How far the estimator's velocity filter lags behind its fixes."""
 
 
 class WaterSpeedObserver:
@@ -35,6 +38,8 @@ class WaterSpeedObserver:
         self.rate_radps: float | None = None
         """Yaw rate, likewise."""
         self._along_mps = 0.0
+        self._gained: list[float] = []
+        self._newer_mps = 0.0
         self.thrust_n = [0.0, 0.0]
         self._revs = [0.0, 0.0]
         self._rudder_rad = 0.0
@@ -53,7 +58,21 @@ class WaterSpeedObserver:
         du, dv, dr = self._model.rates(self.u_mps, self.v_mps, rate, thrust[0], thrust[1], angle, angle)
         self.u_mps += du * dt_s
         self.v_mps += dv * dt_s
+        self._age(dt_s, state, du)
         self._carry(dt_s, state, du, dr)
+
+    def _age(self, dt_s: float, state: EstimatedState, du: float) -> None:
+        """Keep what was gained since the moment that the estimate's velocity is of."""
+        gained = self._gained
+        gained.append(du * dt_s)
+        del gained[:-_HISTORY]
+        old = round(((state.position_age_s or 0.0) + _FILTER_LAG_S) / max(dt_s, 1e-3))
+        self._newer_mps = sum(gained[-old:]) if old > 0 else 0.0
+
+    @property
+    def aligned_mps(self) -> float:
+        """Surge through the water at the moment that the estimate's ground velocity is of: the pair to take drift from."""
+        return self.u_mps - self._newer_mps
 
     def _carry(self, dt_s: float, state: EstimatedState, du: float, dr: float) -> None:
         measured = state.r_radps
@@ -72,7 +91,9 @@ class WaterSpeedObserver:
         else:
             # the drift's share changes with the heading, the rest by the forces
             predicted = self.surge_mps + du * dt_s + along - self._along_mps
-            self.surge_mps = predicted + min(1.0, dt_s / _SURGE_TAU_S) * (state.u_mps - predicted)
+            # the estimate's speed is as old as its fix: compare it with what the model had then
+            then = predicted - self._newer_mps
+            self.surge_mps = predicted + min(1.0, dt_s / _SURGE_TAU_S) * (state.u_mps - then)
         self._along_mps = along
 
     def _actuators(self, dt_s: float, port: float, starboard: float, rudder_rad: float) -> None:

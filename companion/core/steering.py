@@ -68,7 +68,7 @@ class ModelConfig(Config):
     yaw_acceleration: float = param(
         0.6, "STEER_ACC", "Greatest planned yaw acceleration", unit="rad/s^2", ge=0.05, le=5.0
     )
-    acceleration: float = param(0.7, "SPEED_ACC", "Greatest planned acceleration", unit="m/s^2", ge=0.05, le=5.0)
+    acceleration: float = param(0.8, "SPEED_ACC", "Greatest planned acceleration", unit="m/s^2", ge=0.05, le=5.0)
     speed_gain: float = param(1.6, "SPEED_P", "Speed gain, share of surge inertia", unit="1/s", ge=0.1, le=5.0)
     speed_integral: float = param(
         0.3, "SPEED_I", "Speed integral, share of the speed gain per second", unit="1/s", ge=0.0, le=2.0

@@ -23,6 +23,10 @@ _SATURATED_RAD = 0.3
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _REFERENCE_RATE = 2.4
+_SPEED_REFERENCE = 2.0
+"""Bandwidth of the speed reference, 1/s."""
+_CALM_SURGE = 0.15
+"""Acceleration of the reference, m/s², below which the speed integral works."""
 _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
 
@@ -45,6 +49,7 @@ class ModelController:
         self._psi_ref: float | None = None
         self._r_ref = self._a_ref = 0.0
         self._u_ref: float | None = None
+        self._du_ref = 0.0
         self._yaw_integral_nm = 0.0
         self._surge_integral_n = 0.0
         self._heading_error = 0.0
@@ -70,7 +75,7 @@ class ModelController:
         self._yaw_integral_nm += (old_kp - self._kp) * self._heading_error
 
     def water_speed_mps(self) -> float | None:
-        return self._observer.u_mps
+        return self._observer.aligned_mps
 
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
@@ -147,13 +152,13 @@ class ModelController:
         if self._u_ref is None:
             self._u_ref = measured
         most = self._config.acceleration
-        step = clamp(desired.speed_mps - self._u_ref, -most * dt_s, most * dt_s)
-        self._u_ref += step
+        self._du_ref = clamp((desired.speed_mps - self._u_ref) * _SPEED_REFERENCE, -most, most)
+        self._u_ref += self._du_ref * dt_s
         error = self._u_ref - measured
         m11 = self._vessel.hull.m11_kg
         p = self._config.speed_gain * m11 * error
         through = clamp(self._u_ref + (water - measured), -0.5, 1.05 * self._handling.top_mps)
-        forward = drag_n(self._vessel, through) + m11 * step / dt_s
+        forward = drag_n(self._vessel, through) + m11 * self._du_ref
         total = forward + p + self._surge_integral_n
         if not desired.brake and desired.speed_mps >= 0.0:
             total = max(total, -0.5 * self._vessel.thruster.astern_n)
@@ -170,7 +175,7 @@ class ModelController:
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )
-        if free and abs(given.surge_n - surge_n) < 1.0:
+        if free and abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
             gain = self._config.speed_integral * self._config.speed_gain * self._vessel.hull.m11_kg
             bound_n = self._vessel.thruster.ahead_n
             self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)
