@@ -21,7 +21,8 @@ from companion.app import AppFaultError
 from companion.build import build_app
 from companion.core.vessel import VesselConfig
 from companion.io import request_json
-from companion.io.inputs import Difference, InputReader, InputsError, ReplayLinks, ReplayStore, Step
+from companion.io.input_replay import Difference, ReplayLinks, ReplayStore
+from companion.io.inputs import InputReader, InputsError, Step
 from companion.io.link import Link
 from companion.io.recorder import CONTROL_COLUMNS, control_row
 from companion.replay_frames import SentFrames, tell

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from companion.io.inputs import InputRecorder
+from companion.io.input_recorder import InputRecorder
 from companion.io.log_file import EAGER_FLUSH, LogFile
 from companion.io.writer import Writer
 from mavlink_bridge import tlog

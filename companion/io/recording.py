@@ -17,7 +17,8 @@ from typing import Any
 
 from companion.io import request_json
 from companion.io.clock import EARLIEST_UTC_US
-from companion.io.inputs import InputRecorder, RecordingLink, RecordingStore, StepKind
+from companion.io.input_recorder import InputRecorder, RecordingLink, RecordingStore
+from companion.io.inputs import StepKind
 from companion.io.link import Closed, Link, LinkEvent, Received
 from companion.io.loop import LoopApp
 from companion.io.recorder import Recorder

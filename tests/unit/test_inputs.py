@@ -7,15 +7,9 @@ import random
 import pytest
 
 from companion.io import request_json
-from companion.io.inputs import (
-    InputReader,
-    InputRecorder,
-    RecordingLink,
-    RecordingStore,
-    ReplayLinks,
-    ReplayStore,
-    links_meta,
-)
+from companion.io.input_recorder import InputRecorder, RecordingLink, RecordingStore, links_meta
+from companion.io.input_replay import ReplayLinks, ReplayStore
+from companion.io.inputs import InputReader
 from companion.io.link import Received
 from companion.io.link_mem import pair
 from companion.io.store import MemoryStore
