@@ -64,6 +64,8 @@ class CommandServer:
         self._give_up_us = round(give_up_s * 1e6)
         self._cases: list[_Case] = []
         self._order = 0
+        self.waiting = 0
+        """How many commands have no final answer yet."""
         self.copies = 0
 
     def recall(self, command: Command, sequence: int, now_us: int) -> list[Any] | None:
@@ -97,16 +99,16 @@ class CommandServer:
                 raise Refused(UNSUPPORTED, "")
             body = meaning(command, context)
         except Refused as refusal:
-            case.result = refusal.result
+            self._close(case, refusal.result)
             return Outcome([ack(command, refusal.result)], reason=refusal.reason)
         if body is None:
-            case.result = ACCEPTED
+            self._close(case, ACCEPTED)
             return Outcome([ack(command, ACCEPTED)])
         return Outcome([], body, case=case)
 
     def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
         """Record the answer to a command that the endpoint itself carried out."""
-        self._open(command, sequence, now_us).result = result
+        self._close(self._open(command, sequence, now_us), result)
         return [ack(command, result)]
 
     def _open(self, command: Command, sequence: int, now_us: int) -> _Case:
@@ -114,9 +116,15 @@ class CommandServer:
         case = _Case(command, now_us, sequence, self._order, give_up_us=now_us + self._give_up_us)
         case.progress_due_us = now_us + PROGRESS_AFTER_US
         self._cases.append(case)
+        self.waiting += 1
         if len(self._cases) > MAX_REMEMBERED:
-            self._cases.pop(0)
+            self._close(self._cases.pop(0), FAILED)
         return case
+
+    def _close(self, case: _Case, result: int) -> None:
+        if case.result is None:
+            case.result = result
+            self.waiting -= 1
 
     @staticmethod
     def asked(case: Any, request_id: int) -> None:
@@ -128,9 +136,9 @@ class CommandServer:
         case = next((case for case in self._cases if case.request_id == request_id and case.result is None), None)
         if case is None:
             return None
-        case.result = _RESULT[reply.result]
-        reason = "" if case.result == ACCEPTED else reply.reason
-        return Outcome([ack(case.command, case.result)], reason=reason)
+        result = _RESULT[reply.result]
+        self._close(case, result)
+        return Outcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
 
     def poll(self, now_us: int) -> list[Any]:
         """Say IN_PROGRESS of commands whose answer is late, and FAILED of those whose answer never came."""
@@ -140,13 +148,9 @@ class CommandServer:
                 continue
             case.progress_due_us = now_us + PROGRESS_EVERY_US
             if now_us >= case.give_up_us:
-                case.result = FAILED
+                self._close(case, FAILED)
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
-
-    @property
-    def waits(self) -> bool:
-        return any(case.result is None for case in self._cases)
 
 
 def ack(command: Command, result: int) -> Any:

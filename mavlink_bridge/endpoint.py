@@ -98,8 +98,6 @@ class Endpoint:
         self._table = EndpointParams(vehicle.params, stubs)
         self._params = ParamServer(self._table)
         self._files = FileServer(metadata.files(self._table))
-        self._outbox.bulk(self._params.next)
-        self._outbox.bulk(self._files.next)
         self._missions = MissionServer(
             vehicle.plans,
             home_item=config.has_home_item,
@@ -128,11 +126,11 @@ class Endpoint:
             "COMMAND_INT": self._on_command,
             "SET_MODE": self._on_set_mode,
             "MISSION_SET_CURRENT": self._on_set_current,
-            "PARAM_REQUEST_LIST": lambda message, now_us: self._params.request_list(),
+            "PARAM_REQUEST_LIST": self._on_param_list,
             "PARAM_REQUEST_READ": lambda message, now_us: self._answer(self._params.request_read(message)),
             "PARAM_SET": self._on_param_set,
             "REQUEST_DATA_STREAM": self._on_data_stream,
-            "FILE_TRANSFER_PROTOCOL": lambda message, now_us: self._answer(self._files.handle(message)),
+            "FILE_TRANSFER_PROTOCOL": self._on_file_transfer,
             "PING": lambda message, now_us: self._answer(timesync.ping(message)),
             "TIMESYNC": lambda message, now_us: self._answer(timesync.timesync(message, now_us)),
             "MANUAL_CONTROL": lambda message, now_us: self._steer(message, manual_control(message)),
@@ -195,7 +193,7 @@ class Endpoint:
         A single frame that is longer than the limit is handed out alone.
         """
         self._now_us = now_us
-        if self._commands.waits:
+        if self._commands.waiting:
             self._answer(self._commands.poll(now_us), urgent=True)
         if self._missions.busy:
             self._answer(self._missions.poll(now_us))
@@ -346,6 +344,14 @@ class Endpoint:
         self._answer(messages)
         if body is not None:
             self._params.asked(self._ask(body, message.get_srcSystem()), message)
+
+    def _on_param_list(self, message: Any, now_us: int) -> None:
+        self._params.request_list()
+        self._outbox.bulk(self._params.next)
+
+    def _on_file_transfer(self, message: Any, now_us: int) -> None:
+        self._answer(self._files.handle(message))
+        self._outbox.bulk(self._files.next)
 
     def _on_data_stream(self, message: Any, now_us: int) -> None:
         if self.config.profile == "lan":

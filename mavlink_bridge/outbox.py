@@ -70,9 +70,9 @@ class _Allowance:
         while self._bins and self._bins[0][0] <= now_us - _WINDOW_US - _BIN_US:
             self._total -= self._bins.popleft()[1]
 
-    def permits(self, size: int, reserve: float) -> bool:
-        """True when ``size`` bytes may go while ``reserve`` bytes are kept for more important ones."""
-        return size + reserve <= self._bucket.level and self._total + size + reserve <= self._window_bytes
+    def available(self) -> float:
+        """Bytes that may go now, the reserve included."""
+        return min(self._bucket.level, self._window_bytes - self._total)
 
     def spend(self, size: int, now_us: int) -> None:
         self._bucket.spend(size)
@@ -81,6 +81,29 @@ class _Allowance:
             self._bins[-1][1] += size
         else:
             self._bins.append([now_us, size])
+
+
+class _Parcel:
+    """What one call hands out: frames, within a limit and within the budget."""
+
+    __slots__ = ("_left", "_overhead", "_room", "_seal", "frames", "size")
+
+    def __init__(self, seal: Seal, overhead: int, room: int, left: float) -> None:
+        self._seal = seal
+        self._overhead = overhead
+        self._room = room
+        self._left = left
+        self.frames: list[bytes] = []
+        self.size = 0
+
+    def add(self, packed: Packed, reserve: float) -> bool:
+        """Frame and add a message. False, and nothing done, when it does not fit while ``reserve`` bytes are kept."""
+        size = self.size + len(packed.payload) + self._overhead
+        if (size > self._room and self.frames) or size + reserve > self._left:
+            return False
+        self.frames.append(self._seal(packed))
+        self.size = size
+        return True
 
 
 class Outbox:
@@ -93,9 +116,9 @@ class Outbox:
         self._urgent: deque[Packed] = deque()
         self._answers: deque[Packed] = deque()
         self._telemetry: dict[object, Packed] = {}
-        self._bulk: list[Bulk] = []
+        self._bulk: deque[Bulk] = deque()
         self._bulk_head: Packed | None = None
-        self._turn = 0
+        self._turn = False
         self.dropped = 0
         self.sent_bytes = 0
 
@@ -118,8 +141,9 @@ class Outbox:
         self._telemetry[key] = packed
 
     def bulk(self, source: Bulk) -> None:
-        """Add a source of a long list, asked when nothing more important waits. It stays for ever."""
-        self._bulk.append(source)
+        """Add a source of a long list, asked when nothing more important waits, until it has nothing left."""
+        if source not in self._bulk:
+            self._bulk.append(source)
 
     def forget(self, key: object) -> None:
         """Take back a periodic message that waits."""
@@ -130,69 +154,46 @@ class Outbox:
 
         A single frame that is longer than the limit is handed out alone, or it would block the rest for ever.
         """
-        self._allowance.at(now_us)
-        chunks: list[bytes] = []
-        room = limit_bytes
-        while True:
-            size = self._send_urgent(chunks, room, now_us) or self._send_other(chunks, room, now_us)
-            if not size:
-                break
-            room -= size
-        return b"".join(chunks)
+        if not (self._urgent or self._answers or self._telemetry or self._bulk or self._bulk_head):
+            return b""
+        allowance = self._allowance
+        allowance.at(now_us)
+        parcel = _Parcel(self._seal, self.overhead_bytes, limit_bytes, allowance.available())
+        urgent, answers = self._urgent, self._answers
+        while urgent and parcel.add(urgent[0], 0.0):
+            urgent.popleft()
+        if not urgent:
+            while answers and parcel.add(answers[0], allowance.reserve):
+                answers.popleft()
+            if not answers:
+                self._fill(parcel, now_us)
+        allowance.spend(parcel.size, now_us)
+        self.sent_bytes += parcel.size
+        return b"".join(parcel.frames)
 
-    def _send_urgent(self, chunks: list[bytes], room: int, now_us: int) -> int:
-        if not self._urgent:
-            return 0
-        size = len(self._urgent[0].payload) + self.overhead_bytes
-        if (size > room and chunks) or not self._allowance.permits(size, 0.0):
-            return 0
-        return self._emit(chunks, self._urgent.popleft(), now_us)
-
-    def _send_other(self, chunks: list[bytes], room: int, now_us: int) -> int:
-        if self._urgent:
-            return 0
-        packed, release = self._choose(now_us)
-        if packed is None or release is None:
-            return 0
-        size = len(packed.payload) + self.overhead_bytes
-        if (size > room and chunks) or not self._allowance.permits(size, self._allowance.reserve):
-            return 0
-        release()
-        return self._emit(chunks, packed, now_us)
-
-    def _choose(self, now_us: int) -> tuple[Packed | None, Callable[[], object] | None]:
-        """Answers first; telemetry and bulk take turns, so that neither a list nor fast streams starve the other."""
-        if self._answers:
-            return self._answers[0], self._answers.popleft
-        self._turn ^= 1
-        if self._turn and self._telemetry:
-            return self._oldest_telemetry()
-        if self._bulk_head is None:
-            self._bulk_head = self._next_bulk(now_us)
-        if self._bulk_head is not None:
-            return self._bulk_head, self._release_bulk
-        if self._telemetry:
-            return self._oldest_telemetry()
-        return None, None
-
-    def _oldest_telemetry(self) -> tuple[Packed, Callable[[], object]]:
-        key = next(iter(self._telemetry))
-        return self._telemetry[key], lambda: self._telemetry.pop(key)
-
-    def _release_bulk(self) -> None:
-        self._bulk_head = None
+    def _fill(self, parcel: _Parcel, now_us: int) -> None:
+        """Telemetry and lists take turns, so that neither a list nor fast streams starve the other."""
+        telemetry, reserve = self._telemetry, self._allowance.reserve
+        while telemetry or self._bulk or self._bulk_head:
+            self._turn = not self._turn
+            if telemetry and (self._turn or not (self._bulk or self._bulk_head)):
+                key = next(iter(telemetry))
+                if not parcel.add(telemetry[key], reserve):
+                    return
+                del telemetry[key]
+                continue
+            head = self._bulk_head or self._next_bulk(now_us)
+            if head is not None and not parcel.add(head, reserve):
+                self._bulk_head = head
+                return
+            self._bulk_head = None
 
     def _next_bulk(self, now_us: int) -> Packed | None:
-        for position, source in enumerate(self._bulk):
-            packed = source(now_us)
+        """The next message of a list; lists take turns, one that is done goes."""
+        while self._bulk:
+            packed = self._bulk[0](now_us)
             if packed is not None:
-                self._bulk.append(self._bulk.pop(position))
+                self._bulk.rotate(-1)
                 return packed
+            self._bulk.popleft()
         return None
-
-    def _emit(self, chunks: list[bytes], packed: Packed, now_us: int) -> int:
-        frame = self._seal(packed)
-        self._allowance.spend(len(frame), now_us)
-        self.sent_bytes += len(frame)
-        chunks.append(frame)
-        return len(frame)

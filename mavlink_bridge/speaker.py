@@ -17,9 +17,10 @@ from mavlink_bridge.streams import (
     MISSION_CURRENT,
     SYS_STATUS,
     Composer,
+    Digest,
     Streams,
 )
-from mavlink_bridge.telemetry_system import mission_item_reached, system_status
+from mavlink_bridge.telemetry_system import mission_item_reached
 from mavlink_bridge.wire import Packed, packed
 
 _SLOW_LINK_SEVERITY: Final = Severity.WARNING
@@ -36,11 +37,9 @@ class Speaker:
         self._composer = composer
         self._texts = StatusText()
         self._heartbeat_us = config.heartbeat_us
-        self._next_heartbeat_us: int | None = None
+        self._next_heartbeat_us = 0
         self._next_summary_us: int | None = None
-        self._face: object = None
-        self._plan: object = None
-        self._fence: object = None
+        self._digest: Digest | None = None
         self.snapshot: Snapshot | None = None
         self.wanted: set[int] = set()
         """Messages to send with the next snapshot whatever their rate."""
@@ -57,8 +56,12 @@ class Speaker:
         if self._config.profile == "high_latency":
             self._summary(now_us, summary_on)
             return
-        self._heartbeat(now_us, snapshot)
-        self._changes(snapshot)
+        digest = self._composer.digest(snapshot)
+        changed = digest is not self._digest and self._changes(digest)
+        if changed or now_us >= self._next_heartbeat_us:
+            self._heartbeat(now_us)
+        for seq in snapshot.progress.reached:
+            self._outbox.answer(packed(mission_item_reached(seq, self._config)))
         for log in snapshot.texts:
             self.say(log.severity, log.text)
         due = [] if quiet else self._streams.due(now_us)
@@ -82,35 +85,24 @@ class Speaker:
             if made is not None:
                 self._outbox.telemetry(HIGH_LATENCY2, made)
 
-    def _heartbeat(self, now_us: int, snapshot: Snapshot) -> None:
-        face = (snapshot.mode, snapshot.armed, system_status(snapshot))
-        changed = face != self._face
-        if not changed and self._next_heartbeat_us is not None and now_us < self._next_heartbeat_us:
-            return
-        if changed:
-            self._face = face
-            self.wanted.add(CURRENT_MODE)
-        due_us = self._next_heartbeat_us
-        if due_us is None or now_us >= due_us + self._heartbeat_us:
-            due_us = now_us
-        if now_us >= due_us:
-            self._next_heartbeat_us = due_us + self._heartbeat_us
+    def _heartbeat(self, now_us: int) -> None:
+        if now_us >= self._next_heartbeat_us:
+            self._next_heartbeat_us = max(self._next_heartbeat_us, now_us - self._heartbeat_us + 1) + self._heartbeat_us
         made = self.compose(HEARTBEAT)
         if made is not None:
             self._outbox.urgent(made)
 
-    def _changes(self, snapshot: Snapshot) -> None:
-        progress = snapshot.progress
-        for seq in progress.reached:
-            self._outbox.answer(packed(mission_item_reached(seq, self._config)))
-        plan = (progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id)
-        if plan != self._plan:
-            self._plan = plan
+    def _changes(self, digest: Digest) -> bool:
+        """Note what changed since the last snapshot; True when HEARTBEAT must say so."""
+        old, self._digest = self._digest, digest
+        if old is None or digest.plan != old.plan:
             self.wanted.add(MISSION_CURRENT)
-        fence = (snapshot.fence.breached, snapshot.health.fence_enabled, snapshot.health.fence_ok)
-        if fence != self._fence:
-            self._fence = fence
+        if old is None or digest.fence != old.fence:
             self.wanted |= {FENCE_STATUS, SYS_STATUS}
+        if old is not None and digest.face == old.face:
+            return False
+        self.wanted.add(CURRENT_MODE)
+        return True
 
     def say(self, severity: int, text: str) -> None:
         """Queue a text for the operator; on a slow link warnings and worse, on a high-latency link none."""

@@ -7,7 +7,8 @@ endpoint and knows its rates. Streams start at multiples of their period, so tha
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, Final
+from heapq import heapify, heappop, heappush, heapreplace
+from typing import Any, Final, NamedTuple
 
 from mavlink_bridge import telemetry_motion as motion
 from mavlink_bridge import telemetry_system as system
@@ -93,20 +94,46 @@ SLOW_LINK_US: Final = 10_000_000
 """The shortest period that a slow link grants to a message it does not stream by itself."""
 
 
+class Digest(NamedTuple):
+    """The parts of a snapshot whose change is worth a message of its own."""
+
+    face: tuple[object, ...]
+    plan: tuple[object, ...]
+    fence: tuple[object, ...]
+
+
 class Composer:
     """Builds and packs a message at most once for each snapshot and face."""
 
-    __slots__ = ("_cache", "_snapshot")
+    __slots__ = ("_cache", "_digest", "_snapshot")
 
     def __init__(self) -> None:
         self._snapshot: Snapshot | None = None
         self._cache: dict[object, Packed | None] = {}
+        self._digest: Digest | None = None
+
+    def digest(self, snapshot: Snapshot) -> Digest:
+        """What of a snapshot is told at once when it changes; the very same object while nothing of it changed."""
+        self._turn_to(snapshot)
+        return self._digest or Digest((), (), ())
+
+    def _turn_to(self, snapshot: Snapshot) -> None:
+        if snapshot is self._snapshot:
+            return
+        self._snapshot = snapshot
+        self._cache.clear()
+        progress, health = snapshot.progress, snapshot.health
+        fresh = Digest(
+            (snapshot.mode, snapshot.armed, system.system_status(snapshot)),
+            (progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id),
+            (snapshot.fence.breached, health.fence_enabled, health.fence_ok),
+        )
+        if fresh != self._digest:
+            self._digest = fresh
 
     def compose(self, number: int, snapshot: Snapshot, config: EndpointConfig) -> Packed | None:
         """Return the packed message of this id, None when there is nothing to say or no such stream."""
-        if snapshot is not self._snapshot:
-            self._snapshot = snapshot
-            self._cache.clear()
+        self._turn_to(snapshot)
         personal = _PERSONAL_BUILDERS.get(number)
         key: object = number if personal is None else (number, config.persona, config.generic_mode_encoding)
         if key in self._cache:
@@ -127,9 +154,12 @@ class Streams:
         self._max_rate_hz = config.max_rate_hz
         self._caps = config.profile == "lora"
         self._defaults = {message_id(name): round(1e6 / rate) for name, rate in config.rates.items() if rate > 0}
-        self._period_us = dict(self._defaults)
-        self._due_us: dict[int, int] = {}
-        self._next_us: int | None = None
+        self._period_us: dict[int, int] = {}
+        self._queue: list[tuple[int, int, int]] = []
+        self._version: dict[int, int] = {}
+        self._fresh: list[int] = []
+        for number in self._defaults:
+            self._turn_on(number, self._defaults[number])
 
     def interval_us(self, number: int) -> int:
         """MESSAGE_INTERVAL.interval_us: the period, -1 off, 0 not available."""
@@ -139,23 +169,22 @@ class Streams:
 
     def set_interval(self, number: int, interval_us: float) -> bool:
         """Set a period (0 = default, -1 = off). False when the message does not exist or the rate cannot be reached."""
-        if number not in STREAMED or not interval_us >= -1 or interval_us > 0x7FFFFFFF:
+        if number not in STREAMED or not -1 <= interval_us <= 0x7FFFFFFF or -1 < interval_us < 0:
             return False
-        if interval_us == -1 or (interval_us == 0 and number not in self._defaults):
-            self._period_us.pop(number, None)
-            self._due_us.pop(number, None)
+        if interval_us == 0:
+            interval_us = self._defaults.get(number, -1)
+        if interval_us < 0:
+            self._turn_off(number)
             return True
-        if self._caps and interval_us > 0:
+        if self._caps:
             interval_us = max(interval_us, self._defaults.get(number, SLOW_LINK_US))
-        if 0 < interval_us < 0.999e6 / self._max_rate_hz or interval_us < 0:
+        if interval_us < 0.999e6 / self._max_rate_hz:
             return False
-        self._period_us[number] = round(interval_us) if interval_us else self._defaults[number]
-        self._due_us.pop(number, None)
-        self._next_us = None
+        self._turn_on(number, round(interval_us))
         return True
 
     def set_group(self, group: int, rate_hz: float, start: bool) -> None:
-        """REQUEST_DATA_STREAM: set a group's rate, limited to what can be reached; group 0 is all of them. Unknown groups are ignored."""
+        """REQUEST_DATA_STREAM: set a group's rate, at most what can be reached. Group 0 is all; an unknown one is ignored."""
         groups: Iterable[tuple[int, ...]] = DATA_STREAMS.values() if group == 0 else (DATA_STREAMS.get(group, ()),)
         interval_us = 1e6 / min(max(rate_hz, 0.1), self._max_rate_hz) if start and rate_hz > 0 else -1.0
         for numbers in groups:
@@ -164,20 +193,34 @@ class Streams:
 
     def due(self, now_us: int) -> list[int]:
         """Return the ids due at this time and plan their next ones."""
-        if self._next_us is not None and now_us < self._next_us:
-            return []
-        ready: list[int] = []
-        soonest: int | None = None
-        for number, period_us in self._period_us.items():
-            at_us = self._due_us.get(number)
-            if at_us is None:
-                at_us = now_us + -now_us % period_us if period_us <= 1_000_000 else now_us
-            if at_us <= now_us:
-                ready.append(number)
-                at_us += period_us
-                if at_us <= now_us:
-                    at_us = now_us + period_us
-            self._due_us[number] = at_us
-            soonest = at_us if soonest is None or at_us < soonest else soonest
-        self._next_us = now_us + 1_000_000 if soonest is None else soonest
+        for number in self._fresh:
+            period_us = self._period_us.get(number)
+            if period_us is not None:
+                start_us = now_us + (-now_us % period_us if period_us <= 1_000_000 else 0)
+                heappush(self._queue, (start_us, number, self._version[number]))
+        if self._fresh and len(self._queue) > 4 * len(STREAMED):
+            self._queue = [entry for entry in self._queue if self._version[entry[1]] == entry[2]]
+            heapify(self._queue)
+        self._fresh.clear()
+        queue, ready = self._queue, []
+        while queue and queue[0][0] <= now_us:
+            at_us, number, version = queue[0]
+            if self._version[number] != version:
+                heappop(queue)
+                continue
+            ready.append(number)
+            period_us = self._period_us[number]
+            heapreplace(queue, (max(at_us, now_us - period_us + 1) + period_us, number, version))
         return ready
+
+    def _turn_on(self, number: int, period_us: int) -> None:
+        if self._period_us.get(number) != period_us:
+            self._turn_off(number)
+            self._period_us[number] = period_us
+            self._fresh.append(number)
+
+    def _turn_off(self, number: int) -> None:
+        self._period_us.pop(number, None)
+        self._version[number] = self._version.get(number, 0) + 1
+        if number in self._fresh:
+            self._fresh.remove(number)
