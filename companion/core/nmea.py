@@ -167,7 +167,7 @@ class NmeaReader:
             return
         if part.variation_rad is not None:
             self._variation = (part.variation_rad, now_us)
-        found.extend(self._epochs.add(part, now_us))
+        found.extend(self._epochs.add(part, now_us, strict=self._talkers.strict(now_us)))
 
     def _attitude(self, part: AttitudePart, now_us: int, found: list[Measurement]) -> None:
         variation = part.variation_rad

@@ -72,7 +72,7 @@ class _Open:
     tod_us: int | None = None
     day: int | None = None
     kinds: tuple[str, ...] = ()
-    talker: str = ""
+    talkers: tuple[str, ...] = ()
     rank: int = 9
     fix_type: FixType | None = None
     lat_rad: float | None = None
@@ -125,6 +125,12 @@ class TalkerChoice:
         self._kept_at_us = now_us
         return True
 
+    def strict(self, now_us: int) -> bool:
+        """True while it may be two receivers: then an epoch takes sentences of one talker only."""
+        return not self.allowed and any(
+            changes > 0 and now_us - since_us < _RIVAL_MEMORY_US for _, changes, since_us in self._last.values()
+        )
+
     def _rivals(self, part: EpochPart, now_us: int) -> tuple[str, str] | None:
         talker, changes, since_us = self._last.get(part.kind, (part.talker, 0, now_us))
         if talker != part.talker:
@@ -151,19 +157,22 @@ class EpochBuilder:
         self._candidate = ("", 0)
         self._quality: tuple[FixType, int] | None = None
 
-    def add(self, part: EpochPart, now_us: int) -> list[GpsFix]:
-        """Take one sentence; return the fixes it finished (none, one, or two)."""
+    def add(self, part: EpochPart, now_us: int, *, strict: bool = False) -> list[GpsFix]:
+        """Take one sentence; return the fixes it finished (none, one, or two). ``strict``: one talker per epoch."""
         fixes: list[GpsFix] = []
         if self._is_late(part, now_us):
             return fixes
         current = self._open
-        if current is not None and self._starts_new(current, part):
+        foreign = strict and current is not None and part.talker not in current.talkers and part.kind != "GSA"
+        if foreign and part.tod_us is None:
+            return fixes
+        if current is not None and (foreign or self._starts_new(current, part)):
             self._finish(fixes, ended_by_kind=False)
             current = None
         if current is None:
             if part.tod_us is None and part.kind not in _BODY_KINDS:
                 return fixes  # a lone GSA belongs to no epoch
-            current = self._open = _Open(first_us=now_us, talker=part.talker)
+            current = self._open = _Open(first_us=now_us)
         _merge(current, part)
         if part.kind == self._ender and current.rank < 9:
             self._finish(fixes, ended_by_kind=True)
@@ -251,6 +260,7 @@ def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
 
 def _merge(epoch: _Open, part: EpochPart) -> None:
     epoch.kinds += (part.kind,)
+    epoch.talkers += (part.talker,)
     if part.tod_us is not None:
         epoch.tod_us = part.tod_us
     if part.day is not None:
