@@ -39,21 +39,26 @@ class InputRecorder:
     the last. Nothing here touches a file.
     """
 
-    def __init__(
-        self, sink: Callable[[bytes], None], meta: Mapping[str, Any], store: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, sink: Callable[[bytes], None]) -> None:
         self._sink = sink
         self._parts: list[bytes] = []
+        self._started = False
         self.number = 0
         """Steps begun."""
-        sink(MAGIC)
-        sink(pack_record(RECORD_META, json.dumps(meta, sort_keys=True).encode()))
-        sink(pack_record(RECORD_STORE, json.dumps(store or {}, sort_keys=True).encode()))
+
+    def start(self, meta: Mapping[str, Any], store: Mapping[str, Any] | None = None) -> None:
+        """Write the header: ``meta`` lists the links, ``store`` is the store's content. Before it nothing is kept."""
+        self._started = True
+        self._sink(MAGIC)
+        self._sink(pack_record(RECORD_META, json.dumps(meta, sort_keys=True).encode()))
+        self._sink(pack_record(RECORD_STORE, json.dumps(store or {}, sort_keys=True).encode()))
 
     def begin(
         self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0, late_s: float = 0.0
     ) -> None:
         """Open a step; what the clock and the loop say of it is input too."""
+        if not self._started:
+            return
         self.finish()
         self._parts.append(
             STEP_HEAD.pack(

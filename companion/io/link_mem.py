@@ -74,7 +74,10 @@ class MemLink:
         return self._size
 
     def poll(self, now_us: int) -> list[LinkEvent]:
-        joined = self._plugged and self._peer is not None and not self._peer._shut and not self._shut
+        peer = self._peer
+        joined = self._plugged and peer is not None and not peer._shut and not self._shut
+        if self._open is joined and not self._inbox:
+            return []
         if not joined and not self._open:
             return []
         events: list[LinkEvent] = []

@@ -77,6 +77,8 @@ class Recorder:
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
         self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
+        self.inputs = InputRecorder(self._inputs.add)
+        """Records the inputs of the app that this run is about, once started."""
         self._files: tuple[LogFile, ...] = (self._tlog, self._events, self._control, self._inputs)
 
     def _file(self, name: str, **options: Any) -> LogFile:
@@ -95,10 +97,6 @@ class Recorder:
             return []
         texts, self._texts = self._texts, []
         return texts
-
-    def start_inputs(self, meta: Mapping[str, Any], store: Mapping[str, Any]) -> InputRecorder:
-        """Begin the recording of inputs; ``meta`` lists the links, ``store`` is the store's content."""
-        return InputRecorder(self._inputs.add, meta, store)
 
     @property
     def healthy(self) -> bool:

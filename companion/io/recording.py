@@ -17,7 +17,7 @@ from typing import Any
 
 from companion.io import request_json
 from companion.io.clock import EARLIEST_UTC_US
-from companion.io.input_recorder import InputRecorder, RecordingLink, RecordingStore
+from companion.io.input_recorder import RecordingLink, RecordingStore
 from companion.io.inputs import StepKind
 from companion.io.link import Closed, Link, LinkEvent, Received
 from companion.io.loop import LoopApp
@@ -40,13 +40,13 @@ class Recording:
         self._store: AnyStore | None = None
         self._taps = 0
         self._submitted: list[str] = []
-        self._inputs = _Late()
+        self._inputs = recorder.inputs
         self.stamp_us = EARLIEST_UTC_US
         """UTC of this step, for the telemetry log; counted from an arbitrary day while UTC is unknown."""
 
     def link(self, link: Link, *, mavlink: bool = False, keep: bool | None = None) -> Link:
         """Wrap a link. ``mavlink``: its frames go into the telemetry log, else what is written is kept with the inputs."""
-        wrapped = RecordingLink(link, self._inputs, len(self._links), not mavlink if keep is None else keep)  # type: ignore[arg-type]
+        wrapped = RecordingLink(link, self._inputs, len(self._links), not mavlink if keep is None else keep)
         self._links.append(wrapped)
         if not mavlink:
             return wrapped
@@ -56,7 +56,7 @@ class Recording:
     def store(self, store: AnyStore) -> AnyStore:
         """Wrap the store."""
         self._store = store
-        return RecordingStore(store, self._inputs)  # type: ignore[arg-type]
+        return RecordingStore(store, self._inputs)
 
     def start(self, meta: Mapping[str, Any]) -> None:
         """Write the recording's header; call when all links and the store are wrapped."""
@@ -66,7 +66,7 @@ class Recording:
         header = json.dumps({**meta, "links": links, "store_warnings": warnings}, default=str)
         # Where the run was recorded is no part of it: equal runs make equal recordings.
         header = header.replace(json.dumps(str(self.recorder.run_dir))[1:-1], "RUN_DIR")
-        self._inputs.target = self.recorder.start_inputs(json.loads(header), content)
+        self._inputs.start(json.loads(header), content)
 
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""
@@ -102,44 +102,6 @@ class Recording:
         """Finish the last step and close the run's files."""
         self._inputs.finish()
         self.recorder.close(now_us, **result)
-
-
-class _Late:
-    """Stands for the InputRecorder until the header can be written."""
-
-    target: InputRecorder | None = None
-
-    @property
-    def number(self) -> int:
-        return self.target.number if self.target else 0
-
-    def begin(self, kind: StepKind, now_us: int, **of_the_loop: Any) -> None:
-        if self.target:
-            self.target.begin(kind, now_us, **of_the_loop)
-
-    def finish(self) -> None:
-        if self.target:
-            self.target.finish()
-
-    def events(self, link: int, poll: int, events: list[LinkEvent]) -> None:
-        if self.target:
-            self.target.events(link, poll, events)
-
-    def wrote(self, link: int, channel: int, data: bytes, accepted: int, keep: bool) -> None:
-        if self.target:
-            self.target.wrote(link, channel, data, accepted, keep)
-
-    def submitted(self, text: str) -> None:
-        if self.target:
-            self.target.submitted(text)
-
-    def told(self, severity: int, text: str) -> None:
-        if self.target:
-            self.target.told(severity, text)
-
-    def completed(self, ticket: int, ok: bool, text: str) -> None:
-        if self.target:
-            self.target.completed(ticket, ok, text)
 
 
 class RecordedApp:

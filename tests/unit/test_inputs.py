@@ -42,7 +42,8 @@ def record(steps=40, seed=1):
     near, far = zip(pair("one", capacity=64), pair("two", datagrams=True), strict=True)
     store = MemoryStore(StoreContent(params={"A": 0.1}))
     sunk = bytearray()
-    recorder = InputRecorder(sunk.extend, {"links": links_meta(list(near))}, to_json(store.snapshot()))
+    recorder = InputRecorder(sunk.extend)
+    recorder.start({"links": links_meta(list(near))}, to_json(store.snapshot()))
     links = [RecordingLink(link, recorder, index, keep=index == 0) for index, link in enumerate(near)]
     app = EchoApp(links, RecordingStore(store, recorder))
     for number in range(steps):
@@ -148,7 +149,8 @@ def test_a_missing_write_is_a_difference(tmp_path):
 def test_two_polls_in_one_step_are_told_apart(tmp_path):
     near, far = pair("one")
     sunk = bytearray()
-    recorder = InputRecorder(sunk.extend, {"links": links_meta([near])})
+    recorder = InputRecorder(sunk.extend)
+    recorder.start({"links": links_meta([near])})
     link = RecordingLink(near, recorder, 0)
     far.poll(0)
     recorder.begin("tick", 0)

@@ -138,7 +138,8 @@ def test_row_57_a_hanging_disk_neither_delays_a_tick_nor_fills_the_memory(tmp_pa
     gate = threading.Event()
     writer.post(gate.wait)
     recorder = Recorder(tmp_path, writer=writer)
-    inputs = recorder.start_inputs({}, {})
+    inputs = recorder.inputs
+    inputs.start({})
     near, _ = pair("x")
     near.poll(0)
     for tick in range(200):
