@@ -253,7 +253,8 @@ class PositionTrack:
         sigma = POSITION_SIGMA_M[fix.fix_type]
         limit_m = _OUTLIER_SIGMA * math.sqrt(self._cov.value_value + sigma * sigma)
         self._outliers = self._outliers + 1 if off_m > limit_m else 0
-        if self._outliers > _OUTLIERS_MAX:
+        after_gap = since_us > max(config.position_timeout_s, 2.5 * self._interval_s) * 1e6
+        if self._outliers > _OUTLIERS_MAX or (self._outliers and after_gap):
             self._start(fix, t_us, at, velocity, heading)
         return self._outliers == 0
 

@@ -1,0 +1,297 @@
+"""What the estimator believes when sensors lie, jump, freeze or fall silent (fault matrix rows 21-24, 26, 30-33)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from companion.core.estimate import EstimatorConfig
+from companion.core.units import wrap_pi
+from mavlink_bridge.imc import EstimatedState, FixType, GpsFix, Severity
+from sitl.sensor_rig import SensorRig, circle, straight
+from sitl.sensors import SensorConfig
+
+
+def rig(**options: object) -> SensorRig:
+    made = SensorRig(circle(20.0, 1.5), **options)
+    made.run(10.0)
+    assert made.state.position_valid
+    assert made.state.heading_valid
+    made.texts.clear()
+    return made
+
+
+def first_time(made: SensorRig, seconds: float, condition: Callable[[SensorRig], bool]) -> float | None:
+    """Seconds from now until the condition holds at a tick for the first time."""
+    start_us = made.now_us
+    found: list[float] = []
+
+    def look(here: SensorRig) -> None:
+        if not found and condition(here):
+            found.append((here.now_us - start_us) * 1e-6)
+
+    made.run(seconds, look)
+    return found[0] if found else None
+
+
+def heading_error_deg(made: SensorRig) -> float:
+    assert made.state.psi_rad is not None
+    return abs(math.degrees(wrap_pi(made.state.psi_rad - made.truth.psi_rad)))
+
+
+def test_row_21_silent_gnss_makes_the_position_invalid_after_one_second() -> None:
+    made = rig()
+    made.suite.faults.gnss_silent = True
+    lost_s = first_time(made, 5.0, lambda here: not here.state.position_valid)
+    # The last epoch may be up to 0.2 s and its latency older than the fault.
+    assert lost_s is not None
+    assert 0.65 <= lost_s <= 1.05
+    assert made.state.heading_valid
+    assert (made.state.lat_rad, made.state.vx_mps, made.state.sog_mps) == (None, None, None)
+    made.suite.faults.gnss_silent = False
+    assert first_time(made, 2.0, lambda here: here.state.position_valid) <= 0.45
+
+
+def test_row_21_a_1_hz_receiver_gets_three_seconds() -> None:
+    made = rig(sensors=SensorConfig(fix_hz=1.0))
+    valid = []
+    made.run(20.0, lambda here: valid.append(here.state.position_valid))
+    assert all(valid)
+    made.suite.faults.gnss_silent = True
+    assert 1.8 <= first_time(made, 6.0, lambda here: not here.state.position_valid) <= 3.3
+
+
+@pytest.mark.parametrize("fault", ["no_fix", "dead_reckoning"])
+def test_row_22_a_lost_fix_is_believed_at_once(fault: str) -> None:
+    made = rig()
+    setattr(made.suite.faults, fault, True)
+    assert first_time(made, 2.0, lambda here: not here.state.position_valid) <= 0.45
+    assert made.state.fix_type in (FixType.NONE, FixType.FIX_2D)
+
+
+def test_row_23_a_position_jump_is_never_followed() -> None:
+    made = rig()
+    made.suite.faults.jump_east_m = 1000.0
+    errors: list[float | None] = []
+    made.run(9.0, lambda here: errors.append(here.error_m()))
+    held = [error for error in errors if error is not None]
+    assert max(held) < 1.0
+    assert 1.9 <= 0.05 * len(held) <= 2.5
+    assert errors[-1] is None
+    assert [text for _, severity, text in made.texts if "jumped" in text and severity == Severity.WARNING]
+    made.suite.faults.jump_east_m = 0.0
+    made.run(1.0)
+    assert made.error_m() < 0.2
+
+
+def test_row_23_a_jump_that_stays_is_accepted_after_ten_seconds_with_a_text() -> None:
+    made = rig()
+    made.suite.faults.jump_east_m = 300.0
+    back_s = first_time(made, 20.0, lambda here: not here.state.position_valid)
+    assert back_s <= 2.5
+    made.run(1.0)
+    assert made.error_m() == pytest.approx(300.0, abs=0.5)
+    assert any("accepted" in text for _, _, text in made.texts)
+
+
+def test_row_23_a_single_outlier_does_not_move_the_estimate() -> None:
+    made = rig()
+    made.suite.faults.jump_north_m = 8.0
+    made.run(0.2)
+    made.suite.faults.jump_north_m = 0.0
+    errors: list[float] = []
+    made.run(2.0, lambda here: errors.append(here.error_m()))
+    assert max(errors) < 0.3
+
+
+def test_row_24_a_frozen_receiver_is_warned_of_and_then_no_position() -> None:
+    made = SensorRig(straight(1.5, 0.4))
+    made.run(10.0)
+    made.suite.faults.frozen = True
+    assert 5.0 <= first_time(made, 7.0, lambda here: here.estimator.frozen) <= 5.6
+    assert 10.0 <= 7.0 + first_time(made, 7.0, lambda here: not here.state.position_valid) <= 10.6
+    made.suite.faults.frozen = False
+    made.run(1.0)
+    assert not made.estimator.frozen
+    assert made.state.position_valid
+
+
+def test_row_24_a_receiver_stuck_in_time_is_frozen_too_even_at_rest() -> None:
+    made = SensorRig(straight(0.0, 0.4))
+    made.run(10.0)
+    made.suite.faults.stuck = True
+    assert first_time(made, 12.0, lambda here: not here.state.position_valid) <= 10.6
+
+
+def test_row_24_rest_is_not_frozen() -> None:
+    made = SensorRig(straight(0.0, 0.4), sensors=SensorConfig(grade="ideal"))
+    made.run(30.0)
+    assert made.state.position_valid
+    assert not made.estimator.frozen
+
+
+def test_row_25_damaged_sentences_leave_no_trace_in_the_state() -> None:
+    clean, damaged = rig(), rig()
+    damaged.suite.faults.flip_share = 0.3
+    damaged.suite.faults.cut_share = 0.1
+    errors: list[float] = []
+    damaged.run(30.0, lambda here: errors.append(here.error_m()))
+    assert None not in errors
+    assert max(errors) < 0.6
+    clean.run(30.0)
+    assert damaged.reader.counters["bad_checksum"] > 100
+    assert any("damaged" in text for _, _, text in damaged.texts)
+
+
+def test_row_26_a_tenfold_flood_changes_nothing() -> None:
+    made = rig()
+    made.suite.faults.flood = 10
+    errors: list[float] = []
+    headings: list[float] = []
+    made.run(10.0, lambda here: (errors.append(here.error_m()), headings.append(heading_error_deg(here))))
+    assert None not in errors
+    assert max(errors) < 0.3
+    assert max(headings) < 3.0
+
+
+def test_row_27_no_line_ends_changes_nothing() -> None:
+    made = rig()
+    made.suite.faults.no_line_end = True
+    made.run(5.0)
+    assert made.error_m() < 0.2
+
+
+def test_row_30_lost_heading_falls_back_to_the_course_above_1_mps() -> None:
+    made = rig()
+    made.suite.faults.heading_silent = True
+    fell_s = first_time(made, 3.0, lambda here: here.state.heading_from_course)
+    assert fell_s <= 0.65
+    assert made.state.heading_valid
+    assert heading_error_deg(made) < 8.0
+    made.suite.faults.heading_silent = False
+    made.run(0.3)
+    assert not made.state.heading_from_course
+    assert heading_error_deg(made) < 3.0
+
+
+def test_row_30_lost_heading_at_low_speed_is_no_heading() -> None:
+    made = SensorRig(straight(0.5, 0.4))
+    made.run(10.0)
+    made.suite.faults.heading_silent = True
+    lost_s = first_time(made, 3.0, lambda here: not here.state.heading_valid)
+    assert lost_s <= 0.65
+    assert made.state.position_valid
+    assert (made.state.u_mps, made.state.r_radps) == (None, None)
+
+
+@pytest.mark.parametrize("bias_deg", [180.0, -90.0, 60.0])
+def test_row_31_a_heading_jump_is_held_one_second_then_invalid(bias_deg: float) -> None:
+    made = SensorRig(straight(0.5, 0.4))
+    made.run(10.0)
+    made.suite.faults.heading_bias_deg = bias_deg
+    errors: list[float] = []
+    valid: list[bool] = []
+
+    def look(here: SensorRig) -> None:
+        valid.append(here.state.heading_valid)
+        if here.state.heading_valid:
+            errors.append(heading_error_deg(here))
+
+    made.run(6.0, look)
+    assert max(errors) < 4.0
+    assert 0.85 <= 0.05 * sum(valid) <= 1.15
+    made.suite.faults.heading_bias_deg = 0.0
+    made.run(0.3)
+    assert heading_error_deg(made) < 3.0
+
+
+def test_row_31_a_flip_is_not_accepted_later_while_the_course_contradicts_it() -> None:
+    made = SensorRig(straight(1.5, 0.4))
+    made.run(10.0)
+    made.suite.faults.heading_bias_deg = 180.0
+    errors: list[float] = []
+    made.run(30.0, lambda here: errors.append(heading_error_deg(here)))
+    assert max(errors) < 10.0
+    assert made.state.heading_from_course
+
+
+def test_row_31_a_new_heading_that_stays_and_agrees_with_the_course_is_accepted() -> None:
+    made = SensorRig(straight(1.5, 0.4))
+    made.run(10.0)
+    made.suite.faults.heading_bias_deg = 45.0
+    made.run(14.0)
+    assert not made.state.heading_from_course
+    assert heading_error_deg(made) == pytest.approx(45.0, abs=3.0)
+    assert any("accepted" in text for _, _, text in made.texts)
+
+
+def second_receiver(made: SensorRig, east_m: float) -> None:
+    """Let a second receiver see the last fix of the first one, shifted."""
+    fix = made.estimator.latest_fix
+    assert fix is not None
+    lon_rad = fix.lon_rad + east_m / (6.378e6 * math.cos(fix.lat_rad))
+    made.estimator.update(GpsFix(t_us=fix.t_us, fix_type=fix.fix_type, lat_rad=fix.lat_rad, lon_rad=lon_rad), source=1)
+
+
+def test_row_32_two_receivers_that_disagree_are_reported_after_five_seconds_and_the_first_is_used() -> None:
+    made = rig()
+    states: list[bool] = []
+
+    def look(here: SensorRig) -> None:
+        second_receiver(here, 10.0)
+        states.append(here.estimator.sources_disagree)
+
+    made.run(8.0, look)
+    assert 4.5 <= 0.05 * states.count(False) <= 5.5
+    assert made.error_m() < 0.2
+    assert any("disagree" in text for _, _, text in made.texts)
+    made.run(1.0, lambda here: second_receiver(here, 0.05))
+    assert not made.estimator.sources_disagree
+
+
+def test_row_32_the_second_receiver_takes_over_when_the_first_is_silent() -> None:
+    made = rig()
+    last = made.estimator.latest_fix
+    made.suite.faults.gnss_silent = True
+    made.run(2.5)
+    assert not made.state.position_valid
+    fix = GpsFix(made.now_us, last.fix_type, last.lat_rad, last.lon_rad)
+    made.estimator.update(fix, source=1)
+    assert made.estimator.predict(made.now_us).position_valid
+
+
+def test_row_33_a_wrong_date_stops_the_clock_not_the_position() -> None:
+    made = SensorRig(circle(20.0, 1.5))
+    made.suite.faults.weeks_off = 1024
+    made.run(5.0)
+    assert made.estimator.utc_us(made.now_us) is None
+    assert made.error_m() < 0.3
+
+
+def test_row_58_a_1_km_jump_in_one_fix_is_ignored() -> None:
+    made = rig()
+    made.suite.faults.jump_north_m = 1000.0
+    made.run(0.2)
+    made.suite.faults.jump_north_m = 0.0
+    errors: list[float | None] = []
+    made.run(2.0, lambda here: errors.append(here.error_m()))
+    assert None not in errors
+    assert max(errors) < 0.3
+
+
+def test_simulated_fixes_are_refused_unless_allowed() -> None:
+    fix = GpsFix(0, FixType.FIX_3D, 0.7, -0.15, simulated=True)
+    for allowed in (False, True):
+        made = SensorRig(circle(20.0, 1.5), estimate=EstimatorConfig(accept_simulated=allowed))
+        made.estimator.update(fix)
+        assert made.estimator.predict(100_000).position_valid == allowed
+
+
+def test_before_anything_is_measured_everything_is_unknown() -> None:
+    made = SensorRig(circle(20.0, 1.5))
+    state = made.estimator.predict(1_000_000, 4.2)
+    assert state == EstimatedState(1_000_000, alt_m=4.2)
+    assert made.estimator.utc_us(0) is None
+    assert made.estimator.origin is None
