@@ -9,37 +9,36 @@ mission protocol; client timers in gcs §4.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from dataclasses import dataclass
+from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.mapping import degE7_to_rad
+from mavlink_bridge.mission_acks import Acks
+from mavlink_bridge.mission_download import Downloads, Sender
+from mavlink_bridge.mission_store import MissionTiming, PlanStore, UploadLocks
 from mavlink_bridge.mission_upload import Upload
 from mavlink_bridge.mission_wire import (
     ALL_KINDS,
     describe,
     home_problem,
     item_from_message,
-    item_to_message,
     kind_of,
     shift_jump,
-    with_home,
     without_home,
 )
 from mavlink_bridge.plan_mapping import compile_item, load_plan
 from mavlink_bridge.plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits
 from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
 
-Messages = list[Any]
-Sender = tuple[int, int]
-"""System and component id of a ground station."""
+__all__ = ["MissionServer", "MissionTiming", "PlanStore", "UploadLocks"]
 
-_MAX_DOWNLOADS: Final = 16
+Messages = list[Any]
+
+_MAX_REQUESTS: Final = 16
 _MAX_TEXTS: Final = 20
-_REMEMBER_US: Final = 10_000_000
 _RESULTS: Final = {
     Result.ACCEPTED: MissionResult.ACCEPTED,
     Result.REJECTED_NOW: MissionResult.DENIED,
@@ -47,57 +46,6 @@ _RESULTS: Final = {
     Result.UNSUPPORTED: MissionResult.UNSUPPORTED,
     Result.FAILED: MissionResult.ERROR,
 }
-
-
-class PlanStore(Protocol):
-    """The plans that are in force, in canonical form; read only."""
-
-    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]: ...
-
-    def plan_id(self, kind: PlanKind) -> int: ...
-
-    @property
-    def home(self) -> tuple[float, float] | None:
-        """Latitude and longitude in rad."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class MissionTiming:
-    """How patient the server is. ``hold_us`` set: keep an upload open while the vessel stores it, as a slow radio needs."""
-
-    retry_us: int = 1_500_000
-    """Longest wait for an item; must exceed the link's round trip."""
-    retries: int = 5
-    store_us: int | None = 30_000_000
-    """How long the vessel may take to store a plan before the sender is told that it failed; None: for ever."""
-    hold_us: int | None = None
-    """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
-    hold_single_us: int = 1_800_000
-    """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s."""
-
-
-class UploadLocks:
-    """Which upload of each kind is under way, over all links of a vessel."""
-
-    def __init__(self) -> None:
-        self._holders: dict[PlanKind, tuple[object, int]] = {}
-
-    def claim(self, kind: PlanKind, holder: object, now_us: int, silent_us: int) -> bool:
-        """Take or refresh the lock. A holder that was silent for ``silent_us`` loses it."""
-        current = self._holders.get(kind)
-        if current is not None and current[0] is not holder and now_us - current[1] < silent_us:
-            return False
-        self._holders[kind] = (holder, now_us)
-        return True
-
-    def held(self, kind: PlanKind, holder: object) -> bool:
-        current = self._holders.get(kind)
-        return current is not None and current[0] is holder
-
-    def release(self, kind: PlanKind, holder: object) -> None:
-        if self.held(kind, holder):
-            del self._holders[kind]
 
 
 @dataclass(slots=True, eq=False)
@@ -127,19 +75,6 @@ class _Store:
     kind: PlanKind = PlanKind.MISSION
 
 
-@dataclass(slots=True)
-class _Download:
-    items: tuple[PlanItem, ...]
-    used_us: int = 0
-
-
-@dataclass(slots=True)
-class _LastAck:
-    message: Any
-    at_us: int
-    sent_us: int = field(default=0)
-
-
 class MissionServer:
     """One per endpoint channel. ``home_item``: this link shows ArduPilot's home item at 0."""
 
@@ -161,8 +96,8 @@ class MissionServer:
         self._ids = (system_id, component_id)
         self._locks = locks or UploadLocks()
         self._uploads: dict[tuple[Sender, PlanKind], _Session] = {}
-        self._downloads: OrderedDict[tuple[Sender, PlanKind], _Download] = OrderedDict()
-        self._acks: OrderedDict[tuple[Sender, PlanKind], _LastAck] = OrderedDict()
+        self._downloads = Downloads(store, home_item=home_item)
+        self._acks = Acks()
         self._stores: dict[int, _Store] = {}
         self._next_handle = 1
         self._loads: list[tuple[int, LoadPlan]] = []
@@ -210,8 +145,6 @@ class MissionServer:
                 out += self._poll_receiving(session, now_us)
             else:
                 out += self._poll_storing(session, now_us)
-        for key in [key for key, download in self._downloads.items() if now_us - download.used_us > 60_000_000]:
-            del self._downloads[key]
         return out
 
     def loads(self) -> list[tuple[int, LoadPlan]]:
@@ -276,7 +209,7 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         if kind is None:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
-        base = self._shown(kind)
+        base = self._downloads.shown(kind)
         if not 0 <= message.start_index <= message.end_index < len(base):
             return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
         count = message.end_index - message.start_index + 1
@@ -295,7 +228,7 @@ class MissionServer:
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
             return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
-        self._acks.pop((sender, kind), None)
+        self._acks.forget(sender, kind.value)
         self._uploads[sender, kind] = session
         if count == 0:
             return self._complete(session, now_us)
@@ -307,7 +240,7 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         session = self._uploads.get((sender, kind)) if kind is not None else None
         if kind is None or session is None:
-            return self._repeat_ack(sender, kind, now_us)
+            return self._acks.repeat(sender, message.mission_type, now_us)
         if session.storing_us is not None:
             return []
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
@@ -408,30 +341,18 @@ class MissionServer:
         item = item_from_message(message)
         latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
         maneuver = compile_item(0, item, self.limits)
-        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._requests) >= _MAX_DOWNLOADS:
+        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._requests) >= _MAX_REQUESTS:
             return [self._ack(sender, 0, MissionResult.INVALID, now_us)]
         self._requests.append(Reposition(latitude, longitude))
         return [self._ack(sender, 0, MissionResult.ACCEPTED, now_us)]
 
     # Downloads
 
-    def _shown(self, kind: PlanKind) -> tuple[PlanItem, ...]:
-        items = self.store.items(kind)
-        return with_home(items, self.store.home) if self.home_item and kind is PlanKind.MISSION else items
-
     def _on_list(self, message: Any, sender: Sender, now_us: int) -> Messages:
         kind = kind_of(message.mission_type)
         if kind is None:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
-        items = self._shown(kind)
-        self._downloads.pop((sender, kind), None)
-        if items:
-            # what was counted is what will be sent, even when another station changes the plan meanwhile
-            self._downloads[sender, kind] = _Download(items, now_us)
-        if len(self._downloads) > _MAX_DOWNLOADS:
-            self._downloads.popitem(last=False)
-        identity = self.store.plan_id(kind)
-        return [dialect.MAVLink_mission_count_message(*sender, len(items), kind.value, opaque_id=identity)]
+        return [self._downloads.begin(sender, kind, now_us)]
 
     def _on_list_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
         return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
@@ -440,13 +361,8 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         if kind is None:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
-        download = self._downloads.get((sender, kind))
-        items = download.items if download else self._shown(kind)
-        if download:
-            download.used_us = now_us
-        if message.seq >= len(items):
-            return [self._ack(sender, kind.value, MissionResult.INVALID_SEQUENCE, now_us)]
-        return [item_to_message(items[message.seq], message.seq, *sender, kind)]
+        item = self._downloads.item(sender, kind, message.seq, now_us)
+        return [self._ack(sender, kind.value, MissionResult.INVALID_SEQUENCE, now_us) if item is None else item]
 
     # Clear, cancel, acknowledge
 
@@ -462,7 +378,7 @@ class MissionServer:
             self._drop(session)
         pending = _Store(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
         for each in kinds:
-            self._acks.pop((sender, each), None)
+            self._acks.forget(sender, each.value)
             self._hand_over(LoadPlan(each, ()), pending)
         return []
 
@@ -471,7 +387,7 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         if kind is None:
             return []
-        self._downloads.pop((sender, kind), None)
+        self._downloads.end(sender, kind)
         session = self._uploads.get((sender, kind))
         if session is not None and session.storing_us is None and message.type != MissionResult.ACCEPTED:
             self._drop(session)
@@ -479,21 +395,7 @@ class MissionServer:
         return []
 
     def _ack(self, sender: Sender, mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0) -> Any:
-        message = dialect.MAVLink_mission_ack_message(*sender, int(result), mission_type, opaque_id=plan_id)
-        kind = kind_of(mission_type)
-        if kind is not None:
-            self._acks[sender, kind] = _LastAck(message, now_us, now_us)
-            if len(self._acks) > _MAX_DOWNLOADS:
-                self._acks.popitem(last=False)
-        return message
-
-    def _repeat_ack(self, sender: Sender, kind: PlanKind | None, now_us: int) -> Messages:
-        """An item after the end: the station missed the MISSION_ACK."""
-        last = self._acks.get((sender, kind)) if kind is not None else None
-        if last is None or now_us - last.at_us > _REMEMBER_US or now_us - last.sent_us < 100_000:
-            return []
-        last.sent_us = now_us
-        return [last.message]
+        return self._acks.make(sender, mission_type, result, now_us, plan_id)
 
     def _is_for_us(self, message: Any) -> bool:
         system, component = self._ids
