@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
+from mavlink_bridge.mission_store import Sender
 from mavlink_bridge.plan_rules import MissionResult
 
 _MAX: Final = 16
@@ -26,11 +27,9 @@ class Acks:
     """Makes the MISSION_ACKs of one link. Bounded."""
 
     def __init__(self) -> None:
-        self._last: OrderedDict[tuple[tuple[int, int], int], _Last] = OrderedDict()
+        self._last: OrderedDict[tuple[Sender, int], _Last] = OrderedDict()
 
-    def make(
-        self, sender: tuple[int, int], mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0
-    ) -> Any:
+    def make(self, sender: Sender, mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0) -> Any:
         """A new MISSION_ACK, remembered for ``repeat``."""
         message = dialect.MAVLink_mission_ack_message(*sender, int(result), mission_type, opaque_id=plan_id)
         self._last[sender, mission_type] = _Last(message, now_us, now_us)
@@ -38,7 +37,7 @@ class Acks:
             self._last.popitem(last=False)
         return message
 
-    def repeat(self, sender: tuple[int, int], mission_type: int, now_us: int) -> list[Any]:
+    def repeat(self, sender: Sender, mission_type: int, now_us: int) -> list[Any]:
         """The last ACK of this transfer once more, when it is not older than 10 s."""
         last = self._last.get((sender, mission_type))
         if last is None or now_us - last.made_us > _REMEMBER_US or now_us - last.sent_us < _APART_US:
@@ -46,6 +45,6 @@ class Acks:
         last.sent_us = now_us
         return [last.message]
 
-    def forget(self, sender: tuple[int, int], mission_type: int) -> None:
+    def forget(self, sender: Sender, mission_type: int) -> None:
         """A new transfer begins."""
         self._last.pop((sender, mission_type), None)

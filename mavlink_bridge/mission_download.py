@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
-from mavlink_bridge.mission_store import PlanStore
+from mavlink_bridge.mission_store import PlanStore, Sender
 from mavlink_bridge.mission_wire import item_to_message, with_home
 from mavlink_bridge.requests import PlanItem, PlanKind
 
 _MAX_DOWNLOADS: Final = 16
 _FORGET_US: Final = 60_000_000
-
-Sender = tuple[int, int]
-"""System and component id of a ground station."""
 
 
 @dataclass(slots=True)

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.mission_upload import Upload
+from mavlink_bridge.requests import PlanItem, PlanKind, Reply
+
+Sender = tuple[int, int]
+"""System and component id of a ground station."""
 
 
 class PlanStore(Protocol):
@@ -57,3 +61,30 @@ class UploadLocks:
     def release(self, kind: PlanKind, holder: object) -> None:
         if self.held(kind, holder):
             del self._holders[kind]
+
+
+@dataclass(slots=True, eq=False)
+class Session:
+    """An upload from its first message until its MISSION_ACK."""
+
+    sender: Sender
+    kind: PlanKind
+    upload: Upload
+    base: tuple[PlanItem, ...] = ()
+    """What stands around a partial upload."""
+    storing_us: int | None = None
+    """When the items were complete; None while they come in."""
+    held_us: int = 0
+    held_seq: int = 0
+
+
+@dataclass(slots=True)
+class Pending:
+    """Something handed to the vessel whose outcome a ground station waits for."""
+
+    sender: Sender
+    mission_type: int
+    waiting: int = 1
+    session: Session | None = None
+    failed: Reply | None = None
+    kind: PlanKind = PlanKind.MISSION

@@ -10,15 +10,14 @@ mission protocol; client timers in gcs §4.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.mapping import degE7_to_rad
 from mavlink_bridge.mission_acks import Acks
-from mavlink_bridge.mission_download import Downloads, Sender
-from mavlink_bridge.mission_store import MissionTiming, PlanStore, UploadLocks
+from mavlink_bridge.mission_download import Downloads
+from mavlink_bridge.mission_store import MissionTiming, Pending, PlanStore, Sender, Session, UploadLocks
 from mavlink_bridge.mission_upload import Upload
 from mavlink_bridge.mission_wire import (
     ALL_KINDS,
@@ -48,33 +47,6 @@ _RESULTS: Final = {
 }
 
 
-@dataclass(slots=True, eq=False)
-class _Session:
-    """An upload from its first message until its MISSION_ACK."""
-
-    sender: Sender
-    kind: PlanKind
-    upload: Upload
-    base: tuple[PlanItem, ...] = ()
-    """What stands around a partial upload."""
-    storing_us: int | None = None
-    """When the items were complete; None while they come in."""
-    held_us: int = 0
-    held_seq: int = 0
-
-
-@dataclass(slots=True)
-class _Store:
-    """Something handed to the vessel whose outcome a ground station waits for."""
-
-    sender: Sender
-    mission_type: int
-    waiting: int = 1
-    session: _Session | None = None
-    failed: Reply | None = None
-    kind: PlanKind = PlanKind.MISSION
-
-
 class MissionServer:
     """One per endpoint channel. ``home_item``: this link shows ArduPilot's home item at 0."""
 
@@ -95,10 +67,10 @@ class MissionServer:
         self.timing = timing or MissionTiming()
         self._ids = (system_id, component_id)
         self._locks = locks or UploadLocks()
-        self._uploads: dict[tuple[Sender, PlanKind], _Session] = {}
+        self._uploads: dict[tuple[Sender, PlanKind], Session] = {}
         self._downloads = Downloads(store, home_item=home_item)
         self._acks = Acks()
-        self._stores: dict[int, _Store] = {}
+        self._stores: dict[int, Pending] = {}
         self._next_handle = 1
         self._loads: list[tuple[int, LoadPlan]] = []
         self._requests: list[Reposition] = []
@@ -224,7 +196,7 @@ class MissionServer:
         if old is not None:
             self._drop(old)
         upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries)
-        session = _Session(sender, kind, upload, base)
+        session = Session(sender, kind, upload, base)
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
             return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
@@ -266,7 +238,7 @@ class MissionServer:
         result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
         return result if isinstance(result, PlanError) else None
 
-    def _complete(self, session: _Session, now_us: int) -> Messages:
+    def _complete(self, session: Session, now_us: int) -> Messages:
         received = [session.upload.items[seq] for seq in sorted(session.upload.items)]
         first = session.upload.first
         items = (*session.base[:first], *received, *session.base[first + len(received) :])
@@ -277,25 +249,25 @@ class MissionServer:
         if isinstance(load, PlanError):
             return self._refuse(session, load, now_us)
         session.storing_us = session.held_us = now_us
-        self._hand_over(load, _Store(session.sender, kind.value, session=session, kind=kind))
+        self._hand_over(load, Pending(session.sender, kind.value, session=session, kind=kind))
         return []
 
-    def _refuse(self, session: _Session, error: PlanError, now_us: int) -> Messages:
+    def _refuse(self, session: Session, error: PlanError, now_us: int) -> Messages:
         shift = self.offset if session.kind is PlanKind.MISSION else 0
         item = session.upload.items.get(error.seq + shift)
         return self._fail(session, error.result, describe(error, item, shift), now_us)
 
-    def _fail(self, session: _Session, result: MissionResult, reason: str, now_us: int) -> Messages:
+    def _fail(self, session: Session, result: MissionResult, reason: str, now_us: int) -> Messages:
         self._drop(session)
         self._say(Severity.WARNING, f"{_NAMES[session.kind]} refused: {reason}")
         return [self._ack(session.sender, session.kind.value, result, now_us)]
 
-    def _hand_over(self, load: LoadPlan, pending: _Store) -> None:
+    def _hand_over(self, load: LoadPlan, pending: Pending) -> None:
         self._stores[self._next_handle] = pending
         self._loads.append((self._next_handle, load))
         self._next_handle += 1
 
-    def _drop(self, session: _Session) -> bool:
+    def _drop(self, session: Session) -> bool:
         """End a session; False when it had ended before."""
         self._locks.release(session.kind, session)
         if self._uploads.get((session.sender, session.kind)) is not session:
@@ -303,7 +275,7 @@ class MissionServer:
         del self._uploads[session.sender, session.kind]
         return True
 
-    def _poll_receiving(self, session: _Session, now_us: int) -> Messages:
+    def _poll_receiving(self, session: Session, now_us: int) -> Messages:
         if not self._locks.held(session.kind, session):
             return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
         late = session.upload.overdue(now_us)
@@ -313,7 +285,7 @@ class MissionServer:
             return self._fail(session, MissionResult.OPERATION_CANCELLED, reason, now_us)
         return self._ask(session, late)
 
-    def _poll_storing(self, session: _Session, now_us: int) -> Messages:
+    def _poll_storing(self, session: Session, now_us: int) -> Messages:
         assert session.storing_us is not None
         self._locks.claim(session.kind, session, now_us, 2 * self.timing.retry_us)
         waited_us = now_us - session.storing_us
@@ -330,7 +302,7 @@ class MissionServer:
         session.held_seq = last if session.held_seq != last or last == session.upload.first else last - 1
         return self._ask(session, [session.held_seq])
 
-    def _ask(self, session: _Session, numbers: Sequence[int]) -> Messages:
+    def _ask(self, session: Session, numbers: Sequence[int]) -> Messages:
         system, component = session.sender
         return [
             dialect.MAVLink_mission_request_int_message(system, component, seq, session.kind.value) for seq in numbers
@@ -376,7 +348,7 @@ class MissionServer:
                 self._say(Severity.WARNING, f"{_NAMES[session.kind]} not cleared: an upload is under way")
                 return [self._ack(sender, message.mission_type, MissionResult.DENIED, now_us)]
             self._drop(session)
-        pending = _Store(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
+        pending = Pending(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
         for each in kinds:
             self._acks.forget(sender, each.value)
             self._hand_over(LoadPlan(each, ()), pending)
