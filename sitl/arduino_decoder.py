@@ -8,6 +8,7 @@ checked line, which counts whole or not at all. From the first valid checked lin
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from companion.core.arduino_wire import IDS, WIRE_HIGH_US, WIRE_LOW_US, checksum
@@ -32,6 +33,7 @@ class Word:
     text: str
 
 
+@lru_cache(maxsize=64)
 def parse_checked(line: bytes) -> Command | Word | None:
     """Return what a checked line (without its newline) says; None unless it is right to the last byte."""
     line = line.removesuffix(b"\r")
@@ -78,6 +80,23 @@ class Decoder:
         """Take one byte. At most one thing is completed by it."""
         self._last_byte_us = now_us
         return self._strict_byte(byte) if self.strict else self._open_byte(byte)
+
+    def take_strict(self, data: bytes) -> list[Command | Word]:
+        """Take many bytes on the checked level: the same as ``byte`` for each, only faster."""
+        found = []
+        *ended, rest = data.split(b"\n")
+        for piece in ended:
+            self._extend(piece)
+            item = self._finish_checked() if self._line else None
+            if item is not None:
+                found.append(item)
+        self._extend(rest)
+        return found
+
+    def _extend(self, piece: bytes) -> None:
+        room = LINE_BYTES - len(self._line)
+        self._overflow = self._overflow or len(piece) > room
+        self._line += piece[:room]
 
     def silence(self, now_us: int) -> Command | None:
         """End an unfinished level-0 command when the line has been quiet for 5 ms."""

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from companion.core.actuator_map import STOP_BAND_US, STOP_US, pulses_to_demand
+from companion.core.actuator_map import STOP_BAND_US, STOP_US, PulseMap, pulses_to_demand
 from companion.core.arduino_wire import checked
 from sitl.arduino_decoder import Command, Decoder, Word
 
-__all__ = ["ArduinoTwin", "pulses_to_demand"]
+__all__ = ["ArduinoTwin", "PulseMap", "pulses_to_demand"]
 
 Pulses = tuple[float, float, float, float]
 
@@ -94,7 +94,11 @@ class ArduinoTwin:
         self._advance(now_us)
         if self._silent_until_us is not None or self._hung_us is not None:
             return
-        for byte in data:
+        for index, byte in enumerate(data):
+            if self._decoder.strict:
+                for found in self._decoder.take_strict(data[index:]):
+                    self._take(found, now_us)
+                return
             self._take(self._decoder.byte(byte, now_us), now_us)
 
     def step(self, now_us: int) -> bytes:

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final, Literal
 
 from companion.core.arduino_wire import checked
-from sitl.arduino_twin import Pulses
+from companion.settings import ConfigError
+from sitl.arduino_twin import ArduinoTwin, Pulses
 
 REPO: Final = Path(__file__).resolve().parents[1]
 FIRMWARE: Final = REPO / "firmware"
@@ -35,8 +36,11 @@ FILES: Final = {
 }
 
 
-class FirmwareUnavailableError(RuntimeError):
+class FirmwareUnavailableError(ConfigError):
     """The firmware or the chip simulator cannot be built here; the text names what to install."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__("world.arduino", [text])
 
 
 class Pulse(ctypes.Structure):
@@ -55,6 +59,11 @@ class Pulse(ctypes.Structure):
     @property
     def width_us(self) -> float:
         return self.width_cycles / CYCLES_PER_US
+
+
+def make_board(kind: Literal["twin", "firmware"]) -> ArduinoTwin | AvrArduino:
+    """Return the board that ``world.arduino`` names. Raises FirmwareUnavailableError."""
+    return AvrArduino() if kind == "firmware" else ArduinoTwin()
 
 
 def missing_packages() -> list[str]:

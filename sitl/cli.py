@@ -48,6 +48,9 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--instance", type=int, default=0, metavar="N", help="move ports by 10 N and the system id by N"
     )
+    parser.add_argument(
+        "--arduino", choices=("twin", "firmware"), help="the actuator board: Python twin, or the real AVR binary"
+    )
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
     parser.set_defaults(run=command)
 
@@ -103,6 +106,8 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
     overrides = list(arguments.set)
     if arguments.start:
         overrides.insert(0, "operator.gcs_required=false")
+    if arguments.arduino:
+        overrides.append(f"world.arduino={arguments.arduino}")
     settings = move_instance(load(arguments.config, overrides, SimSettings), arguments.instance)
     mistakes = link_mistakes(settings)
     speed: float | None = None

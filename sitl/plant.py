@@ -10,10 +10,10 @@ import math
 import random
 from typing import Protocol
 
-from companion.core.arduino import ActuatorConfig
+from companion.core.arduino import ActuatorConfig, PulseMap
 from companion.core.geo import LocalFrame
 from companion.core.vessel import VesselConfig
-from sitl.arduino_twin import ArduinoTwin, pulses_to_demand
+from sitl.avr import make_board
 from sitl.bottom import make_bottom
 from sitl.settings import WorldConfig
 from sitl.truth import Truth
@@ -45,28 +45,28 @@ class Plant:
     ) -> None:
         self.config = config
         self.frame = LocalFrame(*config.start_rad)
-        self.board: Board = board or ArduinoTwin()
+        self.board: Board = board or make_board(config.arduino)
         self.bottom = make_bottom(config.bottom, self.frame)
         self.water = Water(config.water, _generator(seed, "water"))
         self.vessel = SimVessel(vessel)
         self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
         self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"))
-        self._actuators = actuators
+        self._map = PulseMap(actuators)
         self._now_us = 0
         self.truth = self._measure(0)
 
     def step(self, now_us: int) -> tuple[list[bytes], bytes]:
         """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
+        said = b""
         while self._now_us < now_us:
             span_us = min(self.config.step_us, now_us - self._now_us)
             self._now_us += span_us
             dt_s = span_us * 1e-6
             self.water.step(dt_s)
-            demand = pulses_to_demand(self.board.pulses_us, self._actuators)
-            self.vessel.step(dt_s, *demand, self.water)
-        status = self.board.step(now_us)
+            said += self.board.step(self._now_us)
+            self.vessel.step(dt_s, *self._map.demand(self.board.pulses_us), self.water)
         self.truth = self._measure(now_us)
-        return self.sensors.step(now_us, self.truth), status
+        return self.sensors.step(now_us, self.truth), said
 
     def _measure(self, now_us: int) -> Truth:
         hull = self.vessel

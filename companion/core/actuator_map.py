@@ -131,7 +131,7 @@ class ActuatorConfig(Config):
         if {self.rudder_port.id, self.rudder_starboard.id} != {"l", "L"}:
             raise ValueError("the rudders' ids must be l and L, one each")
         for name in ("thruster_port", "thruster_starboard"):
-            stop = round(_pulse(0.0, getattr(self, name), self))
+            stop = _Channel(getattr(self, name), self).pulse(0.0)
             if abs(stop - STOP_US) > STOP_BAND_US:
                 raise ValueError(
                     f"{name} stops at {stop} us, but the board's own stop is {STOP_US}; keep it within "
@@ -149,47 +149,78 @@ class ActuatorConfig(Config):
         return SKETCHES.get(self.sketch, self.terminator)
 
 
-def to_pulses(output: ActuatorOutput, config: ActuatorConfig) -> Microseconds:
-    """Return the four pulse widths in pin order (m, M, l, L), µs, always within the configured bounds.
+class PulseMap:
+    """The conversions of one configuration, worked out beforehand: they run every tick and every physics step."""
 
-    What is not a finite number counts as stop or amidships.
-    """
-    starboard_rad = output.rudder_port_rad if config.rudders == "together" else output.rudder_starboard_rad
-    limit_rad = math.radians(config.rudder_max_deg)
-    return _pulses(
-        (
+    __slots__ = ("_channels", "_limit_rad", "_together", "config", "neutral_us")
+
+    def __init__(self, config: ActuatorConfig) -> None:
+        self.config = config
+        self._limit_rad = math.radians(config.rudder_max_deg)
+        self._together = config.rudders == "together"
+        self._channels = tuple(_Channel(channel, config) for channel in config.channels)
+        self.neutral_us = self._pulses(0.0, 0.0, 0.0, 0.0)
+        """Thrusters stopped and rudders amidships."""
+
+    def pulses(self, output: ActuatorOutput) -> Microseconds:
+        """Return the four pulse widths in pin order (m, M, l, L), µs, always within the configured bounds.
+
+        What is not a finite number counts as stop or amidships.
+        """
+        port, starboard = output.rudder_port_rad, output.rudder_starboard_rad
+        return self._pulses(
             output.thruster_port,
             output.thruster_starboard,
-            output.rudder_port_rad / limit_rad,
-            starboard_rad / limit_rad,
-        ),
-        config,
-    )
+            port / self._limit_rad,
+            (port if self._together else starboard) / self._limit_rad,
+        )
+
+    def _pulses(self, *shares: float) -> Microseconds:
+        pulses = [0, 0, 0, 0]
+        for channel, share in zip(self._channels, shares, strict=True):
+            pulses[channel.pin] = channel.pulse(share)
+        return pulses[0], pulses[1], pulses[2], pulses[3]
+
+    def demand(self, pulses_us: Sequence[float | None]) -> tuple[float, float, float, float]:
+        """Return (port thruster, starboard thruster, -1...1; port rudder, starboard rudder, rad) for pulses at the pins.
+
+        The inverse of ``pulses``: a speed controller and a servo set up for this configuration. No pulse, or one that
+        no servo takes (outside 800...2200 µs), stops a thruster and leaves a rudder amidships.
+        """
+        first, second, third, fourth = self._channels
+        return (
+            first.share(pulses_us[first.pin]),
+            second.share(pulses_us[second.pin]),
+            third.share(pulses_us[third.pin]) * self._limit_rad,
+            fourth.share(pulses_us[fourth.pin]) * self._limit_rad,
+        )
 
 
-def neutral_pulses(config: ActuatorConfig) -> Microseconds:
-    """Return the pulses of thrusters stopped and rudders amidships, in pin order."""
-    return _pulses((0.0, 0.0, 0.0, 0.0), config)
+class _Channel:
+    """One output's straight lines: below zero, above zero, and the bounds."""
 
+    __slots__ = ("_down", "_high", "_low", "_sign", "_up", "_zero", "pin")
 
-def _pulses(shares: Sequence[float], config: ActuatorConfig) -> Microseconds:
-    pulses: dict[str, int] = {
-        channel.id: round(_pulse(share, channel, config))
-        for share, channel in zip(shares, config.channels, strict=True)
-    }
-    first, second, third, fourth = (pulses[wire_id] for wire_id in IDS)
-    return first, second, third, fourth
+    def __init__(self, channel: ChannelConfig, config: ActuatorConfig) -> None:
+        minus, zero, plus = _ends(channel, config)
+        self.pin = IDS.index(channel.id)
+        self._zero, self._down, self._up = zero, zero - minus, plus - zero
+        self._low, self._high = float(config.lower_us), float(config.upper_us)
+        self._sign = -1.0 if channel.reverse else 1.0
 
+    def pulse(self, share: float) -> int:
+        if not math.isfinite(share):
+            share = 0.0
+        share = min(max(share, -1.0), 1.0) * self._sign
+        pulse = self._zero + share * (self._up if share >= 0.0 else self._down)
+        return round(min(max(pulse, self._low), self._high))
 
-def pulses_to_demand(pulses_us: Sequence[float | None], config: ActuatorConfig) -> tuple[float, float, float, float]:
-    """Return (port thruster, starboard thruster, -1...1; port rudder, starboard rudder, rad) for pulses at the pins.
-
-    The inverse of ``to_pulses``: a speed controller and a servo set up for this configuration. No pulse, or one that no
-    servo takes (outside 800...2200 µs), stops a thruster and leaves a rudder amidships.
-    """
-    limit_rad = math.radians(config.rudder_max_deg)
-    shares = [_share(pulses_us[IDS.index(channel.id)], channel, config) for channel in config.channels]
-    return shares[0], shares[1], shares[2] * limit_rad, shares[3] * limit_rad
+    def share(self, pulse_us: float | None) -> float:
+        if pulse_us is None or not 800.0 <= pulse_us <= 2200.0:
+            return 0.0
+        offset = pulse_us - self._zero
+        share = offset / (self._up if offset >= 0.0 else self._down)
+        return min(max(share, -1.0), 1.0) * self._sign
 
 
 def _ends(channel: ChannelConfig, config: ActuatorConfig) -> tuple[float, float, float]:
@@ -202,20 +233,16 @@ def _ends(channel: ChannelConfig, config: ActuatorConfig) -> tuple[float, float,
     return ends[0] + channel.trim_us, ends[1] + channel.trim_us, ends[2] + channel.trim_us
 
 
-def _pulse(share: float, channel: ChannelConfig, config: ActuatorConfig) -> float:
-    share = min(max(share, -1.0), 1.0) if math.isfinite(share) else 0.0
-    if channel.reverse:
-        share = -share
-    minus, zero, plus = _ends(channel, config)
-    pulse = zero + share * (plus - zero if share >= 0.0 else zero - minus)
-    return min(max(pulse, float(config.lower_us)), float(config.upper_us))
+def to_pulses(output: ActuatorOutput, config: ActuatorConfig) -> Microseconds:
+    """``PulseMap.pulses`` for one call."""
+    return PulseMap(config).pulses(output)
 
 
-def _share(pulse_us: float | None, channel: ChannelConfig, config: ActuatorConfig) -> float:
-    if pulse_us is None or not 800.0 <= pulse_us <= 2200.0:
-        return 0.0
-    minus, zero, plus = _ends(channel, config)
-    offset = pulse_us - zero
-    share = offset / (plus - zero if offset >= 0.0 else zero - minus)
-    share = min(max(share, -1.0), 1.0)
-    return -share if channel.reverse else share
+def neutral_pulses(config: ActuatorConfig) -> Microseconds:
+    """Return the pulses of thrusters stopped and rudders amidships, in pin order."""
+    return PulseMap(config).neutral_us
+
+
+def pulses_to_demand(pulses_us: Sequence[float | None], config: ActuatorConfig) -> tuple[float, float, float, float]:
+    """``PulseMap.demand`` for one call; who calls often keeps a ``PulseMap``."""
+    return PulseMap(config).demand(pulses_us)

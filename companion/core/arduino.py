@@ -13,18 +13,12 @@ from enum import Enum
 from typing import Final
 
 from companion.core import arduino_wire as wire
-from companion.core.actuator_map import (
-    ActuatorConfig,
-    ChannelConfig,
-    neutral_pulses,
-    pulses_to_demand,
-    to_pulses,
-)
+from companion.core.actuator_map import ActuatorConfig, ChannelConfig, PulseMap, pulses_to_demand
 from companion.core.arduino_health import Agreement, LineQuality, PortFlow
 from companion.core.arduino_wire import Microseconds
 from mavlink_bridge.imc import ActuatorOutput, ActuatorStatus, Severity
 
-__all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "pulses_to_demand"]
+__all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "PulseMap", "pulses_to_demand"]
 
 BANNER_WAIT_US: Final = 2_500_000
 ANSWER_WAIT_US: Final = 1_000_000
@@ -49,7 +43,7 @@ REASONS: Final = {
     "noise": "errors on the actuator line",
     "level0": "actuator board checks nothing and never stops by itself; ACT_LEVEL0_OK = 1 accepts that",
 }
-"""Fault names, most urgent first, with the sentence for the operator."""
+"""Fault names, with the sentence for the operator."""
 
 
 class Phase(Enum):
@@ -64,6 +58,7 @@ class Arduino:
 
     def __init__(self, config: ActuatorConfig) -> None:
         self.config = config
+        self._map = PulseMap(config)
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
         self._texts: list[tuple[Severity, str]] = []
@@ -91,14 +86,20 @@ class Arduino:
         self._offered = b""
         self._repair = b""
         self._warned_us: int | None = None
-        self._shown: frozenset[str] = frozenset()
+        self._shown: tuple[str, ...] = ()
+        self._faults: tuple[int, tuple[str, ...]] | None = None
+        self._frame_of: tuple[Microseconds, int | None] | None = None
+        self._frame_bytes = b""
+        self._account: ActuatorStatus | None = None
 
     def configure(self, config: ActuatorConfig) -> None:
         """Take new settings at once. A new rate is announced with what it costs; a new level holds from the next open."""
         if config.frequency_hz != self.config.frequency_hz:
             self._texts.append(rate_text(config))
         self.config = config
+        self._map = PulseMap(config)
         self._due_us = None
+        self._frame_of = None
 
     def opened(self, now_us: int) -> None:
         """The port opened; the board may be restarting because of it."""
@@ -117,11 +118,17 @@ class Arduino:
         """Take bytes from the board. Anything that is not a valid line only counts."""
         if self._phase is Phase.CLOSED:
             return
+        self._changed()
         good, bad = self._reader.good, self._reader.bad
         for line in self._reader.receive(data):
             self._take(line, now_us)
         if self._level == 1:
             self._quality.heard(self._reader.good - good, self._reader.bad - bad)
+
+    def _changed(self) -> None:
+        """What was worked out before no longer holds."""
+        self._faults = None
+        self._account = None
 
     def _take(self, line: wire.BoardLine, now_us: int) -> None:
         if self.config.level != "0" and self._level != 1:
@@ -156,6 +163,7 @@ class Arduino:
         self._quality.forget_board()
 
     def _begin(self, now_us: int) -> None:
+        self._changed()
         self._phase = Phase.ASKING
         self._since_us = now_us
         self._neutral_left = NEUTRAL_FRAMES
@@ -181,7 +189,7 @@ class Arduino:
         return True
 
     def _negotiate(self, now_us: int) -> bytes:
-        data = self._frame(neutral_pulses(self.config), now_us)
+        data = self._frame(self._map.neutral_us, now_us)
         self._neutral_left = max(self._neutral_left - 1, 0)
         if self.config.level == "0":
             self._level = 0
@@ -192,6 +200,7 @@ class Arduino:
             data += wire.checked(wire.VERSION_QUERY)
         if self._neutral_left == 0 and self._answered(now_us):
             self._phase = Phase.RUNNING
+            self._changed()
             self._texts.append(self._started_text())
         return data
 
@@ -212,9 +221,9 @@ class Arduino:
         return Severity.INFO, f"Actuator board{version} ready, checked protocol"
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
-        neutral = neutral_pulses(self.config)
+        neutral = self._map.neutral_us
         fresh = 0 <= now_us - output.t_us <= STALE_OUTPUT_US
-        pulses = to_pulses(output, self.config) if fresh else neutral
+        pulses = self._map.pulses(output) if fresh else neutral
         stop_now = pulses == neutral and self._commanded != neutral
         if not self._due(now_us) and not stop_now:
             return b""
@@ -235,9 +244,13 @@ class Arduino:
         self._commanded = pulses
         self._agreement.commanded(pulses, now_us)
         self._quality.sample(now_us)
-        if self._level == 1:
-            return wire.encode_level1(pulses, batch=self.config.batch)
-        return wire.encode_level0(pulses, self.config.level0_terminator)
+        if self._frame_of != (pulses, self._level):
+            self._frame_of = (pulses, self._level)
+            if self._level == 1:
+                self._frame_bytes = wire.encode_level1(pulses, batch=self.config.batch)
+            else:
+                self._frame_bytes = wire.encode_level0(pulses, self.config.level0_terminator)
+        return self._frame_bytes
 
     def _maintenance(self, now_us: int) -> bytes:
         """Keep the board's silence limit as configured; asks again until the board confirms it."""
@@ -250,7 +263,10 @@ class Arduino:
     def note_written(self, accepted: int, offered: int, now_us: int) -> None:
         """Say how much of the last ``encode`` the port took. The rest is dropped; the next one repairs a cut line."""
         self._flow.note(accepted, offered, now_us)
-        if accepted >= offered or accepted <= 0:
+        if accepted >= offered:
+            return
+        self._faults = None
+        if accepted <= 0:
             return
         if self._level == 1:
             self._repair = b"" if self._offered[accepted - 1 : accepted] == b"\n" else b"\n"
@@ -272,6 +288,11 @@ class Arduino:
     @property
     def status(self) -> ActuatorStatus:
         """The board's own account, as of its last status line."""
+        if self._account is None:
+            self._account = self._tell()
+        return self._account
+
+    def _tell(self) -> ActuatorStatus:
         line = self._status
         return ActuatorStatus(
             t_us=self._status_us or 0,
@@ -287,32 +308,46 @@ class Arduino:
         )
 
     def faults(self, now_us: int) -> tuple[str, ...]:
-        """Names of what is wrong now, most urgent first (keys of REASONS)."""
+        """Names of what is wrong now (keys of REASONS)."""
+        if self._faults is None or self._faults[0] != now_us:
+            self._faults = (now_us, self._look(now_us))
+        return self._faults[1]
+
+    def _look(self, now_us: int) -> tuple[str, ...]:
         if self._phase is Phase.CLOSED:
             return ("lost",)
-        running, line = self._phase is Phase.RUNNING, self._status
-        checked = running and self._level == 1
-        held = {
-            "blocked": self._flow.blocked(now_us),
-            "baud": self._wrong_baud(),
-            "silent": checked and self._silent(now_us),
-            "reset": self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US,
-            "failsafe": checked and line is not None and line.state == "failsafe",
-            "estop": line is not None and line.state == "emergency-stop",
-            "mismatch": checked and self._mismatch(now_us),
-            "garbage": checked and self._quality.garbage(now_us),
-            "noise": checked and self._quality.noisy(now_us),
-            "level0": running and self._level == 0,
-        }
-        return tuple(name for name, is_held in held.items() if is_held)
+        found: list[str] = []
+        if self._flow.blocked(now_us):
+            found.append("blocked")
+        if self._wrong_baud():
+            found.append("baud")
+        if self._phase is Phase.RUNNING and self._level == 1:
+            self._look_closer(found, now_us)
+        if self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US:
+            found.append("reset")
+        if self.status.emergency_stop:
+            found.append("estop")
+        if self._phase is Phase.RUNNING and self._level == 0:
+            found.append("level0")
+        return tuple(found)
+
+    def _look_closer(self, found: list[str], now_us: int) -> None:
+        """What only a board that reports can be found to do."""
+        if self._silent(now_us):
+            found.append("silent")
+        elif self._status is not None and self._status.state == "failsafe":
+            found.append("failsafe")
+        elif self._agreement.disagrees(now_us) and not self.status.emergency_stop:
+            found.append("mismatch")
+        if self._quality.recent(now_us):
+            if self._quality.garbage(now_us):
+                found.append("garbage")
+            if self._quality.noisy(now_us):
+                found.append("noise")
 
     def _silent(self, now_us: int) -> bool:
         last_us = self._since_us if self._status_us is None else max(self._status_us, self._since_us)
         return now_us - last_us > SILENT_AFTER_US
-
-    def _mismatch(self, now_us: int) -> bool:
-        stopped = self._status is not None and self._status.state == "emergency-stop"
-        return not stopped and not self._silent(now_us) and self._agreement.disagrees(now_us)
 
     def _wrong_baud(self) -> bool:
         reader = self._reader
@@ -338,9 +373,11 @@ class Arduino:
 
     def _announce(self, now_us: int) -> None:
         """Tell the operator of a new fault once, and of level 0 again and again."""
-        faults = frozenset(self.faults(now_us)) if self._phase is not Phase.CLOSED else frozenset()
-        for name in REASONS:
-            if name in faults - self._shown and name not in ("level0", "reset"):
+        faults = self.faults(now_us) if self._phase is not Phase.CLOSED else ()
+        if not faults and not self._shown:
+            return
+        for name in faults:
+            if name not in self._shown and name not in ("level0", "reset"):
                 self._texts.append((Severity.CRITICAL, REASONS[name][:1].upper() + REASONS[name][1:]))
         self._shown = faults
         if "level0" not in faults:

@@ -15,6 +15,7 @@ MATCH_WINDOW_US: Final = 300_000
 BLOCKED_AFTER_US: Final = 250_000
 NOISE_WINDOW_US: Final = 2_000_000
 GARBAGE_WINDOW_US: Final = 1_000_000
+SAMPLE_US: Final = 200_000
 NOISE_SHARE: Final = 0.05
 GARBAGE_SHARE: Final = 0.5
 _LEAST_BAD: Final = 3
@@ -27,6 +28,8 @@ class LineQuality:
     def __init__(self) -> None:
         self.good = 0
         self.bad = 0
+        self._bad_us = -NOISE_WINDOW_US
+        self._bad_seen = 0
         self._board: tuple[int, int] | None = None
         self._samples: deque[tuple[int, int, int]] = deque(maxlen=256)
 
@@ -47,7 +50,11 @@ class LineQuality:
         self._board = None
 
     def sample(self, now_us: int) -> None:
-        """Remember the totals at this tick."""
+        """Remember the totals, now and then, and whenever a bad line came."""
+        if self.bad != self._bad_seen:
+            self._bad_seen, self._bad_us = self.bad, now_us
+        elif self._samples and now_us - self._samples[-1][0] < SAMPLE_US:
+            return
         self._samples.append((now_us, self.good, self.bad))
         while len(self._samples) > 2 and self._samples[1][0] <= now_us - NOISE_WINDOW_US:
             self._samples.popleft()
@@ -57,6 +64,10 @@ class LineQuality:
 
     def garbage(self, now_us: int) -> bool:
         return self._share(now_us - GARBAGE_WINDOW_US) > GARBAGE_SHARE
+
+    def recent(self, now_us: int) -> bool:
+        """Any bad line within the longer window? Mostly none, and then there is nothing to count."""
+        return self.bad != self._bad_seen or now_us - self._bad_us <= NOISE_WINDOW_US
 
     def _share(self, since_us: int) -> float:
         start = next((sample for sample in reversed(self._samples) if sample[0] <= since_us), None)
@@ -74,6 +85,8 @@ class Agreement:
         self._agreed_us: int | None = None
 
     def commanded(self, pulses_us: Microseconds, now_us: int) -> None:
+        if self._sent and self._sent[-1][1] == pulses_us:
+            return
         self._sent.append((now_us, pulses_us))
         while len(self._sent) > 2 and self._sent[1][0] <= now_us - MATCH_WINDOW_US:
             self._sent.popleft()
@@ -82,14 +95,15 @@ class Agreement:
 
     def applied(self, pulses_us: Microseconds, now_us: int) -> None:
         """Judge one status line."""
-        if any(pulses_us == sent for sent in self._in_force(now_us)):
+        newest = self._sent[-1][1] if self._sent else None
+        if pulses_us == newest or pulses_us in self._in_force(now_us):
             self._agreed_us = now_us
 
     def disagrees(self, now_us: int) -> bool:
         return self._agreed_us is not None and now_us - self._agreed_us >= MATCH_WINDOW_US
 
     def _in_force(self, now_us: int) -> list[Microseconds]:
-        """Commands sent within the window, and the one that was in force when it began."""
+        """Commands that came within the window, and the one that was in force when it began."""
         since_us = now_us - MATCH_WINDOW_US
         older = [pulses for t_us, pulses in self._sent if t_us <= since_us]
         return older[-1:] + [pulses for t_us, pulses in self._sent if t_us > since_us]

@@ -9,7 +9,8 @@ checked lines that start with ``#B`` (banner), ``#V`` (version) or ``#S`` (statu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -131,16 +132,20 @@ class LineReader:
     def receive(self, data: bytes) -> list[BoardLine]:
         """Return the valid lines that ``data`` completes; anything else is counted and dropped."""
         self.bytes_in += len(data)
-        self.odd_bytes += sum(byte > 0x7E or (byte < 0x20 and byte not in b"\r\n\t\0") for byte in data)
+        if not data.isascii() or data.translate(None, _TEXT):
+            self.odd_bytes += len(data.translate(None, _TEXT))
         lines: list[BoardLine] = []
-        for byte in data:
-            if byte == 0x0A:
-                self._finish(lines)
-            elif len(self._buffer) >= LINE_MAX_BYTES:
-                self._overlong = True
-            else:
-                self._buffer.append(byte)
+        *ended, rest = data.split(b"\n")
+        for piece in ended:
+            self._append(piece)
+            self._finish(lines)
+        self._append(rest)
         return lines
+
+    def _append(self, piece: bytes) -> None:
+        room = LINE_MAX_BYTES - len(self._buffer)
+        self._overlong = self._overlong or len(piece) > room
+        self._buffer += piece[:room]
 
     def _finish(self, lines: list[BoardLine]) -> None:
         raw, overlong = bytes(self._buffer), self._overlong
@@ -159,47 +164,24 @@ class LineReader:
 def parse_board_line(raw: bytes) -> BoardLine | None:
     """Parse one line from the board, without its newline. None when it is not exactly right."""
     body, star, digits = raw.removesuffix(b"\r").rpartition(b"*")
-    if not star or digits != b"%02X" % checksum(body) or not body.isascii():
+    if not star or digits != b"%02X" % checksum(body):
         return None
-    fields = body.decode("ascii").split(",")
-    parser = _PARSERS.get(fields[0])
-    return None if parser is None else parser(fields[1:])
-
-
-def _number(text: str, high: int) -> int:
-    """Return a plain decimal number; -1 for anything else or more than ``high``."""
-    if not text.isdigit() or len(text) > 10:
-        return -1
-    value = int(text)
-    return value if value <= high else -1
-
-
-def _banner(fields: list[str]) -> Banner | None:
-    if len(fields) != 4 or fields[3] not in RESET_CAUSES:
-        return None
-    protocol = _number(fields[0], 9)
-    return None if protocol < 1 else Banner(protocol, fields[1], fields[2], RESET_CAUSES[fields[3]])
-
-
-def _version(fields: list[str]) -> Version | None:
-    if len(fields) != 4:
-        return None
-    protocol, silence_ms = _number(fields[0], 9), _number(fields[3], 65535)
-    return None if protocol < 1 or silence_ms < 0 else Version(protocol, fields[1], fields[2], silence_ms)
+    for pattern, make in _LINES:
+        match = pattern.fullmatch(body)
+        if match:
+            return make([field.decode("ascii") for field in match.groups()])
+    return None
 
 
 def _status(fields: list[str]) -> Status | None:
-    if len(fields) != 11 or fields[0] not in STATE_NAMES or fields[9] not in RESET_CAUSES:
-        return None
-    limits = (1, 65535, 2**32 - 1, 2**32 - 1, 65535, 65535, 65535, 65535)
-    numbers = [_number(text, high) for text, high in zip(fields[1:9], limits, strict=True)]
-    millivolts = _number(fields[10], 65535)
-    if min(numbers) < 0 or millivolts < 0:
-        return None
+    numbers = [int(field) for field in fields[1:9]]
     strict, silent_ms, good, bad, first, second, third, fourth = numbers
+    if max(good, bad) >= 2**32 or max(silent_ms, first, second, third, fourth) > 65535:
+        return None
+    millivolts = int(fields[10])
     return Status(
         state=STATE_NAMES[fields[0]],
-        strict=bool(strict),
+        strict=strict == 1,
         silent_ms=silent_ms,
         good=good,
         bad=bad,
@@ -209,4 +191,26 @@ def _status(fields: list[str]) -> Status | None:
     )
 
 
-_PARSERS: Final = {"#B": _banner, "#V": _version, "#S": _status}
+def _banner(fields: list[str]) -> Banner:
+    return Banner(int(fields[0]), fields[1], fields[2], RESET_CAUSES[fields[3]])
+
+
+def _version(fields: list[str]) -> Version:
+    return Version(int(fields[0]), fields[1], fields[2], int(fields[3]))
+
+
+_TEXT: Final = bytes(range(0x20, 0x7F)) + b"\r\n\t\0"
+_NAME: Final = rb"([0-9A-Za-z.]{1,12})"
+_CAUSE: Final = b"([" + "".join(RESET_CAUSES).encode() + b"])"
+_STATE: Final = b"([" + "".join(STATE_NAMES).encode() + b"])"
+_LINES: Final[tuple[tuple[re.Pattern[bytes], Callable[[list[str]], BoardLine | None]], ...]] = (
+    (
+        re.compile(
+            rb"#S,%b,([01]),(\d{1,5}),(\d{1,10}),(\d{1,10}),(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5}),%b,(\d{1,5})"
+            % (_STATE, _CAUSE)
+        ),
+        _status,
+    ),
+    (re.compile(rb"#B,([1-9]),%b,%b,%b" % (_NAME, _NAME, _CAUSE)), _banner),
+    (re.compile(rb"#V,([1-9]),%b,%b,(\d{1,5})" % (_NAME, _NAME)), _version),
+)
