@@ -168,17 +168,16 @@ class Endpoint:
         if outcome is not None:
             self._finish(outcome)
             return
-        values = self._params.reply(request_id, reply)
-        if values is not None:
-            self._answer(values)
-        elif request_id in self._plan_handles:
+        if request_id in self._plan_handles:
             handle, kind = self._plan_handles.pop(request_id)
             self._answer(self._missions.finish(handle, reply, self.vehicle.plans.plan_id(kind), now_us), urgent=True)
             self._after_missions()
-        elif request_id in self._wants_current:
+            return
+        self._answer(self._params.reply(request_id, reply))
+        if request_id in self._wants_current:
             self._wants_current.discard(request_id)
             self._speaker.wanted.add(_MISSION_CURRENT)
-        if values is None and reply.result is not Result.ACCEPTED and reply.reason:
+        if reply.result is not Result.ACCEPTED and reply.reason:
             self._explain(reply.reason)
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:

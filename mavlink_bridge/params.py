@@ -134,11 +134,11 @@ class ParamServer:
         """Remember under which number the vessel was asked."""
         self._waiting[request_id] = _Waiting(message.param_id, message.param_value, _sender(message))
 
-    def reply(self, request_id: int, reply: Reply) -> list[Any] | None:
-        """The vessel's answer: the stored value, after a PARAM_ERROR when refused; None for a request that is not ours."""
+    def reply(self, request_id: int, reply: Reply) -> list[Any]:
+        """The vessel's answer: the stored value, after a PARAM_ERROR when refused; nothing for a request that is not ours."""
         waiting = self._waiting.pop(request_id, None)
         if waiting is None:
-            return None
+            return []
         messages = self.changed(waiting.name)
         if reply.result is not Result.ACCEPTED:
             error = PERMISSION_DENIED if reply.result is Result.REJECTED_NOW else OUT_OF_RANGE
