@@ -200,15 +200,16 @@ class DepthGuard:
         self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
-        if new is old:
-            return False
         below = altitude_m is not None and altitude_m < config.min_altitude_m - _EPS_M
-        if new is LOCKED:
-            self._shallow, self._unlocked = False, False
-        elif new is CORRECTION and below:
+        locks = new is LOCKED and old is not LOCKED
+        corrects = new is CORRECTION and below and not self._shallow
+        if locks:
+            self._shallow = self._unlocked = False
+        if corrects:
             self._shallow = True
-        texts.append(self._text(new, altitude_m))
-        return new is LOCKED or (new is CORRECTION and below)
+        if new is not old or corrects:
+            texts.append(self._text(new, altitude_m))
+        return locks or corrects
 
     def _text(self, new: GuardState, altitude_m: float | None) -> tuple[Severity, str]:
         limit_m = self._config.min_altitude_m

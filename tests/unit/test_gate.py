@@ -135,6 +135,43 @@ def test_the_oscillation_limit_scales_the_thrusters_only():
     assert values(gate.decide(1, ahead(1, -1.0, 0.2), Action.WARN, True, evidence)) == (-0.3, -0.3, 0.2, 0.2)
 
 
-def test_a_control_period_below_a_microsecond_is_refused():
-    with pytest.raises(ValueError, match="shorter than a microsecond"):
-        GateConfig(control_period_s=1e-7)
+def test_one_bad_channel_is_enough():
+    for channel in range(4):
+        numbers = [0.1, 0.2, 0.3, 0.4]
+        numbers[channel] = math.nan
+        output = Gate(GateConfig()).decide(0, ActuatorDemand(0, *numbers), Action.NONE, True, READY)
+        assert (values(output), output.cause) == (NEUTRAL, "demand is not a number")
+
+
+@pytest.mark.parametrize("wanted", [(0.4, -0.3, 0.2, -0.25), (-0.4, 0.3, -0.2, 0.25)])
+def test_each_channel_has_its_own_place_start_and_rate(wanted):
+    gate = Gate(GateConfig(thruster_rate=1.0, rudder_rate_degps=math.degrees(1.0)))
+    seen = [
+        values(gate.decide(now, ActuatorDemand(now, *wanted), Action.NONE, True, READY))
+        for now in range(0, 12 * TICK_US, TICK_US)
+    ]
+    assert seen[0] == NEUTRAL, "the first output starts from neutral with no time gone"
+    for tick, output in enumerate(seen):
+        for value, target in zip(output, wanted, strict=True):
+            assert value == pytest.approx(math.copysign(min(abs(target), 0.05 * tick), target))
+    now = 12 * TICK_US
+    assert values(gate.decide(now, ActuatorDemand(now), Action.NONE, True, READY)) == NEUTRAL, "to neutral at once"
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
+def test_a_thrust_limit_of_nothing_stops_the_thrusters(limit):
+    output = Gate(GateConfig()).decide(0, ahead(0), Action.NONE, True, Evidence(True, "", thrust_limit=limit))
+    assert values(output) == (0.0, 0.0, 0.1, 0.1)
+
+
+def test_the_settings_have_these_defaults_and_ranges():
+    schema = GateConfig.model_json_schema()["properties"]
+    shape = {name: (field["default"], field["minimum"], field["maximum"]) for name, field in schema.items()}
+    assert shape == {
+        "control_period_s": (0.05, 0.001, 1),
+        "thruster_min": (-1.0, -1, 0),
+        "thruster_max": (1.0, 0, 1),
+        "thruster_rate": (0.0, 0, 100),
+        "rudder_max_deg": (30.0, 0, 90),
+        "rudder_rate_degps": (0.0, 0, 3600),
+    }

@@ -1,0 +1,312 @@
+"""The minimum-altitude guard: the seed's sequences, the unknown state, aborts, policies and texts."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_guard import DepthGuard, GuardOutput, next_state
+from companion.core.depth_input import DepthInputConfig
+from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
+
+UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
+RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, transducer_depth_m=0.0, keel_depth_m=0.0)
+"""Every reading is the altitude: the seed had no chain."""
+SEED = DepthGuardConfig(input=RAW, rate_look_ahead=False, map_look_ahead=False, unknown_policy="ignore")
+STEP_US = 500_000
+
+
+class Run:
+    """Feeds altitudes half a second apart to a guard."""
+
+    def __init__(self, config: DepthGuardConfig = SEED, active: bool = True) -> None:
+        self.guard = DepthGuard(config)
+        self.active = active
+        self.now_us = 0
+        self.texts: list[tuple[Severity, str]] = []
+
+    def feed(self, altitude_m: float | None, state: EstimatedState | None = None) -> GuardOutput:
+        self.now_us += STEP_US
+        if altitude_m is not None:
+            self.guard.measure(Distance(self.now_us, altitude_m), state)
+        return self.tick()
+
+    def tick(self, after_us: int = 0) -> GuardOutput:
+        self.now_us += after_us
+        out = self.guard.step(self.now_us, None, self.active)
+        self.texts += out.texts
+        return out
+
+    def seen(self, *altitudes_m: float) -> list[tuple[GuardState, bool]]:
+        return [(out.state, out.abort) for out in map(self.feed, altitudes_m)]
+
+
+def test_seed_sequence_1_into_correction_then_locked():
+    assert Run().seen(5.0, 3.95, 3.5) == [(OK, False), (CORRECTION, True), (LOCKED, True)]
+
+
+def test_seed_sequence_2_straight_into_locked():
+    assert Run().seen(5.0, 2.0) == [(OK, False), (LOCKED, True)]
+
+
+def test_seed_sequence_3_locked_at_the_first_reading():
+    run = Run()
+    assert run.seen(2.0) == [(LOCKED, True)]
+    run = Run(active=False)
+    assert run.seen(2.0) == [(LOCKED, False)], "no loop is active: tracked, not aborted"
+    assert run.guard.activation(run.now_us) == "depth guard locked: altitude 2.00 m, needs 4.10 m"
+    assert run.tick().abort, "one Abort for the forbidden activation"
+    assert not run.tick().abort
+
+
+def test_seed_sequence_4_a_correction_that_succeeds():
+    assert Run().seen(5.0, 3.95, 4.05, 4.2) == [(OK, False), (CORRECTION, True), (CORRECTION, False), (OK, False)]
+
+
+def test_seed_integration_turning_back_returns_to_normal():
+    """The seed lists this result under the other scenario; the two were swapped."""
+    run = Run()
+    run.seen(5.0, 3.95)
+    run.active = False  # the abort ends the manoeuvre ...
+    assert run.guard.activation(run.now_us) is None, "... and an order to turn back is accepted"
+    run.active = True
+    assert run.seen(3.92, 3.98, 4.05, 4.3)[-1] == (OK, False)
+    assert run.guard.refusal(run.now_us) is None
+
+
+def test_seed_integration_pressing_on_ends_locked_without_correction():
+    run = Run()
+    run.seen(5.0, 3.95)
+    assert run.seen(3.93, 3.85) == [(CORRECTION, False), (LOCKED, True)]
+    assert run.guard.activation(run.now_us) is not None
+    assert run.seen(3.85, 4.05)[-1][0] is LOCKED, "4.05 is not good yet"
+    assert run.seen(4.1)[-1] == (OK, False)
+    assert run.guard.activation(run.now_us) is None
+
+
+def test_each_entry_aborts_once_and_no_more():
+    run = Run()
+    seen = run.seen(5.0, 3.95, 3.94, 3.95, 3.5, 3.4, 3.95, 4.2, 3.95)
+    assert [abort for _, abort in seen] == [False, True, False, False, True, False, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("state", "expected"),
+    [
+        # altitude:   None      4.1  4.0         3.9         3.8999
+        (UNKNOWN, (UNKNOWN, OK, CORRECTION, CORRECTION, LOCKED)),
+        (OK, (UNKNOWN, OK, OK, CORRECTION, LOCKED)),
+        (CORRECTION, (UNKNOWN, OK, CORRECTION, CORRECTION, LOCKED)),
+        (LOCKED, (LOCKED, OK, LOCKED, LOCKED, LOCKED)),
+    ],
+)
+def test_the_table_with_unknown(state, expected):
+    altitudes = (None, 4.1, 4.0, 3.9, 3.8999)
+    assert tuple(next_state(state, altitude, 4.0, 0.1, 0.1) for altitude in altitudes) == expected
+
+
+def test_equality_in_decimal_numbers():
+    assert next_state(OK, 4.0, 4.0, 0.1, 0.1) is OK
+    assert next_state(OK, 4.0 - 1e-8, 4.0, 0.1, 0.1) is CORRECTION
+    assert next_state(OK, 0.3 - 0.1, 0.3, 0.1, 0.1) is CORRECTION, "0.3 - 0.1 is not below 0.2"
+    assert next_state(LOCKED, 0.3, 0.1 + 0.1, 0.1, 0.1) is OK, "0.30000000000000004 is reached by 0.3"
+    assert next_state(OK, 4.0 - 5e-10, 4.0, 0.1, 0.1) is OK
+    assert next_state(CORRECTION, 3.9 - 5e-10, 4.0, 0.1, 0.1) is CORRECTION
+    assert next_state(CORRECTION, 3.9 - 5e-9, 4.0, 0.1, 0.1) is LOCKED
+    assert next_state(CORRECTION, 4.1 - 5e-10, 4.0, 0.1, 0.1) is OK
+    assert next_state(CORRECTION, 4.1 - 5e-9, 4.0, 0.1, 0.1) is CORRECTION
+
+
+def test_a_parameter_change_is_judged_at_once():
+    run = Run()
+    run.feed(5.0)
+    run.guard.configure(SEED.model_copy(update={"min_altitude_m": 5.05}))
+    out = run.tick()
+    assert (out.state, out.abort) == (CORRECTION, True)
+    run.guard.configure(SEED)
+    assert run.tick().state is OK
+
+
+def test_unknown_after_correction_keeps_the_stop():
+    run = Run(SEED.model_copy(update={"unknown_policy": "warn"}))
+    run.seen(5.0, 3.95)
+    out = run.tick(after_us=2_000_000)
+    assert (out.state, out.shallow, out.altitude_m) == (UNKNOWN, True, None)
+    assert run.feed(4.2).shallow is False
+
+
+def test_unknown_to_the_band_above_the_limit_needs_no_abort():
+    run = Run()
+    out = run.feed(4.05)
+    assert (out.state, out.abort, out.shallow) == (CORRECTION, False, False)
+    out = run.feed(3.95)
+    assert (out.state, out.abort, out.shallow) == (CORRECTION, True, True), "below the limit it is an entry after all"
+    assert run.feed(3.94).abort is False
+    run = Run()
+    assert run.feed(4.0 - 1e-10).abort is False
+    run = Run()
+    assert run.feed(3.99).abort is True
+
+
+def test_locked_outlasts_a_silent_sounder_and_is_a_flag_of_its_own():
+    run = Run()
+    out = run.feed(2.0)
+    assert (out.locked, out.shallow) == (True, False)
+    out = run.tick(after_us=60_000_000)
+    assert (out.state, out.locked) == (LOCKED, True)
+    assert run.guard.refusal(run.now_us) == "depth guard locked: altitude unknown, needs 4.10 m"
+    assert run.feed(4.1).locked is False
+
+
+def test_correction_that_locks_is_no_longer_shallow():
+    run = Run()
+    assert run.feed(3.95).shallow
+    assert not run.feed(3.0).shallow
+
+
+def test_unlock_once_lasts_until_the_water_is_good():
+    run = Run()
+    run.feed(3.0)
+    run.guard.unlock_once()
+    assert run.guard.refusal(run.now_us) is None
+    out = run.feed(3.2)
+    assert (out.state, out.locked, out.abort) == (LOCKED, False, False)
+    run.seen(5.0, 3.0)
+    assert run.guard.refusal(run.now_us) is not None
+
+
+def test_an_unlock_is_used_up_by_the_next_lock():
+    run = Run()
+    run.feed(5.0)
+    run.guard.unlock_once()
+    assert run.feed(3.0).locked
+
+
+def test_asking_for_the_refusal_changes_nothing():
+    run = Run(active=False)
+    run.feed(2.0)
+    assert run.guard.refusal(run.now_us) is not None
+    assert not run.tick().abort
+
+
+def test_disabled_the_guard_only_measures():
+    run = Run(SEED.model_copy(update={"enabled": False, "required": True}))
+    out = run.feed(2.0)
+    assert (out.state, out.altitude_m, out.altitude_raw_m, out.limit_m) == (UNKNOWN, 2.0, 2.0, None)
+    assert (out.abort, out.locked, out.shallow, out.blind) == (False, False, False, False)
+    assert run.guard.activation(run.now_us) is None
+    run.guard.configure(SEED)
+    assert run.tick().state is LOCKED
+    run.guard.configure(SEED.model_copy(update={"enabled": False}))
+    run.tick()
+    run.guard.configure(SEED)
+    assert run.tick().abort, "switched on again it enters anew"
+
+
+def test_switching_off_forgets_the_correction():
+    run = Run()
+    run.feed(3.95)
+    run.guard.configure(SEED.model_copy(update={"enabled": False}))
+    run.tick()
+    run.guard.configure(SEED)
+    assert run.feed(4.05).shallow is False
+
+
+def test_margins_of_zero_leave_no_dead_state():
+    config = SEED.model_copy(update={"minimum_margin_m": 0.0, "good_margin_m": 0.0})
+    assert Run(config).seen(5.0, 4.0, 3.999, 4.0) == [(OK, False), (OK, False), (LOCKED, True), (OK, False)]
+
+
+# ---- texts
+
+
+def test_each_transition_is_told_with_altitude_and_limit():
+    run = Run(SEED.model_copy(update={"unknown_policy": "warn"}))
+    run.seen(5.0, 3.95, 3.5, 4.2)
+    run.tick(after_us=2_000_000)
+    assert run.texts == [
+        (Severity.NOTICE, "Depth 5.00 m, limit 4.00 m: good"),
+        (Severity.WARNING, "Depth 3.95 m, limit 4.00 m: correction manoeuvre allowed"),
+        (Severity.CRITICAL, "Depth 3.50 m, limit 4.00 m: locked, no manoeuvre"),
+        (Severity.NOTICE, "Depth 4.20 m, limit 4.00 m: good"),
+        (Severity.WARNING, "Depth unknown (limit 4.00 m)"),
+    ]
+
+
+def test_the_startup_warning_says_what_the_margins_allow():
+    """vessel-control §5.4, with its closed form for the stopping distance of the default vessel."""
+    text = DepthGuard(DepthGuardConfig()).startup_warning(lambda u: 85.5 / 17.0 * math.log1p(17.0 * u / 25.0))
+    assert text == "Depth margin 0.1 m: correction only on slopes below 2.3 % at 1.5 m/s, 1.6 % at 2.5 m/s"
+
+
+# ---- altitude unknown
+
+
+@pytest.mark.parametrize(
+    ("policy", "required", "lost", "slow", "blind"),
+    [
+        ("ignore", False, False, None, False),
+        ("warn", False, True, None, False),
+        ("slow", False, True, 0.5, False),
+        ("stop", False, True, None, True),
+        ("ignore", True, True, None, True),
+    ],
+)
+def test_policies_for_an_unknown_altitude(policy, required, lost, slow, blind):
+    run = Run(SEED.model_copy(update={"unknown_policy": policy, "required": required}))
+    run.feed(5.0)
+    assert not run.tick().lost
+    out = run.tick(after_us=1_000_001)
+    assert (out.lost, out.slow_to_mps, out.blind) == (lost, slow, False)
+    assert run.tick(after_us=3_999_998).blind is False
+    assert run.tick(after_us=1).blind is blind
+
+
+def test_never_heard_counts_from_the_start():
+    run = Run(SEED.model_copy(update={"unknown_policy": "stop"}))
+    assert run.tick(after_us=3_000_000).lost
+    assert not run.tick(after_us=4_999_999).blind
+    assert run.tick(after_us=1).blind
+
+
+def test_required_depth_refuses_activation():
+    run = Run(SEED.model_copy(update={"required": True}))
+    assert run.guard.activation(0) == "water depth unknown, and depth.required is set"
+    run.feed(5.0)
+    assert run.guard.refusal(run.now_us) is None
+
+
+def test_losing_the_bottom_in_deep_water_is_normal_and_at_five_metres_is_not():
+    config = SEED.model_copy(
+        update={"unknown_policy": "stop", "input": RAW.model_copy(update={"range_max_m": 50.0, "jump_rate_mps": 50.0})}
+    )
+    run = Run(config)
+    run.feed(45.0)
+    out = run.tick(after_us=20_000_000)
+    assert (out.lost, out.blind) == (False, False)
+    run = Run(config)
+    run.feed(5.0)
+    out = run.tick(after_us=20_000_000)
+    assert (out.lost, out.blind) == (True, True)
+    run = Run(config.model_copy(update={"required": True}))
+    run.feed(45.0)
+    assert run.tick(after_us=20_000_000).blind, "required is required"
+
+
+def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
+    """Must hold of the issue: the policy slow acts as soon as the reading is stale, 1 s."""
+    run = Run(DepthGuardConfig(unknown_policy="slow", input=RAW))
+    for altitude in (6.0, 5.5, 5.0):
+        run.feed(altitude)
+    last_us = run.now_us
+    while not (out := run.tick(after_us=50_000)).lost:
+        pass
+    assert (run.now_us - last_us) / 1e6 <= 1.05
+    assert out.slow_to_mps == 0.5
+
+
+def test_the_brake_is_passed_on():
+    assert Run(SEED.model_copy(update={"brake": True})).feed(5.0).brake
+    assert not Run().feed(5.0).brake
