@@ -1,0 +1,88 @@
+"""``companion report``: what happened, as one HTML file for somebody who was not there."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+from companion.cli import MissingExtraError
+from companion.report.flight import Flight
+from companion.report.from_run import read_run
+from companion.report.from_tlog import read_tlog
+from companion.report.verdicts import Limits, judge
+from companion.settings import ConfigError
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("report", help="HTML report of a run or a tlog", description=__doc__)
+    parser.add_argument("source", type=Path, metavar="RUN_DIR|F.tlog")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="F.html", help="default: report.html in RUN_DIR, or F.html"
+    )
+    parser.add_argument("--picture", type=Path, metavar="F.png", help="also write the map as a picture")
+    parser.add_argument(
+        "--limit", action="append", default=[], metavar="NAME=VALUE", help=f"one of {', '.join(_limit_names())}"
+    )
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Write the report and print the summary; exit status 0, 1 when there is nothing to read, 2 wrong usage."""
+    limits = read_limits(arguments.limit)
+    flight = read(arguments.source)
+    if flight is None:
+        print(f"{arguments.source}: neither a run directory nor a telemetry log", file=sys.stderr)
+        return 1
+    if importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
+    from companion.report import page, plots
+
+    output = arguments.output or default_output(arguments.source)
+    output.write_text(page.make_page(flight, limits), encoding="utf-8")
+    if arguments.picture:
+        made = plots.draw_map(flight)
+        if made is not None:
+            arguments.picture.write_bytes(plots.as_png(made))
+    for verdict in judge(flight, limits):
+        mark = {True: "holds", False: "FAILS", None: ""}[verdict.ok]
+        print(f"  {verdict.name:40} {verdict.value:>18}  {verdict.limit:14} {mark}")
+    print(output)
+    return 0
+
+
+def read(source: Path) -> Flight | None:
+    """Read a run directory or a telemetry log; None when it is neither."""
+    if source.is_dir():
+        return read_run(source) if any(source.glob("*.json*")) or any(source.glob("*.tlog")) else None
+    return read_tlog(source) if source.is_file() else None
+
+
+def default_output(source: Path) -> Path:
+    """Where the report goes when nobody says."""
+    return source / "report.html" if source.is_dir() else source.with_suffix(".html")
+
+
+def _limit_names() -> list[str]:
+    return [field.name for field in dataclasses.fields(Limits)]
+
+
+def read_limits(changes: list[str]) -> Limits:
+    """Apply ``name=value`` to the limits. Raises ConfigError with every mistake."""
+    values: dict[str, float] = {}
+    mistakes = []
+    for item in changes:
+        name, _, text = item.partition("=")
+        try:
+            values[name] = float(text)
+        except ValueError:
+            mistakes.append(f"--limit {item}: write it as name=number")
+        if name not in _limit_names():
+            mistakes.append(f"--limit {item}: no such limit; known: {', '.join(_limit_names())}")
+    if mistakes:
+        raise ConfigError("--limit", mistakes)
+    return Limits(**values)

@@ -1,0 +1,226 @@
+"""Reads a run directory into a flight: control.csv, truth.csv, events.jsonl, run.json, and the log of its frames."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from companion.io import request_json
+from companion.io.inputs import InputReader, InputsError
+from companion.io.recorder import CONTROL_COLUMNS
+from companion.io.store_content import from_json
+from companion.report.flight import Event, Flight, Track
+from companion.report.from_tlog import read_tlog
+from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
+
+_COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
+_AT: Final = {name: index for index, name in enumerate(_COLUMNS)}
+_SERIES: Final = (
+    "heading_deg",
+    "heading_ref_deg",
+    "heading_error_deg",
+    "speed_mps",
+    "speed_ref_mps",
+    "speed_error_mps",
+    "yaw_rate_dps",
+    "sog_mps",
+    "cross_track_m",
+    "distance_m",
+    "orbit_radius_m",
+    "altitude_m",
+    "altitude_raw_m",
+    "altitude_limit_m",
+    "thruster_port",
+    "thruster_starboard",
+    "rudder_port_deg",
+    "rudder_starboard_deg",
+)
+_STATES: Final = ("mode", "guard", "action", "plan_state", "cause")
+_PLAN_STATES: Final = {"1": "no plan", "2": "not started", "3": "active", "4": "paused", "5": "complete"}
+
+
+def read_run(run_dir: Path) -> Flight:
+    """Read what is there; a missing or damaged file is a note, never an error."""
+    flight = Flight(run_dir.resolve().name, "run directory")
+    _about(flight, run_dir)
+    _frames(flight, run_dir)
+    _control(flight, run_dir)
+    _truth(flight, run_dir)
+    _events(flight, run_dir)
+    _plans(flight, run_dir)
+    return flight
+
+
+def _about(flight: Flight, run_dir: Path) -> None:
+    try:
+        about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        flight.notes.append(f"run.json: {error}")
+        return
+    settings = about.pop("settings", {})
+    flight.settings = settings if isinstance(settings, dict) else {}
+    name = flight.settings.get("system", {}).get("name") if flight.settings else None
+    flight.about["vehicle"] = f"{name or 'vessel'}, hull {flight.settings.get('vessel', 'unknown')}"
+    flight.about.update({key: str(value) for key, value in about.items() if not isinstance(value, dict | list)})
+
+
+def _frames(flight: Flight, run_dir: Path) -> None:
+    """Links and plans from the telemetry log; everything else is better known from control.csv."""
+    path = run_dir / "mavlink.tlog"
+    if not path.is_file():
+        flight.notes.append("no telemetry log")
+        return
+    log = read_tlog(path, numbered=True)
+    flight.links, flight.plan, flight.fence, flight.rally = log.links, log.plan, log.fence, log.rally
+    names = [str(item.get("name")) for item in flight.settings.get("endpoints", [])]
+    if flight.settings.get("radio", {}).get("url"):
+        names.append("radio")
+    for link in flight.links:
+        number = int(link.name.removeprefix("link "))
+        if number < len(names):
+            link.name = names[number]
+    if "start" in log.about:
+        flight.about["start"] = log.about["start"]
+    for name in ("voltage_v", "load", "depth_m", "satellites", "roll_deg", "pitch_deg"):
+        if name in log.series:
+            flight.series[name] = log.series[name]
+
+
+def _rows(path: Path, columns: int) -> Iterator[list[str]]:
+    """Rows of a CSV file, its header and a line that was cut left out."""
+    with path.open(encoding="utf-8", errors="replace", newline="") as file:
+        for number, row in enumerate(csv.reader(file)):
+            if number and len(row) == columns:
+                yield row
+
+
+def _control(flight: Flight, run_dir: Path) -> None:
+    parts = [path for path in (run_dir / "control.csv", *sorted(run_dir.glob("control-*.csv"))) if path.is_file()]
+    if not parts:
+        flight.notes.append("no control.csv: nothing of the control loops is shown")
+        return
+    wanted = [(flight.of(name), _AT[name]) for name in _SERIES]
+    track = Track()
+    last_s: float | None = None
+    gap_s = 0.0
+    last_states: list[str] = []
+    for path in parts:
+        for row in _rows(path, len(_COLUMNS)):
+            try:
+                t_s = float(row[0])
+                for series, at in wanted:
+                    series.t.append(t_s)
+                    series.v.append(float(row[at]) if row[at] else math.nan)
+                if row[_AT["lat_deg"]] and row[_AT["lon_deg"]]:
+                    track.add(t_s, float(row[_AT["lat_deg"]]), float(row[_AT["lon_deg"]]))
+            except ValueError:
+                continue
+            states = [row[_AT["armed"]], row[_AT["item"]], *(row[_AT[name]] for name in _STATES)]
+            if states != last_states:
+                _say_states(flight, t_s, row)
+                last_states = states
+            if last_s is not None and t_s - last_s > gap_s:
+                gap_s = t_s - last_s
+            last_s = t_s
+    if last_s is not None:
+        flight.duration_s = last_s
+        flight.gap_s = gap_s
+        for spans in flight.spans.values():
+            spans[-1].end = last_s
+    if track:
+        flight.tracks["estimate"] = track
+    flight.series = {name: series for name, series in flight.series.items() if series}
+
+
+def _say_states(flight: Flight, t_s: float, row: list[str]) -> None:
+    for name in _STATES:
+        value = row[_AT[name]]
+        flight.say(name, t_s, _PLAN_STATES.get(value, value) if name == "plan_state" else value)
+    flight.say("armed", t_s, "armed" if row[_AT["armed"]] == "1" else "disarmed")
+    flight.say("item", t_s, row[_AT["item"]])
+
+
+def _truth(flight: Flight, run_dir: Path) -> None:
+    path = run_dir / "truth.csv"
+    if not path.is_file():
+        return
+    from companion.io.truth import TRUTH_COLUMNS
+
+    columns = TRUTH_COLUMNS.split(",")
+    at = {name: index for index, name in enumerate(columns)}
+    track = Track()
+    names = ("depth_m", "altitude_m", "heading_deg", "sog_mps")
+    for row in _rows(path, len(columns)):
+        try:
+            t_s = float(row[0])
+            track.add(t_s, float(row[at["lat_deg"]]), float(row[at["lon_deg"]]))
+            for name in names:
+                flight.of(f"true_{name}").add(t_s, float(row[at[name]]))
+        except ValueError:
+            continue
+    if track:
+        flight.tracks["truth"] = track
+
+
+def _events(flight: Flight, run_dir: Path) -> None:
+    for path in (run_dir / "events.jsonl", *sorted(run_dir.glob("events-*.jsonl"))):
+        if not path.is_file():
+            flight.notes.append("no events.jsonl")
+            continue
+        with path.open(encoding="utf-8", errors="replace") as file:
+            for line in file:
+                try:
+                    event = _event(json.loads(line))
+                except (ValueError, KeyError, TypeError):
+                    continue  # a line that was cut
+                flight.events.append(event)
+
+
+def _event(data: dict[str, Any]) -> Event:
+    kind, t_s = str(data["event"]), float(data["t_s"])
+    if kind == "text":
+        return Event(t_s, kind, str(data["text"]), str(data["severity"]))
+    if "value" in data:
+        before = data.get("before")
+        shown = f"{_shown(before)} → {_shown(data['value'])}" if before is not None else _shown(data["value"])
+        return Event(t_s, kind, shown)
+    return Event(t_s, kind, ", ".join(f"{key} {value}" for key, value in data.items() if key not in ("t_s", "event")))
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"
+    return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
+
+
+def _submitted(reader: InputReader) -> dict[PlanKind, tuple[PlanItem, ...]]:
+    """The last plan of each kind that was handed over inside the process."""
+    found: dict[PlanKind, tuple[PlanItem, ...]] = {}
+    for step in reader.steps():
+        for text in step.submitted:
+            body = request_json.loads(text)
+            if isinstance(body, LoadPlan):
+                found[body.kind] = body.items
+    return found
+
+
+def _plans(flight: Flight, run_dir: Path) -> None:
+    """Plans that came over no link: from the store at start, or handed over inside the process."""
+    try:
+        reader = InputReader(run_dir / "inputs.bin")
+    except (OSError, InputsError) as error:
+        flight.notes.append(f"inputs.bin: {getattr(error, 'strerror', None) or error}")
+        return
+    try:
+        plans = {**from_json(reader.store).plans, **_submitted(reader)}
+        if reader.cut:
+            flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")
+    finally:
+        reader.close()
+    flight.plan = flight.plan or plans.get(PlanKind.MISSION, ())
+    flight.fence = flight.fence or plans.get(PlanKind.FENCE, ())
+    flight.rally = flight.rally or plans.get(PlanKind.RALLY, ())

@@ -1,0 +1,231 @@
+"""Reads a telemetry log of any MAVLink vehicle into a flight: what its messages tell, and nothing that they do not."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from companion.report.flight import Event, Flight, LinkStats, Track
+from mavlink_bridge import tlog
+from mavlink_bridge.codec import decode, dialect
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.mission_wire import item_from_message
+from mavlink_bridge.modes import FACES
+from mavlink_bridge.requests import PlanItem
+
+
+def read_tlog(path: Path, *, numbered: bool = False) -> Flight:
+    """Read a log; the vehicle is the autopilot component heard most often.
+
+    ``numbered``: the log is one of ours, whose stamps carry link numbers; others have noise there.
+    """
+    records = list(tlog.iterate(path.read_bytes()))
+    vehicle = find_vehicle(records)
+    flight = Flight(path.stem, path.name)
+    if not records:
+        flight.notes.append("the log holds no whole MAVLink frame")
+        return flight
+    _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(records)
+    return flight
+
+
+def find_vehicle(records: list[tlog.Record]) -> tuple[int, int] | None:
+    """Return (system, component) of the vehicle: heartbeats of a type that is no ground station, most often heard."""
+    heard: Counter[tuple[int, int]] = Counter()
+    senders: Counter[tuple[int, int]] = Counter()
+    for record in records:
+        frame = record.frame
+        senders[frame.system, frame.component] += 1
+        if frame.message_id == 0 and not _is_other(frame.payload):
+            heard[frame.system, frame.component] += 1
+    best = heard or senders
+    return best.most_common(1)[0][0] if best else None
+
+
+def _is_other(heartbeat: bytes) -> bool:
+    """A ground station, a camera, a gimbal: everything that is no autopilot."""
+    kind, autopilot = heartbeat.ljust(6, b"\0")[4:6]
+    return kind == dialect.MAV_TYPE_GCS or autopilot == dialect.MAV_AUTOPILOT_INVALID
+
+
+class _Reader:
+    """One reading under way."""
+
+    def __init__(self, flight: Flight, vehicle: tuple[int, int] | None, start_us: int, numbered: bool) -> None:
+        self._numbered = numbered
+        self.flight = flight
+        self.vehicle = vehicle
+        self.start_us = start_us
+        self.t_s = 0.0
+        self._links: dict[int, LinkStats] = {}
+        self._sequence: dict[tuple[int, int, int], int] = {}
+        self._items: dict[int, dict[int, PlanItem]] = {0: {}, 1: {}, 2: {}}
+        self._target: tuple[int, int] | None = None
+        self._chunks: dict[int, str] = {}
+        self._last_position_s = -1.0
+        self._types: Counter[str] = Counter()
+        self._handlers: dict[str, Callable[[Any], None]] = {
+            name.removeprefix("_on_").upper(): getattr(self, name) for name in dir(self) if name.startswith("_on_")
+        }
+
+    def read(self, records: list[tlog.Record]) -> None:
+        for record in records:
+            self.t_s = max(self.t_s, (record.t_us - self.start_us) * 1e-6) if record.t_us >= self.start_us else self.t_s
+            self._count(record)
+            message = decode(record.frame)
+            if message is not None:
+                self._take(record, message)
+        flight = self.flight
+        flight.duration_s = self.t_s
+        flight.links = [self._links[number] for number in sorted(self._links)]
+        flight.plan, flight.fence, flight.rally = (self._plan(kind) for kind in range(3))
+        start = datetime.fromtimestamp(self.start_us / 1e6, UTC)
+        flight.about["start"] = start.strftime("%Y-%m-%d %H:%M:%S UTC")
+        flight.about["frames"] = str(len(records))
+        for kind in flight.spans.values():
+            kind[-1].end = max(kind[-1].end, kind[-1].start)
+
+    def _count(self, record: tlog.Record) -> None:
+        frame = record.frame
+        number = record.link if self._numbered else 0
+        link = self._links.get(number)
+        if link is None:
+            link = self._links[number] = LinkStats(f"link {number}")
+        outgoing = self.vehicle is not None and frame.system == self.vehicle[0]
+        link.add(self.t_s, len(frame.raw), outgoing)
+        key = (number, frame.system, frame.component)
+        before = self._sequence.get(key)
+        self._sequence[key] = frame.sequence
+        if before is not None:
+            gap = (frame.sequence - before - 1) & 0xFF
+            if 0 < gap < 128:
+                if outgoing:
+                    link.lost_out += gap
+                else:
+                    link.lost_in += gap
+
+    def _take(self, record: tlog.Record, message: Any) -> None:
+        name = message.get_type()
+        self._types[name] += 1
+        if name.startswith("MISSION_"):
+            self._mission(name, message)
+        elif self.vehicle is None or record.frame.system == self.vehicle[0]:
+            handler = self._handlers.get(name)
+            if handler is not None and (record.frame.component == (self.vehicle or (0, 1))[1] or name == "STATUSTEXT"):
+                handler(message)
+
+    # ---- plan ---------------------------------------------------------------------------------------------------
+
+    def _mission(self, name: str, message: Any) -> None:
+        kind = getattr(message, "mission_type", 0)
+        if kind not in self._items:
+            return
+        if name == "MISSION_COUNT":
+            self._items[kind] = {}
+        elif name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
+            self._items[kind][message.seq] = item_from_message(message)
+        elif name == "MISSION_ITEM_REACHED":
+            self._note("reached", f"item {message.seq}")
+
+    def _plan(self, kind: int) -> tuple[PlanItem, ...]:
+        return tuple(self._items[kind][seq] for seq in sorted(self._items[kind]))
+
+    # ---- messages of the vehicle --------------------------------------------------------------------------------
+
+    def _note(self, kind: str, text: str, severity: str = "INFO") -> None:
+        self.flight.events.append(Event(self.t_s, kind, text, severity))
+
+    def _say(self, kind: str, value: str) -> None:
+        spans = self.flight.spans.get(kind)
+        if spans and spans[-1].value != value:
+            self._note(kind, f"{spans[-1].value} → {value}")
+        self.flight.say(kind, self.t_s, value)
+
+    def _on_heartbeat(self, m: Any) -> None:
+        self.flight.about["vehicle"] = f"{_name('MAV_TYPE', m.type)}, {_name('MAV_AUTOPILOT', m.autopilot)}"
+        self._say("mode", mode_name(m))
+        self._say("armed", "armed" if m.base_mode & 128 else "disarmed")
+
+    def _on_statustext(self, m: Any) -> None:
+        text = str(m.text)
+        if getattr(m, "id", 0):
+            text = self._chunks.pop(m.id, "") + text
+            if len(str(m.text)) == 50:
+                self._chunks[m.id] = text
+                return
+        severity = Severity(m.severity).name if m.severity in list(Severity) else "INFO"
+        self._note("text", text, severity)
+
+    def _position(self, lat: int, lon: int) -> None:
+        if (lat or lon) and abs(lat) <= 900_000_000 and self.t_s > self._last_position_s:
+            self._last_position_s = self.t_s
+            self.flight.tracks.setdefault("estimate", Track()).add(self.t_s, lat * 1e-7, lon * 1e-7)
+
+    def _on_global_position_int(self, m: Any) -> None:
+        self._position(m.lat, m.lon)
+
+    def _on_gps_raw_int(self, m: Any) -> None:
+        if m.fix_type >= 2 and "GLOBAL_POSITION_INT" not in self._types:
+            self._position(m.lat, m.lon)
+        self.flight.of("satellites").add(self.t_s, m.satellites_visible if m.satellites_visible != 255 else None)
+
+    def _on_vfr_hud(self, m: Any) -> None:
+        self.flight.of("heading_deg").add(self.t_s, m.heading)
+        self.flight.of("speed_mps").add(self.t_s, m.groundspeed)
+        self.flight.of("throttle").add(self.t_s, m.throttle / 100.0)
+
+    def _on_attitude(self, m: Any) -> None:
+        self.flight.of("roll_deg").add(self.t_s, math.degrees(m.roll))
+        self.flight.of("pitch_deg").add(self.t_s, math.degrees(m.pitch))
+        self.flight.of("yaw_rate_dps").add(self.t_s, math.degrees(m.yawspeed))
+
+    def _on_nav_controller_output(self, m: Any) -> None:
+        self.flight.of("heading_ref_deg").add(self.t_s, m.nav_bearing)
+        self.flight.of("cross_track_m").add(self.t_s, m.xtrack_error)
+        self.flight.of("distance_m").add(self.t_s, m.wp_dist)
+
+    def _on_servo_output_raw(self, m: Any) -> None:
+        for number in range(1, 5):
+            pulse = getattr(m, f"servo{number}_raw")
+            self.flight.of(f"servo{number}_us").add(self.t_s, pulse if pulse else None)
+
+    def _on_water_depth(self, m: Any) -> None:
+        self.flight.of("depth_m").add(self.t_s, m.distance if math.isfinite(m.distance) else None)
+
+    def _on_distance_sensor(self, m: Any) -> None:
+        if "WATER_DEPTH" not in self._types and m.orientation == 25:
+            self.flight.of("depth_m").add(self.t_s, m.current_distance / 100.0)
+
+    def _on_rangefinder(self, m: Any) -> None:
+        if "WATER_DEPTH" not in self._types and "DISTANCE_SENSOR" not in self._types:
+            self.flight.of("depth_m").add(self.t_s, m.distance)
+
+    def _on_sys_status(self, m: Any) -> None:
+        if 0 < m.voltage_battery < 65535:
+            self.flight.of("voltage_v").add(self.t_s, m.voltage_battery / 1000.0)
+        self.flight.of("load").add(self.t_s, m.load / 1000.0)
+
+    def _on_radio_status(self, m: Any) -> None:
+        self.flight.of("rssi").add(self.t_s, m.rssi)
+
+    def _on_radio(self, m: Any) -> None:
+        self._on_radio_status(m)
+
+
+def mode_name(m: Any) -> str:
+    """A mode in words where its number is known, else the number."""
+    rover = m.autopilot == dialect.MAV_AUTOPILOT_ARDUPILOTMEGA
+    if not rover or m.type in (dialect.MAV_TYPE_GROUND_ROVER, dialect.MAV_TYPE_SURFACE_BOAT):
+        for face in FACES:
+            if m.custom_mode and m.custom_mode == (face.rover if rover else face.px4):
+                return face.mode.value
+    return f"mode {m.custom_mode}"
+
+
+def _name(enum: str, value: int) -> str:
+    found = dialect.enums.get(enum, {}).get(value)
+    return str(found.name).removeprefix(f"{enum}_").replace("_", " ").lower() if found else f"{value}"

@@ -1,0 +1,326 @@
+"""The pictures of a report, drawn by matplotlib as SVG text. Loaded only when a report is made."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from companion.report.chart import PALETTE, STATE_COLOURS, plan_shapes
+from companion.report.flight import Flight, Series, Span, Track, thin
+from companion.report.verdicts import offset_m, split_cross_track
+
+WIDTH_IN: Final = 9.6
+
+
+def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:
+    """A figure without any window system behind it, and its axes."""
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    axes = made.subplots(rows, 1, squeeze=False, **options)
+    found = [row[0] for row in axes]
+    for ax in found:
+        ax.grid(True, color="#d8dee4", linewidth=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+    return made, found
+
+
+def as_svg(made: Any) -> str:
+    """The figure as an SVG element to put into a page."""
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.fonttype": "none", "font.family": "sans-serif", "path.simplify_threshold": 0.3}):
+        out = io.StringIO()
+        made.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    return re.sub(r"(\d+\.\d\d)\d+", r"\1", text)
+
+
+def as_png(made: Any, dpi: int = 110) -> bytes:
+    """The figure as a PNG file (the README's picture)."""
+    out = io.BytesIO()
+    made.savefig(out, format="png", dpi=dpi)
+    return out.getvalue()
+
+
+def _line(ax: Any, series: Series | None, label: str, colour: str, **options: Any) -> bool:
+    if not series:
+        return False
+    t, v = thin(series.t, series.v)
+    ax.plot(
+        [value / 60.0 for value in t], v, label=label, color=colour, linewidth=options.pop("linewidth", 1.1), **options
+    )
+    return True
+
+
+def _finish(ax: Any, ylabel: str, legend: bool = True) -> None:
+    ax.set_ylabel(ylabel)
+    if legend and ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="upper right", fontsize=8, frameon=True, framealpha=0.85, ncols=3)
+
+
+def _time_axis(axes: Sequence[Any], flight: Flight) -> None:
+    axes[-1].set_xlabel("time, minutes")
+    for ax in axes:
+        ax.set_xlim(0, max(flight.duration_s, 1.0) / 60.0)
+
+
+# ---- the map ------------------------------------------------------------------------------------------------------
+
+
+def draw_map(flight: Flight) -> Any | None:
+    """Track over plan and fence, coloured by depth where depth is known, else by mode."""
+    track = flight.tracks.get("truth") or flight.tracks.get("estimate")
+    shapes = plan_shapes(flight)
+    if not track and not shapes.points:
+        return None
+    lat0, lon0 = (track.lat[0], track.lon[0]) if track else shapes.points[0][:2]
+    made, (ax,) = figure(6.2)
+
+    def place(lat: float, lon: float) -> tuple[float, float]:
+        north, east = offset_m(lat0, lon0, lat, lon)
+        return east, north
+
+    _draw_plan(ax, shapes, place)
+    if track:
+        _draw_depth(made, ax, flight, place)
+        _draw_track(ax, flight, place)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("east, m")
+    ax.set_ylabel("north, m")
+    ax.legend(loc="best", fontsize=8, framealpha=0.85)
+    ax.set_title(f"0, 0 is {lat0:.6f}°, {lon0:.6f}°", fontsize=8, color="#57606a", loc="right")
+    return made
+
+
+def _draw_plan(ax: Any, shapes: Any, place: Callable[[float, float], tuple[float, float]]) -> None:
+    from matplotlib.patches import Circle
+
+    for polygon, inclusion in shapes.polygons:
+        points = [place(*corner) for corner in [*polygon, polygon[0]]]
+        ax.plot(
+            [x for x, _ in points],
+            [y for _, y in points],
+            color="#1a7f37" if inclusion else "#cf222e",
+            linestyle="--",
+            linewidth=1.3,
+            label="fence, stay inside" if inclusion else "fence, keep out",
+        )
+    for lat, lon, radius, kind in shapes.circles:
+        colour = {"inclusion": "#1a7f37", "exclusion": "#cf222e"}.get(kind, "#8250df")
+        ax.add_patch(Circle(place(lat, lon), radius, fill=False, edgecolor=colour, linestyle="--", linewidth=1.2))
+    route = [place(lat, lon) for lat, lon, _ in shapes.points]
+    if route:
+        ax.plot(
+            [x for x, _ in route], [y for _, y in route], color="#8250df", linestyle=":", linewidth=1.2, label="plan"
+        )
+        ax.plot([x for x, _ in route], [y for _, y in route], "o", color="#8250df", markersize=5)
+        for (x, y), (_, _, label) in zip(route, shapes.points, strict=True):
+            ax.annotate(label, (x, y), textcoords="offset points", xytext=(6, 6), fontsize=8, color="#6639ba")
+
+
+def _draw_depth(made: Any, ax: Any, flight: Flight, place: Callable[[float, float], tuple[float, float]]) -> None:
+    depth = flight.series.get("true_depth_m") or flight.series.get("altitude_m") or flight.series.get("depth_m")
+    track = flight.tracks.get("truth") or flight.tracks.get("estimate")
+    if not depth or not track:
+        return
+    step = max(1, len(track.t) // 700)
+    where, colours, at = [], [], 0
+    for index in range(0, len(track.t), step):
+        while at + 1 < len(depth.t) and depth.t[at + 1] <= track.t[index]:
+            at += 1
+        if not math.isnan(depth.v[at]):
+            where.append(place(track.lat[index], track.lon[index]))
+            colours.append(depth.v[at])
+    if where:
+        dots = ax.scatter(
+            [x for x, _ in where], [y for _, y in where], c=colours, cmap="viridis_r", s=26, alpha=0.55, linewidths=0
+        )
+        name = "depth, m" if "true_depth_m" in flight.series else "water under the keel, m"
+        made.colorbar(dots, ax=ax, label=name, shrink=0.7, pad=0.01)
+
+
+def _draw_track(ax: Any, flight: Flight, place: Callable[[float, float], tuple[float, float]]) -> None:
+    if "truth" in flight.tracks:
+        x, y = _curve(flight.tracks["truth"], place)
+        ax.plot(x, y, color="#57606a", linewidth=2.2, alpha=0.6, label="track (truth)")
+    if "estimate" in flight.tracks:
+        x, y = _curve(flight.tracks["estimate"], place)
+        ax.plot(x, y, color="#0969da", linewidth=1.0, label="track (estimate)")
+        ax.plot(x[0], y[0], ">", color="#1a7f37", markersize=9, label="start")
+        ax.plot(x[-1], y[-1], "s", color="#cf222e", markersize=7, label="end")
+
+
+def _curve(track: Track, place: Callable[[float, float], tuple[float, float]]) -> tuple[list[float], list[float]]:
+    step = max(1, len(track.t) // 4000)
+    points = [place(track.lat[index], track.lon[index]) for index in range(0, len(track.t), step)]
+    return [x for x, _ in points], [y for _, y in points]
+
+
+# ---- curves over time ---------------------------------------------------------------------------------------------
+
+
+def draw_path(flight: Flight) -> Any | None:
+    """Cross-track error on lines and radius error on circles."""
+    lines, circles = split_cross_track(flight)
+    if not lines and not circles:
+        return None
+    made, (ax,) = figure(2.4)
+    _line(ax, lines, "cross-track error on lines", PALETTE[0])
+    _line(ax, circles, "radius error on circles", PALETTE[1])
+    known = [abs(value) for value in (*lines.known(), *circles.known())]
+    span = max(1.0, min(sorted(known)[int(0.98 * (len(known) - 1))] * 1.5, 50.0))
+    ax.set_ylim(-span, span)
+    _finish(ax, "error, m (starboard +)")
+    _time_axis([ax], flight)
+    return made
+
+
+def draw_control(flight: Flight) -> Any | None:
+    """Heading and speed against their references."""
+    heading, speed = flight.series.get("heading_deg"), flight.series.get("speed_mps") or flight.series.get("sog_mps")
+    if not heading and not speed:
+        return None
+    made, (top, bottom) = figure(4.4, 2, sharex=True)
+    _line(top, _broken(flight.series.get("heading_ref_deg")), "reference", PALETTE[1], linewidth=1.6)
+    _line(top, _broken(heading), "heading", PALETTE[0])
+    _finish(top, "heading, °")
+    _line(bottom, flight.series.get("speed_ref_mps"), "reference", PALETTE[1], linewidth=1.6)
+    _line(bottom, speed, "speed", PALETTE[0])
+    _finish(bottom, "speed, m/s")
+    _time_axis([top, bottom], flight)
+    return made
+
+
+def _broken(series: Series | None) -> Series | None:
+    """Headings wrapped to 0...360, with a break where the curve would cross the whole picture."""
+    if series is None:
+        return None
+    found = Series()
+    last = math.nan
+    for t_s, value in zip(series.t, series.v, strict=True):
+        wrapped = value % 360.0
+        if abs(wrapped - last) > 180.0:
+            found.add(t_s, None)
+        found.add(t_s, wrapped)
+        last = wrapped
+    return found
+
+
+def draw_actuators(flight: Flight) -> Any | None:
+    """What the actuators were told."""
+    names = [name for name in ("thruster_port", "thruster_starboard") if flight.series.get(name)]
+    if not names:
+        servos = [name for name in (f"servo{number}_us" for number in range(1, 5)) if flight.series.get(name)]
+        if not servos:
+            return None
+        made, (ax,) = figure(2.6)
+        for name, colour in zip(servos, PALETTE, strict=False):
+            _line(ax, flight.series[name], name.replace("_us", ""), colour)
+        _finish(ax, "pulse, µs")
+        _time_axis([ax], flight)
+        return made
+    made, (top, bottom) = figure(4.2, 2, sharex=True)
+    for side, colour in (("port", PALETTE[3]), ("starboard", PALETTE[2])):
+        _line(top, flight.series.get(f"thruster_{side}"), side, colour)
+        _line(bottom, flight.series.get(f"rudder_{side}_deg"), side, colour)
+    _finish(top, "thrust, −1…1")
+    _finish(bottom, "rudder, °")
+    _time_axis([top, bottom], flight)
+    return made
+
+
+def draw_depth(flight: Flight) -> Any | None:
+    """Water under the keel against the guard's limit, with the guard's states behind."""
+    altitude = flight.series.get("altitude_m")
+    if not altitude and not flight.series.get("depth_m"):
+        return None
+    made, (ax,) = figure(2.6)
+    for span in flight.spans.get("guard", []):
+        colour = STATE_COLOURS.get(span.value)
+        if colour and span.value not in ("OK",):
+            ax.axvspan(span.start / 60.0, max(span.end, span.start + 1.0) / 60.0, color=colour, alpha=0.25, linewidth=0)
+    _line(ax, flight.series.get("true_altitude_m"), "truth", "#57606a", linewidth=2.0, alpha=0.5)
+    _line(ax, altitude or flight.series.get("depth_m"), "under the keel" if altitude else "depth", PALETTE[0])
+    _line(ax, flight.series.get("altitude_limit_m"), "limit", "#cf222e", linestyle="--")
+    ax.set_ylim(bottom=0)
+    _finish(ax, "water, m")
+    _time_axis([ax], flight)
+    return made
+
+
+def draw_states(flight: Flight) -> Any | None:
+    """Which states held when."""
+    kinds = [kind for kind in ("mode", "armed", "plan_state", "guard", "action") if flight.spans.get(kind)]
+    if not kinds:
+        return None
+    made, (ax,) = figure(0.6 + 0.42 * len(kinds))
+    for row, kind in enumerate(reversed(kinds)):
+        _bars(ax, row, flight.spans[kind], flight.duration_s)
+    ax.set_yticks(range(len(kinds)), [kind.replace("_", " ") for kind in reversed(kinds)])
+    ax.grid(visible=False, axis="y")
+    _time_axis([ax], flight)
+    return made
+
+
+def _bars(ax: Any, row: int, spans: list[Span], duration_s: float) -> None:
+    names = sorted({span.value for span in spans})
+    for span in spans[:2000]:
+        colour = STATE_COLOURS.get(span.value) or PALETTE[names.index(span.value) % len(PALETTE)]
+        width = max(span.end - span.start, duration_s / 600.0) / 60.0
+        ax.broken_barh([(span.start / 60.0, width)], (row - 0.36, 0.72), facecolors=colour, linewidth=0)
+        if span.end - span.start > 0.045 * max(duration_s, 1.0):
+            ax.text(
+                (span.start + span.end) / 120.0, row, span.value, ha="center", va="center", fontsize=7.5, clip_on=True
+            )
+
+
+def draw_links(flight: Flight) -> Any | None:
+    """Bytes in each second, both directions."""
+    links = [link for link in flight.links if link.per_second]
+    if not links:
+        return None
+    made, axes = figure(0.5 + 1.35 * len(links), len(links), sharex=True)
+    for ax, link in zip(axes, links, strict=True):
+        seconds = list(range(max(link.per_second) + 1))
+        for side, label, colour in ((0, "from the vehicle", PALETTE[0]), (1, "to the vehicle", PALETTE[1])):
+            rates = Series([float(s) for s in seconds], [float(link.per_second.get(s, [0, 0])[side]) for s in seconds])
+            _line(ax, rates, label, colour)
+        _finish(ax, f"{link.name}, B/s", legend=ax is axes[0])
+        ax.set_ylim(bottom=0)
+    _time_axis(axes, flight)
+    return made
+
+
+def draw_power(flight: Flight) -> Any | None:
+    """Battery and processor load."""
+    names = [
+        (name, label)
+        for name, label in (("voltage_v", "battery, V"), ("load", "load, share"))
+        if flight.series.get(name)
+    ]
+    if not names:
+        return None
+    made, axes = figure(0.6 + 1.3 * len(names), len(names), sharex=True)
+    for ax, (name, label) in zip(axes, names, strict=True):
+        _line(ax, flight.series[name], label, PALETTE[0])
+        _finish(ax, label, legend=False)
+    _time_axis(axes, flight)
+    return made
+
+
+PLOTS: Final[tuple[tuple[str, str, Callable[[Flight], Any | None]], ...]] = (
+    ("Track", "Where it went, over plan and fence; dots show the depth found on the way.", draw_map),
+    ("States", "What was in force when.", draw_states),
+    ("Path", "Distance from the planned path.", draw_path),
+    ("Heading and speed", "What was asked, and what came of it.", draw_control),
+    ("Actuators", "What went out to thrusters and rudders.", draw_actuators),
+    ("Depth", "Water under the keel, the guard's limit, and the guard's states (shaded).", draw_depth),
+    ("Links", "Traffic on each telemetry link.", draw_links),
+    ("Power and load", "Battery voltage and the share of the tick that was used.", draw_power),
+)
+"""Title, caption, drawing; one that has nothing to show returns None."""

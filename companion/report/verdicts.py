@@ -1,0 +1,175 @@
+"""Pass or fail: a flight against limits, one line each, with the figure and what it was held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from companion.report.flight import Flight, Series, percentile, rms
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a good run keeps. Change them with ``companion report --limit name=value``."""
+
+    cross_track_p95_m: float = 1.5
+    """95 % of the time on a line, no farther from it."""
+    radius_p95_m: float = 1.5
+    """95 % of the time on a circle, no farther from it."""
+    heading_rms_deg: float = 8.0
+    speed_rms_mps: float = 0.2
+    saturation_share: float = 0.2
+    """Share of the time that an actuator is at its end."""
+    position_p95_m: float = 1.0
+    """Estimate against the simulator's truth."""
+    link_loss_share: float = 0.02
+    gap_s: float = 0.25
+    """Longest time between two control ticks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One line of the summary. ``ok`` None: a figure without a limit."""
+
+    name: str
+    value: str
+    limit: str = ""
+    ok: bool | None = None
+
+
+def judge(flight: Flight, limits: Limits) -> list[Verdict]:
+    """Hold a flight against limits; what the source does not tell is left out."""
+    return [
+        *_figures(flight),
+        *_path(flight, limits),
+        *_control(flight, limits),
+        *_depth(flight),
+        *_actuators(flight, limits),
+        *_health(flight, limits),
+    ]
+
+
+def _figures(flight: Flight) -> Iterator[Verdict]:
+    yield Verdict("Duration", clock(flight.duration_s))
+    track = flight.tracks.get("estimate")
+    if track:
+        yield Verdict("Distance sailed", f"{track_length_m(track.lat, track.lon):.0f} m")
+    armed_s = flight.seconds_in("armed", ["armed"])
+    if "armed" in flight.spans:
+        yield Verdict("Armed", clock(armed_s))
+    states = flight.spans.get("plan_state")
+    if states and any(span.value == "active" for span in states):
+        last = states[-1].value
+        yield Verdict("Plan at the end", last, "complete", last == "complete")
+
+
+def _path(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+    lines, circles = split_cross_track(flight)
+    for name, series, limit in (
+        ("Cross-track error on lines, 95 %", lines, limits.cross_track_p95_m),
+        ("Radius error on circles, 95 %", circles, limits.radius_p95_m),
+    ):
+        if series:
+            yield _at_most(name, percentile([abs(value) for value in series.known()], 0.95), limit, "m", 2)
+
+
+def split_cross_track(flight: Flight) -> tuple[Series, Series]:
+    """Cross-track error on lines, and on circles (where it is the radius error)."""
+    error, radius = flight.series.get("cross_track_m"), flight.series.get("orbit_radius_m")
+    lines, circles = Series(), Series()
+    if error is None:
+        return lines, circles
+    for index, (t_s, value) in enumerate(zip(error.t, error.v, strict=True)):
+        on_circle = radius is not None and not math.isnan(radius.v[index])
+        lines.add(t_s, math.nan if on_circle else value)
+        circles.add(t_s, value if on_circle else math.nan)
+    return lines, circles
+
+
+def _control(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+    heading, speed = flight.series.get("heading_error_deg"), flight.series.get("speed_error_mps")
+    if heading:
+        yield _at_most("Heading error, RMS", rms(heading.known()), limits.heading_rms_deg, "°", 2)
+    if speed:
+        yield _at_most("Speed error, RMS", rms(speed.known()), limits.speed_rms_mps, "m/s", 3)
+    error = estimate_error_m(flight)
+    if error:
+        yield _at_most("Position error of the estimate, 95 %", percentile(error.v, 0.95), limits.position_p95_m, "m", 3)
+
+
+def _depth(flight: Flight) -> Iterator[Verdict]:
+    altitude, limit = flight.series.get("altitude_m"), flight.series.get("altitude_limit_m")
+    if altitude and limit:
+        least, kept = min(altitude.known()), percentile(limit.known(), 0.5)
+        yield Verdict("Least water under the keel", f"{least:.2f} m", f"≥ {kept:.2f} m", least >= kept)
+    elif flight.series.get("depth_m"):
+        yield Verdict("Least depth", f"{min(flight.series['depth_m'].known()):.2f} m")
+
+
+def _actuators(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+    names = ("thruster_port", "thruster_starboard")
+    found = [flight.series[name].known() for name in names if name in flight.series]
+    if found:
+        at_end = [abs(value) >= 0.999 for values in found for value in values]
+        share = sum(at_end) / len(at_end)
+        limit = limits.saturation_share
+        yield Verdict("Thrusters at their end", f"{100 * share:.1f} %", f"≤ {100 * limit:.0f} %", share <= limit)
+
+
+def _health(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+    actions = flight.spans.get("action")
+    if actions:
+        worst = [span.value for span in actions if span.value not in ("NONE", "WARN")]
+        yield Verdict("Failsafe actions", ", ".join(sorted(set(worst))) or "none", "none", not worst)
+    bad = [event for event in flight.events if event.severity in ("EMERGENCY", "ALERT", "CRITICAL", "ERROR")]
+    yield Verdict("Messages of error or worse", str(len(bad)), "0", not bad)
+    if flight.gap_s is not None:
+        yield _at_most("Longest time between ticks", flight.gap_s, limits.gap_s, "s", 3)
+    for link in flight.links:
+        sent = link.frames_out + link.lost_out
+        if sent > 20:
+            share = link.lost_out / sent
+            text = f"{100 * share:.2f} % of {sent}"
+            limit = f"≤ {100 * limits.link_loss_share:.0f} %"
+            yield Verdict(f"Vehicle frames missing on {link.name}", text, limit, share <= limits.link_loss_share)
+
+
+def _at_most(name: str, value: float, limit: float, unit: str, digits: int) -> Verdict:
+    return Verdict(name, f"{value:.{digits}f} {unit}", f"≤ {limit:g} {unit}", value <= limit)
+
+
+def estimate_error_m(flight: Flight) -> Series:
+    """Distance between estimate and truth at equal times."""
+    found = Series()
+    estimate, truth = flight.tracks.get("estimate"), flight.tracks.get("truth")
+    if not estimate or not truth:
+        return found
+    at = {round(t_s, 3): index for index, t_s in enumerate(truth.t)}
+    for index, t_s in enumerate(estimate.t):
+        match = at.get(round(t_s, 3))
+        if match is not None:
+            north, east = offset_m(truth.lat[match], truth.lon[match], estimate.lat[index], estimate.lon[index])
+            found.add(t_s, math.hypot(north, east))
+    return found
+
+
+def offset_m(lat0: float, lon0: float, lat: float, lon: float) -> tuple[float, float]:
+    """Metres north and east of a near point, degrees in; for drawing and for sums of short steps."""
+    return (lat - lat0) * 110_946.0 * (1 + 0.00336 * math.sin(math.radians(lat0)) ** 2 * 3), (
+        lon - lon0
+    ) * 111_320.0 * math.cos(math.radians(lat0))
+
+
+def track_length_m(lat: list[float], lon: list[float]) -> float:
+    """Length of a track."""
+    total = 0.0
+    for index in range(1, len(lat)):
+        total += math.hypot(*offset_m(lat[index - 1], lon[index - 1], lat[index], lon[index]))
+    return total
+
+
+def clock(seconds: float) -> str:
+    """Seconds as h:mm:ss."""
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
