@@ -55,6 +55,11 @@ class Plant:
         self._now_us = 0
         self.truth = self._measure(0)
 
+    @property
+    def now_us(self) -> int:
+        """How far the plant has come."""
+        return self._now_us
+
     def step(self, now_us: int) -> tuple[list[bytes], bytes]:
         """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
         said = b""

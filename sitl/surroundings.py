@@ -87,10 +87,7 @@ class Surroundings:
 
     def step(self, now_us: int) -> Truth:
         """Advance the world to ``now_us``: take actuator bytes, move, hand sensor bytes over."""
-        if self._board is not None:
-            for event in self._board.poll(now_us):
-                if isinstance(event, Received):
-                    self.plant.board.receive(event.data, now_us)
+        self.carry_commands()
         sentences, status = self.plant.step(now_us)
         if self._board is not None and status:
             self._board.write(0, status)
@@ -99,10 +96,20 @@ class Surroundings:
         return self.plant.truth
 
     def pump(self, now_us: int) -> None:
-        """Carry radio bytes; may be called between steps."""
+        """Carry actuator and radio bytes; may be called between steps."""
+        self.carry_commands()
         self.radio.step(now_us)
         for host in self._hosts:
             host.shuttle(now_us)
+
+    def carry_commands(self) -> None:
+        """Hand to the actuator board what the vessel has written, at the time that the plant has come to."""
+        if self._board is None:
+            return
+        now_us = self.plant.now_us
+        for event in self._board.poll(now_us):
+            if isinstance(event, Received):
+                self.plant.board.receive(event.data, now_us)
 
     def close(self) -> None:
         for link in self.links:

@@ -124,6 +124,7 @@ class World:
         self.now_us += self.period_us
         truth = self.surroundings.step(self.now_us)
         snapshot = self.loop_app.tick(self.now_us)
+        self.surroundings.carry_commands()
         for end in self._unused:
             end.poll(self.now_us)
         if isinstance(snapshot, Snapshot):

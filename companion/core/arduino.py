@@ -15,6 +15,7 @@ from typing import Final
 from companion.core import arduino_wire as wire
 from companion.core.actuator_map import ActuatorConfig, ChannelConfig, PulseMap, pulses_to_demand
 from companion.core.arduino_health import Agreement, LineQuality, PortFlow
+from companion.core.arduino_texts import LEVEL0_TEXT, REASONS, rate_text, started_text
 from companion.core.arduino_wire import Microseconds
 from mavlink_bridge.imc import ActuatorOutput, ActuatorStatus, Severity
 
@@ -28,22 +29,6 @@ SILENT_AFTER_US: Final = 300_000
 STALE_OUTPUT_US: Final = 250_000
 RESET_SHOWN_US: Final = 1_000_000
 WARN_EVERY_US: Final = 30_000_000
-LEVEL0_TEXT: Final = "Actuator board (level 0) does not stop if this computer dies"
-
-REASONS: Final = {
-    "lost": "actuator port is not open",
-    "blocked": "actuator port takes no data",
-    "baud": "actuator board sends garbage: wrong baud rate?",
-    "silent": "actuator board is silent",
-    "reset": "actuator board restarted",
-    "failsafe": "actuator board stopped by itself: it did not hear us",
-    "estop": "emergency stop pressed",
-    "mismatch": "actuators apply something else than commanded",
-    "garbage": "actuator line unreadable",
-    "noise": "errors on the actuator line",
-    "level0": "actuator board checks nothing and never stops by itself; ACT_LEVEL0_OK = 1 accepts that",
-}
-"""Fault names, with the sentence for the operator."""
 
 
 class Phase(Enum):
@@ -201,7 +186,7 @@ class Arduino:
         if self._neutral_left == 0 and self._answered(now_us):
             self._phase = Phase.RUNNING
             self._changed()
-            self._texts.append(self._started_text())
+            self._texts.append(started_text(self._level, self._version))
         return data
 
     def _answered(self, now_us: int) -> bool:
@@ -213,12 +198,6 @@ class Arduino:
         if self._level is None:
             self._level = 0
         return True
-
-    def _started_text(self) -> tuple[Severity, str]:
-        if self._level == 0:
-            return Severity.WARNING, LEVEL0_TEXT
-        version = f" {self._version.board} {self._version.version}" if self._version else ""
-        return Severity.INFO, f"Actuator board{version} ready, checked protocol"
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
         neutral = self._map.neutral_us
@@ -392,13 +371,3 @@ class Arduino:
         """Return what the operator should read, oldest first, and forget it."""
         texts, self._texts = self._texts, []
         return texts
-
-
-def rate_text(config: ActuatorConfig) -> tuple[Severity, str]:
-    """Return what a message frequency means for the vessel."""
-    period_ms = 1000.0 / config.frequency_hz
-    if period_ms > config.silence_ms:
-        return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: board stops between commands, no arming"
-    if config.frequency_hz < 10.0:
-        return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: steering acts up to {period_ms:.0f} ms late"
-    return Severity.INFO, f"ACT_FREQ {config.frequency_hz:g} Hz: commands every {period_ms:.0f} ms"

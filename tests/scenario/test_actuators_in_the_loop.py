@@ -1,0 +1,170 @@
+"""The whole vessel on its actuator board: at rest, on a loiter on twin and chip, and when the operator stops it."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import pytest
+
+import config
+from companion.settings import load
+from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
+from sitl import avr
+from sitl.arduino_twin import ArduinoTwin
+from sitl.settings import SimSettings
+from sitl.world import World
+
+CHANGE_SPEED, LOITER_UNLIMITED = 178, 17
+TOLERANCE_US = 10.0
+
+
+@pytest.fixture(params=["twin", "firmware"])
+def board(request):
+    if request.param == "twin":
+        return ArduinoTwin()
+    require_avr()
+    return avr.AvrArduino()
+
+
+def require_avr():
+    missing = avr.missing_packages()
+    if missing and os.environ.get("REQUIRE_ALL") == "1":
+        pytest.fail(f"missing packages: {' '.join(missing)}", pytrace=False)
+    if missing:
+        pytest.skip(f"missing packages: {' '.join(missing)}")
+
+
+def make_world(board, *overrides):
+    return World(
+        load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings), 1, board=board
+    )
+
+
+def ask(world, request):
+    replies = []
+    world.app.submit(request, replies.append)
+    world.run(0.3)
+    return replies[0]
+
+
+def under_way(board, sailed_s=20.0):
+    """A vessel on its way to a circle of 20 m, 1.5 m/s."""
+    world = make_world(board)
+    lat_rad, lon_rad = world.surroundings.plant.frame.to_geodetic(40.0, 15.0)
+    x, y = round(math.degrees(lat_rad) * 1e7), round(math.degrees(lon_rad) * 1e7)
+    items = [
+        PlanItem(CHANGE_SPEED, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0),
+        PlanItem(LOITER_UNLIMITED, 3, 0.0, 0.0, 20.0, 1.0, x, y, 0.0),
+    ]
+    plan = load_plan(PlanKind.MISSION, items)
+    assert isinstance(plan, LoadPlan)
+    world.run(2.0)
+    for request in (plan, Arm(arm=True), StartPlan(0)):
+        assert ask(world, request).reason == ""
+    world.run(sailed_s)
+    return world
+
+
+def stopped(world):
+    return all(abs(pulse - 1500.0) <= TOLERANCE_US for pulse in world.surroundings.plant.board.pulses_us)
+
+
+def test_at_rest_all_four_pins_are_at_1500(board):
+    world = make_world(board)
+    world.run(5.0)
+    assert stopped(world)
+    assert world.snapshot.actuator.state == "active-checked"
+
+
+def test_emergency_stop_from_the_ground_within_100_ms_and_a_frame(board):
+    world = under_way(board)
+    assert not stopped(world)
+    # Asked just after a tick: the worst moment.
+    world.app.submit(Arm(arm=False, force=True), lambda reply: None)
+    asked_us = world.now_us
+    world.step()
+    plant = world.surroundings.plant.board
+    for now_us in range(world.now_us, asked_us + 120_000, 1_000):
+        plant.step(now_us)
+        if stopped(world):
+            break
+    assert stopped(world)
+    assert not world.snapshot.armed
+
+
+def test_stop_switch_on_the_board_disarms(board):
+    world = under_way(board)
+    board.set_estop(True)
+    world.run(0.3)
+    assert stopped(world)
+    assert not world.snapshot.armed
+    board.set_estop(False)
+    world.run(3.0)
+    assert stopped(world)  # released: nothing moves until an operator arms again
+    assert not world.snapshot.armed
+
+
+def test_board_reset_under_way_disarms_and_stays_stopped(board):
+    world = under_way(board)
+    board.reset(world.now_us)
+    world.run(0.3)
+    assert stopped(world)
+    assert not world.snapshot.armed
+    assert "actuator_reset" in world.snapshot.causes
+    world.run(3.0)
+    assert stopped(world)
+    assert world.snapshot.actuator.state == "active-checked"
+    assert ask(world, Arm(arm=True)).reason == ""
+
+
+def test_port_pulled_and_back(board):
+    world = under_way(board)
+    cable = world.app.actuators.link
+    cable.unplug()
+    world.run(0.15)
+    assert not world.snapshot.armed
+    world.run(0.5)
+    assert stopped(world)
+    cable.plug()
+    world.run(4.0)
+    assert stopped(world)
+    assert not world.snapshot.armed
+    assert ask(world, Arm(arm=True)).reason == ""
+
+
+def test_the_message_frequency_is_live_and_says_what_it_costs():
+    world = make_world(ArduinoTwin())
+    world.run(2.0)
+    said = []
+    world.app.submit(SetParameter("ACT_FREQ", 1.0), lambda reply: None)
+    for _ in range(40):
+        world.step()
+        said += [text.text for text in world.snapshot.texts]
+    assert any("stops between commands" in text for text in said)
+    assert "silence limit" in ask(world, Arm(arm=True)).reason
+
+
+def track(board, duration_s):
+    world = under_way(board, sailed_s=0.0)
+    points = []
+    while world.now_us < duration_s * 1e6:
+        truth = world.step()
+        points.append((truth.north_m, truth.east_m))
+    return points
+
+
+def rms_m(one, two):
+    return math.sqrt(sum(math.dist(a, b) ** 2 for a, b in zip(one, two, strict=True)) / len(one))
+
+
+def test_three_minutes_on_the_chip_differ_by_less_than_a_decimetre():
+    require_avr()
+    assert rms_m(track(ArduinoTwin(), 180.0), track(avr.AvrArduino(), 180.0)) < 0.1
+
+
+@pytest.mark.soak
+def test_twenty_minutes_on_the_chip_differ_by_less_than_a_decimetre():
+    require_avr()
+    assert rms_m(track(ArduinoTwin(), 1200.0), track(avr.AvrArduino(), 1200.0)) < 0.1
