@@ -60,7 +60,7 @@ class RadioState:
     seq: int = 0
     """Modulo 128."""
     plan_hash: int = 0
-    """Low byte of the plan's CRC-32."""
+    """Low six bits of the plan's CRC-32."""
     battery: float | None = None
     """Share of the charge, steps of 1/62."""
     fix: FixType = FixType.NONE
@@ -88,7 +88,7 @@ class RadioState:
             guard=snapshot.guard,
             plan_state=snapshot.progress.state,
             seq=snapshot.progress.seq % 128,
-            plan_hash=snapshot.progress.mission_id & 0xFF,
+            plan_hash=snapshot.progress.mission_id & 0x3F,
             battery=snapshot.supply.remaining if snapshot.supply else None,
             fix=state.fix_type,
             gps_ok=health.gps,
@@ -170,9 +170,10 @@ def _from_grid(lat: int, lon: int) -> tuple[float | None, float | None]:
 # ---- key ------------------------------------------------------------------------------------------------------------
 
 
-def encode_key(state: RadioState) -> bytes:
-    """17 bytes that stand alone."""
+def encode_key(state: RadioState, mark: int = 0) -> bytes:
+    """17 bytes that stand alone. ``mark`` (0...3) is the name by which differences call it."""
     writer = BitWriter()
+    writer.put(mark & 3, 2)
     writer.put(state.t_s % CLOCK_S, 12)
     _write_position(writer, state)
     _write_status(writer, state)
@@ -186,6 +187,7 @@ def decode_key(body: bytes) -> RadioState:
     if len(body) != KEY_BYTES:
         raise BitsError("a key has 17 bytes")
     reader = BitReader(body)
+    reader.get(2)
     state = _read_status(reader, _read_position(reader, RadioState(t_s=reader.get(12))))
     return replace(state, phi_rad=_from_tilt(reader.get(4)), theta_rad=_from_tilt(reader.get(4)))
 
@@ -223,7 +225,7 @@ def _write_status(writer: BitWriter, state: RadioState) -> None:
     writer.put(state.guard, 2)
     writer.put(state.plan_state, 3)
     writer.put(state.seq % 128, 7)
-    writer.put(state.plan_hash & 0xFF, 8)
+    writer.put(state.plan_hash & 0x3F, 6)
     writer.put(_level(state.battery, 1.0 / 62.0, 6), 6)
     writer.put(state.fix, 3)
     for flag in (state.gps_ok, state.heading_ok, state.actuators_ok, state.prearm_ok):
@@ -241,7 +243,7 @@ def _read_status(reader: BitReader, state: RadioState) -> RadioState:
             guard=GuardState(reader.get(2)),
             plan_state=PlanState(reader.get(3)),
             seq=reader.get(7),
-            plan_hash=reader.get(8),
+            plan_hash=reader.get(6),
             battery=_from_level(reader.get(6), 1.0 / 62.0, 6),
             fix=FixType(reader.get(3)),
             gps_ok=reader.flag(),
@@ -299,8 +301,8 @@ def encode_delta(key: RadioState, key_mark: int, state: RadioState) -> bytes | N
     return writer.bytes()
 
 
-def delta_mark(body: bytes) -> int:
-    """Which key a difference belongs to."""
+def mark_of(body: bytes) -> int:
+    """Which key this is, or this difference belongs to."""
     return body[0] >> 6 if body else -1
 
 

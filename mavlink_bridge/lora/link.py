@@ -1,0 +1,381 @@
+"""One end of the compact link: what to send next, and what the other end said. Both ends run this; they differ in what
+they say.
+
+Answers go first, then stops, orders, events, states, bulk, each within its share of the hour. After a question the
+end listens until the answer is overdue; after each frame of its own making it leaves the air to the other end for as
+long as a stop would take. All randomness comes in from outside.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer
+from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
+from mavlink_bridge.lora.ledger import Ledger, Priority
+from mavlink_bridge.lora.pacing import AirClock
+from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.transfer import Inbox, Message, Outgoing, cut, read_reply
+from mavlink_bridge.requests import Reply, Result
+
+_CEILING: Final = 1024
+_RESTART_GAP: Final = 256
+"""More than the window of the receiver's counter, so that nothing of before is mistaken for something of now."""
+_MAX_OUTGOING: Final = 16
+_MAX_POSTED: Final = 16
+_REASON_BYTES: Final = 40
+_RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
+_PATIENT_TRIES: Final = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a message of ours ended."""
+
+    id: int
+    reply: Reply
+
+
+@dataclass(slots=True)
+class _Posted:
+    kind: Kind
+    body: bytes
+    priority: Priority
+
+
+class CompactLink:
+    """Frames in and out for one end. ``save`` is called with a text to keep for the next start; ``memory`` is that text."""
+
+    def __init__(
+        self,
+        profile: RadioProfile,
+        key: bytes,
+        outward: Direction,
+        rng: random.Random,
+        *,
+        memory: str = "",
+        save: Callable[[str], None] | None = None,
+        now_us: int = 0,
+    ) -> None:
+        self.profile = profile
+        inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
+        self.ledger = Ledger(profile.hour_us)
+        self.clock = AirClock(profile)
+        self.inbox = Inbox()
+        self.heard_us: int | None = None
+        """When the last authentic frame came."""
+        self.frames_out = self.bytes_out = 0
+        self.last_posted: tuple[int, bytes] | None = None
+        """Counter and body of the posted frame that went out last."""
+        self._sealer = Sealer(key, outward)
+        self._opener = Opener(key, inward)
+        self._rng = rng
+        self._save = save or (lambda text: None)
+        self._is_vessel = outward is Direction.TO_SHORE
+        self._next_id = rng.randrange(256)
+        self._outgoing: list[Outgoing] = []
+        self._answers: deque[_Posted] = deque(maxlen=_MAX_POSTED)
+        self._posted: deque[_Posted] = deque(maxlen=_MAX_POSTED)
+        self._outcomes: list[Outcome] = []
+        self._listen_until_us = 0
+        self._greeting = Greeting(profile, rng)
+        self._restore(memory, now_us)
+
+    # ---- memory -------------------------------------------------------------------------------------------------
+
+    def _restore(self, memory: str, now_us: int) -> None:
+        """Take over the last run's counters, answers and airtime; a damaged memory counts as an hour's airtime spent."""
+        try:
+            kept: dict[str, Any] = json.loads(memory) if memory else {}
+            self._sealer.counter = int(kept.get("tx", 0)) + (_RESTART_GAP if kept else 0)
+            self._opener.counter = int(kept.get("rx", 0))
+            self._next_id = int(kept.get("id", self._next_id)) % 256
+            if kept:
+                self._greeting.session = (int(kept.get("session", 0)) + 1) % SESSIONS
+                self._greeting.other_session = kept.get("other")
+            self.inbox.restore(kept.get("known", []))
+            self.ledger.restore([(int(age), int(spent)) for age, spent in kept.get("air", [])], now_us)
+        except (ValueError, TypeError, AttributeError):
+            self.ledger.charge(self.ledger.limit_us or 0, now_us)
+        self._ceiling = self._sealer.counter
+        self._remember(now_us)
+
+    def _remember(self, now_us: int) -> None:
+        self._ceiling = self._sealer.counter + _CEILING
+        kept = {
+            "tx": self._ceiling,
+            "rx": self._opener.counter,
+            "id": self._next_id,
+            "session": self._greeting.session,
+            "other": self._greeting.other_session,
+            "known": self.inbox.save(),
+            "air": self.ledger.save(now_us),
+        }
+        self._save(json.dumps(kept, separators=(",", ":")))
+
+    # ---- in -----------------------------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now_us: int) -> list[Frame | Message]:
+        """Take bytes as read; return new messages and the frames that need no answer. Never raises on input."""
+        found: list[Frame | Message] = []
+        for frame in self._opener.receive(data):
+            self.heard_us = now_us
+            self._greeting.authentic(self._opener.strange_bytes)
+            item = self._sort(frame, now_us)
+            if item is not None:
+                found.append(item)
+        self._greeting.strange(self._opener.strange_bytes, self.heard_us, now_us)
+        return found
+
+    def _sort(self, frame: Frame, now_us: int) -> Frame | Message | None:
+        kind = frame.kind
+        if kind is Kind.HELLO:
+            if self._greeting.heard(frame.body, now_us):
+                self.inbox.forget()
+                self._remember(now_us)
+            return None
+        if kind in (Kind.REPLY, Kind.MISSING):
+            self._greeting.answered()
+            (self._on_reply if kind is Kind.REPLY else self._on_missing)(frame.body, now_us)
+            return None
+        if kind in _RELIABLE or kind is Kind.PIECE:
+            return self._on_message(frame, now_us)
+        self._other_was_talking(now_us)
+        return frame
+
+    def _on_message(self, frame: Frame, now_us: int) -> Message | None:
+        message: Message | None
+        if frame.kind is Kind.PIECE:
+            message, reply, account = self.inbox.piece(frame.body)
+            if account is not None:
+                self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
+            elif message is None and reply is None:
+                # more pieces come: keep off the air for the longest one
+                self._listen_until_us = now_us + self._longest_us()
+        else:
+            message, reply = self.inbox.whole(frame.kind, frame.body)
+        if reply is not None:
+            stop = frame.kind is Kind.STOP
+            self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
+        if message is not None:
+            self._listen_until_us = max(self._listen_until_us, now_us + self._turnaround_us)
+        return message
+
+    def _on_reply(self, body: bytes, now_us: int) -> None:
+        found = read_reply(body)
+        if found is None:
+            return
+        for item in self._outgoing:
+            if item.id & 31 == found[0]:
+                self._finish(item, found[1])
+                return
+
+    def _on_missing(self, body: bytes, now_us: int) -> None:
+        for item in self._outgoing:
+            if body and item.id == body[0]:
+                item.heard_missing(body[1:])
+                item.next_us = now_us
+
+    def _other_was_talking(self, now_us: int) -> None:
+        """What we asked meanwhile was not heard, as the other end cannot hear while it talks: ask again at once."""
+        for item in self._outgoing:
+            if item.asked and now_us < item.next_us and self.clock.off_us < now_us:
+                item.begin_round()
+                item.next_us = now_us
+
+    # ---- out ----------------------------------------------------------------------------------------------------
+
+    def cost_us(self, kind: Kind, payload: bytes) -> int:
+        """Airtime of a message without any repeat."""
+        pieces = cut(kind, payload, self.profile.max_frame_bytes)
+        extra = 7 if len(pieces) == 1 else 8
+        return sum(self.profile.airtime_us(len(piece) + extra) for piece in pieces)
+
+    def submit(self, kind: Kind, payload: bytes, priority: Priority, now_us: int, limit_us: int) -> int:
+        """Send a message that must arrive; its outcome comes within ``limit_us``. Returns its number.
+
+        Raises ValueError with the reason when it is too long, too much is waiting, or the hour has no room for it.
+        """
+        cost_us = self.cost_us(kind, payload)
+        if not self.ledger.allows(cost_us, priority, now_us):
+            raise ValueError(self._refusal(cost_us, priority, now_us))
+        if len(self._outgoing) >= _MAX_OUTGOING:
+            raise ValueError("too many orders wait for the radio")
+        pieces = cut(kind, payload, self.profile.max_frame_bytes)
+        item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
+        if not item.is_single:
+            item.missing = set(range(len(pieces)))
+        self._next_id = (self._next_id + 1) % 256
+        self._outgoing.append(item)
+        self._outgoing.sort(key=lambda other: other.priority)
+        return item.id
+
+    def _refusal(self, cost_us: int, priority: Priority, now_us: int) -> str:
+        need = f"it takes {cost_us / 1e6:.1f} s of airtime"
+        rule = self.profile.band_rule
+        wait_us = self.ledger.wait_us(cost_us, priority, now_us)
+        left_s = (self.ledger.left_us(priority, now_us) or 0) / 1e6
+        if not self.ledger.could_ever(cost_us, priority) or wait_us is None:
+            limit_s = (self.ledger.limit_us or 0) / 1e6
+            return f"{need}, and band {rule.name} allows {limit_s:.1f} s an hour, a fifth of it kept for stops"
+        return f"{need}, {left_s:.1f} s are left in this hour; possible in {wait_us / 60e6:.0f} min"
+
+    def post(self, kind: Kind, body: bytes, priority: Priority) -> None:
+        """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
+        if kind is not Kind.EVENT and kind is not Kind.TEXT:
+            self._posted = deque((item for item in self._posted if item.kind is not kind), maxlen=_MAX_POSTED)
+        self._posted.append(_Posted(kind, body, priority))
+
+    @property
+    def has_posted(self) -> bool:
+        """Whether a posted frame still waits."""
+        return bool(self._posted)
+
+    def answer(self, number: int, reply: Reply, now_us: int) -> None:
+        """Answer a message that came by ``receive``."""
+        reason_bytes = _REASON_BYTES if self.profile.link.texts else 0
+        found = self.inbox.answered(number, reply, reason_bytes)
+        if found is None:
+            return
+        body, is_stop = found
+        self._answers.append(_Posted(Kind.REPLY, body, Priority.STOP if is_stop else Priority.COMMAND))
+        self._listen_until_us = min(self._listen_until_us, now_us)
+        self._remember(now_us)
+
+    def outcomes(self) -> list[Outcome]:
+        """How messages of ours have ended since the last call."""
+        found, self._outcomes = self._outcomes, []
+        return found
+
+    @property
+    def strange_bytes(self) -> int:
+        """Bytes that belong to no authentic frame."""
+        return self._opener.strange_bytes
+
+    @property
+    def waiting(self) -> int:
+        """Messages that have no outcome yet."""
+        return len(self._outgoing)
+
+    def take(self, now_us: int) -> bytes:
+        """The next frame when the air is ours, b"" otherwise."""
+        self._expire(now_us)
+        # the way of the shortest frame along the serial line counts as time off the air
+        if not self.clock.is_free(now_us, lead_us=round(7 * self.profile.serial_byte_us)):
+            return b""
+        for choose in (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted):
+            frame = choose(now_us)
+            if frame:
+                return frame
+        return b""
+
+    def _an_answer(self, now_us: int) -> bytes:
+        if not self._answers:
+            return b""
+        first = self._answers.popleft()
+        frame = self._send(first.kind, first.body, first.priority, now_us)
+        if frame:
+            self._listen()
+        return frame
+
+    def _a_hello(self, now_us: int) -> bytes:
+        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, Priority.COMMAND, now_us):
+            return b""
+        frame = self._sealer.hello(self._greeting.flags)
+        self._went_out(frame, now_us)
+        self._listen()
+        self._greeting.sent(now_us)
+        return frame
+
+    def _a_stop(self, now_us: int) -> bytes:
+        return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
+
+    def _a_message(self, now_us: int) -> bytes:
+        if now_us < self._listen_until_us:
+            return b""
+        asked = [item for item in self._outgoing if item.asked and now_us < item.next_us]
+        if asked:
+            return b""
+        return self._a_transfer(self._outgoing, now_us)
+
+    def _a_transfer(self, items: list[Outgoing], now_us: int) -> bytes:
+        for item in list(items):
+            if now_us < item.next_us:
+                continue
+            if item.asked:
+                item.begin_round()
+            kind, body = item.next_frame()
+            frame = self._send(kind, body, item.priority, now_us)
+            if not frame:
+                self._finish(item, Reply(Result.FAILED, "the hour's airtime is used up"))
+                continue
+            if item.asked:
+                item.next_us = self.clock.off_us + self._patience_us(item)
+            elif self._is_vessel:
+                item.next_us = self.clock.off_us + self._answer_us()
+            return frame
+        return b""
+
+    def _a_posted(self, now_us: int) -> bytes:
+        if not self._posted or now_us < self._listen_until_us:
+            return b""
+        if self._outgoing and any(item.asked and now_us < item.next_us for item in self._outgoing):
+            return b""
+        first = min(self._posted, key=lambda item: item.priority)
+        frame = self._send(first.kind, first.body, first.priority, now_us)
+        if frame:
+            self._posted.remove(first)
+            self.last_posted = self._sealer.counter, first.body
+            self._listen()
+        return frame
+
+    def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
+        if not self._may(len(body) + 6, priority, now_us):
+            return b""
+        frame = self._sealer.seal(kind, body)
+        self._went_out(frame, now_us)
+        return frame
+
+    def _may(self, size: int, priority: Priority, now_us: int) -> bool:
+        return self.ledger.allows(self.profile.airtime_us(size), priority, now_us)
+
+    def _went_out(self, frame: bytes, now_us: int) -> None:
+        self.frames_out += 1
+        self.bytes_out += len(frame)
+        self.clock.sent(len(frame), now_us)
+        self.ledger.charge(self.profile.airtime_us(len(frame)), self.clock.off_us)
+        if self.ledger.should_be_saved or self._sealer.counter >= self._ceiling - 1:
+            self._remember(now_us)
+
+    def _listen(self) -> None:
+        self._listen_until_us = self.clock.off_us + self._answer_us()
+
+    @property
+    def _turnaround_us(self) -> int:
+        return round(self.profile.link.turnaround_ms * 1e3)
+
+    def _answer_us(self) -> int:
+        """From the end of a frame of ours to the end of its short answer."""
+        return self._turnaround_us + self.clock.span_us(7)
+
+    def _longest_us(self) -> int:
+        return self._turnaround_us + self.clock.span_us(self.profile.max_frame_bytes)
+
+    def _patience_us(self, item: Outgoing) -> int:
+        """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
+        base_us = self._answer_us()
+        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.3 ** min(item.tries - _PATIENT_TRIES, 8)
+        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+
+    def _expire(self, now_us: int) -> None:
+        for item in [item for item in self._outgoing if now_us >= item.deadline_us]:
+            self._finish(item, Reply(Result.FAILED, "no answer from the vessel"))
+
+    def _finish(self, item: Outgoing, reply: Reply) -> None:
+        self._outgoing.remove(item)
+        self._outcomes.append(Outcome(item.id, reply))

@@ -1,0 +1,125 @@
+"""When a host may give its module the next bytes: not before the last packet is off the air, and after listening.
+
+The module says nothing of what it does, so the time of each packet is computed. ``PlainRadio`` puts these manners
+around an ordinary MAVLink endpoint: one packet at a time, in the pause after what the ground station sent, and within
+the airtime ledger.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+from mavlink_bridge.lora.airtime import PACKET_BYTES
+from mavlink_bridge.lora.ledger import Ledger, Priority
+from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.requests import Reply, Request
+from mavlink_bridge.snapshot import Snapshot
+
+_MODULE_US: Final = 10_000
+"""Allowed for the module to notice the end of a write."""
+_PAUSE_US: Final = 15_000
+"""Silence on the serial line that ends what the other side sent."""
+_SLOT_US: Final = 350_000
+"""How long after the other side's packet the air is taken to be ours."""
+_ALONE_US: Final = 1_600_000
+"""After this silence there is nobody to wait for."""
+
+
+class AirClock:
+    """Computes when this end's packets leave the air."""
+
+    def __init__(self, profile: RadioProfile) -> None:
+        self.profile = profile
+        self.off_us = 0
+        """End of what this end last sent."""
+
+    def airtime_us(self, size: int) -> int:
+        """Airtime of a write, cut into packets as the module does."""
+        whole, rest = divmod(size, PACKET_BYTES)
+        airtime = self.profile.airtime_us
+        return whole * airtime(PACKET_BYTES) + (airtime(rest) if rest else 0)
+
+    def span_us(self, size: int) -> int:
+        """From the write to the end on the air."""
+        return round(size * self.profile.serial_byte_us) + _MODULE_US + self.airtime_us(size)
+
+    def sent(self, size: int, now_us: int) -> None:
+        self.off_us = now_us + self.span_us(size)
+
+    def is_free(self, now_us: int, lead_us: int = 0) -> bool:
+        """True when a write now keeps the least time off the air; ``lead_us`` is what the write itself takes."""
+        return now_us + lead_us >= self.off_us + round(self.profile.link.gap_ms * 1e3)
+
+
+class PlainEndpoint(Protocol):
+    """What is paced."""
+
+    def receive(self, data: bytes, now_us: int) -> None: ...
+    def requests(self) -> list[Request]: ...
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None: ...
+    def tick(self, now_us: int, snapshot: Snapshot) -> None: ...
+    def take(self, now_us: int, limit_bytes: int) -> bytes: ...
+    def param_changed(self, name: str) -> None: ...
+    @property
+    def bad_frames(self) -> int: ...
+    @property
+    def last_heartbeat_us(self) -> int | None: ...
+
+
+class PlainRadio:
+    """An endpoint with the manners of a half-duplex radio: the ``mavlink`` protocol on the radio port."""
+
+    def __init__(self, endpoint: PlainEndpoint, profile: RadioProfile, ledger: Ledger | None = None) -> None:
+        self.endpoint = endpoint
+        self.profile = profile
+        self.ledger = ledger or Ledger(profile.hour_us)
+        self._clock = AirClock(profile)
+        self._heard_us: int | None = None
+        self._held = b""
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        if data:
+            self._heard_us = now_us
+        self.endpoint.receive(data, now_us)
+
+    def requests(self) -> list[Request]:
+        return self.endpoint.requests()
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
+        self.endpoint.reply(request_id, reply, now_us)
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        self.endpoint.tick(now_us, snapshot)
+
+    def param_changed(self, name: str) -> None:
+        self.endpoint.param_changed(name)
+
+    @property
+    def bad_frames(self) -> int:
+        return self.endpoint.bad_frames
+
+    @property
+    def last_heartbeat_us(self) -> int | None:
+        return self.endpoint.last_heartbeat_us
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """Return one packet's bytes when the air is ours, b"" otherwise."""
+        if not self._clock.is_free(now_us) or not self._is_our_turn(now_us):
+            return b""
+        data = self._held or self.endpoint.take(now_us, min(limit_bytes, self.profile.max_frame_bytes))
+        self._held = b""
+        if not data:
+            return b""
+        cost_us = self._clock.airtime_us(len(data))
+        if not self.ledger.allows(cost_us, Priority.COMMAND, now_us):
+            self._held = data
+            return b""
+        self._clock.sent(len(data), now_us)
+        self.ledger.charge(cost_us, self._clock.off_us)
+        return data
+
+    def _is_our_turn(self, now_us: int) -> bool:
+        if self._heard_us is None:
+            return True
+        silent_us = now_us - self._heard_us
+        return _PAUSE_US <= silent_us <= _SLOT_US or silent_us >= _ALONE_US

@@ -1,0 +1,242 @@
+"""The vessel's end of the compact link, with the interface of an endpoint: requests out of the air, replies and states
+onto it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+from mavlink_bridge.lora.frames import Direction, Frame, Kind
+from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
+from mavlink_bridge.lora.ledger import Priority
+from mavlink_bridge.lora.link import CompactLink, Outcome
+from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
+from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.reporter import Reporter
+from mavlink_bridge.lora.request_codec import RequestCodecError, decode_request, name_codes
+from mavlink_bridge.lora.transfer import Message
+from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.plan_rules import PlanError, plan_id
+from mavlink_bridge.port import VehiclePort
+from mavlink_bridge.requests import (
+    LoadPlan,
+    PlanKind,
+    Reply,
+    Request,
+    RequestBody,
+    Result,
+    SetHomePosition,
+    SetParameter,
+)
+from mavlink_bridge.snapshot import Snapshot
+
+GATEWAY_SENDER: Final = 255
+_PUSH_LIMIT_US: Final = 20_000_000
+_PUSH_GAP_US: Final = 60_000_000
+_CHECK_GAP_US: Final = 1_000_000
+_PRESENT_US: Final = 600_000_000
+
+
+class VesselRadio:
+    """The ``compact`` protocol of the radio port."""
+
+    def __init__(
+        self,
+        profile: RadioProfile,
+        key: bytes,
+        vehicle: VehiclePort,
+        rng: random.Random,
+        *,
+        memory: str = "",
+        save: Callable[[str], None] | None = None,
+        now_us: int = 0,
+    ) -> None:
+        self.profile = profile
+        self.vehicle = vehicle
+        self.link = CompactLink(profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us)
+        self._reporter = Reporter(profile, self.link)
+        self._names = name_codes(_names(vehicle))
+        self._snapshot: Snapshot | None = None
+        self._requests: list[Request] = []
+        self._next_id = 1
+        self._asked: dict[int, tuple[int, RequestBody]] = {}
+        self._beacon_us: int | None = None
+        self._told: Info | None = None
+        """What the shore is known to know."""
+        self._pushing: dict[int, Info] = {}
+        self._push_us: int | None = None
+        self._checked_us: int | None = None
+
+    # ---- the interface of an endpoint ---------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Take bytes as read. Never raises on input."""
+        for item in self.link.receive(data, now_us):
+            if isinstance(item, Message):
+                self._on_message(item, now_us)
+            else:
+                self._on_frame(item, now_us)
+
+    def requests(self) -> list[Request]:
+        requests, self._requests = self._requests, []
+        return requests
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
+        """Send the vessel's answer back. An unknown id is ignored."""
+        found = self._asked.pop(request_id, None)
+        if found is None:
+            return
+        number, body = found
+        if reply.result is Result.ACCEPTED:
+            self._shore_knows(body)
+        self.link.answer(number, reply, now_us)
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        """Queue what is due from this picture of the vessel."""
+        self._snapshot = snapshot
+        self._reporter.step(now_us, snapshot)
+        for outcome in self.link.outcomes():
+            self._on_outcome(outcome)
+        self._push_info(now_us)
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """Return the next frame when the air is free; frames are not cut."""
+        return self.link.take(now_us)
+
+    def param_changed(self, name: str) -> None:
+        """Look again at once at what the shore should be told."""
+        self._checked_us = None
+
+    @property
+    def bad_frames(self) -> int:
+        return self.link.strange_bytes
+
+    @property
+    def last_heartbeat_us(self) -> int | None:
+        """When the gateway last said that a ground station is there. Without beacons in the profile its silence means nothing."""
+        if self.profile.link.beacon_s == 0.0 and self.link.heard_us is not None and self._snapshot is not None:
+            return self._snapshot.t_us
+        return self._beacon_us
+
+    # ---- what comes ---------------------------------------------------------------------------------------------
+
+    def _on_frame(self, frame: Frame, now_us: int) -> None:
+        if frame.kind is not Kind.BEACON or not frame.body:
+            return
+        if frame.body[0] & 0x80:
+            self._beacon_us = now_us
+        if frame.body[0] & 0x40:
+            self._reporter.acknowledged(frame.body[0] & 0x3F)
+        elif self.profile.link.batch == 1:
+            self._reporter.want_key()
+
+    def _on_message(self, message: Message, now_us: int) -> None:
+        if message.kind is Kind.INFO:
+            self.link.answer(message.id, self._send_wanted(message.payload, now_us), now_us)
+            return
+        try:
+            body = self._request_in(message)
+        except (PlanCodecError, RequestCodecError) as error:
+            self.link.answer(message.id, Reply(Result.FAILED, str(error)), now_us)
+            return
+        if isinstance(body, PlanError):
+            self.link.answer(message.id, Reply(Result.DENIED, f"item {body.seq}: {body.reason}"), now_us)
+            return
+        self._asked[self._next_id] = (message.id, body)
+        self._requests.append(Request(self._next_id, body, GATEWAY_SENDER))
+        self._next_id += 1
+
+    def _request_in(self, message: Message) -> RequestBody | PlanError:
+        if message.kind is Kind.PLAN:
+            kind, items = decode_plan(message.payload, self._near_e7())
+            return load_plan(kind, items)
+        if message.kind in (Kind.ORDER, Kind.STOP):
+            return decode_request(message.payload, self._names.get)
+        raise RequestCodecError("this version does not know such a message")
+
+    def _near_e7(self) -> tuple[int, int] | None:
+        state = self._snapshot.state if self._snapshot else None
+        if state is None or state.lat_rad is None or state.lon_rad is None:
+            return None
+        return round(math.degrees(state.lat_rad) * 1e7), round(math.degrees(state.lon_rad) * 1e7)
+
+    # ---- what the shore should know -----------------------------------------------------------------------------
+
+    def _info(self) -> Info:
+        snapshot = self._snapshot
+        home = None
+        if snapshot is not None and snapshot.home_lat_rad is not None and snapshot.home_lon_rad is not None:
+            home = (
+                round(math.degrees(snapshot.home_lat_rad) * 1e7),
+                round(math.degrees(snapshot.home_lon_rad) * 1e7),
+            )
+        return info_of(self.vehicle, home)
+
+    def _send_wanted(self, payload: bytes, now_us: int) -> Reply:
+        """Answer a question for what the vessel keeps; the things themselves follow as messages."""
+        wanted = Wanted(payload[0] & 31) if payload else Wanted(0)
+        try:
+            if wanted & Wanted.INFO:
+                self._submit_info(now_us)
+            if wanted & Wanted.PARAMS:
+                self._submit(Kind.INFO, encode_params(self.vehicle.params), now_us)
+            for kind, flag in WANTED_PLAN.items():
+                if wanted & flag:
+                    items = tuple(self.vehicle.plans.items(kind))
+                    self._submit(Kind.PLAN, encode_plan(kind, items, None), now_us)
+        except (ValueError, PlanCodecError) as error:
+            return Reply(Result.REJECTED_NOW, str(error))
+        return Reply(Result.ACCEPTED)
+
+    def _submit(self, kind: Kind, payload: bytes, now_us: int) -> int:
+        limit_us = round(self.profile.link.upload_s * 1e6)
+        return self.link.submit(kind, payload, Priority.BULK, now_us, limit_us)
+
+    def _submit_info(self, now_us: int) -> None:
+        info = self._info()
+        number = self.link.submit(Kind.INFO, encode_info(info), Priority.EVENT, now_us, _PUSH_LIMIT_US)
+        self._pushing[number] = info
+
+    def _push_info(self, now_us: int) -> None:
+        """Tell the shore by ourselves when others have changed something; never on a starved channel, never to nobody."""
+        heard_us = self.link.heard_us
+        if self.profile.link.batch > 1 or heard_us is None or now_us - heard_us > _PRESENT_US or self._pushing:
+            return
+        if self._checked_us is not None and now_us - self._checked_us < _CHECK_GAP_US:
+            return
+        self._checked_us = now_us
+        if self._info() == self._told or (self._push_us is not None and now_us - self._push_us < _PUSH_GAP_US):
+            return
+        self._push_us = now_us
+        try:
+            self._submit_info(now_us)
+        except ValueError:
+            return
+
+    def _on_outcome(self, outcome: Outcome) -> None:
+        info = self._pushing.pop(outcome.id, None)
+        if info is not None and outcome.reply.result is Result.ACCEPTED:
+            self._told = info
+
+    def _shore_knows(self, body: RequestBody) -> None:
+        """What came from the shore need not be told to it."""
+        told = self._told
+        if told is None:
+            return
+        if isinstance(body, LoadPlan):
+            number = plan_id(body.items) if body.items else 0
+            told = told.with_plan(body.kind, number)
+        elif isinstance(body, SetParameter):
+            told = replace(told, params=self._info().params)
+        elif isinstance(body, SetHomePosition) and body.lat_rad is not None:
+            told = replace(told, home_e7=self._info().home_e7)
+        self._told = told
+
+
+def _names(vehicle: VehiclePort) -> list[str]:
+    infos = (vehicle.params.at(index) for index in range(len(vehicle.params)))
+    return [info.name for info in infos if info is not None]
