@@ -13,10 +13,12 @@ _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def time_fields(utc_us: int) -> tuple[str, str, str, str, str]:
-    """(hhmmss.ss, dd, mm, yyyy, ddmmyy), to the nearest hundredth of a second."""
-    moment = _EPOCH + timedelta(milliseconds=10 * ((utc_us + 5_000) // 10_000))
+    """(hhmmss.ss, dd, mm, yyyy, ddmmyy), with a third decimal when it is needed, to the nearest millisecond."""
+    moment = _EPOCH + timedelta(milliseconds=(utc_us + 500) // 1000)
+    milliseconds = moment.microsecond // 1000
+    fraction = f"{milliseconds:03d}" if milliseconds % 10 else f"{milliseconds // 10:02d}"
     return (
-        f"{moment:%H%M%S}.{moment.microsecond // 10_000:02d}",
+        f"{moment:%H%M%S}.{fraction}",
         f"{moment:%d}",
         f"{moment:%m}",
         f"{moment:%Y}",

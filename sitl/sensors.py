@@ -19,6 +19,8 @@ from sitl.truth import Truth, utc_us
 __all__ = ["SensorConfig", "SensorFaults", "SensorSuite"]
 
 _WEEK_US: Final = 7 * 86_400 * 1_000_000
+_TICK_US: Final = 50_000
+_BACKLOG_MAX: Final = 10
 _QUALITY_DEAD_RECKONING: Final = 6
 _AXIS_M: Final = 6_378_137.0
 _ECCENTRICITY2: Final = 0.00669437999014
@@ -52,14 +54,15 @@ class Due:
         self._offset_us = offset_us
 
     def moments(self, now_us: int) -> list[int]:
-        """The sample times that have come up to ``now_us``, oldest first; after a gap only the newest."""
+        """The sample times that have come up to ``now_us``, oldest first; after a long gap only the newest."""
         if not self._period_us:
             return []
         latest = math.floor((now_us - self._offset_us) / self._period_us)
         if latest < self._count:
             return []
+        first = self._count if latest - self._count < _BACKLOG_MAX else latest
         self._count = latest + 1
-        return [round(latest * self._period_us) + self._offset_us]
+        return [round(number * self._period_us) + self._offset_us for number in range(first, latest + 1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +88,8 @@ class SensorSuite:
         self._slow_n = GaussMarkov(self._figures.position_slow_m, config.position_tau_s, rng)
         self._slow_e = GaussMarkov(self._figures.position_slow_m, config.position_tau_s, rng)
         self._slow_psi = GaussMarkov(math.radians(self._figures.heading_slow_deg), config.heading_tau_s, rng)
-        self._fix_due = Due(config.fix_hz)
+        # Sampled so that the latency is exact in lock-step with the usual tick, instead of rounded up to the next one.
+        self._fix_due = Due(config.fix_hz, -round(config.fix_latency_s * 1e6) % _TICK_US)
         self._heading_due = Due(config.heading_hz)
         self._rate_due = Due(config.rate_hz)
         self._depth_due = Due(config.depth_hz)

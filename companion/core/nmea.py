@@ -8,19 +8,17 @@ from pydantic import Field
 
 from companion.core.config import Config, param
 from companion.core.nmea_epoch import Calendar, EpochBuilder, TalkerChoice
-from companion.core.nmea_line import LineReader
-from companion.core.nmea_sentences import (
-    KINDS,
+from companion.core.nmea_fields import (
     AttitudePart,
     DepthPart,
     EpochPart,
     MalformedError,
     RatePart,
     day_number,
-    kind_of,
-    parse,
 )
-from companion.core.nmea_watch import NmeaWatch
+from companion.core.nmea_line import LineReader
+from companion.core.nmea_sentences import KINDS, Decoder, decoder_of, kind_of
+from companion.core.nmea_watch import NmeaWatch, Rhythm
 from companion.core.units import wrap_pi
 from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, GpsFix, Severity
 
@@ -30,6 +28,7 @@ SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
 _DEPTH_RANK: Final = {"DBT": 0, "DPT": 1, "DBK": 2, "DBS": 3}
 _DEPTH_HOLD_US: Final = 3_000_000
+_ROUTES_MAX: Final = 64
 _VARIATION_HOLD_US: Final = 60_000_000
 
 
@@ -69,7 +68,7 @@ class NmeaReader:
         self.name = name
         self._line = LineReader()
         self._watch = NmeaWatch(name)
-        self._kinds: dict[str, int] = {}
+        self._routes: dict[str, tuple[Decoder, Rhythm]] = {}
         self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
         self._bytes = 0
         self._variation: tuple[float, int] | None = None
@@ -82,6 +81,7 @@ class NmeaReader:
         self._line.checksum_required = config.checksum_required
         wanted = [kind_of(name.strip().upper())[1] for name in config.sentences.split(",") if name.strip()]
         self._wanted = frozenset(wanted) or KINDS
+        self._routes.clear()
         self._talkers = TalkerChoice(frozenset(config.talkers))
         self._calendar = Calendar(day_number(config.earliest_year, 1, 1))
         bodies = [kind for kind in wanted if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
@@ -122,7 +122,13 @@ class NmeaReader:
     def counters(self) -> dict[str, int]:
         """Good sentences per address (``GPGGA``), and what was dropped by cause in lower case."""
         epochs = {"late": self._epochs.late, "partial_epochs": self._epochs.partial}
-        return {**self._kinds, **self._line.counters.as_dict(), **self._dropped, **epochs, "bytes": self._bytes}
+        return {
+            **self._watch.counts(),
+            **self._line.counters.as_dict(),
+            **self._dropped,
+            **epochs,
+            "bytes": self._bytes,
+        }
 
     def sentence_ages(self, now_us: int) -> dict[str, float]:
         """Seconds since each address was last heard, e.g. ``{"GPHDT": 0.08}``."""
@@ -134,22 +140,20 @@ class NmeaReader:
         return texts
 
     def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
-        address = body.partition(",")[0]
-        kind = kind_of(address)[1]
-        if kind not in self._wanted:
-            self._dropped["filtered" if kind in KINDS else "unknown"] += 1
+        address, _, fields = body.partition(",")
+        route = self._routes.get(address) or self._route(address)
+        if route is None:
             return
+        decode, rhythm = route
         try:
-            part = parse(body)
+            part = decode(fields)
         except MalformedError:
             self._dropped["malformed"] += 1
             return
         if part is None:
             self._dropped["unknown"] += 1
             return
-        if address in self._kinds or len(self._kinds) < 64:
-            self._kinds[address] = self._kinds.get(address, 0) + 1
-        self._watch.heard(address, now_us)
+        rhythm.heard(now_us)
         if isinstance(part, EpochPart):
             self._epoch(part, now_us, found)
         elif isinstance(part, AttitudePart):
@@ -159,6 +163,18 @@ class NmeaReader:
                 found.append(AngularVelocity(now_us - self._heading_latency_us, part.r_radps))
         else:
             self._depth(part, now_us, found)
+
+    def _route(self, address: str) -> tuple[Decoder, Rhythm] | None:
+        """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""
+        kind = kind_of(address)[1]
+        decode = decoder_of(address)
+        if decode is None or kind not in self._wanted:
+            self._dropped["unknown" if decode is None else "filtered"] += 1
+            return None
+        route = (decode, self._watch.rhythm(address))
+        if len(self._routes) < _ROUTES_MAX:
+            self._routes[address] = route
+        return route
 
     def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
         # Satellite lists come under each constellation's own talker.

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from companion.core.nmea_sentences import DAY_US, EpochPart
+from companion.core.nmea_fields import DAY_US, EpochPart
 from mavlink_bridge.imc import FixType, GpsFix
 
 _BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})

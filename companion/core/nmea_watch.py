@@ -15,16 +15,23 @@ _BAD_SHARE: Final = 0.05
 _NAMES_MAX: Final = 64
 
 
-class _Rhythm:
-    """When a sentence was last heard and how often it comes."""
+class Rhythm:
+    """How often one sentence has come, when last, and how regularly."""
 
     __slots__ = ("count", "last_us", "period_us", "silent")
 
-    def __init__(self, now_us: int) -> None:
-        self.count = 1
-        self.last_us = now_us
+    def __init__(self) -> None:
+        self.count = 0
+        self.last_us = 0
         self.period_us = 0.0
         self.silent = False
+
+    def heard(self, now_us: int) -> None:
+        """Note one good sentence."""
+        if self.count:
+            self.period_us += 0.1 * (now_us - self.last_us - self.period_us)
+        self.count += 1
+        self.last_us = now_us
 
 
 class NmeaWatch:
@@ -33,28 +40,30 @@ class NmeaWatch:
     def __init__(self, name: str) -> None:
         self.name = name
         self.texts: list[tuple[Severity, str]] = []
-        self._rhythms: dict[str, _Rhythm] = {}
+        self._rhythms: dict[str, Rhythm] = {}
         self._conditions: dict[str, bool] = {}
         self._window_us: int | None = None
         self._good_before = 0
         self._bad_before = 0
         self._bytes_before = 0
 
-    def heard(self, address: str, now_us: int) -> None:
-        """Note one good sentence, e.g. ``GPGGA``."""
+    def rhythm(self, address: str) -> Rhythm:
+        """The rhythm of an address, e.g. ``GPGGA``; more than 64 addresses are not followed."""
         rhythm = self._rhythms.get(address)
         if rhythm is None:
+            rhythm = Rhythm()
             # A stranger could invent addresses for ever.
             if len(self._rhythms) < _NAMES_MAX:
-                self._rhythms[address] = _Rhythm(now_us)
-            return
-        rhythm.period_us += 0.1 * (now_us - rhythm.last_us - rhythm.period_us)
-        rhythm.last_us = now_us
-        rhythm.count += 1
+                self._rhythms[address] = rhythm
+        return rhythm
+
+    def counts(self) -> dict[str, int]:
+        """Good sentences per address."""
+        return {address: rhythm.count for address, rhythm in self._rhythms.items() if rhythm.count}
 
     def ages_s(self, now_us: int) -> dict[str, float]:
         """Seconds since each sentence was last heard."""
-        return {address: (now_us - rhythm.last_us) / 1e6 for address, rhythm in self._rhythms.items()}
+        return {address: (now_us - rhythm.last_us) / 1e6 for address, rhythm in self._rhythms.items() if rhythm.count}
 
     def set_condition(self, key: str, present: bool, text: str, cleared: str) -> None:
         """Report a standing condition when it begins and when it ends."""

@@ -7,8 +7,9 @@ import math
 import pytest
 
 from companion.core.nmea import NmeaConfig, NmeaReader
+from companion.core.nmea_fields import MalformedError, coordinate_rad, day_number, time_of_day_us
 from companion.core.nmea_line import frame
-from companion.core.nmea_sentences import MalformedError, coordinate_rad, day_number, parse, time_of_day_us
+from companion.core.nmea_sentences import parse
 from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
 
 SEED_EPOCH = b"""$GPZDA,102436.00,15,06,2022,00,00*64
