@@ -155,8 +155,10 @@ class App:
 
     def _run(self, now_us: int, late_s: float, load: float) -> Snapshot:
         self._read(now_us)
+        inputs = self._inputs(now_us, late_s, load)
+        self.vehicle.inputs = inputs
         self._answer_requests(now_us)
-        snapshot = self.vehicle.tick(now_us, self._inputs(now_us, late_s, load))
+        snapshot = self.vehicle.tick(now_us, inputs)
         self.snapshot = snapshot
         if self.actuators is not None:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)

@@ -7,10 +7,10 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import config as shipped
-from companion.cli import COMMANDS
+from companion.build import in_run_dir
 from companion.commands.check import link_mistakes
 from companion.commands.run import describe, new_run_dir
 from companion.io.clock import Clock, ManualClock, SystemClock
@@ -23,8 +23,6 @@ from .instance import move_instance
 from .settings import SimSettings
 from .surroundings import Surroundings
 from .world import World
-
-assert "sim" not in COMMANDS
 
 
 def register(subparsers: Any) -> None:
@@ -142,18 +140,24 @@ def _store(settings: SimSettings) -> AnyStore:
     return Store(Path(settings.store)) if settings.store else MemoryStore()
 
 
-class _WorldOnly:
-    """Surroundings driven by the loop."""
+class WorldOnly:
+    """Surroundings driven by the loop. What the board's pins do is written to ``board.csv``, a row for each tick."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
+    def __init__(self, surroundings: Surroundings, pins: TextIO) -> None:
         self._surroundings = surroundings
+        self._pins = pins
         self.links = surroundings.links
+        pins.write("t_s,thruster_1_us,thruster_2_us,rudder_1_us,rudder_2_us,north_m,east_m\n")
 
     def pump(self, now_us: int) -> None:
         self._surroundings.pump(now_us)
 
     def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
-        return self._surroundings.step(now_us)
+        truth = self._surroundings.step(now_us)
+        pulses = ",".join(f"{pulse:.1f}" for pulse in self._surroundings.plant.board.pulses_us)
+        self._pins.write(f"{now_us * 1e-6:.3f},{pulses},{truth.north_m:.3f},{truth.east_m:.3f}\n")
+        self._pins.flush()
+        return truth
 
     def shutdown(self, now_us: int) -> None:
         self._surroundings.close()
@@ -162,18 +166,18 @@ class _WorldOnly:
 def _serve_world(
     settings: SimSettings, arguments: argparse.Namespace, run_dir: Path, stop: StopFlag, until_us: int | None
 ) -> int:
-    from companion.build import in_run_dir
-
     placed = in_run_dir(settings, run_dir)
     hull = load_vessel(settings.world.vessel or settings.vessel)
     surroundings = Surroundings(placed, hull, arguments.seed, shore_url=f"pty:{run_dir}/lora")
-    print(f"serving the world in {run_dir}:", flush=True)
+    print(
+        f"serving the world in {run_dir}; start the vessel with: companion run CONFIG --run-dir {run_dir}", flush=True
+    )
     for link in surroundings.links:
         print(f"  {link.name:16} {link.describe()}", flush=True)
-    period_us = 1_000_000 // settings.system.tick_hz
-    return run(
-        _WorldOnly(surroundings), SystemClock(float(arguments.speed)), stop, period_us=period_us, until_us=until_us
-    )
+    clock = SystemClock(float(arguments.speed))
+    with (run_dir / "board.csv").open("w", encoding="utf-8") as pins:
+        world = WorldOnly(surroundings, pins)
+        return run(world, clock, stop, period_us=1_000_000 // settings.system.tick_hz, until_us=until_us)
 
 
 def _greet(world: World, run_dir: Path, speed: float | None) -> None:

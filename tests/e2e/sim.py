@@ -29,7 +29,17 @@ class Sim:
         self.run_dir = run_dir
         self.instance = instance
         self.log = run_dir.with_suffix(".log")
-        words = ["sim", "--speed", str(speed), "--instance", str(instance), "--run-dir", str(run_dir), "--json", *arguments]
+        words = [
+            "sim",
+            "--speed",
+            str(speed),
+            "--instance",
+            str(instance),
+            "--run-dir",
+            str(run_dir),
+            "--json",
+            *arguments,
+        ]
         with self.log.open("w") as log:
             self.process = subprocess.Popen([BIN / "companion", *words], stdout=log, stderr=subprocess.STDOUT, cwd=REPO)
 
@@ -63,7 +73,9 @@ class Sim:
         self.wait_ready()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self.process.poll() is None:
             self.stop()
 

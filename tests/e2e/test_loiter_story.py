@@ -26,7 +26,9 @@ def steps(lines: list[dict[str, object]]) -> list[object]:
 
 def test_mavsdk_over_udp(tmp_path: Path) -> None:
     with Sim(tmp_path / "run", 11, arguments=NO_GCS) as sim:
-        lines = client("mavsdk_loiter.py", f"udpin://0.0.0.0:{sim.port(14540)}", str(LAT_DEG), str(LON_DEG), str(LOITER_S))
+        lines = client(
+            "mavsdk_loiter.py", f"udpin://0.0.0.0:{sim.port(14540)}", str(LAT_DEG), str(LON_DEG), str(LOITER_S)
+        )
     assert {"uploaded", "downloaded", "armed", "started", "done"} <= set(steps(lines))
     downloaded = next(line for line in lines if line["step"] == "downloaded")["items"]
     assert downloaded == [[178, 1.0, -1.0, 0, 0], [19, LOITER_S, RADIUS_M, round(LAT_DEG * 1e7), round(LON_DEG * 1e7)]]

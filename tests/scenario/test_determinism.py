@@ -28,6 +28,6 @@ def test_equal_seeds_give_equal_bytes(tmp_path: Path, capsys: pytest.CaptureFixt
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
     assert (one / "truth.csv").read_bytes() != (other / "truth.csv").read_bytes()
     summary = json.loads(capsys.readouterr().out.splitlines()[0])
-    assert summary["plan_state"] == "ACTIVE"
+    assert summary["plan_state"] == "COMPLETE"
     circle = next(item for item in summary["items"] if item["kind"] == "circular")
     assert circle["truth"]["rms_m"] < 0.5

@@ -51,7 +51,9 @@ class MavProxy:
     def text(self) -> str:
         return self.log.read_text(errors="replace")
 
-    def wait_for(self, pattern: str, limit_s: float = 60.0, again: Callable[[], None] | None = None, every_s: float = 3.0) -> None:
+    def wait_for(
+        self, pattern: str, limit_s: float = 60.0, again: Callable[[], None] | None = None, every_s: float = 3.0
+    ) -> None:
         deadline = time.monotonic() + limit_s
         asked = time.monotonic()
         while time.monotonic() < deadline:
