@@ -1,0 +1,272 @@
+"""``companion plan``: make, check, convert, upload, download, start, pause and clear plans.
+
+Files: QGroundControl .plan and .mission, QGC WPL 110, fence lists, the seed's JSON; told apart by their contents. What goes to the vessel
+goes through MAVSDK (``companion.commands.plan_link``), so it is the way that a user's own MAVSDK program would take.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from companion.commands import plan_link
+from companion.commands.plan_draw import ascii_map, svg_map
+from companion.commands.plan_explain import explain, refusals
+from companion.commands.plan_json import send_json
+from companion.commands.plan_log import plan_from_tlog
+from companion.core.vessel import top_speed_mps
+from companion.settings import ConfigError, Settings, load, load_vessel
+from mavlink_bridge import seed_json
+from mavlink_bridge.imc import ChangeSpeed, Goto, Loiter, LoiterDirection, LoiterKind
+from mavlink_bridge.plan_export import InexpressibleError, items_from_maneuvers
+from mavlink_bridge.plan_mapping import compile_items
+from mavlink_bridge.plan_rules import DEFAULT_LIMITS, PlanLimits
+from mavlink_bridge.planfile import PlanFile, PlanFileError, read_plan, write_plan, write_wpl
+
+DEFAULT_URL: Final = "udpin://0.0.0.0:14540"
+
+
+def register(subparsers: Any) -> None:
+    """Add the command and its own sub-commands."""
+    parser = subparsers.add_parser("plan", help="make, check, upload, download and start plans", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    _register_files(actions)
+    _register_vessel(actions)
+
+
+def _register_files(actions: Any) -> None:
+    check = _add(actions, "check", _check, "draw a plan and list what the vessel would refuse and why")
+    check.add_argument("file", type=Path)
+    check.add_argument("--config", type=Path, help="the vessel's configuration, for its limits")
+    check.add_argument("--svg", type=Path, metavar="OUT", help="draw into an SVG file as well")
+    convert = _add(actions, "convert", _convert, "read a plan file of any format, write .plan, .txt (WPL 110) or .json")
+    convert.add_argument("file", type=Path)
+    convert.add_argument("out", type=Path)
+    extract = _add(actions, "extract", _extract, "take the plans out of a telemetry log")
+    extract.add_argument("file", type=Path, metavar="F.tlog")
+    extract.add_argument("out", type=Path)
+    make = _add(actions, "make", _make, "write a plan of waypoints or one loiter")
+    make.add_argument("out", type=Path)
+    make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
+    make.add_argument("--kind", choices=[kind.value for kind in LoiterKind], default="circular")
+    make.add_argument("--radius", type=float, metavar="M")
+    make.add_argument("--length", type=float, metavar="M")
+    make.add_argument("--bearing", type=float, metavar="DEG", help="long axis, from north")
+    make.add_argument("--duration", type=float, metavar="S", help="from reaching the path; without: for ever")
+    make.add_argument("--ccw", action="store_true", help="turn to port")
+    make.add_argument("--speed", type=float, metavar="M/S")
+    send = _add(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
+    send.add_argument("file", type=Path)
+    send.add_argument("port", help="device, or an address such as serial:/dev/ttyUSB0?baud=9600")
+    send.add_argument("--wait", type=float, default=60.0, metavar="S", help="how long to wait for the answer")
+
+
+def _register_vessel(actions: Any) -> None:
+    upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel")
+    upload.add_argument("file", type=Path)
+    upload.add_argument("--start", action="store_true", help="arm and start it afterwards")
+    download = _vessel(actions, "download", _download, "fetch what the vessel has into a .plan or .txt file")
+    download.add_argument("out", type=Path)
+    start = _vessel(actions, "start", _start, "arm and start the plan")
+    start.add_argument("--no-arm", action="store_true")
+    _vessel(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
+    clear = _vessel(actions, "clear", _clear, "empty the vessel's plans")
+    clear.add_argument("--keep-fence", action="store_true")
+
+
+def _add(actions: Any, name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=text)
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _vessel(
+    actions: Any, name: str, run: Callable[[Any, argparse.Namespace], None], text: str
+) -> argparse.ArgumentParser:
+    """An action that talks to the vessel."""
+
+    def command(arguments: argparse.Namespace) -> int:
+        return plan_link.with_vessel(arguments.url, arguments.wait, lambda vessel: run(vessel, arguments))
+
+    parser = _add(actions, name, command, text)
+    parser.add_argument("--url", default=DEFAULT_URL, help="MAVSDK connection (default %(default)s)")
+    parser.add_argument("--wait", type=float, default=30.0, metavar="S", help="how long to look for the vessel")
+    return parser
+
+
+def _point(text: str) -> tuple[float, float]:
+    try:
+        latitude, longitude = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: give latitude,longitude in degrees") from None
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        raise argparse.ArgumentTypeError(f"{text!r}: outside -90 to 90 and -180 to 180")
+    return math.radians(latitude), math.radians(longitude)
+
+
+# Files
+
+
+def read_file(path: Path) -> PlanFile:
+    """Read a plan file. Raises ConfigError with every problem, so that the command ends with status 2."""
+    try:
+        return read_plan(path.read_bytes(), path.name)
+    except OSError as error:
+        raise ConfigError(str(path), [error.strerror or str(error)]) from None
+    except PlanFileError as error:
+        raise ConfigError(str(path), list(error.problems)) from None
+
+
+def _limits(config: Path | None) -> PlanLimits:
+    if config is None:
+        return DEFAULT_LIMITS
+    settings = load(config, [], Settings)
+    return PlanLimits(max_speed_mps=top_speed_mps(load_vessel(settings.vessel)))
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    plan = read_file(arguments.file)
+    limits = _limits(arguments.config)
+    print(
+        f"{arguments.file}: {plan.format}, {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}"
+    )
+    for note in plan.notes:
+        print(f"  note: {note}")
+    print(ascii_map(plan))
+    for line in explain(plan, limits):
+        print(line)
+    refused = refusals(plan, limits)
+    for line in refused:
+        print(f"REFUSED {line}", file=sys.stderr)
+    if arguments.svg is not None:
+        arguments.svg.write_text(svg_map(plan), encoding="utf-8")
+    return 1 if refused else 0
+
+
+def write_file(plan: PlanFile, out: Path) -> None:
+    """Write a plan in the format that the name's end says: .plan, .json (the seed's), anything else WPL 110."""
+    if out.suffix == ".plan":
+        out.write_text(write_plan(plan), encoding="utf-8")
+    elif out.suffix == ".json":
+        out.write_text(_seed_text(plan, out.stem), encoding="utf-8")
+    else:
+        out.write_text(write_wpl(plan), encoding="utf-8")
+        if plan.fence or plan.rally:
+            print(f"{out}: the format holds only the mission; fence and rally points are left out", file=sys.stderr)
+
+
+def _seed_text(plan: PlanFile, name: str) -> str:
+    compiled = compile_items(plan.mission)
+    lines: list[str] = []
+    speed: float | None = None
+    for maneuver in compiled.plan.maneuvers:
+        if isinstance(maneuver, ChangeSpeed):
+            speed = maneuver.speed_mps
+        elif isinstance(maneuver, Loiter):
+            lines.append(seed_json.write(f"{name}-{len(lines) + 1}", maneuver, speed))
+        else:
+            raise seed_json.SeedJsonError(f"item {maneuver.seq} is no loiter, and the seed's JSON holds only loiters")
+    if compiled.errors or not lines:
+        raise seed_json.SeedJsonError("the plan has no loiter that the vessel would sail")
+    return lines[0] + "\n" if len(lines) == 1 else "[" + ",\n".join(lines) + "]\n"
+
+
+def _convert(arguments: argparse.Namespace) -> int:
+    plan = read_file(arguments.file)
+    try:
+        write_file(plan, arguments.out)
+    except seed_json.SeedJsonError as error:
+        print(f"{arguments.out}: {error}", file=sys.stderr)
+        return 1
+    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    return 0
+
+
+def _extract(arguments: argparse.Namespace) -> int:
+    try:
+        plan = plan_from_tlog(arguments.file.read_bytes())
+    except OSError as error:
+        raise ConfigError(str(arguments.file), [error.strerror or str(error)]) from None
+    if not (plan.mission or plan.fence or plan.rally):
+        print(f"{arguments.file}: no complete plan was transferred in this log", file=sys.stderr)
+        return 1
+    write_file(plan, arguments.out)
+    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    return 0
+
+
+def _make(arguments: argparse.Namespace) -> int:
+    points, speed = arguments.points, arguments.speed
+    if len(points) > 1:
+        maneuvers: list[Any] = [Goto(seq, lat, lon, speed_mps=speed) for seq, (lat, lon) in enumerate(points)]
+    else:
+        maneuvers = [_loiter(arguments, points[0])]
+    try:
+        plan = PlanFile(items_from_maneuvers(maneuvers))
+    except InexpressibleError as error:
+        raise ConfigError("plan make", [str(error)]) from None
+    refused = refusals(plan, DEFAULT_LIMITS)
+    if refused:
+        raise ConfigError("plan make", refused)
+    write_file(plan, arguments.out)
+    print(f"{arguments.out}: {len(plan.mission)} items")
+    return 0
+
+
+def _loiter(arguments: argparse.Namespace, point: tuple[float, float]) -> Loiter:
+    kind = LoiterKind(arguments.kind)
+    hover = kind is LoiterKind.HOVER
+    return Loiter(
+        0,
+        *point,
+        kind=kind,
+        radius_m=None if hover else arguments.radius or 20.0,
+        length_m=arguments.length,
+        bearing_rad=None if arguments.bearing is None else math.radians(arguments.bearing % 360.0),
+        direction=LoiterDirection.CCW if arguments.ccw else LoiterDirection.CW,
+        duration_s=arguments.duration,
+        speed_mps=arguments.speed,
+    )
+
+
+def _send_json(arguments: argparse.Namespace) -> int:
+    try:
+        data = arguments.file.read_bytes()
+        seed_json.parse(data)
+    except OSError as error:
+        raise ConfigError(str(arguments.file), [error.strerror or str(error)]) from None
+    except seed_json.SeedJsonError as error:
+        raise ConfigError(str(arguments.file), [str(error)]) from None
+    return send_json(data, arguments.port, arguments.wait)
+
+
+# The vessel
+
+
+def _upload(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    plan = read_file(arguments.file)
+    vessel.upload(plan)
+    if arguments.start:
+        vessel.start(arm=True)
+
+
+def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    plan = vessel.download()
+    write_file(plan, arguments.out)
+    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+
+
+def _start(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    vessel.start(arm=not arguments.no_arm)
+
+
+def _pause(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    vessel.pause()
+
+
+def _clear(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    vessel.clear(fence=not arguments.keep_fence)
