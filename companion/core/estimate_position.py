@@ -20,7 +20,7 @@ _ECCENTRICITY2: Final = 0.00669437999014
 _NEWTON_STEPS: Final = 4
 _NEAR_M: Final = 500.0
 _CLOCK_DRIFT: Final = 2e-4
-_CLOCK_STEP_US: Final = 500_000
+_CLOCK_STEP_US: Final = 150_000
 
 
 def near_local(

@@ -24,6 +24,8 @@ _HOLD_US: Final = 3_000_000
 _LEARN_AFTER: Final = 2
 _SAME_PLACE_M: Final = 1.0
 _EARTH_M: Final = 6_371_000.0
+_PAUSE_US: Final = 100_000
+"""A sentence without a time and one with a time, so far apart, are not one epoch."""
 _QUALITY_HOLD_US: Final = 5_000_000
 
 
@@ -69,6 +71,7 @@ class _Open:
     """The epoch being collected."""
 
     first_us: int
+    last_us: int = 0
     tod_us: int | None = None
     day: int | None = None
     kinds: tuple[str, ...] = ()
@@ -166,13 +169,15 @@ class EpochBuilder:
         foreign = strict and current is not None and part.talker not in current.talkers and part.kind != "GSA"
         if foreign and part.tod_us is None:
             return fixes
-        if current is not None and (foreign or self._starts_new(current, part)):
+        if current is not None and (foreign or self._starts_new(current, part, now_us)):
             self._finish(fixes, ended_by_kind=False)
             current = None
         if current is None:
-            if part.tod_us is None and part.kind not in _BODY_KINDS:
-                return fixes  # a lone GSA belongs to no epoch
+            if part.tod_us is None and part.kind in ("GSA", self._ender):
+                self.late += 1
+                return fixes  # the tail of an epoch that was lost belongs to no other one
             current = self._open = _Open(first_us=now_us)
+        current.last_us = now_us
         _merge(current, part)
         if part.kind == self._ender and current.rank < 9:
             self._finish(fixes, ended_by_kind=True)
@@ -204,7 +209,9 @@ class EpochBuilder:
         return True
 
     @staticmethod
-    def _starts_new(current: _Open, part: EpochPart) -> bool:
+    def _starts_new(current: _Open, part: EpochPart, now_us: int) -> bool:
+        if current.tod_us is None and part.tod_us is not None and now_us - current.last_us > _PAUSE_US:
+            return True
         if part.tod_us is not None and current.tod_us is not None and part.tod_us != current.tod_us:
             return True
         return (part.kind != "GSA" and part.kind in current.kinds) or _elsewhere(current, part)

@@ -103,6 +103,24 @@ def test_g4_an_unfinished_epoch_is_published_after_a_quarter_second() -> None:
     assert talker.fixes[0].sog_mps is None
 
 
+def test_g4_the_tail_of_a_lost_epoch_does_not_join_the_next_one() -> None:
+    """Only VTG of one epoch survives; the next one comes 0.2 s later."""
+    for learned in (True, False):
+        talker = Talker()
+        if learned:
+            for tick in range(5):
+                talker.send(*epoch(START_US + tick * 200_000, "GGA VTG"))
+                talker.wait(196_000)
+        before = len(talker.fixes)
+        talker.send(frame("GPVTG,92.40,T,,M,9.0,N,,K,A"))
+        talker.wait(198_000)
+        talker.send(*epoch(START_US + 1_200_000, "GGA VTG"))
+        talker.wait(400_000)
+        (fix,) = talker.fixes[before:]
+        assert fix.sog_mps == pytest.approx(1.5, abs=1e-3)
+        assert talker.now_us - 400_000 - 120_000 - fix.t_us <= 10_000
+
+
 def test_g6_heading_stamps_are_its_own() -> None:
     talker = Talker()
     talker.send(*epoch(START_US, "GGA HDT RMC"), gap_us=20_000)
