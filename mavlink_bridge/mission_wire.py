@@ -99,7 +99,8 @@ def home_problem(item: PlanItem) -> str:
     """Why an item cannot be the home item, or an empty string."""
     if item.command != Cmd.WAYPOINT:
         return f"item 0 must be the home position, and command {item.command} is not a waypoint"
-    if item.frame not in _HOME_FRAMES:
+    if item.frame not in _HOME_FRAMES and not (item.frame in GLOBAL_FRAMES and item.x == 0 and item.y == 0):
+        # 0/0 is nobody's waypoint: MAVSDK clears an ArduPilot with one such item in frame 3
         return f"item 0 must be the home position in frame 0 or 5 (absolute altitude), not frame {item.frame}"
     if abs(item.x) > 900_000_000 or abs(item.y) > 1_800_000_000:
         return "item 0 must be the home position, and its latitude or longitude is out of range"

@@ -405,12 +405,17 @@ def test_an_upload_without_a_home_item_is_refused_where_one_is_due(first, words)
     assert words in text
 
 
-def test_a_mission_of_only_a_home_item_is_an_empty_mission():
-    # what MAVSDK sends to an ArduPilot to clear it
+@pytest.mark.parametrize(
+    "home",
+    # the second is what MAVSDK sends to an ArduPilot to clear it
+    [HOME, PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0)],
+    ids=["home", "MAVSDK"],
+)
+def test_a_mission_of_only_a_home_item_is_an_empty_mission(home):
     link = Link(home_item=True)
     link.upload([point()])
     link.count(1)
-    link.item(HOME, 0)
+    link.item(home, 0)
     assert link.vessel_stores()[0].type == 0
     assert link.store.plans[PlanKind.MISSION] == ()
     assert link.list()[0].count == 0
