@@ -152,5 +152,7 @@ class DepthAhead:
         if not self._good_track or state is None or state.x_m is None or state.y_m is None:
             return ""
         north, east = self._good_track[-1][0] - state.x_m, self._good_track[-1][1] - state.y_m
+        if math.hypot(north, east) < _TRACK_M:
+            return ""
         bearing = math.degrees(math.atan2(east, north)) % 360.0
         return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"

@@ -22,6 +22,8 @@ __all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
 _EPS_M: Final = 1e-9
 _UNKNOWN_AFTER_S: Final = 5.0
+_START_S: Final = 3.0
+"""A sounder that has not spoken yet is not called lost before."""
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 
@@ -230,8 +232,10 @@ class DepthGuard:
         if self.input.out_of_reach and not config.required:
             return False, 0.0
         assert self._started_us is not None
-        since_us = self._started_us if self.input.gated is None else self.input.gated.t_us
-        return True, (now_us - since_us) / 1e6
+        if self.input.gated is None:
+            since_s = (now_us - self._started_us) / 1e6
+            return since_s >= _START_S, since_s
+        return True, self.input.age_s(now_us)
 
     def _stops_when_unknown(self) -> bool:
         return self._config.required or self._config.unknown_policy == "stop"

@@ -44,6 +44,9 @@ class Entry:
     escalated: bool = False
 
 
+_NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
+
+
 @dataclass(frozen=True, slots=True)
 class FailsafeMemory:
     """All that the engine remembers between two ticks."""
@@ -68,8 +71,8 @@ class FailsafeResult:
 
 def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
     """Return the action for this tick, its causes, texts for the operator, and the new memory. Pure."""
-    if not memory.entries and config.watch.quiet(flags):
-        return FailsafeResult(_remember(memory, _required_since(memory, flags, now_us)), Action.NONE)
+    if not memory.entries and config.watch.quiet(flags):  # mutation: same (skipped), only a short cut
+        return FailsafeResult(FailsafeMemory({}, _required_since(memory, flags, now_us)), Action.NONE)
     return judge(memory, flags, now_us, config)
 
 
@@ -96,14 +99,8 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
             action = max(action, _action(rule, entry, flags))
     if action in (Action.HOLD, Action.RETURN) and (flags.position_lost or flags.heading_lost):
         action = Action.STOP
-    limit = config.oscillation_thrust if "oscillating" in causes else 1.0
-    return FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts), limit)
-
-
-def _remember(memory: FailsafeMemory, required_since_us: int | None) -> FailsafeMemory:
-    if memory.required_since_us == required_since_us:
-        return memory
-    return FailsafeMemory(memory.entries, required_since_us)
+    result = FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts))
+    return replace(result, thrust_limit=config.oscillation_thrust) if "oscillating" in causes else result
 
 
 def _required_since(memory: FailsafeMemory, flags: Flags, now_us: int) -> int | None:
@@ -180,16 +177,16 @@ def _action(rule: Rule, entry: Entry, flags: Flags) -> Action:
 
 
 def _tell(rule: Rule, old: Entry | None, entry: Entry | None, texts: list[tuple[Severity, str]]) -> None:
-    row = rule.row
+    row, before = rule.row, old or _NEVER
     if entry is None:
-        if old is not None and old.fired_us is not None:
+        if before.fired_us is not None:
             texts.append((Severity.NOTICE, f"Over: {row.text}"))
         return
-    if entry.fired_us is not None and (old is None or old.fired_us is None):
+    if entry.fired_us is not None and before.fired_us is None:
         texts.append((row.severity, _sentence(row.text, rule.action)))
-    elif entry.escalated and old is not None and not old.escalated:
+    if entry.escalated and not before.escalated:
         texts.append((Severity.CRITICAL, _sentence(row.text, rule.then_action)))
-    if entry.taken and old is not None and not old.taken:
+    if entry.taken and not before.taken:
         texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
 
 

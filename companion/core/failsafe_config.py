@@ -134,21 +134,22 @@ class Watch:
     """Whether anything at all is up, in one look: most ticks of a good day end here."""
 
     def __init__(self, rules: Sequence[Rule]) -> None:
+        delays = {rule.row.name: rule.delay_us for rule in rules}
         self._alarms = attrgetter(*ALARMS)
-        self._manual_us = min(rule.delay_us for rule in rules if rule.row.name == "manual_lost")
-        self._guided_us = min(rule.delay_us for rule in rules if rule.row.name == "guided_lost")
-        self._gcs_us = min(rule.delay_us for rule in rules if rule.row.name in ("gcs_lost", "gcs_degraded"))
-        self._radio_us = min(rule.delay_us for rule in rules if rule.row.name == "radio_lost")
+        self._manual_us, self._guided_us = delays["manual_lost"], delays["guided_lost"]
+        self._gcs_us = min(delays["gcs_lost"], delays["gcs_degraded"])
+        self._radio_us = delays["radio_lost"]
 
     def quiet(self, flags: Flags) -> bool:
         """True when no row's flag is up and no age has come to its delay."""
+        never_heard = flags.gcs_age_s is None and flags.radio_age_s is None  # mutation: same (And -> Or), slower only
         return (
-            True not in self._alarms(flags)
+            True not in self._alarms(flags)  # mutation: same (True -> False), slower only
+            and not (flags.gcs_required and never_heard)  # mutation: same (And -> Or), slower only
             and _younger(flags.manual_age_s, self._manual_us)
             and _younger(flags.guided_age_s, self._guided_us)
             and _younger(flags.gcs_age_s, self._gcs_us)
             and _younger(flags.radio_age_s, self._radio_us)
-            and not (flags.gcs_required and flags.gcs_age_s is None and flags.radio_age_s is None)
         )
 
 

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
 from companion.core.depth_guard import DepthGuard, GuardOutput, next_state
 from companion.core.depth_input import DepthInputConfig
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
@@ -266,8 +267,10 @@ def test_policies_for_an_unknown_altitude(policy, required, lost, slow, blind):
 
 def test_never_heard_counts_from_the_start():
     run = Run(SEED.model_copy(update={"unknown_policy": "stop"}))
-    assert run.tick(after_us=3_000_000).lost
-    assert not run.tick(after_us=4_999_999).blind
+    assert not run.tick().lost
+    assert not run.tick(after_us=2_999_999).lost, "a sounder may take three seconds to speak"
+    assert run.tick(after_us=1).lost
+    assert not run.tick(after_us=1_999_999).blind
     assert run.tick(after_us=1).blind
 
 
@@ -310,3 +313,134 @@ def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
 def test_the_brake_is_passed_on():
     assert Run(SEED.model_copy(update={"brake": True})).feed(5.0).brake
     assert not Run().feed(5.0).brake
+
+
+# ---- look-ahead and map, as far as the guard itself decides
+
+ORIGIN = (0.7188, -0.1519)
+
+
+def at(north_m: float, speed_mps: float, now_us: int = 0) -> EstimatedState:
+    return EstimatedState(
+        now_us,
+        lat_rad=ORIGIN[0] + north_m / metres_per_radian(ORIGIN[0])[0],
+        lon_rad=ORIGIN[1],
+        x_m=north_m,
+        y_m=0.0,
+        psi_rad=0.0,
+        r_radps=0.0,
+        sog_mps=speed_mps,
+        cog_rad=0.0,
+    )
+
+
+def chart(depth_m: float, north_m: float, deeper_m: float = 30.0) -> DepthGrid:
+    """30 m of water everywhere, ``depth_m`` north of ``north_m``."""
+    places = [(n, e) for n in range(-40, 120, 4) for e in (-8, -4, 0, 4, 8)]
+    return build((Sounding(*offset(*ORIGIN, n, e), depth_m if n >= north_m else deeper_m) for n, e in places), 2.0, 3.0)
+
+
+def stopping(speed_mps: float) -> float:
+    return 2.0 * speed_mps
+
+
+def test_the_map_stops_before_the_shallow_and_not_otherwise():
+    guard = DepthGuard(DepthGuardConfig(input=RAW))
+    guard.set_map(chart(3.0, 60.0))
+    out = guard.step(0, at(0.0, 2.0), True, None, stopping)
+    assert (out.stop_ahead, out.map_least_m) == (False, 30.0)
+    out = guard.step(0, at(52.0, 2.0), True, None, stopping)
+    assert (out.stop_ahead, out.map_least_m, out.abort) == (True, 3.0, False)
+    assert out.texts[0][1] == "Shallow water ahead (map 3.0 m): stopping"
+    assert guard.step(0, at(52.0, 2.0), True, None, stopping).texts == (), "told once"
+    assert guard.step(0, at(52.0, 2.0), False, None, stopping).stop_ahead is False
+    guard.set_map(None)
+    assert guard.step(0, at(52.0, 2.0), True, None, stopping).stop_ahead is False
+
+
+def test_tide_keel_and_uncertainty_shift_the_map():
+    keel = RAW.model_copy(update={"keel_depth_m": 0.5})
+    config = DepthGuardConfig(input=keel, tide_m=1.0, map_sigma_m=0.2)
+    guard = DepthGuard(config)
+    guard.set_map(chart(3.0, 60.0))
+    assert guard.step(0, at(58.0, 2.0), True, None, stopping).map_least_m == pytest.approx(3.3)
+    leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
+    problem = guard.check_plan([leg])
+    assert problem == PlanProblem(7, "charted depth 3.0 m, at least 3.7 m needed")
+
+
+def test_a_plan_is_held_against_the_map_only_when_there_is_one():
+    leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
+    guard = DepthGuard(DepthGuardConfig(input=RAW))
+    assert guard.check_plan([leg]) is None
+    guard.set_map(chart(3.0, 60.0))
+    assert guard.check_plan([leg]) == PlanProblem(7, "charted depth 3.0 m, at least 4.0 m needed")
+    guard.set_map(chart(4.0, 60.0))
+    assert guard.check_plan([leg]) is None
+    guard.set_map(chart(3.0, 60.0))
+    guard.configure(DepthGuardConfig(input=RAW, enabled=False))
+    assert guard.check_plan([leg]) is None
+
+
+def falling(guard: DepthGuard, start_m: float, rate_mps: float, seconds: float) -> int:
+    """Feed a steadily closing bottom at 10 Hz; return the time of the last reading."""
+    now_us = 0
+    for i in range(round(seconds * 10)):
+        now_us = i * 100_000
+        guard.measure(Distance(now_us, start_m - rate_mps * i * 0.1), at(0.0, 2.0))
+        guard.step(now_us, at(-40.0 + 0.2 * i, 2.0), False, None, stopping)
+    return now_us
+
+
+def test_the_closing_rate_raises_the_limit_slows_and_stops():
+    config = DepthGuardConfig(input=RAW.model_copy(update={"sigma_m": 0.0}))
+    guard = DepthGuard(config)
+    now_us = falling(guard, 10.0, 0.5, 8.0)  # now at 6.05 m
+    out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
+    # 4 m of way in 2 s of run and 0.6 s of reaction at 0.5 m/s
+    # 0.1 m of noise (0.5 % of the altitude) costs the proof a few cm/s.
+    assert out.closing_mps == pytest.approx(0.5, abs=0.02)
+    assert out.limit_m == pytest.approx(4.0 + out.closing_mps * 2.6, abs=1e-6)
+    assert (out.stop_ahead, out.slow_to_mps) == (False, None)
+    guard = DepthGuard(config)
+    now_us = falling(guard, 9.6, 0.5, 8.0)  # 5.65 m: a stop would need 1.3 m, one and a half times that is not there
+    out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
+    assert out.stop_ahead is False
+    assert 1.5 < out.slow_to_mps < 2.0
+    guard = DepthGuard(config)
+    now_us = falling(guard, 9.2, 0.5, 8.0)
+    out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
+    assert (out.stop_ahead, out.state, out.abort) == (True, OK, False)
+    assert out.suggestion == (0.0, 0.0), "the water is still good here"
+
+
+def test_unknown_and_closing_ask_for_the_slower_of_both():
+    config = DepthGuardConfig(
+        input=RAW.model_copy(update={"sigma_m": 0.0}), unknown_policy="slow", unknown_speed_mps=0.7
+    )
+    guard = DepthGuard(config)
+    now_us = falling(guard, 9.6, 0.5, 8.0)
+    out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
+    assert out.slow_to_mps > 1.5
+    assert guard.step(now_us + 2_000_000, at(0.0, 2.0), True, None, stopping).slow_to_mps == 0.7
+
+
+def test_no_suggestion_while_all_is_well():
+    run = Run(DepthGuardConfig(input=RAW))
+    run.guard.measure(Distance(0, 9.0), at(0.0, 1.0))
+    assert run.guard.step(0, at(0.0, 1.0), True, None, stopping).suggestion is None
+    run.guard.measure(Distance(STEP_US, 3.95), at(0.5, 1.0))
+    assert run.guard.step(STEP_US, at(0.5, 1.0), True, None, stopping).suggestion == (0.0, 0.0)
+
+
+def test_the_chain_takes_new_settings_too():
+    run = Run()
+    run.guard.configure(SEED.model_copy(update={"input": RAW.model_copy(update={"keel_depth_m": 1.0})}))
+    assert run.feed(5.0).altitude_m == 4.0
+
+
+def test_an_output_says_nothing_it_was_not_told():
+    out = GuardOutput(UNKNOWN, None, None, None)
+    alarms = (out.abort, out.stop_ahead, out.shallow, out.locked, out.lost, out.blind, out.brake)
+    assert not any(alarms)
+    assert (out.slow_to_mps, out.map_least_m, out.suggestion, out.closing_mps, out.texts) == (None, None, None, 0.0, ())

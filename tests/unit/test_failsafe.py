@@ -16,6 +16,7 @@ from companion.core.failsafe import (
     holding,
     step,
 )
+from companion.core.failsafe_config import reached
 from companion.core.failsafe_flags import ALARMS
 from companion.core.failsafe_table import BY_NAME, TABLE, Clear, Takeover
 from mavlink_bridge.imc import Action, Severity
@@ -156,6 +157,7 @@ def test_a_flag_that_flickers_starts_its_delay_again():
     run.step(low, 0.05)
     assert run.step(low, 4.9) is Action.NONE
     assert run.step(low, 0.1) is Action.STOP
+    assert [text for _, text in run.texts] == ["Battery empty: STOP"], "what never acted is never over"
 
 
 def test_a_cause_that_comes_back_while_clearing_does_not_start_anew():
@@ -362,6 +364,36 @@ def test_ground_loss_by_parameters():
     assert [text for _, text in run.texts].count("Ground station lost: RETURN") == 1
 
 
+def test_an_age_is_compared_to_the_microsecond():
+    assert not reached(4.999999, 5_000_000)
+    assert reached(4.9999996, 5_000_000), "rounding, not cutting"
+    assert reached(5e-7, 1)
+    assert not reached(4.9e-7, 1)
+
+
+def test_the_settings_have_these_defaults_and_ranges():
+    schema = FailsafeConfig.model_json_schema()["properties"]
+    fields = {name: field for name, field in schema.items() if "minimum" in field}
+    assert {name: (field["default"], field["minimum"], field["maximum"]) for name, field in fields.items()} == {
+        "gcs_timeout_s": (5.0, 2, 120),
+        "gcs_then_s": (60.0, 0, 3600),
+        "radio_timeout_s": (65.0, 5, 3600),
+        "manual_timeout_s": (0.5, 0.1, 5),
+        "guided_timeout_s": (1.0, 0.1, 5),
+        "oscillation_thrust": (0.3, 0, 1),
+    }
+
+
+@pytest.mark.parametrize(("key", "allowed"), [("gcs_action", (1, 2, 3, 4)), ("gcs_then_action", (0, 1, 2, 3, 4))])
+def test_the_actions_on_ground_loss_are_limited(key, allowed):
+    for value in range(7):
+        if value in allowed:
+            assert getattr(FailsafeConfig(**{key: float(value)}), key) == value
+        else:
+            with pytest.raises(ValueError, match=key):
+                FailsafeConfig(**{key: value})
+
+
 # ---- the table
 
 
@@ -390,3 +422,76 @@ def test_the_markdown_has_a_line_per_row():
     assert "| `gcs_lost`: ground station lost | 5 | HOLD | RETURN after 60 s |" in table
     assert "for 5 s | manual control | STOP | 2 |" in table
     assert "| 30 | HOLD" in failsafe_table_markdown(FailsafeConfig(radio_timeout_s=30.0))
+
+
+CONTRACT = """
+terminate              TERMINATE 0    -            restart   0  never    TERMINATE 0
+emergency_stop         DISARM    0    -            rearm     0  never    DISARM    0
+time_jump              DISARM    0    -            rearm     0  never    STOP      0
+task_failing           DISARM    0    -            rearm     0  never    STOP      0
+actuator_lost          DISARM    0    -            rearm     0  never    STOP      0.2
+actuator_reset         DISARM    0    -            rearm     0  never    STOP      0
+actuator_mismatch      DISARM    0    -            rearm     0  never    STOP      0.5
+actuator_garbage       STOP      0    -            gone      2  never    STOP      1
+position_lost          STOP      0    -            operator  5  manual   STOP      2
+heading_lost           STOP      0    -            operator  5  manual   STOP      2
+depth_locked           STOP      0    -            rearm     0  manual   STOP      0
+depth_shallow          STOP      0    -            operator  0  operator STOP      0
+depth_ahead            STOP      0    -            operator  0  manual   HOLD      0
+depth_blind            STOP      0    -            operator  0  manual   WARN      30
+fence_ahead            HOLD      0    -            operator  0  manual   HOLD      0
+fence_breach           HOLD      0    -            operator  0  operator WARN      0.5
+manual_lost            STOP      0.5  -            gone      0  never    STOP      5
+guided_lost            HOLD      1    -            gone      0  manual   HOLD      5
+gcs_lost               HOLD      5    60:RETURN    operator  0  operator WARN      120
+radio_lost             HOLD      65   120:RETURN   operator  0  operator WARN      3600
+gcs_degraded           WARN      2.5  -            gone      0  never    WARN      120
+tick_very_late         STOP      0    -            gone      10 never    STOP      0
+overruns               WARN      0    10:STOP      gone      10 never    WARN      10
+tick_late              WARN      0    -            gone      10 never    WARN      120
+plan_invalid           HOLD      0    -            operator  0  operator HOLD      120
+battery_empty          STOP      5    -            operator  0  operator WARN      30
+battery_critical       RETURN    5    -            operator  0  operator WARN      60
+battery_low            WARN      5    -            gone      5  never    WARN      120
+battery_lost           WARN      1    -            gone      0  never    WARN      120
+stuck                  WARN      0    10:STOP      operator  0  manual   WARN      120
+moving_in_neutral      WARN      0    -            gone      0  never    WARN      120
+drifting_while_stopped WARN      0    -            gone      0  never    WARN      120
+oscillating            WARN      0    -            operator  0  never    WARN      120
+depth_lost             WARN      0    -            gone      2  never    WARN      120
+position_frozen        WARN      0    -            gone      0  never    WARN      120
+sources_disagree       WARN      0    -            gone      0  never    WARN      120
+actuator_noise         WARN      0    -            gone      2  never    WARN      120
+storage_fault          WARN      0    -            gone      0  never    WARN      120
+"""
+"""name, action, delay, later action, clears, for, takeover, least action, longest delay: written twice on purpose."""
+
+
+def test_the_table_says_what_was_agreed():
+    agreed = [line.split() for line in CONTRACT.strip().splitlines()]
+    assert [
+        [
+            row.name,
+            row.action.name,
+            f"{row.delay_s:g}",
+            "-" if row.then_after_s is None else f"{row.then_after_s:g}:{row.then_action.name}",
+            row.clear.name.lower(),
+            f"{row.clear_s:g}",
+            row.takeover.name.lower(),
+            row.floor.name,
+            f"{row.delay_max_s:g}",
+        ]
+        for row in TABLE
+    ] == agreed
+
+
+def test_the_defaults_of_the_parameters_are_the_tables():
+    for rule in CONFIG.rules:
+        assert rule.delay_us == round(rule.row.delay_s * 1e6)
+        assert rule.then_us == (None if rule.row.then_after_s is None else round(rule.row.then_after_s * 1e6))
+
+
+def test_the_radio_counts_only_armed_and_required():
+    for flags in (replace(WELL, armed=False), replace(WELL, gcs_required=False)):
+        run = Run()
+        assert run.step(replace(flags, gcs_age_s=None, radio_age_s=1e4)) is Action.NONE
