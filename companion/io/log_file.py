@@ -16,6 +16,8 @@ from typing import Final
 from companion.io.writer import Writer
 
 RETRY_US: Final = 30_000_000
+CLOSE_WAIT_S: Final = 1.0
+"""How long the end of a run waits for a slow disk, for each file."""
 MAX_BUFFER: Final = 8 << 20
 EAGER_FLUSH: Final = 256 << 10
 
@@ -68,7 +70,7 @@ class LogFile:
     def waiting(self) -> int:
         return self._size
 
-    def flush(self, now_us: int, sync: bool = True) -> None:
+    def flush(self, now_us: int, sync: bool = True, wait_s: float = 0.0) -> None:
         """Hand over what was collected; cheap, never waits with a writer, never raises."""
         self._tell(now_us)
         if not self._parts:
@@ -83,7 +85,7 @@ class LogFile:
             self._parts.clear()
             self._size = 0
             self._write(data, False)
-        elif self._writer.post(lambda: self._write(data, sync)):
+        elif self._writer.post(lambda: self._write(data, sync), wait_s):
             self._parts.clear()
             self._size = 0
 
@@ -142,6 +144,6 @@ class LogFile:
 
     def close(self, now_us: int) -> None:
         """Write the rest and close; the writer, if any, must run on until it is done."""
-        self.flush(now_us)
-        if self._writer is None or not self._writer.post(self._close_fd):
+        self.flush(now_us, wait_s=CLOSE_WAIT_S)
+        if self._writer is None or not self._writer.post(self._close_fd, CLOSE_WAIT_S):
             self._close_fd()

@@ -23,10 +23,10 @@ class Writer:
         self._thread = threading.Thread(target=self._work, name="writer", daemon=True)
         self._thread.start()
 
-    def post(self, job: Callable[[], None]) -> bool:
-        """Queue a job; False when the queue is full. Never waits."""
+    def post(self, job: Callable[[], None], wait_s: float = 0.0) -> bool:
+        """Queue a job; False when the queue is full. Does not wait, unless told so (at the end of a run)."""
         try:
-            self._jobs.put_nowait(job)
+            self._jobs.put(job, block=wait_s > 0.0, timeout=wait_s or None)
         except queue.Full:
             return False
         return True

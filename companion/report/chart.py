@@ -9,6 +9,7 @@ from companion.report.flight import Flight
 from mavlink_bridge.requests import PlanItem
 
 PALETTE: Final = ("#0969da", "#bc4c00", "#1a7f37", "#cf222e", "#8250df", "#0a7ea4", "#9a6700")
+PASTEL: Final = ("#b6e3ff", "#ffd8b5", "#aceebb", "#ffced3", "#e2c5ff", "#b3f0ff", "#fae17d")
 STATE_COLOURS: Final = {
     "OK": "#aceebb",
     "UNKNOWN": "#d0d7de",

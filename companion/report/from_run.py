@@ -31,6 +31,7 @@ _SERIES: Final = (
     "cross_track_m",
     "distance_m",
     "orbit_radius_m",
+    "on_path",
     "altitude_m",
     "altitude_raw_m",
     "altitude_limit_m",

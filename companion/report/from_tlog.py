@@ -49,7 +49,7 @@ def find_vehicle(records: list[tlog.Record]) -> tuple[int, int] | None:
 def _is_other(heartbeat: bytes) -> bool:
     """A ground station, a camera, a gimbal: everything that is no autopilot."""
     kind, autopilot = heartbeat.ljust(6, b"\0")[4:6]
-    return kind == dialect.MAV_TYPE_GCS or autopilot == dialect.MAV_AUTOPILOT_INVALID
+    return bool(kind == dialect.MAV_TYPE_GCS or autopilot == dialect.MAV_AUTOPILOT_INVALID)
 
 
 class _Reader:

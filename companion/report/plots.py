@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from companion.report.chart import PALETTE, STATE_COLOURS, plan_shapes
+from companion.report.chart import PALETTE, PASTEL, STATE_COLOURS, plan_shapes
 from companion.report.flight import Flight, Series, Span, Track, thin
 from companion.report.verdicts import offset_m, split_cross_track
 
@@ -37,7 +37,8 @@ def as_svg(made: Any) -> str:
         made.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
-    return re.sub(r"(\d+\.\d\d)\d+", r"\1", text)
+    # Paths need no more than a hundredth of a point; it halves the file.
+    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), text)
 
 
 def as_png(made: Any, dpi: int = 110) -> bytes:
@@ -51,6 +52,8 @@ def _line(ax: Any, series: Series | None, label: str, colour: str, **options: An
     if not series:
         return False
     t, v = thin(series.t, series.v)
+    if options.pop("wraps", False):
+        t, v = broken(t, v)
     ax.plot(
         [value / 60.0 for value in t], v, label=label, color=colour, linewidth=options.pop("linewidth", 1.1), **options
     )
@@ -60,7 +63,7 @@ def _line(ax: Any, series: Series | None, label: str, colour: str, **options: An
 def _finish(ax: Any, ylabel: str, legend: bool = True) -> None:
     ax.set_ylabel(ylabel)
     if legend and ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="upper right", fontsize=8, frameon=True, framealpha=0.85, ncols=3)
+        ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, frameon=False, ncols=4)
 
 
 def _time_axis(axes: Sequence[Any], flight: Flight) -> None:
@@ -186,8 +189,8 @@ def draw_control(flight: Flight) -> Any | None:
     if not heading and not speed:
         return None
     made, (top, bottom) = figure(4.4, 2, sharex=True)
-    _line(top, _broken(flight.series.get("heading_ref_deg")), "reference", PALETTE[1], linewidth=1.6)
-    _line(top, _broken(heading), "heading", PALETTE[0])
+    _line(top, flight.series.get("heading_ref_deg"), "reference", PALETTE[1], linewidth=1.6, wraps=True)
+    _line(top, heading, "heading", PALETTE[0], wraps=True)
     _finish(top, "heading, °")
     _line(bottom, flight.series.get("speed_ref_mps"), "reference", PALETTE[1], linewidth=1.6)
     _line(bottom, speed, "speed", PALETTE[0])
@@ -196,19 +199,20 @@ def draw_control(flight: Flight) -> Any | None:
     return made
 
 
-def _broken(series: Series | None) -> Series | None:
+def broken(t: Sequence[float], v: Sequence[float]) -> tuple[list[float], list[float]]:
     """Headings wrapped to 0...360, with a break where the curve would cross the whole picture."""
-    if series is None:
-        return None
-    found = Series()
+    out_t: list[float] = []
+    out_v: list[float] = []
     last = math.nan
-    for t_s, value in zip(series.t, series.v, strict=True):
+    for at, value in zip(t, v, strict=True):
         wrapped = value % 360.0
         if abs(wrapped - last) > 180.0:
-            found.add(t_s, None)
-        found.add(t_s, wrapped)
+            out_t.append(at)
+            out_v.append(math.nan)
+        out_t.append(at)
+        out_v.append(wrapped)
         last = wrapped
-    return found
+    return out_t, out_v
 
 
 def draw_actuators(flight: Flight) -> Any | None:
@@ -270,7 +274,7 @@ def draw_states(flight: Flight) -> Any | None:
 def _bars(ax: Any, row: int, spans: list[Span], duration_s: float) -> None:
     names = sorted({span.value for span in spans})
     for span in spans[:2000]:
-        colour = STATE_COLOURS.get(span.value) or PALETTE[names.index(span.value) % len(PALETTE)]
+        colour = STATE_COLOURS.get(span.value) or PASTEL[names.index(span.value) % len(PASTEL)]
         width = max(span.end - span.start, duration_s / 600.0) / 60.0
         ax.broken_barh([(span.start / 60.0, width)], (row - 0.36, 0.72), facecolors=colour, linewidth=0)
         if span.end - span.start > 0.045 * max(duration_s, 1.0):

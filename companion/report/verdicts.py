@@ -75,13 +75,16 @@ def _path(flight: Flight, limits: Limits) -> Iterator[Verdict]:
 
 
 def split_cross_track(flight: Flight) -> tuple[Series, Series]:
-    """Cross-track error on lines, and on circles (where it is the radius error)."""
+    """Cross-track error on lines, and on circles (where it is the radius error); the way to a path is left out."""
     error, radius = flight.series.get("cross_track_m"), flight.series.get("orbit_radius_m")
+    on_path = flight.series.get("on_path")
     lines, circles = Series(), Series()
-    if error is None:
+    if error is None or not any(error.known()):
         return lines, circles
     for index, (t_s, value) in enumerate(zip(error.t, error.v, strict=True)):
         on_circle = radius is not None and not math.isnan(radius.v[index])
+        if on_path is not None and on_path.v[index] == 0.0:
+            value = math.nan
         lines.add(t_s, math.nan if on_circle else value)
         circles.add(t_s, value if on_circle else math.nan)
     return lines, circles
