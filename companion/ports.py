@@ -93,7 +93,7 @@ class NmeaPort(_Counted):
         return taken
 
     def health(self, now_us: int) -> LinkHealth:
-        return self.summary(now_us, self.reader.counters.get("bad_checksum", 0), self.link.describe())
+        return self.summary(now_us, self.reader.damaged, self.link.describe())
 
 
 class ArduinoPort(_Counted):

@@ -28,6 +28,7 @@ SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
 _DEPTH_RANK: Final = {"DBT": 0, "DPT": 1, "DBK": 2, "DBS": 3}
 _DEPTH_HOLD_US: Final = 3_000_000
+_CHECK_US: Final = 200_000
 _ROUTES_MAX: Final = 64
 _VARIATION_HOLD_US: Final = 60_000_000
 
@@ -71,6 +72,7 @@ class NmeaReader:
         self._routes: dict[str, tuple[Decoder, Rhythm]] = {}
         self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
         self._bytes = 0
+        self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
         self._depth_kind: tuple[str, int] | None = None
         self.configure(config)
@@ -103,20 +105,17 @@ class NmeaReader:
         return found
 
     def poll(self, now_us: int) -> list[Measurement]:
-        """Close an overdue epoch and look after the line's health. Call once per tick."""
-        found: list[Measurement] = list(self._epochs.poll(now_us))
+        """Close an overdue epoch and look after the line's health. Call at least once per tick."""
+        if now_us - self._checked_us >= _CHECK_US:
+            self._checked_us = now_us
+            self._check(now_us)
+        return [*self._epochs.poll(now_us)]
+
+    @property
+    def damaged(self) -> int:
+        """Sentences lost to a wrong or missing checksum, to length, or to impossible fields."""
         line = self._line.counters
-        bad = line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"]
-        self._watch.check(now_us, line.sentences, bad, self._bytes)
-        conflict = self._talkers.conflict
-        kept, refused = conflict or ("", "")
-        self._watch.set_condition(
-            "talkers", conflict is not None, f"two receivers; using {kept}, ignoring {refused}", "one receiver again"
-        )
-        self._watch.set_condition(
-            "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
-        )
-        return found
+        return line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"]
 
     @property
     def counters(self) -> dict[str, int]:
@@ -138,6 +137,17 @@ class NmeaReader:
         """Operator texts since the last call."""
         texts, self._watch.texts = self._watch.texts, []
         return texts
+
+    def _check(self, now_us: int) -> None:
+        self._watch.check(now_us, self._line.counters.sentences, self.damaged, self._bytes)
+        conflict = self._talkers.conflict
+        kept, refused = conflict or ("", "")
+        self._watch.set_condition(
+            "talkers", conflict is not None, f"two receivers; using {kept}, ignoring {refused}", "one receiver again"
+        )
+        self._watch.set_condition(
+            "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
+        )
 
     def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
         address, _, fields = body.partition(",")
