@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Protocol
 
-from mavlink_bridge.imc import Severity
+from mavlink_bridge.imc import ActuatorStatus, Severity
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.port import Identity
 from mavlink_bridge.requests import (
@@ -27,8 +27,9 @@ from mavlink_bridge.requests import (
     RtcmData,
     SetParameter,
 )
-from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.snapshot import LinkHealth, Snapshot
 
+from .core.refusals import plan_refusal
 from .core.vehicle import Vehicle
 from .core.vehicle_config import TickInputs
 from .core.vessel import VesselConfig
@@ -63,6 +64,9 @@ class _Waiting:
     apply: Callable[[], None]
 
 
+_NO_BOARD: Final = ActuatorStatus(0)
+_HEALTH_EVERY: Final = 10
+"""Ticks between two looks at the links for the operator."""
 FAULTS_IN_A_ROW: Final = 3
 """Failed ticks in a row after which the process gives up (and is restarted, disarmed)."""
 
@@ -99,6 +103,8 @@ class App:
         self._storage_fault = False
         self._now_us = 0
         self._closed = False
+        self._ticks = 0
+        self._health: tuple[LinkHealth, ...] = ()
         self.stop_wanted = False
         """A ground station has asked for a shutdown or reboot while disarmed."""
         self.restart_wanted = False
@@ -184,28 +190,27 @@ class App:
             self._say(port.reader.drain_texts())
         if self.recorder is not None:
             self._say(self.recorder.drain_texts())
-        common = TickInputs(
+        if self._ticks % _HEALTH_EVERY == 0:
+            self._health = tuple(port.health(now_us) for port in self.ports)
+        self._ticks += 1
+        board = None if self.actuators is None else self.actuators.board
+        ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
+        if board is not None:
+            self._say(board.drain_texts())
+        return TickInputs(
             measurements=[item for port in self.sensors for item in port.take()],
-            links=tuple(port.health(now_us) for port in self.ports),
+            actuator=_NO_BOARD if board is None else board.status,
+            actuator_ready=ready,
+            actuator_reason=reason,
+            actuator_faults=() if board is None else board.faults(now_us),
+            commanded_us=None if board is None else board.commanded_us,
+            links=self._health,
             gcs_age_s=self._heard_s(now_us, radio=False),
             radio_age_s=self._heard_s(now_us, radio=True),
             storage_fault=self._storage_fault,
             late_s=late_s,
             load=load,
             plan_ids=self.facade.plans.ids,
-        )
-        if self.actuators is None:
-            return common
-        board = self.actuators.board
-        ready, reason = board.ready(now_us)
-        self._say(board.drain_texts())
-        return replace(
-            common,
-            actuator=board.status,
-            actuator_ready=ready,
-            actuator_reason=reason,
-            actuator_faults=board.faults(now_us),
-            commanded_us=board.commanded_us,
         )
 
     def _heard_s(self, now_us: int, *, radio: bool) -> float | None:
@@ -269,7 +274,7 @@ class App:
             answer(self.vehicle.handle(request, now_us))
 
     def _load(self, body: LoadPlan, answer: Answer) -> None:
-        refusal = self.vehicle.plan_refusal(body)
+        refusal = plan_refusal(self.vehicle, body)
         if refusal:
             answer(Reply(Result.DENIED, refusal))
             return

@@ -11,6 +11,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
+from mavlink_bridge.maneuvers import (
+    ChangeSpeed as ChangeSpeed,
+    Delay as Delay,
+    FenceArea as FenceArea,
+    FenceEnable as FenceEnable,
+    Goto as Goto,
+    Jump as Jump,
+    Loiter as Loiter,
+    LoiterDirection as LoiterDirection,
+    LoiterKind as LoiterKind,
+    Maneuver as Maneuver,
+    Noted as Noted,
+    PlanSpecification as PlanSpecification,
+    ReturnHome as ReturnHome,
+    SetHome as SetHome,
+)
+
 
 class FixType(IntEnum):
     """Kind of position fix; values equal MAVLink's GPS_FIX_TYPE where that has one (dune-imc table G2)."""
@@ -147,139 +164,6 @@ class EstimatedState:
     @property
     def heading_valid(self) -> bool:
         return self.psi_rad is not None
-
-
-class LoiterKind(Enum):
-    """IMC Loiter.type; never silently another one."""
-
-    CIRCULAR = "circular"
-    RACETRACK = "racetrack"
-    FIGURE_EIGHT = "figure-eight"
-    HOVER = "hover"
-
-
-class LoiterDirection(Enum):
-    """IMC Loiter.direction."""
-
-    CW = "cw"
-    CCW = "ccw"
-    INTO_DRIFT = "into-drift"
-    VESSEL = "vessel"
-
-
-@dataclass(frozen=True, slots=True)
-class Goto:
-    """Sail to a point (IMC Goto). ``leg_from_here`` starts a new leg at the vessel instead of the last point."""
-
-    seq: int
-    lat_rad: float
-    lon_rad: float
-    hold_s: float = 0.0
-    acceptance_m: float | None = None
-    speed_mps: float | None = None
-    leg_from_here: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Loiter:
-    """Circle, racetrack, figure-eight or hover about a point (IMC Loiter).
-
-    Duration counts from reaching the path. With neither duration nor turns the loiter is unlimited. ``length_m`` is the
-    straight part of a racetrack or the distance between an eight's loop centres; ``bearing_rad`` the long axis, from north.
-    """
-
-    seq: int
-    lat_rad: float
-    lon_rad: float
-    kind: LoiterKind = LoiterKind.CIRCULAR
-    radius_m: float | None = None
-    length_m: float | None = None
-    bearing_rad: float | None = None
-    direction: LoiterDirection = LoiterDirection.CW
-    duration_s: float | None = None
-    turns: float | None = None
-    speed_mps: float | None = None
-    exit_toward_next: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class ChangeSpeed:
-    """Set the speed for what follows; None returns to the default (IMC DesiredSpeed inside a plan)."""
-
-    seq: int
-    speed_mps: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Delay:
-    """Hold station for a time, or until a UTC time of day (MAV_CMD_NAV_DELAY)."""
-
-    seq: int
-    duration_s: float | None = None
-    until_utc_s_of_day: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Jump:
-    """Continue at ``target_seq``; after ``repeats`` jumps go on. A negative count means for ever (MAV_CMD_DO_JUMP)."""
-
-    seq: int
-    target_seq: int
-    repeats: int
-
-
-@dataclass(frozen=True, slots=True)
-class ReturnHome:
-    """Sail to the nearest rally point or home and hold there (MAV_CMD_NAV_RETURN_TO_LAUNCH)."""
-
-    seq: int
-
-
-@dataclass(frozen=True, slots=True)
-class SetHome:
-    """Make a position, or the present one when None, the home (MAV_CMD_DO_SET_HOME)."""
-
-    seq: int
-    lat_rad: float | None = None
-    lon_rad: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class FenceEnable:
-    """Switch the fence inside a plan (MAV_CMD_DO_FENCE_ENABLE)."""
-
-    seq: int
-    enable: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Noted:
-    """An item that a boat accepts, logs and passes over: cameras, regions of interest."""
-
-    seq: int
-    command: int
-
-
-Maneuver = Goto | Loiter | ChangeSpeed | Delay | Jump | ReturnHome | SetHome | FenceEnable | Noted
-
-
-@dataclass(frozen=True, slots=True)
-class PlanSpecification:
-    """A compiled plan: one manoeuvre for each mission item, in wire order without a home item."""
-
-    maneuvers: tuple[Maneuver, ...] = ()
-    plan_id: int = 0
-    """CRC-32 of the canonical items; 0 = no plan."""
-
-
-@dataclass(frozen=True, slots=True)
-class FenceArea:
-    """One fence element: a polygon (vertices) or a circle (centre and radius), inclusion or exclusion."""
-
-    inclusion: bool
-    vertices_rad: tuple[tuple[float, float], ...] = ()
-    centre_rad: tuple[float, float] | None = None
-    radius_m: float | None = None
 
 
 class Mode(Enum):

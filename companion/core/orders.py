@@ -34,6 +34,7 @@ from mavlink_bridge.requests import (
     UnlockGuard,
 )
 
+from .refusals import motion_refusal, prearm_reasons, target_refusal
 from .vessel import throttle_to_speed, top_speed_mps
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Orders:
         if method is None:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
         if type(request.body) in _MOVING:
-            refusal = self._vehicle.motion_refusal(now_us)
+            refusal = motion_refusal(self._vehicle, now_us)
             if refusal:
                 return Reply(Result.REJECTED_NOW, refusal)
         reply = method(self, request.body, request.sender, now_us)
@@ -69,7 +70,7 @@ class Orders:
         if not body.arm:
             vehicle.disarm("operator abort" if body.force else "disarmed by the operator", abort=body.force)
             return ACCEPTED
-        reasons = vehicle.prearm_reasons(now_us, force=body.force)
+        reasons = prearm_reasons(vehicle, now_us, force=body.force)
         if reasons:
             return Reply(Result.REJECTED_NOW, "; ".join(reasons))
         vehicle.arm(now_us, sender)
@@ -97,12 +98,12 @@ class Orders:
         vehicle = self._vehicle
         if not body.change_mode and vehicle.navigator.mode is not Mode.GUIDED:
             return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
-        refusal = vehicle.target_refusal(body.lat_rad, body.lon_rad)
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
         return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.reposition(body, vehicle.state))
 
     def orbit(self, body: Orbit, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
-        refusal = vehicle.target_refusal(body.lat_rad, body.lon_rad)
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
         return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.orbit(body, vehicle.state))
 
     def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
@@ -126,7 +127,7 @@ class Orders:
 
     def guided_target(self, body: GuidedTarget, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
-        refusal = vehicle.target_refusal(body.lat_rad, body.lon_rad)
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
         return (
             _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.target(body, vehicle.state, now_us))
         )
@@ -153,7 +154,7 @@ class Orders:
         return ACCEPTED
 
     def prearm(self, body: RunPrearmChecks, sender: int, now_us: int) -> Reply:
-        for reason in self._vehicle.prearm_reasons(now_us):
+        for reason in prearm_reasons(self._vehicle, now_us):
             self._vehicle.say(Severity.WARNING, f"PreArm: {reason}")
         return ACCEPTED
 

@@ -27,10 +27,10 @@ from mavlink_bridge.imc import (
     Severity,
     SupplyVoltage,
 )
-from mavlink_bridge.requests import DistanceInput, LoadPlan, Reply, Request
+from mavlink_bridge.requests import DistanceInput, Reply, Request
 from mavlink_bridge.snapshot import ControlTrace, FenceStatus, Snapshot
 
-from . import arming, failsafe
+from . import failsafe
 from .depth_guard import DepthGuard, GuardOutput
 from .estimate import Estimator
 from .failsafe import FailsafeMemory, FailsafeResult
@@ -45,7 +45,7 @@ from .steering import make_controller, manual_demand
 from .vehicle_config import Measurement, TickInputs, VehicleConfig
 from .vehicle_flags import gather
 from .vehicle_view import picture
-from .vessel import VesselConfig, stopping_distance_m, throttle_to_speed, top_speed_mps
+from .vessel import VesselConfig, stopping_distance_m, throttle_to_speed
 
 
 class Vehicle:
@@ -66,8 +66,8 @@ class Vehicle:
         self.orders = Orders(self)
         self.armed = False
         self.state = EstimatedState(0)
-        self._memory = FailsafeMemory()
-        self.result = FailsafeResult(self._memory, Action.NONE)
+        self.memory = FailsafeMemory()
+        self.result = FailsafeResult(self.memory, Action.NONE)
         self.guard_out = GuardOutput(GuardState.UNKNOWN, None, None, None)
         self.fence_status = FenceStatus()
         self._generation: int | None = None
@@ -112,15 +112,6 @@ class Vehicle:
         if config.gate != old.gate:
             self.gate.configure(config.gate)
 
-    def plan_refusal(self, body: LoadPlan) -> str:
-        """Return why a plan that is sound on the wire is still refused by this vessel, or an empty string."""
-        top_mps = top_speed_mps(self.vessel)
-        for item in body.plan.maneuvers:
-            speed = getattr(item, "speed_mps", None)
-            if speed is not None and speed > top_mps:
-                return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
-        return ""
-
     def load_plan(self, plan: PlanSpecification) -> None:
         self.mission.load(plan)
 
@@ -129,36 +120,6 @@ class Vehicle:
 
     def load_rally(self, points: tuple[Point, ...]) -> None:
         self.mission.rally = points
-
-    def prearm_reasons(self, now_us: int, *, force: bool = False) -> tuple[str, ...]:
-        """Return why the vessel must not be armed now; empty when it may."""
-        inputs, causes = self.inputs, self.result.causes
-        if self.gate.terminated or force:
-            return ("terminated: restart first",) if self.gate.terminated else self._forced_reasons()
-        return arming.reasons(
-            mode=self.navigator.mode,
-            state=self.state,
-            actuator_ready=inputs.actuator_ready,
-            actuator_reason=inputs.actuator_reason,
-            emergency_stop=inputs.actuator.emergency_stop,
-            holding_causes=failsafe.holding(self._memory, self.config.failsafe),
-            guard=self.guard.state if self.config.depth.enabled else GuardState.UNKNOWN,
-            guard_reason=self.guard.refusal(now_us),
-            depth_required=self.config.depth.required,
-            altitude_known=self.guard_out.altitude_m is not None,
-            fence=self.fence_status,
-            battery_low="battery_low" in causes,
-            battery_lost="battery_lost" in causes,
-            sources_disagree=self.estimator.sources_disagree,
-            gcs_required=self.config.operator.gcs_required,
-            gcs_heard=inputs.gcs_age_s is not None or inputs.radio_age_s is not None,
-            plan_needed=True,
-            plan_loaded=bool(self.mission.total),
-        )
-
-    def _forced_reasons(self) -> tuple[str, ...]:
-        """A forced arm passes over all checks but the actuators' own."""
-        return () if self.inputs.actuator_ready else (f"actuators not ready: {self.inputs.actuator_reason}",)
 
     def arm(self, now_us: int, sender: int) -> None:
         """Permit thrust. The caller has asked ``prearm_reasons``."""
@@ -183,22 +144,9 @@ class Vehicle:
         self.terminating = True
         self.armed = False
 
-    def motion_refusal(self, now_us: int) -> str:
-        """Return why an order that sets the vessel moving is refused now, or an empty string."""
-        if self.gate.terminated or self.terminating:
-            return "terminated: restart to go on"
-        return self.guard.activation(now_us) or ""
-
     def operator_acted(self, now_us: int) -> None:
         """An operator has given an order; latched failsafes look at it in the next tick."""
         self.ordered = True
-
-    def target_refusal(self, lat_rad: float | None, lon_rad: float | None) -> str:
-        """Return why a guided target is refused (outside the fence), or an empty string."""
-        if lat_rad is None or lon_rad is None or not self.fence.enabled or self.estimator.origin is None:
-            return ""
-        inside_m = self.fence.distance_m(self.state, self.estimator.origin.to_local(lat_rad, lon_rad))
-        return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"
 
     def manual_owner(self, sender: int, now_us: int) -> int:
         """Return who has the sticks; the sender when they were free."""
@@ -343,8 +291,8 @@ class Vehicle:
         )
         flags = gather(self, now_us, monitored, fence_ahead=fence.stop)
         before = self.result.action
-        self.result = failsafe.step(self._memory, flags, now_us, self.config.failsafe)
-        self._memory = self.result.memory
+        self.result = failsafe.step(self.memory, flags, now_us, self.config.failsafe)
+        self.memory = self.result.memory
         for severity, text in self.result.texts:
             self.say(severity, text)
         self.ordered = self.rearmed = self.aborting = False

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, LogText, PathControlState
 from mavlink_bridge.snapshot import Health, Progress, Snapshot
 
+from .refusals import prearm_reasons
+
 if TYPE_CHECKING:
     from .vehicle import Vehicle
 
@@ -23,7 +25,7 @@ def picture(
 ) -> Snapshot:
     """Return the vessel as it is after this tick."""
     inputs = vehicle.inputs
-    reasons = () if vehicle.armed else vehicle.prearm_reasons(now_us)
+    reasons = () if vehicle.armed else prearm_reasons(vehicle, now_us)
     attitude = vehicle.estimator.latest_attitude
     home = vehicle.mission.home
     return Snapshot(

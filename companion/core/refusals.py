@@ -1,0 +1,74 @@
+"""Why the vessel says no: before arming, to a plan, to a target, to an order that would set it moving.
+
+Each answer is one plain sentence, or nothing. These only look; they change nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mavlink_bridge.imc import GuardState
+from mavlink_bridge.requests import LoadPlan
+
+from . import arming, failsafe
+from .vessel import top_speed_mps
+
+if TYPE_CHECKING:
+    from .vehicle import Vehicle
+
+
+def prearm_reasons(vehicle: Vehicle, now_us: int, *, force: bool = False) -> tuple[str, ...]:
+    """Return why the vessel must not be armed now; empty when it may."""
+    inputs, causes = vehicle.inputs, vehicle.result.causes
+    if vehicle.gate.terminated or force:
+        return ("terminated: restart first",) if vehicle.gate.terminated else _forced(vehicle)
+    return arming.reasons(
+        mode=vehicle.navigator.mode,
+        state=vehicle.state,
+        actuator_ready=inputs.actuator_ready,
+        actuator_reason=inputs.actuator_reason,
+        emergency_stop=inputs.actuator.emergency_stop,
+        holding_causes=failsafe.holding(vehicle.memory, vehicle.config.failsafe),
+        guard=vehicle.guard.state if vehicle.config.depth.enabled else GuardState.UNKNOWN,
+        guard_reason=vehicle.guard.refusal(now_us),
+        depth_required=vehicle.config.depth.required,
+        altitude_known=vehicle.guard_out.altitude_m is not None,
+        fence=vehicle.fence_status,
+        battery_low="battery_low" in causes,
+        battery_lost="battery_lost" in causes,
+        sources_disagree=vehicle.estimator.sources_disagree,
+        gcs_required=vehicle.config.operator.gcs_required,
+        gcs_heard=inputs.gcs_age_s is not None or inputs.radio_age_s is not None,
+        plan_needed=True,
+        plan_loaded=bool(vehicle.mission.total),
+    )
+
+
+def _forced(vehicle: Vehicle) -> tuple[str, ...]:
+    """A forced arm passes over all checks but the actuators' own."""
+    return () if vehicle.inputs.actuator_ready else (f"actuators not ready: {vehicle.inputs.actuator_reason}",)
+
+
+def plan_refusal(vehicle: Vehicle, body: LoadPlan) -> str:
+    """Return why a plan that is sound on the wire is still refused by this vessel, or an empty string."""
+    top_mps = top_speed_mps(vehicle.vessel)
+    for item in body.plan.maneuvers:
+        speed = getattr(item, "speed_mps", None)
+        if speed is not None and speed > top_mps:
+            return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
+    return ""
+
+
+def target_refusal(vehicle: Vehicle, lat_rad: float | None, lon_rad: float | None) -> str:
+    """Return why a guided target is refused (outside the fence), or an empty string."""
+    if lat_rad is None or lon_rad is None or not vehicle.fence.enabled or vehicle.estimator.origin is None:
+        return ""
+    inside_m = vehicle.fence.distance_m(vehicle.state, vehicle.estimator.origin.to_local(lat_rad, lon_rad))
+    return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"
+
+
+def motion_refusal(vehicle: Vehicle, now_us: int) -> str:
+    """Return why an order that sets the vessel moving is refused now, or an empty string."""
+    if vehicle.gate.terminated or vehicle.terminating:
+        return "terminated: restart to go on"
+    return vehicle.guard.activation(now_us) or ""
