@@ -158,10 +158,11 @@ def estimate_error_m(flight: Flight) -> Series:
 
 
 def offset_m(lat0: float, lon0: float, lat: float, lon: float) -> tuple[float, float]:
-    """Metres north and east of a near point, degrees in; for drawing and for sums of short steps."""
-    return (lat - lat0) * 110_946.0 * (1 + 0.00336 * math.sin(math.radians(lat0)) ** 2 * 3), (
-        lon - lon0
-    ) * 111_320.0 * math.cos(math.radians(lat0))
+    """Metres north and east of a near point, degrees in; for drawing and for sums of short steps (WGS-84 series)."""
+    phi = math.radians(lat0)
+    per_lat = 111_132.954 - 559.822 * math.cos(2 * phi) + 1.175 * math.cos(4 * phi)
+    per_lon = 111_412.84 * math.cos(phi) - 93.5 * math.cos(3 * phi)
+    return (lat - lat0) * per_lat, (lon - lon0) * per_lon
 
 
 def track_length_m(lat: list[float], lon: list[float]) -> float:

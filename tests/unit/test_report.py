@@ -1,0 +1,262 @@
+"""The report tells what the files tell, holds it against limits, and survives whatever was cut."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import shutil
+import subprocess
+
+import pytest
+
+import config as shipped
+from companion.cli import main
+from companion.io.clock import EARLIEST_UTC_US
+from companion.report import page, plots
+from companion.report.flight import Event, Flight, Series, percentile, rms, thin
+from companion.report.from_run import read_run
+from companion.report.from_tlog import read_tlog
+from companion.report.verdicts import Limits, clock, judge, offset_m
+from companion.settings import load
+from mavlink_bridge import tlog
+from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from sitl.settings import SimSettings
+from sitl.world import World
+
+ITEMS = (
+    PlanItem(16, 6, 0, 0, 0, 0, 411853000, -87061000, 0),
+    PlanItem(18, 6, 0.2, 0, 12.0, 0, 411854500, -87057000, 0),
+)
+
+
+@pytest.fixture(scope="module")
+def run_dir(tmp_path_factory):
+    """A short mission with a plan that came over no link."""
+    path = tmp_path_factory.mktemp("runs") / "mission-7"
+    settings = load(shipped.path("sim.toml"), ("operator.gcs_required=false",), SimSettings)
+    world = World(settings, 5, run_dir=path, about={"seed": 5, "settings": settings.model_dump(mode="json")})
+    plan = load_plan(PlanKind.MISSION, ITEMS)
+    assert isinstance(plan, LoadPlan)
+    world.app.submit(plan)
+    world.run(4.0)
+    world.app.submit(Arm(True))
+    world.app.submit(StartPlan())
+    world.run(40.0)
+    world.shutdown(world.now_us)
+    return path
+
+
+def test_a_run_directory_is_read(run_dir):
+    flight = read_run(run_dir)
+    assert flight.duration_s == pytest.approx(44.0, abs=0.1)
+    assert flight.plan == ITEMS
+    assert flight.tracks["truth"].t
+    assert flight.tracks["estimate"].t
+    assert [link.name for link in flight.links][:3] == ["gcs", "sdk", "tcp"]
+    assert {span.value for span in flight.spans["armed"]} == {"armed", "disarmed"}
+    assert flight.seconds_in("armed", ["armed"]) == pytest.approx(40.0, abs=0.5)
+    assert flight.about["start"] == "2026-01-01 12:00:00 UTC"
+    assert flight.notes == []
+
+
+def test_verdicts_hold_figures_against_limits(run_dir):
+    flight = read_run(run_dir)
+    verdicts = {verdict.name: verdict for verdict in judge(flight, Limits())}
+    assert verdicts["Position error of the estimate, 95 %"].ok
+    assert verdicts["Longest time between ticks"].value == "0.050 s"
+    strict = {item.name: item for item in judge(flight, Limits(position_p95_m=1e-6))}
+    assert strict["Position error of the estimate, 95 %"].ok is False
+
+
+def needs_network(text):
+    return any(mark in text for mark in ("src=", "<script", "@import", "url(http"))
+
+
+def test_the_page_is_one_file_without_scripts_or_network(run_dir):
+    text = page.make_page(read_run(run_dir))
+    assert not needs_network(text)
+    assert len(text) < 1_500_000
+    for title in ("Track", "States", "Path", "Heading and speed", "Actuators", "Depth", "Links", "Events"):
+        assert f"<h2>{title}</h2>" in text
+    assert "mission-7" in text
+
+
+def test_the_command_writes_the_report_beside_the_run(run_dir, tmp_path, capsys):
+    copy = tmp_path / "run"
+    shutil.copytree(run_dir, copy)
+    picture = tmp_path / "map.png"
+    assert main(["report", str(copy), "--picture", str(picture)]) == 0
+    assert (copy / "report.html").stat().st_size > 50_000
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert "Distance sailed" in capsys.readouterr().out
+
+
+def test_a_wrong_limit_or_source_says_so(tmp_path, capsys):
+    assert main(["report", str(tmp_path), "--limit", "speed=1", "--limit", "gap_s=x"]) == 2
+    shown = capsys.readouterr().err
+    assert "no such limit" in shown
+    assert "name=number" in shown
+    assert main(["report", str(tmp_path)]) == 1
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.77, 0.999])
+def test_a_run_that_was_cut_anywhere_is_reported(run_dir, tmp_path, share):
+    for path in run_dir.iterdir():
+        data = path.read_bytes()
+        (tmp_path / path.name).write_bytes(data[: int(len(data) * share)])
+    text = page.make_page(read_run(tmp_path))
+    assert "Summary" in text
+    assert "Note:" in text
+
+
+@pytest.mark.parametrize(
+    "missing", ["control.csv", "truth.csv", "events.jsonl", "run.json", "mavlink.tlog", "inputs.bin"]
+)
+def test_a_missing_file_leaves_the_rest(run_dir, tmp_path, missing):
+    for path in run_dir.iterdir():
+        if path.name != missing:
+            shutil.copy(path, tmp_path)
+    assert "Summary" in page.make_page(read_run(tmp_path))
+
+
+def test_text_from_outside_is_not_markup():
+    flight = Flight("<script>x</script>", "file", 10.0)
+    flight.events.append(Event(1.0, "text", "<img src=x>", "ERROR"))
+    text = page.make_page(flight)
+    assert "<script>" not in text
+    assert "<img" not in text
+
+
+def foreign_log() -> bytes:
+    """A few seconds of another vehicle: a PX4 boat, as its own log would show it."""
+    codec = Codec(7, 1)
+    station = Codec(255, 190)
+    out = bytearray()
+    for second in range(20):
+        stamp = EARLIEST_UTC_US + second * 1_000_000
+        messages = [
+            dialect.MAVLink_heartbeat_message(11, 12, 0x81, 0x04040000, 4, 3),
+            dialect.MAVLink_global_position_int_message(
+                second * 1000, 411800000 + second * 100, -87000000, 0, 0, 0, 0, 0, 0
+            ),
+            dialect.MAVLink_vfr_hud_message(0.0, 1.5, 90, 50, 0.0, 0.0),
+            dialect.MAVLink_water_depth_message(second * 1000, 0, 1, 0, 0, 0.0, 0, 0, 0, 5.0 + second, 20.0),
+        ]
+        for message in messages:
+            out += tlog.pack(stamp, 0, codec.encode(message))
+        out += tlog.pack(stamp, 0, station.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)))
+    return bytes(out)
+
+
+def test_another_vehicles_log_gets_what_applies(tmp_path):
+    path = tmp_path / "boat.tlog"
+    path.write_bytes(foreign_log())
+    flight = read_tlog(path)
+    assert flight.about["vehicle"] == "surface boat, px4"
+    assert {span.value for span in flight.spans["mode"]} == {"Auto"}
+    assert flight.series["speed_mps"].v[0] == pytest.approx(1.5)
+    assert flight.series["depth_m"].v[-1] == pytest.approx(24.0)
+    assert len(flight.tracks["estimate"].t) == 20
+    assert (flight.links[0].frames_out, flight.links[0].frames_in) == (80, 20)
+    assert "Track" in page.make_page(flight)
+
+
+def test_an_empty_or_foreign_file_is_a_note_not_an_error(tmp_path):
+    path = tmp_path / "x.tlog"
+    path.write_bytes(b"\xfd" * 500)
+    flight = read_tlog(path)
+    assert flight.notes
+    assert "Summary" in page.make_page(flight)
+
+
+def test_every_log_from_elsewhere_is_reported(shared_data, tmp_path):
+    """Fault-ridden real logs: MAVLink 1 and 2, other vehicles, damaged."""
+    for path in sorted((shared_data / "mavlink").glob("*.tlog")):
+        flight = read_tlog(path)
+        assert flight.duration_s > 10
+        assert flight.series
+        text = page.make_page(flight)
+        assert len(text) < 5_000_000, path.name
+        assert not needs_network(text)
+
+
+def test_thinning_keeps_the_extremes():
+    t = [number / 20 for number in range(20_000)]
+    v = [math.sin(value) for value in t]
+    v[12_345] = 9.0
+    v[17_000] = math.nan
+    thin_t, thin_v = thin(t, v, 1000)
+    assert len(thin_t) <= 1100
+    assert max(value for value in thin_v if not math.isnan(value)) == 9.0
+    assert thin_t == sorted(thin_t)
+
+
+def test_headings_break_instead_of_crossing_the_picture():
+    _, v = plots.broken([0, 1, 2, 3], [350.0, 359.0, 1.0, 5.0])
+    assert v[:2] == [350.0, 359.0]
+    assert math.isnan(v[2])
+    assert v[3:] == [1.0, 5.0]
+
+
+def test_small_helpers():
+    assert clock(3725.4) == "1:02:05"
+    assert percentile([5.0, 1.0, 3.0], 0.5) == 3.0
+    assert rms([3.0, 4.0]) == pytest.approx(math.sqrt(12.5))
+    assert not Series([0.0], [math.nan])
+    north, east = offset_m(41.0, -8.0, 41.001, -7.999)
+    assert north == pytest.approx(111.05, abs=0.1)
+    assert east == pytest.approx(84.12, abs=0.2)
+    assert dataclasses.asdict(Limits())
+
+
+def test_a_browser_shows_it(run_dir, tmp_path):
+    """Headless Chromium renders the page: the picture is neither empty nor the browser's own error page."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        if os.environ.get("REQUIRE_ALL") == "1":
+            pytest.fail("chromium is missing, and REQUIRE_ALL=1 makes that a failure", pytrace=False)
+        pytest.skip("chromium is missing")
+    report = tmp_path / "report.html"
+    report.write_text(page.make_page(read_run(run_dir)), encoding="utf-8")
+    dom = subprocess.run(
+        [
+            chromium,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path}/profile",
+            "--dump-dom",
+            report.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    ).stdout
+    assert dom.count("<svg") >= 6
+    assert "Cross-track" in dom or "Radius" in dom
+    shot = tmp_path / "shot.png"
+    subprocess.run(
+        [
+            chromium,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path}/profile",
+            "--window-size=1100,2400",
+            f"--screenshot={shot}",
+            report.as_uri(),
+        ],
+        capture_output=True,
+        timeout=60,
+        check=True,
+    )
+    from PIL import Image
+
+    with Image.open(shot) as image:
+        colours = image.convert("RGB").getcolors(1 << 24)
+    assert colours is not None
+    assert len(colours) > 500
