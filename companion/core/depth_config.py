@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
 
 from companion.core.config import Config, param
 from companion.core.depth_input import DepthInputConfig
+
+
+class DepthMapConfig(Config):
+    """A depth map for the way ahead and for plans."""
+
+    file: Path | None = None
+    """Soundings (XYZ: longitude latitude depth; CSV with a header; DUNE ini) or a stored grid (.depth)."""
+    order: Literal["lon-lat", "lat-lon"] = "lon-lat"
+    """Order of the columns of an XYZ file."""
+    pitch_m: float = Field(5.0, ge=0.5, le=1000)
+    """Size of a cell."""
+    spread_m: float = Field(10.0, ge=0, le=1000)
+    """A sounding counts for all water within this distance; the shallowest one wins. Beyond it the depth is unknown."""
 
 
 class DepthGuardConfig(Config):
@@ -63,6 +77,7 @@ class DepthGuardConfig(Config):
     beam_m: float = Field(1.1, ge=0, le=50)
     """Width of the vessel; the map is looked at one width to either side."""
     input: DepthInputConfig = Field(default_factory=DepthInputConfig)
+    map: DepthMapConfig = Field(default_factory=DepthMapConfig)
 
     @property
     def map_offset_m(self) -> float:

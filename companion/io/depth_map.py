@@ -1,0 +1,19 @@
+"""Reads a depth map from a file: soundings as XYZ, CSV or DUNE ini, or a grid that this software stored."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from companion.core.depth_grid import DepthGrid, build
+from companion.core.soundings import Order, parse
+
+
+def load_depth_map(path: Path, pitch_m: float = 5.0, spread_m: float = 10.0, order: Order = "lon-lat") -> DepthGrid:
+    """Return the grid of a file. Raises ``OSError``, or ``ValueError`` with the file's name and what is wrong with it."""
+    data = path.read_bytes()
+    try:
+        if path.suffix == ".depth":
+            return DepthGrid.from_bytes(data)
+        return build(parse(data.decode("utf-8"), path.name, order), pitch_m, spread_m)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
