@@ -87,7 +87,8 @@ def test_seapath_of_a_research_ship(nmea: Path) -> None:
     assert steps == {990_000, 1_000_000, 1_010_000}
     between = [distance_m(a, b) for a, b in itertools.pairwise(log.fixes)]
     told = [fix.sog_mps for fix in log.fixes]
-    assert max(abs(d - v) for d, v in zip(between, told[1:], strict=True)) < 0.6
+    assert told.count(None) == 1  # one VTG is not in the recording
+    assert max(abs(d - v) for d, v in zip(between, told[1:], strict=True) if v is not None) < 0.6
     # HDT and PSXN,23 come from the same unit.
     rolls = [math.degrees(item.phi_rad) for item in log.angles if item.phi_rad is not None]
     assert len(rolls) == 714
