@@ -7,8 +7,10 @@ builds both. Simulated time follows ``now_us`` exactly: nothing here looks at a 
 from __future__ import annotations
 
 import ctypes
+import fcntl
 import shutil
 import subprocess
+from functools import lru_cache
 from pathlib import Path
 from typing import Final, Literal
 
@@ -72,13 +74,18 @@ def missing_packages() -> list[str]:
     return tools + [name for name, path in FILES.items() if not path.exists()]
 
 
+@lru_cache(maxsize=16)
 def build(*targets: str) -> None:
-    """Build firmware targets (``uno``, ``mega``, ``sim`` ...). Raises FirmwareUnavailableError with the reason."""
+    """Build firmware targets (``uno``, ``mega``, ``sim`` ...), once for each process. Raises FirmwareUnavailableError."""
     if not (FIRMWARE / "Makefile").exists():
         raise FirmwareUnavailableError("the firmware's source is not here: run from a checkout of the repository")
     if missing := missing_packages():
         raise FirmwareUnavailableError(f"install {' '.join(missing)} (apt-get install ...), then try again")
-    done = subprocess.run(["make", "-s", "-C", str(FIRMWARE), *targets], capture_output=True, text=True, check=False)
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # test workers build the same files
+        words = ["make", "-s", "-C", str(FIRMWARE), *targets]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode:
         raise FirmwareUnavailableError(f"make -C firmware {' '.join(targets)} failed: {done.stderr.strip()[-500:]}")
 

@@ -216,6 +216,8 @@ size_t chip_feed(chip_t *chip, const uint8_t *data, size_t length) {
     return taken;
 }
 
+size_t chip_waiting(const chip_t *chip) { return chip->in_count; }
+
 size_t chip_read(chip_t *chip, uint8_t *data, size_t room) {
     size_t count = 0;
     while (count < room && chip->out_count) {

@@ -24,6 +24,8 @@ int chip_run(chip_t *chip, uint64_t until_us);
 uint64_t chip_cycles(const chip_t *chip);
 /* Put bytes on the line; they arrive one after another at 115200 baud. Returns how many found room (16 KiB). */
 size_t chip_feed(chip_t *chip, const uint8_t *data, size_t length);
+/* Bytes that have not reached the chip yet. */
+size_t chip_waiting(const chip_t *chip);
 /* Take what the board has sent. */
 size_t chip_read(chip_t *chip, uint8_t *data, size_t room);
 /* Take finished pulses, oldest first (the last 1024 are kept). */

@@ -1,0 +1,363 @@
+"""The companion's side of the actuator line as bytes and verdicts: start-up, levels, rates, faults. Virtual time."""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.core import arduino_wire as wire
+from companion.core.actuator_map import ActuatorConfig
+from companion.core.arduino import Arduino
+from mavlink_bridge.imc import ActuatorOutput
+
+NEUTRAL = b"m1500M1500l1500L1500*4B\n"
+NEUTRAL_0 = b"m1500\nM1500\nl1500\nL1500\n"
+QUERY = b"#VERS?*58\n"
+VERSION = wire.checked("#V,1,1.0,UNO,500")
+BANNER = wire.checked("#B,1,1.0,UNO,P")
+
+
+def status(state="C", good=10, bad=0, applied=(1500, 1500, 1500, 1500), strict=1, cause="P", millivolts=0):
+    pulses = ",".join(map(str, applied))
+    return wire.checked(f"#S,{state},{strict},20,{good},{bad},{pulses},{cause},{millivolts}")
+
+
+class Line:
+    """Ticks of 50 ms with a scripted board."""
+
+    def __init__(self, answers=True, **config):
+        self.board = Arduino(ActuatorConfig(**config))
+        self.now_us = 0
+        self.thrust = 0.0
+        self.written = []
+        self.answers = answers
+        self.applied = None
+        self.state = "C"
+        self.good = 0
+        self.accepts = None
+        self.lines = 0
+
+    def open(self):
+        self.board.opened(self.now_us)
+        return self
+
+    def tick(self, count=1):
+        for _ in range(count):
+            self.now_us += 50_000
+            output = ActuatorOutput(self.now_us, self.thrust, self.thrust, 0.0, 0.0, "demand")
+            data = self.board.encode(output, self.now_us)
+            if data:
+                taken = len(data) if self.accepts is None else min(self.accepts, len(data))
+                self.board.note_written(taken, len(data), self.now_us)
+                self.written.append(data[:taken])
+                self.good += 1
+            if self.answers:
+                self.answer(data)
+        return self
+
+    def answer(self, data):
+        if QUERY in data:
+            self.board.receive(VERSION, self.now_us)
+        if self.now_us % 100_000 == 0 and self.board.commanded_us:
+            applied = self.applied or self.board.commanded_us
+            self.board.receive(status(self.state, self.good, applied=applied), self.now_us)
+
+    def running(self):
+        self.open()
+        self.board.receive(BANNER, self.now_us)
+        return self.tick(10)
+
+    @property
+    def ready(self):
+        return self.board.ready(self.now_us)
+
+    @property
+    def faults(self):
+        return self.board.faults(self.now_us)
+
+    def said(self):
+        return " | ".join(text for _, text in self.board.drain_texts())
+
+
+def test_closed_says_lost_and_writes_nothing():
+    line = Line().tick(5)
+    assert line.written == []
+    assert line.faults == ("lost",)
+    assert line.ready == (False, "actuator port is not open")
+
+
+def test_silent_until_the_banner_then_neutral_before_anything():
+    line = Line().open().tick(20)
+    assert line.written == []
+    line.board.receive(BANNER, line.now_us)
+    line.thrust = 1.0
+    line.tick(5)
+    assert line.written[0] == NEUTRAL + QUERY
+    assert line.written[1:5] == [NEUTRAL] * 4
+    line.tick()
+    assert line.written[5] == wire.encode_level1((2000, 2000, 1500, 1500))
+
+
+def test_without_a_banner_neutral_comes_after_two_and_a_half_seconds():
+    line = Line(answers=False).open().tick(49)
+    assert line.written == []
+    line.tick()
+    assert line.written == [NEUTRAL_0 + QUERY]
+
+
+def test_a_board_that_runs_on_is_known_by_its_status():
+    line = Line().open()
+    line.board.receive(status("F"), 0)
+    line.tick(8)
+    assert line.written[0] == NEUTRAL + QUERY
+    assert line.ready == (True, "")
+
+
+def test_no_answer_means_level_0_which_needs_consent():
+    line = Line(answers=False).open().tick(80)
+    assert line.board.status.level == 0
+    assert line.faults == ("level0",)
+    assert line.ready[0] is False
+    assert "never stops by itself" in line.ready[1]
+    assert line.written[-1] == NEUTRAL_0
+    line.board.configure(ActuatorConfig(allow_level0=True))
+    assert line.ready == (True, "")
+    assert "does not stop if this computer dies" in line.said()
+
+
+def test_level_0_warns_again_and_again():
+    line = Line(answers=False, allow_level0=True).open().tick(80)
+    line.said()
+    line.tick(20 * 60)
+    assert line.said().count("does not stop") >= 2
+
+
+def test_level_0_is_left_when_the_board_turns_out_to_answer():
+    line = Line(answers=False, allow_level0=True).open().tick(80)
+    line.answers = True
+    line.board.receive(status("B", good=0, strict=0), line.now_us)
+    line.tick(10)
+    assert line.board.status.level == 1
+    assert line.ready == (True, "")
+
+
+def test_level_1_can_be_demanded():
+    line = Line(answers=False, level="1").open().tick(200)
+    assert line.ready[0] is False
+    assert line.board.status.level is None
+
+
+def test_level_0_can_be_demanded():
+    line = Line(level="0", sketch="fixed-block", allow_level0=True).open()
+    line.tick(60)
+    assert line.ready == (True, "")
+    assert set(line.written) == {b"m1500M1500l1500L1500"}
+
+
+@pytest.mark.parametrize(
+    ("sketch", "frame"),
+    [
+        ("parse-int", NEUTRAL_0),
+        ("read-line", NEUTRAL_0),
+        ("next-byte", NEUTRAL_0),
+        ("fixed-block", b"m1500M1500l1500L1500"),
+    ],
+)
+def test_each_sketch_style_gets_its_terminator(sketch, frame):
+    line = Line(level="0", sketch=sketch).open().tick(60)
+    assert line.written[-1] == frame
+
+
+def test_every_tick_repeats_all_four_changed_or_not():
+    line = Line().running()
+    line.written.clear()
+    line.tick(40)
+    assert line.written == [NEUTRAL] * 40
+
+
+def test_message_frequency_sets_the_rate_but_never_delays_a_stop():
+    line = Line(frequency_hz=4.0).running()
+    line.thrust = 0.5
+    line.tick(40)
+    line.written.clear()
+    line.tick(40)
+    assert len(line.written) == 8
+    line.tick(1)
+    line.written.clear()
+    line.thrust = 0.0
+    line.tick(1)
+    assert line.written == [NEUTRAL]
+
+
+@pytest.mark.parametrize(("hertz", "text"), [(1.0, "no arming"), (5.0, "200 ms late"), (20.0, "every 50 ms")])
+def test_a_new_rate_says_what_it_costs(hertz, text):
+    line = Line(frequency_hz=10.0).running()
+    line.said()
+    line.board.configure(ActuatorConfig(frequency_hz=hertz))
+    assert text in line.said()
+
+
+def test_slower_than_the_silence_limit_never_arms():
+    assert "slower" in Line(frequency_hz=1.0).running().tick(30).ready[1]
+
+
+def test_one_hertz_with_a_long_silence_limit_is_allowed():
+    line = Line(frequency_hz=1.0, silence_ms=2000).running().tick(30)
+    assert wire.silence_word(2000) in b"".join(line.written)
+    assert line.ready == (True, "")
+
+
+def test_a_late_cycle_skips_what_is_past_and_counts_it():
+    line = Line().running()
+    line.now_us += 400_000
+    line.written.clear()
+    line.tick()
+    assert line.written == [NEUTRAL]
+    assert line.board.overruns == 8
+
+
+def test_a_stale_output_is_neutral():
+    line = Line().running()
+    old = ActuatorOutput(line.now_us - 300_000, 1.0, 1.0, 0.0, 0.0, "demand")
+    assert line.board.encode(old, line.now_us + 50_000) == NEUTRAL
+
+
+def test_a_blocked_port_is_told_within_300_ms_and_nothing_is_queued():
+    line = Line().running()
+    line.accepts = 0
+    line.thrust = 0.5
+    line.tick(6)
+    assert "blocked" in line.faults
+    assert line.board.dropped == 6
+    line.accepts = None
+    line.thrust = 0.2
+    line.written.clear()
+    line.tick(2)
+    assert line.written == [wire.encode_level1((1600, 1600, 1500, 1500))] * 2  # nothing old
+    assert "blocked" not in line.faults
+
+
+def test_a_cut_line_is_closed_before_the_next():
+    line = Line().running()
+    line.accepts = 7
+    line.tick()
+    line.accepts = None
+    line.written.clear()
+    line.tick(2)
+    assert line.written == [b"\n" + NEUTRAL, NEUTRAL]
+
+
+def test_a_cut_level_0_command_is_completed():
+    line = Line(answers=False, level="0", sketch="fixed-block").open().tick(60)
+    line.accepts = 7
+    line.tick()
+    line.accepts = None
+    line.written.clear()
+    line.tick(1)
+    assert line.written == [b"500" + b"m1500M1500l1500L1500"]
+
+
+def test_silence_is_told_within_350_ms():
+    line = Line().running().tick(2)
+    line.answers = False
+    line.tick(7)
+    assert line.faults == ("silent",)
+    assert line.ready == (False, "actuator board is silent")
+
+
+def test_something_else_at_the_pins_is_told_within_400_ms():
+    line = Line().running().tick(4)
+    line.applied = (1700, 1500, 1500, 1500)
+    line.tick(7)
+    assert line.faults == ("mismatch",)
+    line.applied = None
+    line.tick(2)
+    assert line.faults == ()
+
+
+def test_a_command_on_its_way_is_no_mismatch():
+    line = Line().running()
+    history = []
+    for step in range(60):
+        line.thrust = (step % 10) / 10
+        history.append(line.board.commanded_us)
+        line.applied = history[-4] if len(history) > 4 else None  # 200 ms behind
+        line.tick()
+        assert line.faults == ()
+
+
+def test_reset_is_told_and_answered_with_neutral():
+    line = Line().running()
+    line.thrust = 0.5
+    line.tick(4)
+    line.board.receive(wire.checked("#B,1,1.0,UNO,W"), line.now_us)
+    assert "reset" in line.faults
+    assert line.ready[0] is False
+    line.written.clear()
+    line.good = 0
+    line.tick()
+    assert line.written == [NEUTRAL + QUERY]
+    assert "restarted (watchdog)" in line.said()
+
+
+def test_a_reset_is_found_without_its_banner():
+    line = Line().running().tick(4)
+    line.board.receive(status("B", good=0, strict=0, cause="X"), line.now_us)
+    assert "reset" in line.faults
+
+
+def test_the_boards_own_stop_is_a_fault():
+    line = Line().running().tick(2)
+    line.state = "F"
+    line.tick(2)
+    assert line.faults == ("failsafe",)
+
+
+def test_emergency_stop_and_voltage_are_passed_on():
+    line = Line().running()
+    line.board.receive(status("E", good=99, millivolts=12650), line.now_us)
+    assert line.board.status.emergency_stop
+    assert line.board.status.voltage_v == 12.65
+    assert line.faults == ("estop",)
+
+
+def test_interlock_is_not_ready():
+    line = Line().running()
+    line.state = "I"
+    line.tick(2)
+    assert line.ready == (False, "actuator board is in state interlock")
+
+
+def test_wrong_baud_refuses_within_three_seconds_and_says_so():
+    line = Line(answers=False, allow_level0=True).open()
+    for _ in range(60):
+        line.board.receive(bytes((0x80, 0xF3, 0x1C, 0xFE)), line.now_us)
+        line.tick()
+        assert line.ready[0] is False
+    assert line.now_us == 3_000_000
+    assert line.faults[0] == "baud"
+    assert "wrong baud" in line.said()
+
+
+def test_bad_lines_are_noise_then_garbage():
+    line = Line().running().tick(40)
+    for _ in range(4):
+        line.board.receive(b"#S,broken*00\n", line.now_us)
+        line.tick(4)
+    assert line.faults == ("noise",)
+    assert line.ready == (True, "")  # a warning, not a stop
+    for _ in range(20):
+        line.board.receive(b"x\ny\nz\nw\n", line.now_us)
+        line.tick()
+    assert "garbage" in line.faults
+    assert line.ready[0] is False
+
+
+def test_loss_of_the_port_forgets_everything():
+    line = Line().running()
+    line.board.closed(line.now_us)
+    assert line.board.commanded_us is None
+    assert line.board.status.connected is False
+    assert "port lost" in line.said()
+    line.written.clear()
+    line.open().tick(5)
+    assert line.written == []
