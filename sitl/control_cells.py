@@ -16,7 +16,7 @@ from companion.core.paths import Arc, Line, Point, figure_eight, racetrack
 from companion.core.steering import SteeringConfig
 from companion.core.units import wrap_pi
 from companion.core.vessel import VesselConfig
-from mavlink_bridge.imc import Desired, Loiter, LoiterKind
+from mavlink_bridge.imc import Desired, EstimatedState, Loiter, LoiterKind
 from sitl.control_loop import TICK_S, ControlLoop, Setup, StateSource
 from sitl.vessel import SimVessel
 from sitl.water import WaterConfig
@@ -43,15 +43,35 @@ class Case:
     seed: int = 1
     delay_s: float = 0.0
     source: SourceMaker | None = None
+    outage_s: tuple[float, float] | None = None
+    """Span without GNSS; needs a source with sensors."""
     prepare: Callable[[SimVessel], None] | None = None
     """Faults to switch on in the hull."""
 
     def loop(self) -> ControlLoop:
         setup = Setup(self.vessel, self.water, self.steering, self.guidance, self.belief, self.seed, self.delay_s)
-        run = ControlLoop(setup, self.source(self.seed) if self.source else None)
+        source = self.source(self.seed) if self.source else None
+        if self.outage_s and source is not None:
+            source = Outage(source, self.outage_s)
+        run = ControlLoop(setup, source)
         if self.prepare:
             self.prepare(run.vessel)
         return run
+
+
+class Outage:
+    """A state source whose GNSS falls silent for a while."""
+
+    def __init__(self, inner: StateSource, span_s: tuple[float, float]) -> None:
+        self._inner = inner
+        self._span_s = span_s
+
+    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None) -> EstimatedState:
+        sensors = getattr(self._inner, "sensors", None)
+        if sensors is None:
+            raise ValueError("an outage needs a source with sensors")
+        sensors.faults.gnss_silent = self._span_s[0] <= now_us * 1e-6 < self._span_s[1]
+        return self._inner.sense(now_us, vessel, water_mps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +244,8 @@ class SquareRun:
     """Guidance's reason for giving up, empty if it did not."""
     ends_at_m: float
     """Distance from the start at the end."""
+    thrust_after: float = 0.0
+    """Greatest command in the 30 s after giving up."""
 
 
 def big_square(case: Case, speed_mps: float) -> SquareRun:
@@ -247,13 +269,16 @@ def big_square(case: Case, speed_mps: float) -> SquareRun:
         here = lines[k].project(north, east)
         if 20.0 < here.along_m < 95.0:
             straight.append(here.cross_m)
+    after = 0.0
     for _ in range(round(30.0 / TICK_S) if route.stopped else 0):
         run.tick(speed_mps)
+        if run.sent is not None:
+            after = max(after, abs(run.sent.thruster_port), abs(run.sent.thruster_starboard))
     reached = sum(1 for gap in route.closest[1:] if gap <= 2.0)
     done = route.finished
     away = math.hypot(run.vessel.north_m, run.vessel.east_m)
     return SquareRun(
-        errors(whole, run, finished=done), errors(straight, run, finished=done), reached, route.stopped, away
+        errors(whole, run, finished=done), errors(straight, run, finished=done), reached, route.stopped, away, after
     )
 
 

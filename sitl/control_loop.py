@@ -26,6 +26,7 @@ ORIGIN_RAD = (math.radians(41.185), math.radians(-8.706))
 TICK_S = 0.05
 _SUBSTEPS = 3
 _DRIFT_TAU_S = 10.0
+_WARM_UP_TICKS = 60
 
 
 class StateSource(Protocol):
@@ -102,7 +103,7 @@ class ControlLoop:
         self.controller = make_controller(setup.steering.profile, setup.steering, belief)
         self.guidance = Guidance(setup.guidance, belief)
         self.frame = LocalFrame(*ORIGIN_RAD)
-        self.now_us = 0
+        self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None
         self.desired = Desired(None, None)
         self.trace = ControlTrace()
@@ -110,16 +111,24 @@ class ControlLoop:
         """Sum over ticks and four channels of the absolute change of the normalised commands."""
         self.ticks = 0
         self._pending: list[ActuatorOutput] = []
-        self.state = self.source.sense(0, self.vessel, None)
+        self.state = EstimatedState(0)
 
     @property
     def t_s(self) -> float:
-        return self.now_us * 1e-6
+        """Time since ``place``."""
+        return (self.now_us - self._start_us) * 1e-6
 
     def place(self, north_m: float, east_m: float, psi_rad: float, surge_mps: float = 0.0) -> None:
-        """Start here; the law is reset to this state."""
-        self.vessel.place(north_m=north_m, east_m=east_m, psi_rad=psi_rad, surge_mps=surge_mps)
-        self.state = self.source.sense(self.now_us, self.vessel, None)
+        """Start here with the sensors settled: the hull comes along its heading at this speed; then the law is reset."""
+        cos, sin = math.cos(psi_rad), math.sin(psi_rad)
+        for tick in range(_WARM_UP_TICKS, -1, -1):
+            back_m = surge_mps * tick * TICK_S
+            self.vessel.place(
+                north_m=north_m - back_m * cos, east_m=east_m - back_m * sin, psi_rad=psi_rad, surge_mps=surge_mps
+            )
+            self.now_us += round(TICK_S * 1e6)
+            self.state = self.source.sense(self.now_us, self.vessel, surge_mps)
+        self._start_us = self.now_us
         self.controller.reset(self.state)
 
     def goto(self, north_m: float, east_m: float, seq: int = 0, hold_s: float = 0.0) -> Goto:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from companion.core.config import Config, param
 from companion.core.field import Integrator, approach, triangle
 from companion.core.handling import Handling
+from companion.core.motion import SmoothMotion
 from companion.core.paths import Projection, Track
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
@@ -33,9 +34,7 @@ class FollowConfig(Config):
     use_drift: bool = True
     """Steer by the triangle of velocities; off leaves drift to the integral."""
 
-_VELOCITY_TAU_S = 0.7
-_POSITION_TAU_S = 0.5
-_JUMP_M = 2.0
+
 _AFTER_CORNER_S = 3.0
 _TURN_TAU_S = 0.3
 
@@ -50,44 +49,6 @@ class Followed:
     possible: bool
 
 
-class SmoothMotion:
-    """Position and velocity without the steps of single fixes, and without lag.
-
-    Velocity through the water changes slowly in the hull's axes, so it is smoothed there and turns with the hull at once;
-    position is carried by that velocity and drawn to the estimate.
-    """
-
-    def __init__(self) -> None:
-        self.water_mps = 0.0
-        """Surge through the water."""
-        self.north_m = self.east_m = 0.0
-        self.vn_mps = self.ve_mps = 0.0
-        self._sway_mps = 0.0
-        self._running = False
-
-    def reset(self) -> None:
-        self._running = False
-
-    def step(self, dt_s: float, state: EstimatedState) -> None:
-        """Take the estimate of one tick, which holds a position and a heading."""
-        assert state.x_m is not None and state.y_m is not None and state.psi_rad is not None  # noqa: PT018
-        cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
-        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
-        north, east = (state.vx_mps or 0.0) - drift_n, (state.vy_mps or 0.0) - drift_e
-        u, v = north * cos + east * sin, east * cos - north * sin
-        x, y = state.x_m, state.y_m
-        if self._running and math.dist((x, y), (self.north_m, self.east_m)) < _JUMP_M:
-            gain = min(1.0, dt_s / _VELOCITY_TAU_S)
-            u = self.water_mps + gain * (u - self.water_mps)
-            v = self._sway_mps + gain * (v - self._sway_mps)
-            gain = min(1.0, dt_s / _POSITION_TAU_S)
-            north_m, east_m = self.north_m + self.vn_mps * dt_s, self.east_m + self.ve_mps * dt_s
-            x, y = north_m + gain * (x - north_m), east_m + gain * (y - east_m)
-        self._running = True
-        self.water_mps, self._sway_mps, self.north_m, self.east_m = u, v, x, y
-        self.vn_mps, self.ve_mps = u * cos - v * sin + drift_n, u * sin + v * cos + drift_e
-
-
 class Follower:
     """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
 
@@ -98,19 +59,38 @@ class Follower:
         self.motion = SmoothMotion()
         self._sway_mps = self._turning = 0.0
         self._straight_s = math.inf
+        self._measure_bends()
 
     def configure(self, config: FollowConfig) -> None:
         self._config = config
+        self._measure_bends()
 
     def bend_speed_mps(self, curvature: float) -> float:
-        """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability."""
-        bend = abs(curvature)
+        """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability.
+
+        Where no speed will do, the one that turns tightest.
+        """
+        bend = round(abs(curvature), 6)
         if bend < 1e-6:
             return self._handling.top_mps
-        speed = self._handling.top_mps
-        for _ in range(4):
-            speed = min(self._handling.top_mps, self._config.turn_share * self._handling.max_yaw_rate(speed) / bend)
-        return max(speed, self._config.speed_min_mps)
+        speed = self._bend_speeds.get(bend)
+        if speed is None:
+            fits = [mps for mps, radius in self._radii if radius * bend <= 1.0]
+            speed = fits[-1] if fits else min(self._radii, key=lambda pair: pair[1])[0]
+            self._bend_speeds[bend] = speed
+        return speed
+
+    def tightest_m(self) -> float:
+        """Return the smallest radius that the vessel can sail at any speed."""
+        return min(radius for _, radius in self._radii)
+
+    def _measure_bends(self) -> None:
+        """Tabulate the radius that each speed allows, from the least speed that bends may slow to."""
+        handling, least = self._handling, self._config.speed_min_mps
+        top = max(handling.top_mps, least)
+        speeds = [least + (top - least) * k / 60.0 for k in range(61)]
+        self._radii = [(mps, mps / (self._config.turn_share * handling.max_yaw_rate(mps))) for mps in speeds]
+        self._bend_speeds: dict[float, float] = {}
 
     def step(
         self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float, end_speed_mps: float | None

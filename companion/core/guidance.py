@@ -141,7 +141,7 @@ class Guidance:
         if not state.position_valid or not state.heading_valid:
             return GuidanceOutput(Desired(None, None), PathControlState(), self._arrived, self._on_path, self._turns())
         if self._track is None or (self._arrived and self._end_mps is not None):
-            return self._keep_station(state)
+            return self._keep_station(dt_s, state)
         return self._follow(dt_s, state, self._track, speed_mps)
 
     def _begin_leg(
@@ -160,7 +160,8 @@ class Guidance:
         arc = None
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
-            arc = fillet(begin, self._target, onward, self._config.corner_cut_m, reach)
+            least = self._follower.tightest_m()
+            arc = fillet(begin, self._target, onward, self._config.corner_cut_m, least, reach)
         if arc is None:
             segments.append(Line(begin, self._target))
             self._goal_m = sum(segment.length_m for segment in segments)
@@ -177,7 +178,7 @@ class Guidance:
 
     def _begin_loiter(self, state: EstimatedState, loiter: Loiter, speed_mps: float) -> None:
         radius = loiter.radius_m or self._config.loiter_radius_m
-        tightest = 1.0 / max(1e-6, self._tightest_curvature())
+        tightest = self._follower.tightest_m()
         if radius < tightest:
             self._say(
                 Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
@@ -194,10 +195,6 @@ class Guidance:
         self._track = Track(segments, closed=True)
         self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
         self._follower.integrator.z_m = 0.0
-
-    def _tightest_curvature(self) -> float:
-        slowest = self._config.follow.speed_min_mps
-        return self._config.follow.turn_share * self._handling.max_yaw_rate(slowest) / slowest
 
     def _sense(self, state: EstimatedState, loiter: Loiter) -> int:
         """1 clockwise, -1 counter-clockwise."""
@@ -225,10 +222,10 @@ class Guidance:
             return self._result(Desired(None, None), path, _TOO_FAST)
         return self._result(followed.desired, path)
 
-    def _keep_station(self, state: EstimatedState) -> GuidanceOutput:
+    def _keep_station(self, dt_s: float, state: EstimatedState) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:
             self._station.begin(self._target)
-        desired, able = self._station.step(state)
+        desired, able = self._station.step(dt_s, state)
         distance = self._station.distance_m(state)
         self._on_path = self._on_path or distance < self._config.acceptance_m
         maneuver = self._maneuver

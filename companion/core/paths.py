@@ -72,10 +72,10 @@ class Arc:
 Segment = Line | Arc
 
 
-def fillet(start: Point, corner: Point, end: Point, cut_m: float, reach_m: float) -> Arc | None:
+def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float, reach_m: float) -> Arc | None:
     """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight or reverses.
 
-    ``reach_m`` bounds the part of either leg that the arc may take.
+    No tighter than ``least_m``, though that cuts more; ``reach_m`` bounds the part of either leg that the arc may take.
     """
     inbound, outbound = Line(start, corner), Line(corner, end)
     if inbound.length_m < 1e-6 or outbound.length_m < 1e-6:
@@ -85,7 +85,7 @@ def fillet(start: Point, corner: Point, end: Point, cut_m: float, reach_m: float
     if half < math.radians(0.5) or half > math.radians(80.0):
         return None
     reach = min(reach_m, 0.5 * inbound.length_m, 0.5 * outbound.length_m)
-    radius = min(cut_m / (1.0 - math.cos(half)), reach / math.tan(half))
+    radius = min(max(cut_m / (1.0 - math.cos(half)), least_m), reach / math.tan(half))
     sense = 1 if turn > 0.0 else -1
     begin = inbound.point(inbound.length_m - radius * math.tan(half))
     to_centre = inbound.course_rad + sense * 0.5 * math.pi

@@ -11,6 +11,7 @@ from typing import Literal
 
 from companion.core.config import Config, param
 from companion.core.handling import Handling
+from companion.core.motion import SmoothMotion
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 
@@ -34,6 +35,7 @@ class StationKeeper:
     def __init__(self, config: StationConfig, handling: Handling) -> None:
         self._config = config
         self._handling = handling
+        self._motion = SmoothMotion()
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
         self._returning = False
@@ -44,6 +46,7 @@ class StationKeeper:
 
     def begin(self, anchor: tuple[float, float]) -> None:
         self.anchor = anchor
+        self._motion.reset()
         self._heading_rad = None
         self._returning = self._facing = False
 
@@ -52,11 +55,10 @@ class StationKeeper:
         assert state.y_m is not None
         return math.hypot(self.anchor[0] - state.x_m, self.anchor[1] - state.y_m)
 
-    def step(self, state: EstimatedState) -> tuple[Desired, bool]:
+    def step(self, dt_s: float, state: EstimatedState) -> tuple[Desired, bool]:
         """Return what to steer, and whether the vessel is able to stay at all."""
-        assert state.x_m is not None
-        assert state.y_m is not None
-        north, east = self.anchor[0] - state.x_m, self.anchor[1] - state.y_m
+        self._motion.step(dt_s, state)
+        north, east = self.anchor[0] - self._motion.north_m, self.anchor[1] - self._motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         able = math.hypot(*drift) < 0.96 * self._handling.top_mps
         if self._config.mode == "drift":
@@ -81,13 +83,18 @@ class StationKeeper:
         return Desired(self._heading_rad, speed, brake=True)
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
-        """Still water: keep the heading, close the distance ahead or astern, turn only when the point lies abeam."""
+        """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
         psi = state.psi_rad or 0.0
+        edge = 0.5 * self._config.radius_m
+        self._returning = distance > (0.2 if self._returning else 0.4) * self._config.radius_m
+        if not self._returning:
+            self._heading_rad = None
+            return Desired(None, None)
         if self._heading_rad is None:
             self._heading_rad = psi
         cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
         abeam = abs(east * cos - north * sin)
-        if distance > 0.5 * self._config.radius_m and abeam > 0.5:
+        if distance > edge and abeam > 0.5:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - psi)) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))

@@ -23,6 +23,8 @@ _SATURATED_RAD = 0.3
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _REFERENCE_RATE = 2.4
+_GENTLE = 0.6
+"""Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
 _SPEED_REFERENCE = 2.0
 """Bandwidth of the speed reference, 1/s."""
 _CALM_SURGE = 0.15
@@ -120,8 +122,9 @@ class ModelController:
         self._reference(dt_s, state.psi_rad, rate, desired, speed)
         assert self._psi_ref is not None
         self._heading_error = wrap_pi(self._psi_ref - state.psi_rad)
-        damping = 2.0 * self._config.heading_damping * self._omega * self._inertia
-        p = self._kp * self._heading_error
+        omega = self._omega * (_GENTLE if desired.brake else 1.0)
+        damping = 2.0 * self._config.heading_damping * omega * self._inertia
+        p = self._inertia * omega * omega * self._heading_error
         d = max(damping - linear, 0.0) * (self._r_ref - rate)
         forward = self._inertia * self._a_ref + (linear + quadratic * abs(self._r_ref)) * self._r_ref
         return forward + p + d + self._yaw_integral_nm, (p, d)
