@@ -69,10 +69,12 @@ def _register_vessel(actions: Any) -> None:
     upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel")
     upload.add_argument("file", type=Path)
     upload.add_argument("--start", action="store_true", help="arm and start it afterwards")
+    upload.add_argument("--watch", action="store_true", help="stay until it has been sailed")
     download = _vessel(actions, "download", _download, "fetch what the vessel has into a .plan or .txt file")
     download.add_argument("out", type=Path)
     start = _vessel(actions, "start", _start, "arm and start the plan")
     start.add_argument("--no-arm", action="store_true")
+    start.add_argument("--watch", action="store_true", help="stay until it has been sailed")
     _vessel(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
     clear = _vessel(actions, "clear", _clear, "empty the vessel's plans")
     clear.add_argument("--keep-fence", action="store_true")
@@ -250,8 +252,8 @@ def _send_json(arguments: argparse.Namespace) -> int:
 def _upload(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
     plan = read_file(arguments.file)
     vessel.upload(plan)
-    if arguments.start:
-        vessel.start(arm=True)
+    if arguments.start or arguments.watch:
+        _go(vessel, arm=True, watch=arguments.watch)
 
 
 def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
@@ -261,7 +263,15 @@ def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
 
 
 def _start(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
-    vessel.start(arm=not arguments.no_arm)
+    _go(vessel, arm=not arguments.no_arm, watch=arguments.watch)
+
+
+def _go(vessel: plan_link.Vessel, *, arm: bool, watch: bool) -> None:
+    vessel.start(arm=arm)
+    if watch:
+        vessel.watch()
+    else:
+        print("a vessel that needs a ground station holds when none is heard: --watch stays connected", file=sys.stderr)
 
 
 def _pause(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
@@ -19,6 +20,7 @@ from mavlink_bridge.requests import PlanItem, PlanKind
 INSTALL: Final = "this needs MAVSDK: pip install 'usv-companion[ground]'"
 _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
+_ARM_S: Final = 6.0
 
 
 class LinkError(RuntimeError):
@@ -60,7 +62,14 @@ class Vessel:
         self._system = system
         self._mission = MissionRaw(system)
         self._telemetry = Telemetry(system)
-        self._telemetry.subscribe_status_text(lambda text, _: print(f"vessel: {text.text}", file=sys.stderr))
+        self._said: set[str] = set()
+        self._telemetry.subscribe_status_text(lambda text, _: self._say(text.text))
+
+    def _say(self, text: str) -> None:
+        """Show a text of the vessel, each once."""
+        if text not in self._said:
+            self._said.add(text)
+            print(f"vessel: {text}", file=sys.stderr)
 
     @property
     def home_item(self) -> bool:
@@ -114,12 +123,37 @@ class Vessel:
 
     def start(self, *, arm: bool) -> None:
         """Arm if asked, then sail. Raises LinkError."""
-        from mavsdk.plugins.action import Action
-
         if arm:
-            self._call("arm", Action(self._system).arm)
+            self._arm()
         self._call("start", self._mission.start_mission)
         print("started")
+
+    def _arm(self) -> None:
+        """Arm, with patience: the vessel wants to have heard this ground station's heartbeat first."""
+        from mavsdk.plugins.action import Action
+
+        action = Action(self._system)
+        until_s = time.monotonic() + _ARM_S
+        while True:
+            try:
+                self._call("arm", action.arm)
+            except LinkError:
+                if time.monotonic() > until_s:
+                    raise
+                time.sleep(0.5)
+            else:
+                return
+
+    def watch(self) -> None:
+        """Stay connected, so that the vessel is not without a ground station, until the plan has been sailed."""
+        last = None
+        while not self._mission.is_mission_finished():
+            progress = self._mission.mission_progress()
+            if (progress.current, progress.total) != last:
+                last = (progress.current, progress.total)
+                print(f"item {progress.current} of {progress.total}", flush=True)
+            time.sleep(0.5)
+        print("finished")
 
     def pause(self) -> None:
         self._call("pause", self._mission.pause_mission)

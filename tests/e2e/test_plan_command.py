@@ -1,0 +1,61 @@
+"""``companion plan`` against the simulator through real MAVSDK, for both personas."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from mavlink_bridge.plan_rules import plan_id
+from mavlink_bridge.planfile import PlanFile, read_plan, write_plan
+from mavlink_bridge.requests import PlanItem
+from tests.e2e.sim import BIN, LAT_DEG, LON_DEG, Sim
+
+X, Y = round(LAT_DEG * 1e7), round(LON_DEG * 1e7)
+PLAN = PlanFile(
+    (
+        PlanItem(178, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0),
+        PlanItem(19, 3, 60.0, 0.0, 20.0, 1.0, X, Y, 0.0),
+        PlanItem(16, 3, 0.0, 0.0, 0.0, float("nan"), X + 2_000, Y, 0.0),
+        PlanItem(177, 2, 1.0, 2.0, 0.0, 0.0, 0, 0, 0.0),
+    ),
+    (PlanItem(5003, 0, 2_000.0, 0.0, 0.0, 0.0, X, Y, 0.0),),
+    (PlanItem(5100, 3, 0.0, 0.0, 0.0, 0.0, X, Y + 1_000, 0.0),),
+    None,
+)
+
+
+def plan(*words: object, limit_s: float = 60.0) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [BIN / "companion", "plan", *map(str, words)], capture_output=True, text=True, timeout=limit_s, check=False
+    )
+
+
+@pytest.mark.e2e
+@pytest.mark.parametrize(("port", "instance"), [(14540, 45), (14550, 46)], ids=["generic", "ardurover"])
+def test_a_plan_goes_up_comes_back_equal_sails_pauses_and_is_cleared(tmp_path: Path, port: int, instance: int) -> None:
+    pytest.importorskip("mavsdk")
+    given, back = tmp_path / "given.plan", tmp_path / "back.plan"
+    given.write_text(write_plan(PLAN))
+    bad = tmp_path / "bad.txt"
+    bad.write_text("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t41\t-8\t0\t1\n1\t0\t3\t22\t0\t0\t0\t0\t41\t-8\t0\t1\n")
+    with Sim(tmp_path / "run", instance=instance, speed=1.0) as sim:
+        url = ("--url", f"udpin://0.0.0.0:{sim.port(port)}")
+        up = plan("upload", given, *url)
+        assert up.returncode == 0, up.stdout + up.stderr
+        assert "mission: 4 items uploaded" in up.stdout
+        down = plan("download", back, *url)
+        assert down.returncode == 0, down.stdout + down.stderr
+        found = read_plan(back.read_bytes())
+        for kind in ("mission", "fence", "rally"):
+            assert plan_id(getattr(found, kind)) == plan_id(getattr(PLAN, kind)), kind
+        refused = plan("upload", bad, *url)
+        assert refused.returncode == 1
+        assert "NAV_TAKEOFF" in refused.stderr
+        for words in (["start"], ["pause"], ["start", "--no-arm"], ["clear"]):
+            done = plan(*words, *url)
+            assert done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
+        empty = plan("download", back, *url)
+        assert empty.returncode == 0, empty.stderr
+        assert read_plan(back.read_bytes()).mission == ()

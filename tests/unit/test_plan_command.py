@@ -1,0 +1,134 @@
+"""``companion plan`` on files: what it writes, prints and returns."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import pytest
+
+from companion.cli import main
+from mavlink_bridge import tlog
+from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.mission_wire import item_to_message, with_home
+from mavlink_bridge.plan_mapping import compile_items
+from mavlink_bridge.planfile import read_plan
+from mavlink_bridge.requests import PlanItem, PlanKind
+
+PLACE = "41.1852,-8.7060"
+
+
+def plan(*words):
+    return main(["plan", *map(str, words)])
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (
+            ["--radius", "25", "--duration", "600"],
+            "circular loiter about 41.1852000 -8.7060000, radius 25 m, cw, 600 s",
+        ),
+        (["--kind", "hover", "--duration", "60"], "hover loiter"),
+        (["--kind", "racetrack", "--length", "80", "--bearing", "40", "--ccw"], "racetrack loiter"),
+        (["--kind", "figure-eight", "--length", "80", "--radius", "15"], "figure-eight loiter"),
+    ],
+)
+def test_a_loiter_is_made_and_checked(tmp_path, capsys, words, says):
+    out = tmp_path / "made.plan"
+    assert plan("make", out, PLACE, "--speed", 1.5, *words) == 0
+    assert plan("check", out) == 0
+    text = capsys.readouterr().out
+    assert says in text
+    assert "speed 1.5 m/s" in text
+    assert "north up" in text
+
+
+def test_a_route_is_made_checked_and_drawn(tmp_path, capsys):
+    out, picture = tmp_path / "route.plan", tmp_path / "route.svg"
+    assert plan("make", out, PLACE, "41.1862,-8.7050", "41.1870,-8.7080") == 0
+    assert plan("check", out, "--svg", picture) == 0
+    text = capsys.readouterr().out
+    assert "139 m on 037" in text
+    assert "406 m between the points" in text
+    assert picture.read_text().startswith("<svg")
+
+
+def test_check_lists_everything_that_the_vessel_would_refuse(tmp_path, capsys):
+    rows = [(22, 41.1852), (16, 41.1853), (183, 41.1854)]
+    lines = ["QGC WPL 110", "0\t1\t0\t16\t0\t0\t0\t0\t41.18\t-8.70\t0\t1"]
+    lines += [f"{n}\t0\t3\t{command}\t0\t0\t0\t0\t{lat}\t-8.706\t0\t1" for n, (command, lat) in enumerate(rows, 1)]
+    bad = tmp_path / "bad.txt"
+    bad.write_text("\n".join(lines))
+    assert plan("check", bad) == 1
+    refused = capsys.readouterr().err
+    assert "item 0 (NAV_TAKEOFF)" in refused
+    assert "item 2 (DO_SET_SERVO)" in refused
+
+
+def test_plans_convert_between_formats(tmp_path):
+    source = tmp_path / "loiter.plan"
+    assert plan("make", source, PLACE, "--radius", 20, "--duration", 300, "--speed", 1.5) == 0
+    for name in ("again.txt", "again.json", "again.plan"):
+        assert plan("convert", source, tmp_path / name) == 0
+        found = read_plan((tmp_path / name).read_bytes())
+        loiter = compile_items(found.mission).plan.maneuvers[-1]
+        assert (loiter.radius_m, loiter.duration_s) == (20.0, 300.0)
+    assert json.loads((tmp_path / "again.json").read_text())["speed_kn"] == pytest.approx(2.916, abs=1e-3)
+    route = tmp_path / "route.plan"
+    plan("make", route, PLACE, "41.19,-8.7")
+    assert plan("convert", route, tmp_path / "route.json") == 1
+
+
+@pytest.mark.parametrize("ardupilot", [False, True])
+def test_a_plan_is_taken_out_of_a_log(tmp_path, ardupilot):
+    items = tuple(PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, 411_850_000 + n, -87_060_000, 0.0) for n in range(3))
+    wire = with_home(items, (0.7, -0.15)) if ardupilot else items
+    vessel, station = Codec(1, 1), Codec(255, 190)
+    frames = [vessel.encode(dialect.MAVLink_heartbeat_message(11, 3 if ardupilot else 0, 81, 0, 4, 3))]
+    frames.append(station.encode(dialect.MAVLink_mission_count_message(1, 1, len(wire), 0)))
+    order = (*range(len(wire)), 0)
+    frames += [station.encode(item_to_message(wire[seq], seq, 1, 1, PlanKind.MISSION)) for seq in order]
+    log = tmp_path / "run.tlog"
+    log.write_bytes(b"".join(tlog.pack(1_000_000 * n, 0, raw) for n, raw in enumerate(frames)))
+    assert plan("extract", log, tmp_path / "out.plan") == 0
+    found = read_plan((tmp_path / "out.plan").read_bytes())
+    assert [item.x for item in found.mission] == [item.x for item in items]
+    assert (found.home_rad is not None) == ardupilot
+    log.write_bytes(log.read_bytes()[:200])
+    assert plan("extract", log, tmp_path / "none.plan") == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", "no-such-file.plan"],
+        ["make", "x.plan", PLACE, "--kind", "racetrack"],
+        ["make", "x.plan", PLACE, "--speed", "900"],
+        ["convert", __file__, "x.plan"],
+    ],
+)
+def test_wrong_use_ends_with_status_2_and_a_reason(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    assert plan(*words) == 2
+    assert len(capsys.readouterr().err) > 20
+    assert not (tmp_path / "x.plan").exists()
+
+
+def test_a_bad_position_is_wrong_usage(capsys):
+    with pytest.raises(SystemExit) as ended:
+        plan("make", "x.plan", "95,0")
+    assert ended.value.code == 2
+    assert "outside" in capsys.readouterr().err
+
+
+def test_without_mavsdk_the_install_line_is_told(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "mavsdk", None)
+    assert plan("pause") == 2
+    assert "pip install" in capsys.readouterr().err
+
+
+def test_commands_on_files_do_not_load_mavsdk(tmp_path):
+    before = set(sys.modules)
+    assert plan("make", tmp_path / "a.plan", PLACE) == 0
+    assert not any(name.startswith("mavsdk") for name in set(sys.modules) - before)
