@@ -138,7 +138,7 @@ def load(path: Path | None, overrides: Sequence[str] = (), model: type[Model] = 
     """
     source = str(path) if path else "defaults"
     data = _read(path) if path else {}
-    mistakes = [mistake for item in overrides if (mistake := _override(data, item))]
+    mistakes = [mistake for item in overrides if (mistake := override(data, item))]
     try:
         settings = model.model_validate(data)
     except ValidationError as error:
@@ -163,7 +163,7 @@ def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return _placed(tomllib.loads(path.read_text(encoding="utf-8")), str(path.resolve().parent))
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -172,7 +172,17 @@ def _read(path: Path) -> dict[str, Any]:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
 
 
-def _override(data: dict[str, Any], item: str) -> str:
+def _placed(value: Any, folder: str) -> Any:
+    """Return the value with CONFIG_DIR in every text replaced by the file's folder."""
+    if isinstance(value, str):
+        return value.replace("CONFIG_DIR", folder)
+    if isinstance(value, dict):
+        return {key: _placed(item, folder) for key, item in value.items()}
+    return [_placed(item, folder) for item in value] if isinstance(value, list) else value
+
+
+def override(data: dict[str, Any], item: str) -> str:
+    """Put one ``key=value`` into configuration data; return the mistake, or nothing."""
     key, equals, text = item.partition("=")
     if not equals or not key.strip():
         return f"--set {item}: write it as key=value, e.g. --set depth.enabled=false"
