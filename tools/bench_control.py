@@ -19,8 +19,7 @@ from companion.core.pid import PidGains
 from companion.core.steering import SeedConfig, SteeringConfig
 from companion.core.vessel import VesselConfig
 from mavlink_bridge.imc import LoiterKind
-from sitl import control_cells as cells
-from sitl import pursuit_cells
+from sitl import control_cells as cells, pursuit_cells
 from sitl.control_cells import CALM, WATERS, Case, Errors
 from sitl.library import load_vessel
 from sitl.sensed import SensedState
