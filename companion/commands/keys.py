@@ -1,0 +1,71 @@
+"""``companion keys``: make, check and hand over the keys of signed links and of the radio."""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import getpass
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from companion.io.keys import KEY_BYTES, KeyFileError, fingerprint, from_passphrase, read_key, write_key
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("keys", help="signing and radio keys", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    make = actions.add_parser("make", help="make a new random key, readable by its owner only")
+    make.add_argument("file", type=Path)
+    make.add_argument("--passphrase", action="store_true", help="from a passphrase, as ground stations do (asked for)")
+    make.add_argument("--replace", action="store_true", help="overwrite a key; the other side then needs the new one")
+    make.set_defaults(run=_make)
+    check = actions.add_parser("check", help="say whether key files are good, with fingerprints to compare")
+    check.add_argument("file", type=Path, nargs="+")
+    check.set_defaults(run=_check)
+    show = actions.add_parser("show", help="print the key itself, for the other side")
+    show.add_argument("file", type=Path)
+    show.add_argument("--form", choices=("hex", "base64"), default="hex")
+    show.set_defaults(run=_show)
+
+
+def _make(arguments: argparse.Namespace) -> int:
+    try:
+        key = _passphrase_key() if arguments.passphrase else os.urandom(KEY_BYTES)
+        write_key(arguments.file, key, replace=arguments.replace)
+    except KeyFileError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(f"{arguments.file}: made, fingerprint {fingerprint(key)}")
+    print("copy it to the other side by a way that you trust; its fingerprint there must be the same")
+    return 0
+
+
+def _passphrase_key() -> bytes:
+    words = getpass.getpass("passphrase: ") if sys.stdin.isatty() else sys.stdin.readline().rstrip("\n")
+    if len(words) < 12:
+        raise KeyFileError("a passphrase of fewer than 12 characters can be guessed; take a longer one")
+    return from_passphrase(words)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    status = 0
+    for path in arguments.file:
+        try:
+            print(f"{path}: good, fingerprint {fingerprint(read_key(path))}")
+        except KeyFileError as error:
+            print(error, file=sys.stderr)
+            status = 1
+    return status
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    try:
+        key = read_key(arguments.file)
+    except KeyFileError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(key.hex() if arguments.form == "hex" else base64.b64encode(key).decode())
+    return 0

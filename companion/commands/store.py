@@ -1,0 +1,124 @@
+"""``companion store``: look at, save and restore what the vessel keeps (plans, parameters, counters)."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sqlite3
+import sys
+from pathlib import Path
+from typing import Any
+
+from companion.io.recorder import write_json
+from companion.io.store import check, migrate, read_entries, write_entries
+from companion.io.store_content import Entry, StoreContent, content_of, from_json, rows_of, to_json
+
+FORMAT = "usv-companion store 1"
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("store", help="export and import what the vessel keeps", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    show = actions.add_parser("show", help="say what is in it")
+    show.add_argument("store", type=Path, help="the store, state/companion.db by default configuration")
+    show.set_defaults(run=_show)
+    export = actions.add_parser("export", help="write everything as JSON")
+    export.add_argument("store", type=Path)
+    export.add_argument("file", type=Path, nargs="?", help="default: standard output")
+    export.set_defaults(run=_export)
+    load = actions.add_parser("import", help="take an export into a store; the vessel must not be running")
+    load.add_argument("store", type=Path)
+    load.add_argument("file", type=Path)
+    load.add_argument("--replace", action="store_true", help="forget everything else that the store holds")
+    load.set_defaults(run=_import)
+
+
+def _read(path: Path) -> StoreContent | None:
+    """Content of a store file, read only; None with a message when it is none."""
+    if not path.is_file():
+        print(f"{path}: no such store", file=sys.stderr)
+        return None
+    try:
+        uri = f"{path.resolve().as_uri()}?mode=ro"
+        with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
+            check(connection)
+            rows, damaged = read_entries(connection)
+    except sqlite3.Error as error:
+        print(f"{path}: {error}", file=sys.stderr)
+        return None
+    content, strange = content_of(rows)
+    for text in [*damaged, *(f"{name} is not understood" for name in strange)]:
+        print(f"{path}: {text}", file=sys.stderr)
+    return content
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    content = _read(arguments.store)
+    if content is None:
+        return 1
+    for kind, items in content.plans.items():
+        print(f"{kind.name.lower():10} {len(items)} items")
+    for name, value in content.params.items():
+        print(f"parameter  {name} = {value:g}")
+    for radio, entries in content.ledger.items():
+        print(f"airtime    {radio}: {len(entries)} transmissions, {sum(spent for _, spent in entries) / 1e6:.1f} s")
+    for stream, stamp in content.stamps.items():
+        print(f"stamp      {stream} = {stamp}")
+    for name, number in content.counters.items():
+        print(f"counter    {name} = {number}")
+    for key, text in content.values.items():
+        print(f"value      {key} = {text[:60]}")
+    return 0
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    content = _read(arguments.store)
+    if content is None:
+        return 1
+    data = {"format": FORMAT, **to_json(content)}
+    if arguments.file is None:
+        print(json.dumps(data, indent=1, sort_keys=True))
+        return 0
+    try:
+        write_json(arguments.file, data)
+    except OSError as error:
+        print(f"{arguments.file}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(arguments.file)
+    return 0
+
+
+def _import(arguments: argparse.Namespace) -> int:
+    try:
+        data = json.loads(arguments.file.read_text(encoding="utf-8"))
+        if not isinstance(data, dict) or data.pop("format", None) != FORMAT:
+            raise ValueError(f"not an export of this program ({FORMAT!r} expected)")
+        rows = rows_of(from_json(data))
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        print(f"{arguments.file}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
+        return 1
+    wanted = sum(len(section) for section in data.values())
+    if len(rows) < wanted:
+        print(
+            f"{arguments.file}: {wanted - len(rows)} entries are not understood; nothing was changed", file=sys.stderr
+        )
+        return 1
+    entries = [Entry(section, key, body) for (section, key), body in rows.items()]
+    if arguments.replace:
+        entries = [
+            Entry(section, "", None) for section in ("plan", "param", "ledger", "stamp", "counter", "value")
+        ] + entries
+    try:
+        arguments.store.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.closing(sqlite3.connect(arguments.store, timeout=1.0, isolation_level=None)) as connection:
+            check(connection)
+            migrate(connection)
+            write_entries(connection, entries)
+    except (OSError, sqlite3.Error) as error:
+        hint = "; stop the vessel first" if "locked" in str(error) else ""
+        print(f"{arguments.store}: {error}{hint}", file=sys.stderr)
+        return 1
+    print(f"{arguments.store}: {len(rows)} entries taken over")
+    return 0

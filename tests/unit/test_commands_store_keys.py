@@ -1,0 +1,132 @@
+"""The commands around the store and the keys: round trips, and every mistake with its mend."""
+
+from __future__ import annotations
+
+import io
+import json
+import stat
+
+import pytest
+
+from companion.cli import main
+from companion.io.keys import KeyFileError, from_passphrase, read_key, write_key
+from companion.io.store import Store
+from companion.io.store_content import SaveCounter, SaveParam, SavePlan, to_json
+from mavlink_bridge.requests import PlanItem, PlanKind
+
+PLAN = SavePlan(PlanKind.MISSION, (PlanItem(16, 6, 0.0, 0.1, 0.0, float("nan"), 411822000, -87063000, 0.0),))
+
+
+@pytest.fixture
+def store(tmp_path):
+    path = tmp_path / "companion.db"
+    made = Store(path)
+    for op in (PLAN, SaveParam("DEPTH_MIN", 4.5), SaveCounter("boots", 3)):
+        made.submit(op)
+    made.close()
+    return path
+
+
+def content(path):
+    made = Store(path)
+    found = repr(to_json(made.snapshot()))
+    made.close()
+    return found
+
+
+def test_an_export_restores_everything(store, tmp_path, capsys):
+    assert main(["store", "export", str(store), str(tmp_path / "saved.json")]) == 0
+    assert main(["store", "import", str(tmp_path / "new.db"), str(tmp_path / "saved.json")]) == 0
+    assert content(tmp_path / "new.db") == content(store)
+    assert main(["store", "show", str(store)]) == 0
+    shown = capsys.readouterr().out
+    assert "DEPTH_MIN = 4.5" in shown
+    assert "mission    1 items" in shown
+
+
+def test_replace_forgets_the_rest_and_without_it_things_add_up(store, tmp_path):
+    other = tmp_path / "other.db"
+    made = Store(other)
+    made.submit(SaveParam("X", 1.0))
+    made.close()
+    main(["store", "export", str(other), str(tmp_path / "x.json")])
+    main(["store", "import", str(store), str(tmp_path / "x.json")])
+    assert "DEPTH_MIN" in content(store)
+    assert "'X'" in content(store)
+    main(["store", "import", str(store), str(tmp_path / "x.json"), "--replace"])
+    assert content(store) == content(other)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '{"format": "something else"}', '{"format": "usv-companion store 1", "param": {"A": "much"}}'],
+)
+def test_what_is_no_export_changes_nothing(store, tmp_path, text, capsys):
+    before = content(store)
+    (tmp_path / "bad.json").write_text(text)
+    assert main(["store", "import", str(store), str(tmp_path / "bad.json"), "--replace"]) == 1
+    assert "bad.json" in capsys.readouterr().err
+    assert content(store) == before
+
+
+def test_a_missing_or_foreign_store_is_named(tmp_path, capsys):
+    assert main(["store", "show", str(tmp_path / "none.db")]) == 1
+    (tmp_path / "text.db").write_text("hello, this is text and no database, whatever its name says")
+    assert main(["store", "export", str(tmp_path / "text.db")]) == 1
+    assert "text.db" in capsys.readouterr().err
+
+
+def test_an_export_to_standard_output_is_json(store, capsys):
+    assert main(["store", "export", str(store)]) == 0
+    assert json.loads(capsys.readouterr().out)["param"] == {"DEPTH_MIN": 4.5}
+
+
+def test_a_made_key_is_private_and_differs_each_time(tmp_path, capsys):
+    for name in ("a", "b"):
+        assert main(["keys", "make", str(tmp_path / name)]) == 0
+        assert stat.S_IMODE((tmp_path / name).stat().st_mode) == 0o600
+        assert len(read_key(tmp_path / name)) == 32
+    assert read_key(tmp_path / "a") != read_key(tmp_path / "b")
+    assert main(["keys", "check", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1].split()[-1] != lines[-2].split()[-1]
+    assert main(["keys", "show", str(tmp_path / "a")]) == 0
+    assert bytes.fromhex(capsys.readouterr().out.strip()) == read_key(tmp_path / "a")
+
+
+def test_a_key_is_not_overwritten_by_accident(tmp_path):
+    assert main(["keys", "make", str(tmp_path / "a")]) == 0
+    key = read_key(tmp_path / "a")
+    assert main(["keys", "make", str(tmp_path / "a")]) == 1
+    assert read_key(tmp_path / "a") == key
+    assert main(["keys", "make", str(tmp_path / "a"), "--replace"]) == 0
+    assert read_key(tmp_path / "a") != key
+
+
+def test_a_passphrase_gives_the_ground_stations_key(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("correct horse battery\n"))
+    assert main(["keys", "make", str(tmp_path / "a"), "--passphrase"]) == 0
+    assert read_key(tmp_path / "a") == from_passphrase("correct horse battery")
+    monkeypatch.setattr("sys.stdin", io.StringIO("short\n"))
+    assert main(["keys", "make", str(tmp_path / "b"), "--passphrase"]) == 1
+    assert not (tmp_path / "b").exists()
+
+
+def test_row_50_a_bad_key_file_names_its_mend(tmp_path):
+    path = tmp_path / "key"
+    with pytest.raises(KeyFileError, match="companion keys make"):
+        read_key(path)
+    path.write_bytes(bytes(31))
+    with pytest.raises(KeyFileError, match="exactly 32"):
+        read_key(path)
+    path.write_bytes(bytes(33))
+    with pytest.raises(KeyFileError, match="more than 32"):
+        read_key(path)
+    path.write_bytes(bytes(32))
+    path.chmod(0o640)
+    with pytest.raises(KeyFileError, match="chmod 600"):
+        read_key(path)
+    path.chmod(0o600)
+    assert read_key(path) == bytes(32)
+    with pytest.raises(KeyFileError):
+        write_key(tmp_path / "short", b"x")
