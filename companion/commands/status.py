@@ -1,0 +1,198 @@
+"""What a person without a ground station sees: the vessel's state on the terminal, or one plain line every few seconds."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from typing import Any, Final, TextIO
+
+from mavlink_bridge.imc import Action, GuardState, LogText, PlanState, Severity
+from mavlink_bridge.snapshot import LinkHealth, Snapshot
+
+SCREEN_PERIOD_US: Final = 250_000
+LINE_PERIOD_US: Final = 5_000_000
+TEXTS_KEPT: Final = 6
+_NONE: Final = "–"
+
+
+class StatusView:
+    """Shows snapshots: ``update`` with each, ``close`` at the end. On a terminal with rich a live table, else plain lines.
+
+    ``speed`` is how many simulated seconds pass in a real one; the view's own pace is in real time.
+    """
+
+    def __init__(self, out: TextIO | None = None, *, plain: bool | None = None, speed: float = 1.0) -> None:
+        self._out = out or sys.stdout
+        rich_here = importlib.util.find_spec("rich") is not None
+        self.plain = (not self._out.isatty() or not rich_here) if plain is None else plain
+        self._period_us = round((LINE_PERIOD_US if self.plain else SCREEN_PERIOD_US) * max(speed, 1.0))
+        self._due_us = 0
+        self._texts: list[LogText] = []
+        self._airtime: str = ""
+        self._live: Any = None
+
+    def update(self, snapshot: Snapshot) -> None:
+        """Take one tick's picture; cheap unless something is due to be shown."""
+        if snapshot.texts:
+            self._texts = [*self._texts, *snapshot.texts][-TEXTS_KEPT:]
+            if self.plain:
+                for text in snapshot.texts:
+                    self._print(f"{_time(text.t_us)}  {text.severity.name.lower():9} {text.text}")
+        if snapshot.t_us < self._due_us:
+            return
+        self._due_us = snapshot.t_us + self._period_us
+        if self.plain:
+            self._print(line(snapshot))
+        else:
+            self._show(snapshot)
+
+    def note_airtime(self, text: str) -> None:
+        """What the radio's ledger says, e.g. '12.3 of 360 s this hour'."""
+        self._airtime = text
+
+    def close(self) -> None:
+        """Give the terminal back."""
+        live, self._live = self._live, None
+        if live is not None:
+            live.stop()
+
+    def _print(self, text: str) -> None:
+        try:
+            self._out.write(text + "\n")
+            self._out.flush()
+        except (OSError, ValueError):
+            self._period_us = 1 << 62  # nobody reads any more
+
+    def _show(self, snapshot: Snapshot) -> None:
+        from rich.console import Console
+        from rich.live import Live
+
+        table = screen(snapshot, self._texts, self._airtime)
+        if self._live is None:
+            self._live = Live(table, console=Console(file=self._out), auto_refresh=False, transient=False)
+            self._live.start()
+        self._live.update(table, refresh=True)
+
+
+def line(s: Snapshot) -> str:
+    """The state in one line."""
+    state = s.state
+    parts = [
+        _time(s.t_us),
+        f"{s.mode.value}{'' if s.armed else ' (disarmed)'}",
+        position(s),
+        f"hdg {_deg(state.psi_rad)}",
+        f"{_metres(state.sog_mps, 'm/s', 2)}",
+        f"item {s.progress.seq + 1}/{s.progress.total}" if s.progress.total else "no plan",
+        f"xte {_metres(s.path.cross_track_m, 'm', 2)}",
+        f"water {_metres(state.alt_m, 'm', 1)}",
+    ]
+    if s.action > Action.NONE:
+        parts.append(f"{s.action.name}: {', '.join(s.causes)}")
+    return "  ".join(parts)
+
+
+def rows(s: Snapshot, airtime: str = "") -> list[tuple[str, str, str]]:
+    """(label, text, colour) for the table."""
+    state, path, output, plan = s.state, s.path, s.output, s.progress
+    armed = "armed" if s.armed else "disarmed"
+    found = [
+        ("Mode", f"{s.mode.value}, {armed}", "green" if s.armed else "yellow"),
+        ("Position", f"{position(s)}   {state.fix_type.name.replace('_', ' ')}", "" if state.position_valid else "red"),
+        (
+            "Motion",
+            f"heading {_deg(state.psi_rad)}, course {_deg(state.cog_rad)}, speed {_metres(state.sog_mps, 'm/s', 2)}",
+            "" if state.heading_valid else "red",
+        ),
+        ("Plan", _plan(s), "green" if plan.state is PlanState.ACTIVE else ""),
+        (
+            "Errors",
+            f"cross-track {_metres(path.cross_track_m, 'm', 2)}, heading {_deg(s.trace.heading_error_rad, 1)}, "
+            f"speed {_metres(s.trace.speed_error_mps, 'm/s', 2)}",
+            "",
+        ),
+        (
+            "Depth",
+            f"{_metres(state.alt_m, 'm', 1)} under the keel, limit {_metres(s.altitude_limit_m, 'm', 1)}, "
+            f"guard {s.guard.name.lower()}",
+            {GuardState.OK: "green", GuardState.CORRECTION: "yellow", GuardState.LOCKED: "red"}.get(s.guard, ""),
+        ),
+        (
+            "Actuators",
+            f"thrust {output.thruster_port:+.2f} {output.thruster_starboard:+.2f}, "
+            f"rudders {_deg(output.rudder_port_rad)} {_deg(output.rudder_starboard_rad)}, {output.cause}",
+            "" if s.health.actuators else "red",
+        ),
+        (
+            "Failsafe",
+            _failsafe(s),
+            "green" if s.action is Action.NONE else "yellow" if s.action is Action.WARN else "red",
+        ),
+    ]
+    if airtime:
+        found.append(("Airtime", airtime, ""))
+    found += [(f"Link {link.name}", _link(link), "green" if link.is_open else "red") for link in s.links]
+    return found
+
+
+def screen(snapshot: Snapshot, texts: list[LogText], airtime: str = "") -> Any:
+    """The live table."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(show_header=False, box=None, padding=(0, 1), title=f"{_time(snapshot.t_us)}", title_justify="left")
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for label, text, colour in rows(snapshot, airtime):
+        table.add_row(label, Text(text, style=colour))
+    for note in texts:
+        colour = "red" if note.severity <= Severity.ERROR else "yellow" if note.severity is Severity.WARNING else "dim"
+        table.add_row(_time(note.t_us), Text(note.text, style=colour))
+    return table
+
+
+def position(s: Snapshot) -> str:
+    """Latitude and longitude, or that they are not known."""
+    if s.state.lat_rad is None or s.state.lon_rad is None:
+        return "no position"
+    return f"{math.degrees(s.state.lat_rad):.6f}° {math.degrees(s.state.lon_rad):.6f}°"
+
+
+def _plan(s: Snapshot) -> str:
+    plan = s.progress
+    if not plan.total:
+        return "none"
+    target = f", {_metres(s.path.distance_m, 'm', 0)} to go" if s.path.distance_m is not None else ""
+    return f"{plan.state.name.replace('_', ' ').lower()}, item {plan.seq + 1} of {plan.total}{target}"
+
+
+def _failsafe(s: Snapshot) -> str:
+    if s.action is Action.NONE:
+        reasons = "" if s.armed or s.health.prearm_ok else f"; not ready: {'; '.join(s.health.prearm_reasons[:2])}"
+        return f"none{reasons}"
+    return f"{s.action.name.lower()}: {', '.join(s.causes)}"
+
+
+def _link(link: LinkHealth) -> str:
+    age = _NONE if link.last_rx_age_s is None else f"{link.last_rx_age_s:.1f} s ago"
+    return f"{link.text or link.kind}, in {_bytes(link.bytes_in)} ({age}), out {_bytes(link.bytes_out)}"
+
+
+def _bytes(count: int) -> str:
+    return (
+        f"{count} B" if count < 10_000 else f"{count / 1000:.0f} kB" if count < 10_000_000 else f"{count / 1e6:.0f} MB"
+    )
+
+
+def _metres(value: float | None, unit: str, digits: int) -> str:
+    return _NONE if value is None else f"{value:.{digits}f} {unit}"
+
+
+def _deg(value_rad: float | None, digits: int = 0) -> str:
+    return _NONE if value_rad is None else f"{math.degrees(value_rad):.{digits}f}°"
+
+
+def _time(t_us: int) -> str:
+    seconds = t_us // 1_000_000
+    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"

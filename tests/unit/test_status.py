@@ -1,0 +1,107 @@
+"""The terminal status: plain lines into a pipe, a table on a terminal, never in the way."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import math
+
+import pytest
+
+from companion.commands.status import StatusView, line, rows
+from mavlink_bridge.imc import (
+    Action,
+    ActuatorOutput,
+    EstimatedState,
+    FixType,
+    GuardState,
+    LogText,
+    Mode,
+    PathControlState,
+    PlanState,
+    Severity,
+)
+from mavlink_bridge.snapshot import LinkHealth, Progress, Snapshot
+
+
+def snapshot(t_us=0, **changes):
+    state = EstimatedState(
+        t_us,
+        lat_rad=math.radians(41.185),
+        lon_rad=math.radians(-8.7062),
+        x_m=0.0,
+        y_m=0.0,
+        psi_rad=math.radians(90),
+        sog_mps=1.5,
+        alt_m=7.25,
+        fix_type=FixType.RTK_FIXED,
+    )
+    made = Snapshot(
+        t_us,
+        t_us // 50_000,
+        state,
+        Mode.AUTO,
+        True,
+        ActuatorOutput(t_us, 0.5, 0.5, 0.1, 0.1, "demand"),
+        path=PathControlState(cross_track_m=-0.31, distance_m=42.0),
+        progress=Progress(PlanState.ACTIVE, 2, 5),
+        guard=GuardState.OK,
+        links=(LinkHealth("gcs", "endpoint", True, 1, 1234, 56_000, text="udp://127.0.0.1:14550"),),
+    )
+    return dataclasses.replace(made, **changes)
+
+
+def test_plain_lines_come_every_five_seconds_and_texts_at_once():
+    out = io.StringIO()
+    view = StatusView(out)
+    assert view.plain
+    for tick in range(300):
+        texts = (LogText(1, tick * 50_000, Severity.WARNING, "depth 3.9 m"),) if tick == 30 else ()
+        view.update(snapshot(tick * 50_000, texts=texts))
+    view.close()
+    lines = out.getvalue().splitlines()
+    assert [text[:7] for text in lines] == ["0:00:00", "0:00:01", "0:00:05", "0:00:10"]
+    assert "depth 3.9 m" in lines[1]
+    assert "41.185000°" in lines[0]
+    assert "item 3/5" in lines[0]
+
+
+def test_a_line_and_the_rows_say_what_is_unknown():
+    bare = snapshot(0, state=EstimatedState(0), armed=False, action=Action.STOP, causes=("gps_lost",), links=())
+    assert "no position" in line(bare)
+    assert "STOP: gps_lost" in line(bare)
+    shown = {label: text for label, text, _ in rows(bare)}
+    assert shown["Failsafe"] == "stop: gps_lost"
+    assert "–" in shown["Motion"]
+
+
+def test_rows_name_mode_target_errors_depth_links_and_airtime():
+    shown = {label: text for label, text, _ in rows(snapshot(), "12.3 of 360 s this hour")}
+    assert shown["Mode"] == "Auto, armed"
+    assert "42 m to go" in shown["Plan"]
+    assert "-0.31 m" in shown["Errors"]
+    assert "7.2 m under the keel" in shown["Depth"]
+    assert "udp://127.0.0.1:14550" in shown["Link gcs"]
+    assert shown["Airtime"] == "12.3 of 360 s this hour"
+
+
+def test_a_terminal_gets_a_live_table():
+    pytest.importorskip("rich")
+    out = io.StringIO()
+    view = StatusView(out, plain=False)
+    for tick in range(20):
+        view.update(snapshot(tick * 50_000, texts=(LogText(1, 0, Severity.ERROR, "no fix"),) if tick == 1 else ()))
+    view.close()
+    view.close()
+    assert "Auto, armed" in out.getvalue()
+    assert "no fix" in out.getvalue()
+
+
+def test_a_reader_that_went_away_is_no_fault():
+    class Gone(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError
+
+    view = StatusView(Gone())
+    for tick in range(300):
+        view.update(snapshot(tick * 50_000))
