@@ -61,6 +61,7 @@ class ArduinoTwin:
         self._silent_until_us: int | None = None
         self._hung_us: int | None = None
         if self._level1:
+            self._tx += b"\n"  # ends a line that the reset cut
             self._say(f"#B,1,1.0,TWIN,{cause}")
 
     @property

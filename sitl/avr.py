@@ -174,9 +174,8 @@ class AvrArduino:
         """Return the data address of a variable of the firmware. Raises KeyError."""
         table = subprocess.run(["avr-nm", str(self.elf)], capture_output=True, text=True, check=True).stdout
         for line in table.splitlines():
-            address, _, symbol = line.split(maxsplit=2)
-            if symbol == name:
-                return int(address, 16) & 0xFFFF
+            if line.endswith(f" {name}"):
+                return int(line.split()[0], 16) & 0xFFFF
         raise KeyError(name)
 
 

@@ -49,7 +49,8 @@ static int connected(int master) {
     return !(item.revents & POLLHUP);
 }
 
-static void shuttle(chip_t *chip, int master) {
+/* What was written before the other end closed still arrives; nothing is said to nobody. */
+static void shuttle(chip_t *chip, int master, int is_connected) {
     uint8_t data[LINE_BYTES];
     const size_t waiting = chip_waiting(chip);
     if (waiting < LINE_BYTES) {
@@ -57,7 +58,7 @@ static void shuttle(chip_t *chip, int master) {
         if (count > 0) chip_feed(chip, data, (size_t)count);
     }
     const size_t said = chip_read(chip, data, sizeof data);
-    if (said && write(master, data, said) < 0 && errno != EAGAIN && errno != EIO) exit(1);
+    if (said && is_connected && write(master, data, said) < 0 && errno != EAGAIN && errno != EIO) exit(1);
 }
 
 /* Carry out one line from stdin; 0 when it ends the program. */
@@ -107,7 +108,7 @@ int main(int argc, char **argv) {
         const int is_connected = connected(master);
         if (is_connected && !was_connected && boot_loader_us) chip_reset(chip, boot_loader_us);
         was_connected = is_connected;
-        if (is_connected) shuttle(chip, master);
+        shuttle(chip, master, is_connected);
         while (simulated < now - start) {
             simulated += SLICE_US;
             if (chip_run(chip, simulated) != 0) return 1;

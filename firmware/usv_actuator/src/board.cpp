@@ -30,6 +30,8 @@ void Board::begin(char cause, const char *name, uint32_t now_ms) {
     cause_ = cause;
     name_ = name;
     status_ms_ = input_ms_ = now_ms;
+    put('\n');  // ends a line that the reset cut
+    line_start_ = tx_length_;
     put_text("#B,1,");
     put_text(kVersion);
     put(',');

@@ -1,0 +1,201 @@
+"""Real processes and the real firmware in real time: a companion that dies, stops, or finds its port taken.
+
+The chip runs in its own process on a pty and reports its pins with the machine's monotonic time; the companion is the
+bench command, which uses the vessel's own codec, gate and serial link. Stated tolerance: 60 ms for a loaded machine.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from sitl import avr
+
+COMPANION = Path(sys.executable).parent / "companion"
+LIMIT_S = 0.55
+TOLERANCE_S = 0.06
+BOOT_LOADER_MS = 300
+
+
+class Chip:
+    """``chip_pty`` in the background; keeps every report of the pins."""
+
+    def __init__(self, link, boot_loader_ms=BOOT_LOADER_MS):
+        self.link = link
+        words = [avr.BUILD / "chip_pty", avr.BUILD / "uno.elf", "atmega328p", link, str(boot_loader_ms)]
+        self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        self.reports = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        self.wait(lambda: link.is_symlink() and bool(self.reports), 5.0)
+
+    def _read(self):
+        for line in self.process.stdout:
+            stamp, *pulses = line.split()
+            self.reports.append((int(stamp) * 1e-6, tuple(map(float, pulses))))
+
+    def order(self, text):
+        self.process.stdin.write(text + "\n")
+
+    @property
+    def pulses(self):
+        return self.reports[-1][1]
+
+    def wait(self, condition, limit_s):
+        end = time.monotonic() + limit_s
+        while not condition():
+            assert time.monotonic() < end, f"not in {limit_s} s; last report {self.reports[-1:]}"
+            time.sleep(0.005)
+
+    def thrusting(self):
+        return all(abs(pulse - 1700) < 15 for pulse in self.pulses[:2])
+
+    def stopped(self):
+        return all(abs(pulse - 1500) < 15 for pulse in self.pulses)
+
+    def stopped_after_s(self, since_s):
+        """Seconds from ``since_s`` until the pins were neutral for good."""
+        moving = [at for at, pulses in self.reports if any(abs(pulse - 1500) >= 15 for pulse in pulses)]
+        later = [at for at, _ in self.reports if at > moving[-1]]
+        return later[0] - since_s
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait(5)
+        self._reader.join(5)
+        self.process.stdout.close()
+
+
+def bench(link, *words):
+    return subprocess.Popen(
+        [COMPANION, "bench-actuators", "--url", f"serial:{link}", "--yes", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def end(process):
+    if process.poll() is None:
+        process.send_signal(signal.SIGCONT)
+        process.kill()
+    process.communicate()
+
+
+@pytest.fixture
+def chips(avr_build, tmp_path):
+    avr_build("uno", "sim")
+    made = []
+
+    def make(count, **options):
+        made.extend(Chip(tmp_path / f"port{len(made)}", **options) for _ in range(count))
+        return made[-count:]
+
+    yield make
+    for chip in made:
+        chip.close()
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
+def test_pins_are_neutral_within_550_ms_ten_of_ten(chips, how):
+    """Rows 1 and 2, five boards at a time for each way to go."""
+    boards = chips(5)
+    processes = [
+        bench(board.link, "--hold", "0.4", "--only", "thruster_port", "--only", "thruster_starboard")
+        for board in boards
+    ]
+    try:
+        for board in boards:
+            board.wait(board.thrusting, 25.0)
+        took_s = []
+        for board, process in zip(boards, processes, strict=True):
+            struck_s = time.monotonic()
+            os.kill(process.pid, how)
+            board.wait(board.stopped, 2.0)
+            time.sleep(0.3)
+            took_s.append(board.stopped_after_s(struck_s))
+        print(f"{how.name}: neutral after {', '.join(f'{value:.3f}' for value in took_s)} s")
+        assert all(value <= LIMIT_S + TOLERANCE_S for value in took_s), took_s
+        assert all(board.stopped() for board in boards)
+    finally:
+        for process in processes:
+            end(process)
+
+
+def test_interrupt_writes_neutral_at_once(chips):
+    (board,) = chips(1)
+    process = bench(board.link, "--hold", "0.4")
+    try:
+        board.wait(lambda: board.pulses[0] > 1690, 25.0)
+        process.send_signal(signal.SIGINT)
+        struck_s = time.monotonic()
+        assert process.wait(5) == 0
+        time.sleep(0.2)
+        assert board.stopped_after_s(struck_s) <= 0.25
+    finally:
+        end(process)
+
+
+def test_the_seeds_value_generator_reaches_the_pins(chips):
+    (board,) = chips(1)
+    process = bench(board.link, "--only", "rudder_port", "--period", "0.1")
+    output, _ = process.communicate(timeout=40)
+    assert process.returncode == 0, output
+    seen = {round(pulses[2], -1) for _, pulses in board.reports}
+    assert {1000, 1100, 1200, 1300, 1400, 1500, 1600, 1700, 1800, 1900, 2000} <= seen
+    assert all(abs(pulses[0] - 1500) < 15 or pulses[0] == 0 for _, pulses in board.reports)
+    time.sleep(0.1)
+    assert board.stopped()
+
+
+def test_a_board_reset_under_way_ends_the_bench_stopped(chips):
+    (board,) = chips(1)
+    process = bench(board.link, "--hold", "0.4")
+    try:
+        board.wait(lambda: board.pulses[0] > 1690, 25.0)
+        board.order("reset 300")
+        output, _ = process.communicate(timeout=10)
+        assert process.returncode == 1
+        assert "stopped:" in output
+        assert board.stopped() or board.pulses == (0, 0, 0, 0)
+    finally:
+        end(process)
+
+
+def test_a_second_program_is_refused_and_told_who_holds_the_port(chips):
+    """Row 18; also why the bench cannot run beside a vessel, armed or not."""
+    (board,) = chips(1)
+    first = bench(board.link, "--hold", "0.4")
+    try:
+        board.wait(lambda: board.pulses[0] > 1690, 25.0)
+        second = bench(board.link, "--hold", "-0.4")
+        output, _ = second.communicate(timeout=25)
+        assert second.returncode == 1
+        assert "in use by" in output
+        assert f"process {first.pid}" in output
+        assert board.pulses[0] == pytest.approx(1700, abs=15)
+    finally:
+        end(first)
+
+
+def test_a_stopped_board_does_not_block_the_companion(chips):
+    """Row 10: the board's process is frozen; the companion notices at once and keeps its period."""
+    (board,) = chips(1)
+    process = bench(board.link, "--hold", "0.4")
+    try:
+        board.wait(lambda: board.pulses[0] > 1690, 25.0)
+        os.kill(board.process.pid, signal.SIGSTOP)
+        struck_s = time.monotonic()
+        output, _ = process.communicate(timeout=10)
+        assert time.monotonic() - struck_s < 1.5  # 300 ms, and the end of a Python process
+        assert "silent" in output
+    finally:
+        os.kill(board.process.pid, signal.SIGCONT)
+        end(process)
