@@ -12,12 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from companion.core.gate import Evidence, Gate, GateConfig
 from companion.core.geo import LocalFrame
 from companion.core.guidance import Guidance, GuidanceConfig, GuidanceOutput
 from companion.core.steering import SteeringConfig, make_controller
 from companion.core.units import wrap_pi
 from companion.core.vessel import VesselConfig
-from mavlink_bridge.imc import ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
+from mavlink_bridge.imc import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
 from mavlink_bridge.snapshot import ControlTrace
 from sitl.vessel import SimVessel
 from sitl.water import Water, WaterConfig
@@ -27,6 +28,7 @@ TICK_S = 0.05
 _SUBSTEPS = 3
 _DRIFT_TAU_S = 10.0
 _WARM_UP_TICKS = 60
+_READY = Evidence(actuator_ready=True)
 
 
 class StateSource(Protocol):
@@ -102,6 +104,7 @@ class ControlLoop:
         self.source: StateSource = source or IdealState()
         self.controller = make_controller(setup.steering.profile, setup.steering, belief)
         self.guidance = Guidance(setup.guidance, belief)
+        self.gate = Gate(GateConfig(control_period_s=TICK_S, rudder_max_deg=setup.vessel.rudder.max_deg))
         self.frame = LocalFrame(*ORIGIN_RAD)
         self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None
@@ -153,14 +156,7 @@ class ControlLoop:
         """One control period: controller, actuators, water, hull, sensors."""
         self.desired = desired
         demand, self.trace = self.controller.step(self.now_us, TICK_S, self.state, desired, self.sent)
-        output = ActuatorOutput(
-            self.now_us,
-            demand.thruster_port,
-            demand.thruster_starboard,
-            demand.rudder_port_rad,
-            demand.rudder_starboard_rad,
-            "demand",
-        )
+        output = self.gate.decide(self.now_us, demand, Action.NONE, True, _READY)
         self._count(output)
         self.sent = output
         self._move(self._delayed(output))
