@@ -217,6 +217,7 @@ def _plans(flight: Flight, run_dir: Path) -> None:
         flight.notes.append(f"inputs.bin: {getattr(error, 'strerror', None) or error}")
         return
     try:
+        flight.settings = flight.settings or reader.meta.get("settings", {})
         plans = {**from_json(reader.store).plans, **_submitted(reader)}
         if reader.cut:
             flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")
