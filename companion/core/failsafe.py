@@ -97,10 +97,17 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         if entry.fired_us is not None:
             causes.append(rule.row.name)
             action = max(action, _action(rule, entry, flags))
+    if action is Action.RETURN and _bars_the_way(entries, flags):
+        action = Action.HOLD
     if action in (Action.HOLD, Action.RETURN) and (flags.position_lost or flags.heading_lost):
         action = Action.STOP
     result = FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts))
     return replace(result, thrust_limit=config.oscillation_thrust) if "oscillating" in causes else result
+
+
+def _bars_the_way(entries: Mapping[str, Entry], flags: Flags) -> bool:
+    """A return that would lead across the fence waits before it."""
+    return "fence_ahead" in entries and not flags.manual
 
 
 def _required_since(memory: FailsafeMemory, flags: Flags, now_us: int) -> int | None:

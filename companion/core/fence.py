@@ -25,6 +25,7 @@ Point = tuple[float, float]
 _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
 _SAMPLE_M: Final = 0.5
+_UNDER_WAY_MPS: Final = 0.3
 
 
 class FenceConfig(Config):
@@ -35,6 +36,8 @@ class FenceConfig(Config):
     union: bool = param(False, "FENCE_UNION", "Inside any inclusion area is enough (off: inside all of them)")
     reaction_s: float = Field(0.6, ge=0, le=5)
     """From a fix to less thrust: latency, tick, actuators."""
+    turn_s: float = Field(8.0, ge=0, le=60)
+    """Time to turn against wind and current and hold; the vessel is set by them as long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,14 +195,17 @@ class Fence:
         speed_mps, course_rad = _motion(state, here, ahead)
         if course_rad is None:
             return False
-        reach_m = stopping_distance_m + speed_mps * self._config.reaction_s
+        run_m = stopping_distance_m + speed_mps * self._config.reaction_s
+        run = (run_m * math.cos(course_rad), run_m * math.sin(course_rad))
+        # A vessel that keeps its place already is not set any more.
+        turn_s = self._config.turn_s if speed_mps > _UNDER_WAY_MPS else 0.0
+        set_by = ((state.drift_n_mps or 0.0) * turn_s, (state.drift_e_mps or 0.0) * turn_s)
         margin_m = self._config.margin_m
-        if inside_m > reach_m + margin_m:
+        if inside_m > run_m + math.hypot(*set_by) + margin_m:
             return False
-        count = max(1, math.ceil(reach_m / _SAMPLE_M))
-        north, east = math.cos(course_rad) * reach_m / count, math.sin(course_rad) * reach_m / count
-        least_m = min(region.inside_m((here[0] + north * i, here[1] + east * i)) for i in range(1, count + 1))
-        return least_m < min(margin_m, inside_m)
+        way = _along(here, run)
+        way += _along(way[-1], set_by)
+        return min(map(region.inside_m, way)) < min(margin_m, inside_m)
 
     def _laid_out(self, state: EstimatedState) -> Region | None:
         if not self._areas or state.origin_lat_rad is None or state.origin_lon_rad is None:
@@ -220,6 +226,12 @@ def _motion(state: EstimatedState, here: Point, ahead: Point | None) -> tuple[fl
     if ahead is not None and ahead != here:
         return 0.0, math.atan2(ahead[1] - here[1], ahead[0] - here[0])
     return 0.0, state.psi_rad
+
+
+def _along(start: Point, way: Point) -> list[Point]:
+    """Points along a straight way, its end the last."""
+    count = max(1, math.ceil(math.hypot(*way) / _SAMPLE_M))
+    return [(start[0] + way[0] * i / count, start[1] + way[1] * i / count) for i in range(1, count + 1)]
 
 
 def _segment_distance2(north: float, east: float, n1: float, e1: float, n2: float, e2: float) -> float:

@@ -121,6 +121,7 @@ def test_the_takeover_is_told_once_and_the_end_too():
     cause = replace(WELL, depth_shallow=True)
     run.step(cause)
     run.step(replace(cause, operator_order=True))
+    assert len(run.texts) == 2, "at once"
     run.step(replace(cause, operator_order=True))
     run.step(WELL)
     run.step(WELL)
@@ -180,6 +181,18 @@ def test_hold_becomes_stop_without_position_or_heading():
         assert run.step(replace(WELL, gcs_age_s=9.0)) is Action.HOLD
         assert run.step(replace(WELL, gcs_age_s=9.0, autonomous=False, **{lost: True})) is Action.STOP
         assert Run().step(replace(WELL, autonomous=False, tick_late=True, **{lost: True})) is Action.WARN
+
+
+def test_a_return_does_not_cross_the_fence():
+    run = Run(FailsafeConfig(gcs_action=Action.RETURN))
+    lost = replace(WELL, gcs_age_s=9.0)
+    assert run.step(lost) is Action.RETURN
+    assert run.step(replace(lost, fence_ahead=True)) is Action.HOLD
+    assert run.step(replace(lost, fence_ahead=True, manual=True)) is Action.WARN
+    run = Run(FailsafeConfig(gcs_action=Action.RETURN))
+    run.step(replace(WELL, fence_ahead=True))
+    assert run.step(replace(lost, manual=True, battery_critical=True)) is Action.WARN
+    assert run.step(replace(WELL, fence_ahead=True, actuator_garbage=True)) is Action.STOP
 
 
 def test_row_36_the_last_ground_station_lost():

@@ -1,0 +1,84 @@
+"""The fence on the water: no overshoot, at any speed, in any weather, and a way back."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mavlink_bridge.imc import Action, Mode
+from mavlink_bridge.requests import Arm, PlanItem, PlanKind, Reposition
+
+WEATHER = (
+    "world.water.current_mps=0.5",
+    "world.water.current_to_deg=0",
+    "world.water.wind_mps=8",
+    "world.water.wind_from_deg=180",
+)
+
+
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("weather", [(), WEATHER], ids=["calm", "0.5 m/s and 8 m/s behind"])
+def test_row_60_nothing_crosses_the_fence(voyage, measured, speed_mps, weather):
+    """Fault row 60, and must hold: no overshoot at 1.5 and 2.5 m/s (ArduRover 2.2 and 4.1 m)."""
+    trip = voyage(*weather)
+    assert trip.circle_fence(60.0).reason == ""
+    trip.sail(speed_mps, (100.0, 0.0))
+    furthest_m = 0.0
+    for _ in range(20 * 120):
+        trip.step()
+        furthest_m = max(furthest_m, trip.distance_m)
+    assert 45.0 < furthest_m < 60.0
+    assert trip.snapshot.mode is Mode.HOLD
+    assert any(text.startswith("Fence ahead: HOLD") for text in trip.texts)
+    assert not trip.snapshot.fence.breached
+    if speed_mps == 2.5 and not weather:
+        measured(60, f"stops {60.0 - furthest_m:.1f} m inside at 2.5 m/s")
+
+
+def test_a_fence_uploaded_around_a_vessel_outside_acts_at_once(voyage):
+    """CVE-2024-30800 was the opposite."""
+    trip = voyage()
+    trip.sail(1.5, (100.0, 0.0), after_s=10.0)
+    assert trip.circle_fence(20.0, -100.0, 0.0).reason == ""
+    took_s = trip.until(lambda: trip.snapshot.action >= Action.HOLD, 1.0)
+    assert took_s <= 0.1
+    assert trip.snapshot.fence.breached
+    assert trip.snapshot.fence.breach_type == 3
+    assert trip.snapshot.mode is Mode.HOLD
+
+
+def test_an_operator_sails_back_inside(voyage):
+    trip = voyage()
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.circle_fence(30.0, 60.0, 0.0).reason == ""
+    trip.until(lambda: trip.snapshot.fence.breached, 1.0)
+    lat, lon = (math.radians(value / 1e7) for value in trip.at(60.0, 0.0))
+    assert trip.ask(Reposition(lat, lon, speed_mps=1.5)).reason == ""
+    trip.until(lambda: not trip.snapshot.fence.breached, 60.0)
+    assert "Operator takes over: outside the fence" in trip.texts
+    assert "Inside the fence again" in trip.texts
+    trip.until(lambda: trip.truth.north_m > 55.0, 60.0)
+
+
+def test_a_plan_that_passes_an_exclusion_is_held_before_it(voyage):
+    trip = voyage()
+    assert trip.circle_fence(15.0, 60.0, 0.0, inclusion=False).reason == ""
+    trip.sail(2.0, (120.0, 0.0))
+    nearest_m = math.inf
+    for _ in range(20 * 90):
+        trip.step()
+        nearest_m = min(nearest_m, math.hypot(trip.truth.north_m - 60.0, trip.truth.east_m))
+    assert nearest_m > 15.0
+    assert trip.snapshot.mode is Mode.HOLD
+
+
+def test_clearing_the_fence_frees_the_vessel(voyage):
+    trip = voyage()
+    assert trip.circle_fence(40.0).reason == ""
+    trip.sail(1.5, (80.0, 0.0), after_s=60.0)
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.upload(PlanKind.FENCE, []).reason == ""
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.until(lambda: trip.distance_m > 70.0, 60.0)
+    assert not any(isinstance(item, PlanItem) for item in trip.world.app.facade.plans.items(PlanKind.FENCE))
