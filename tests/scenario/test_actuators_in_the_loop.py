@@ -6,8 +6,10 @@ import math
 import os
 
 import pytest
+from pymavlink.dialects.v20 import all as dialect
 
 import config
+from companion.io.link import Received
 from companion.settings import load
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
@@ -78,20 +80,58 @@ def test_at_rest_all_four_pins_are_at_1500(board):
     assert world.snapshot.actuator.state == "active-checked"
 
 
-def test_emergency_stop_from_the_ground_within_100_ms_and_a_frame(board):
+class Ground:
+    """A ground station's end of the first endpoint, in MAVLink bytes."""
+
+    def __init__(self, world):
+        self.world = world
+        self.link = world.ground("gcs")
+        self.mav = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+        self.mav.robust_parsing = True
+
+    def send(self, message):
+        self.link.write(0, message.pack(self.mav))
+
+    def heard(self):
+        data = b"".join(event.data for event in self.link.poll(self.world.now_us) if isinstance(event, Received))
+        return self.mav.parse_buffer(data) or []
+
+    def beat(self, seconds):
+        messages = []
+        for _ in range(round(seconds)):
+            self.send(self.mav.heartbeat_encode(6, 8, 0, 0, 0))
+            self.world.run(1.0)
+            messages += self.heard()
+        return messages
+
+
+def test_emergency_stop_from_a_ground_station_within_100_ms_and_a_frame(board):
     world = under_way(board)
+    ground = Ground(world)
+    ground.beat(3)
     assert not stopped(world)
-    # Asked just after a tick: the worst moment.
-    world.app.submit(Arm(arm=False, force=True), lambda reply: None)
+    # Sent just after a tick: the worst moment.
     asked_us = world.now_us
+    ground.send(ground.mav.command_long_encode(1, 1, dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 21196, 0, 0, 0, 0, 0))
     world.step()
-    plant = world.surroundings.plant.board
     for now_us in range(world.now_us, asked_us + 120_000, 1_000):
-        plant.step(now_us)
+        board.step(now_us)
         if stopped(world):
             break
     assert stopped(world)
     assert not world.snapshot.armed
+    world.run(3.0)
+    assert stopped(world)
+
+
+def test_supply_voltage_reaches_the_ground_station(board):
+    world = make_world(board)
+    ground = Ground(world)
+    board.set_voltage(12.6)
+    messages = ground.beat(6)
+    volts = [message.voltages[0] / 1000 for message in messages if message.get_type() == "BATTERY_STATUS"]
+    assert volts
+    assert volts[-1] == pytest.approx(12.6, abs=0.1)
 
 
 def test_stop_switch_on_the_board_disarms(board):
