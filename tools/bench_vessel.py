@@ -1,0 +1,187 @@
+"""Benchmarks of the whole process: start-up, memory, processor share, latency, lateness, simulation and replay speed.
+
+The vessel's process runs as a user starts it, beside a world of its own, with one ground station that talks.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from companion.io.inputs import InputReader
+from companion.io.link import Received
+from companion.replay import replay
+from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.framing import Deframer
+
+REPO = Path(__file__).resolve().parents[1]
+COMPANION = Path(sys.executable).parent / "companion"
+INSTANCE = 41
+"""Ports 410 above the usual ones, so that nothing else is in the way."""
+WATCH_S = 10.0
+SIM_S = 600.0
+PERIOD_S = 0.05
+
+
+def row(name: str, value: float, unit: str, bar: float | None = None, *, at_least: bool = False) -> dict[str, Any]:
+    holds = None if bar is None else (value >= bar if at_least else value <= bar)
+    return {"name": name, "value": round(value, 4), "unit": unit, "bar": bar, "holds": holds}
+
+
+def run() -> list[dict[str, Any]]:
+    """All figures of the process."""
+    with tempfile.TemporaryDirectory() as folder:
+        return [*process_figures(Path(folder) / "live"), *simulation_figures(Path(folder) / "sim")]
+
+
+class Station:
+    """A ground station that only says that it is there."""
+
+    def __init__(self, port: int) -> None:
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", port))
+        self.socket.settimeout(15.0)
+        self._deframer = Deframer(datagrams=True)
+        self._codec = Codec(255, 190)
+
+    def wait_heartbeat(self) -> tuple[str, int]:
+        """Wait for a vehicle's heartbeat; return its address."""
+        while True:
+            data, address = self.socket.recvfrom(2048)
+            if any(frame.message_id == 0 for frame in self._deframer.receive(data, 0)):
+                return str(address[0]), int(address[1])
+
+    def talk(self, address: tuple[str, int], seconds: float) -> int:
+        """Send a heartbeat each second and read what comes; return the bytes read."""
+        end, due, size = time.monotonic() + seconds, 0.0, 0
+        self.socket.settimeout(0.05)
+        while (now := time.monotonic()) < end:
+            if now >= due:
+                due = now + 1.0
+                self.socket.sendto(self._codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)), address)
+            with contextlib.suppress(TimeoutError):
+                size += len(self.socket.recv(2048))
+        return size
+
+
+@contextlib.contextmanager
+def started(*words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A companion process that is ended at the end."""
+    with subprocess.Popen(
+        [COMPANION, *words], cwd=REPO, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def process_figures(run_dir: Path) -> list[dict[str, Any]]:
+    """Start-up, memory, processor share and latencies of ``companion run``."""
+    offset = 10 * INSTANCE
+    words = ["run", "config/sim.toml", "--run-dir", str(run_dir)]
+    for key, url in (
+        ("sensors.0.url", f"tcp://127.0.0.1:{3000 + offset}"),
+        ("endpoints.0.url", f"udp://127.0.0.1:{14550 + offset}"),
+        ("endpoints.1.url", f"udp://127.0.0.1:{14540 + offset}"),
+        ("endpoints.2.url", f"tcp-listen://127.0.0.1:{5760 + offset}"),
+    ):
+        words += ["--set", f"{key}={url}"]
+    station = Station(14550 + offset)
+    with started("sim", "--world-only", "--instance", str(INSTANCE), "--run-dir", str(run_dir)):
+        deadline = time.monotonic() + 20
+        while not (run_dir / "arduino").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        began = time.monotonic()
+        with started(*words) as vessel:
+            address = station.wait_heartbeat()
+            heartbeat_s = time.monotonic() - began
+            station.talk(address, 2.0)
+            cpu_before, wall_before = processor_s(vessel.pid), time.monotonic()
+            station.talk(address, WATCH_S)
+            share = (processor_s(vessel.pid) - cpu_before) / (time.monotonic() - wall_before)
+            memory = resident_mb(vessel.pid)
+    station.socket.close()
+    return [
+        row("vessel: start to first heartbeat", heartbeat_s, "s", 0.7),
+        row("vessel: resident memory", memory, "MB", 60.0),
+        row("vessel: processor share, 20 Hz, one ground station", 100.0 * share, "% of a core", 5.0),
+        *recorded_figures(run_dir),
+    ]
+
+
+def processor_s(pid: int) -> float:
+    """User and system time of a process."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def resident_mb(pid: int) -> float:
+    """Resident memory of a process."""
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1024.0
+    return float("nan")
+
+
+def recorded_figures(run_dir: Path) -> list[dict[str, Any]]:
+    """From the recorded inputs: how late ticks came, and how long sensor bytes waited for the actuators' next frame."""
+    reader = InputReader(run_dir / "inputs.bin")
+    names = [entry["name"] for entry in reader.meta["links"]]
+    sensor, actuators = 0, names.index("actuators")
+    late, loads, waits, arrived = [], [], [], []
+    for step in reader.steps():
+        if step.kind == "tick":
+            late.append(step.late_s)
+            loads.append(step.load)
+        if any(isinstance(event, Received) for events in step.polls.get(sensor, {}).values() for event in events):
+            arrived.append(step.now_us)
+        if step.writes.get(actuators) and arrived:
+            waits += [(step.now_us - at) * 1e-6 for at in arrived]
+            arrived.clear()
+    reader.close()
+    wait_s = share_of(waits, 0.99) + share_of(loads, 0.99) * PERIOD_S
+    return [
+        row("vessel: NMEA byte to Arduino byte, 99 %", 1000.0 * wait_s, "ms", 1000.0 * PERIOD_S),
+        row("vessel: tick lateness, 99 %", 1000.0 * share_of(late, 0.99), "ms", 5.0),
+        row("vessel: processor time of a tick, median", 1000.0 * share_of(loads, 0.5) * PERIOD_S, "ms"),
+    ]
+
+
+def share_of(values: list[float], share: float) -> float:
+    """The value below which ``share`` of the values lie."""
+    ordered = sorted(values) or [float("nan")]
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+
+
+def simulation_figures(run_dir: Path) -> list[dict[str, Any]]:
+    """Simulation speed with recorder, truth and all endpoints; replay speed and that it is exact."""
+    words = ["sim", "--speed", "max", "--duration", str(SIM_S), "--run-dir", str(run_dir), "--json"]
+    done = subprocess.run([COMPANION, *words], cwd=REPO, capture_output=True, text=True, check=True)
+    summary = json.loads(done.stdout.splitlines()[-1])
+    began = time.process_time()
+    outcome = replay(run_dir)
+    replay_s = time.process_time() - began
+    return [
+        row("simulation: times real time, everything recorded", summary["speed_up"], "x", 500.0, at_least=True),
+        row("replay: times real time", SIM_S / replay_s, "x", 500.0, at_least=True),
+        row("replay: differences", float(outcome.different), "", 0.0),
+    ]
+
+
+if __name__ == "__main__":
+    print(json.dumps(run(), indent=1))
