@@ -1,0 +1,68 @@
+"""The companion on four common old sketches, on the chip: with the sketch named, every command arrives; and consent is asked.
+
+Row 17 of the fault matrix, and the table of firmware-reliability §A.4 turned round: the picker's choice always works.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.core import arduino_wire as wire
+from companion.core.actuator_map import ActuatorConfig
+from sitl.actuator_bench import ActuatorBench
+from sitl.avr import BUILD, AvrArduino
+
+STYLES = ("parse-int", "read-line", "fixed-block", "next-byte")
+
+
+@pytest.fixture(params=STYLES)
+def sketch(avr_build, request):
+    avr_build("level0", "sim")
+    chip = AvrArduino("uno", elf=BUILD / f"level0-{request.param}.elf")
+    yield request.param, chip
+    chip.close()
+
+
+def started(style, chip, **config):
+    bench = ActuatorBench(chip, ActuatorConfig(sketch=style, **config))
+    bench.run(4.2)  # no banner: 2.5 s, then a second for an answer
+    return bench
+
+
+def test_needs_consent(sketch):
+    bench = started(*sketch)
+    bench.thrust = 1.0
+    bench.run(1.0)
+    assert bench.companion.ready(bench.now_us)[0] is False
+    assert bench.stopped()
+    assert any("does not stop if this computer dies" in text for text in bench.texts)
+
+
+def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
+    bench = started(*sketch, allow_level0=True)
+    for step in range(20):
+        bench.thrust = (step % 5 - 2) * 0.4
+        bench.rudder_rad = (step % 3 - 1) * 0.3
+        bench.run(0.05)
+        wanted = bench.companion.commanded_us
+        bench.run(0.05)
+        assert bench.board.pulses_us == pytest.approx(wanted, abs=10)
+
+
+def test_the_last_command_is_not_late(sketch):
+    """What suppression of unchanged values would lose for ever: the final neutral."""
+    bench = started(*sketch, allow_level0=True)
+    bench.thrust = 0.6
+    bench.run(0.5)
+    bench.thrust = 0.0
+    assert bench.until(bench.stopped, 0.2) is not None
+
+
+def test_a_checked_single_line_is_understood_by_all_but_block_readers(sketch):
+    style, chip = sketch
+    chip.step(0)
+    chip.step(100_000)
+    chip.receive(wire.encode_level1((1600, 1601, 1602, 1603), batch=False), 100_000)
+    chip.step(400_000)
+    if style != "fixed-block":
+        assert chip.pulses_us == pytest.approx((1600, 1601, 1602, 1603), abs=8)
