@@ -33,7 +33,7 @@ from .core.refusals import plan_refusal
 from .core.vehicle import Vehicle
 from .core.vehicle_config import TickInputs
 from .core.vessel import VesselConfig
-from .facade import Facade
+from .facade import Facade, Shared
 from .io.link import Link
 from .io.store import AnyStore
 from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
@@ -92,6 +92,7 @@ class App:
         self.recorder: TickRecorder | None = None
         self.vehicle = Vehicle(settings, vessel)
         self.facade = Facade(settings, self.vehicle.mission, identity)
+        self.shared = Shared(self.vehicle.say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
@@ -198,7 +199,7 @@ class App:
         if board is not None:
             self._say(board.drain_texts())
         return TickInputs(
-            measurements=[item for port in self.sensors for item in port.take()],
+            measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
             actuator=_NO_BOARD if board is None else board.status,
             actuator_ready=ready,
             actuator_reason=reason,

@@ -19,13 +19,14 @@ from .core.arduino import Arduino
 from .core.nmea import NmeaReader
 from .core.vessel import VesselConfig
 from .facade import identity_of
+from .io.depth_map import load_depth_map
 from .io.link import Link
 from .io.links import open_link
 from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
 from .ports import ArduinoPort, GroundPort, NmeaPort
-from .settings import EndpointSettings, Settings, load_vessel
-
+from .radio import radio_conversation
+from .settings import ConfigError, EndpointSettings, Settings, load_vessel
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
 
@@ -55,14 +56,16 @@ def build_app(
     identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
     sensors = [
-        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(item.nmea)) for item in settings.sensors
+        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(item.nmea, item.name))
+        for item in settings.sensors
     ]
     board = settings.actuators
     actuators = None
     if board.url:
         actuators = ArduinoPort(opener.open("actuators", board.url, baud=board.baud), Arduino(board.board))
     grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
-    radio = opener.open("radio", settings.radio.url, mavlink=True) if settings.radio.url else None
+    plain = settings.radio.protocol == "mavlink"
+    radio = opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None
     kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
@@ -76,6 +79,7 @@ def build_app(
         )
     app = App(settings, vessel, sensors, actuators, kept, identity)
     app.recorder = recording
+    _load_map(app)
     app.grounds += [_ground(app, item, link) for item, link in grounds]
     if radio is not None:
         app.grounds.append(_radio(app, radio))
@@ -103,8 +107,16 @@ def _ground(app: App, item: EndpointSettings, link: Link) -> GroundPort:
         link_class=item.link_class,
         profile=item.profile,
         budget=_budget(item.budget_bytes_per_s),
+        max_rate_hz=float(app.settings.system.tick_hz),
     )
-    return GroundPort(link, "endpoint", lambda channel, peer: Endpoint(config, app.facade))
+    shared = app.shared
+    return GroundPort(
+        link,
+        "endpoint",
+        lambda channel, peer: Endpoint(
+            config, app.facade, composer=shared.composer, locks=shared.locks, on_station=shared.met
+        ),
+    )
 
 
 def _budget(bytes_per_s: int | None) -> Budget | None:
@@ -112,9 +124,19 @@ def _budget(bytes_per_s: int | None) -> Budget | None:
 
 
 def _radio(app: App, link: Link) -> GroundPort:
-    """The LoRa port. ``mavlink`` is an ordinary endpoint on a small byte budget."""
-    config = EndpointConfig(name="radio", system_id=app.settings.system.system_id, profile="lora")
-    return GroundPort(link, "radio", lambda channel, peer: Endpoint(config, app.facade))
+    """The LoRa port."""
+    return GroundPort(link, "radio", radio_conversation(app.settings, app.facade, app.store))
+
+
+def _load_map(app: App) -> None:
+    """Give the guard its depth map. Raises ConfigError when the file cannot be used."""
+    wanted = app.settings.depth.map
+    if wanted.file is None:
+        return
+    try:
+        app.vehicle.guard.set_map(load_depth_map(wanted.file, wanted.pitch_m, wanted.spread_m, wanted.order))
+    except (OSError, ValueError) as error:
+        raise ConfigError("depth.map", [f"depth.map.file = {str(wanted.file)!r}: {error}"]) from None
 
 
 def in_run_dir(settings: AnySettings, run_dir: Path) -> AnySettings:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 from typing import Any, Final
 
+from companion.commands import MissingExtraError
 from companion.io.links import LinkConfigError
 from companion.settings import ConfigError
 
@@ -32,10 +33,6 @@ COMMANDS: Final = {
     "bench-actuators": ("companion.commands.bench_actuators", "move the actuators on the bench"),
 }
 GROUP: Final = "companion.commands"
-
-
-class MissingExtraError(Exception):
-    """A command needs packages that are not installed; the text names the line that installs them."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import platform
 import uuid
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.missions import UploadLocks
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamInfo
 from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.streams import Composer
 
 from . import params
 from .core.mission import Mission
@@ -86,6 +90,23 @@ class Plans:
     def put(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> None:
         self._items[kind] = items
         self._ids[kind] = plan_id(items) if items else 0
+
+
+class Shared:
+    """What all endpoints of one vessel share: packed messages, upload locks, and who was met where."""
+
+    def __init__(self, say: Callable[[Severity, str], None]) -> None:
+        self.composer = Composer()
+        self.locks = UploadLocks()
+        self._say = say
+        self._personas: dict[int, str] = {}
+
+    def met(self, system_id: int, persona: str) -> None:
+        """A ground station was heard first on an endpoint; warn when it uses both of the vessel's faces."""
+        before = self._personas.setdefault(system_id, persona)
+        if before not in (persona, "both"):
+            self._personas[system_id] = "both"
+            self._say(Severity.WARNING, f"Ground station {system_id} is on both personas: close one link")
 
 
 class Facade:

@@ -163,13 +163,15 @@ def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return _placed(tomllib.loads(path.read_text(encoding="utf-8")), str(path.resolve().parent))
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
+    folder = str(path.resolve().parent)
+    return {key: _placed(value, folder) for key, value in data.items()}
 
 
 def _placed(value: Any, folder: str) -> Any:

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from companion.cli import MissingExtraError
+from companion.commands import MissingExtraError
 from companion.report.flight import Flight
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog

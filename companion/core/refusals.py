@@ -11,6 +11,7 @@ from mavlink_bridge.imc import GuardState
 from mavlink_bridge.requests import LoadPlan
 
 from . import arming, failsafe
+from .plan_depth import plan_legs
 from .vessel import top_speed_mps
 
 if TYPE_CHECKING:
@@ -56,7 +57,11 @@ def plan_refusal(vehicle: Vehicle, body: LoadPlan) -> str:
         speed = getattr(item, "speed_mps", None)
         if speed is not None and speed > top_mps:
             return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
-    return ""
+    state = vehicle.state
+    here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
+    legs = plan_legs(body.plan.maneuvers, here, vehicle.config.guidance.loiter_radius_m)
+    shallow = vehicle.guard.check_plan(legs)
+    return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}"
 
 
 def target_refusal(vehicle: Vehicle, lat_rad: float | None, lon_rad: float | None) -> str:

@@ -42,6 +42,7 @@ from .monitors import Monitors
 from .navigator import Intent, Navigator, Steer, Sticks
 from .orders import Orders
 from .steering import make_controller, manual_demand
+from .stopping import braking_distance_m
 from .vehicle_config import Measurement, TickInputs, VehicleConfig
 from .vehicle_flags import gather
 from .vehicle_view import picture
@@ -204,11 +205,14 @@ class Vehicle:
         texts, self._texts = tuple(self._texts), []
         return picture(self, now_us, demand, output, reached, texts)
 
-    def _measure(self, measurements: Sequence[Measurement], now_us: int) -> None:
-        for item in (*measurements, *self._depth_inputs):
-            self.estimator.update(item)
+    def _measure(self, measurements: Sequence[tuple[Measurement, int]], now_us: int) -> None:
+        for item, source in measurements:
+            self.estimator.update(item, source)
             if isinstance(item, Distance):
                 self.guard.measure(item, self.state)
+        for reading in self._depth_inputs:
+            self.estimator.update(reading)
+            self.guard.measure(reading, self.state)
         self._depth_inputs.clear()
         self.estimator.note_water_speed(self.controller.water_speed_mps())
         self.state = self.estimator.predict(now_us, self.guard_out.altitude_m)
@@ -317,12 +321,10 @@ class Vehicle:
             reason=self.inputs.actuator_reason,
             manual=manual,
             emergency_stop=self.inputs.actuator.emergency_stop,
+            thrust_limit=self.result.thrust_limit,
         )
         if self.result.action >= Action.STOP:
             self.navigator.forget_hold()
-        limit = self.result.thrust_limit
-        if demand is not None and limit < 1.0:
-            demand = _limited(demand, limit)
         self._output = self.gate.decide(now_us, demand, self.result.action, self.armed, evidence)
         return self._output
 
@@ -351,6 +353,8 @@ class Vehicle:
         return reached
 
     def _stopping(self, speed_mps: float) -> float:
+        if self.config.depth.brake:
+            return braking_distance_m(self.vessel, speed_mps)
         return stopping_distance_m(self.vessel, speed_mps)
 
     def _speed_at(self, throttle: float) -> float:
@@ -361,13 +365,3 @@ class Vehicle:
         """The battery as the actuator board sees it; None when it does not measure."""
         status = self.inputs.actuator
         return None if status.voltage_v is None else SupplyVoltage(status.t_us, status.voltage_v)
-
-
-def _limited(demand: ActuatorDemand, limit: float) -> ActuatorDemand:
-    return ActuatorDemand(
-        demand.t_us,
-        max(-limit, min(limit, demand.thruster_port)),
-        max(-limit, min(limit, demand.thruster_starboard)),
-        demand.rudder_port_rad,
-        demand.rudder_starboard_rad,
-    )

@@ -52,7 +52,8 @@ class VehicleConfig(Config):
 class TickInputs:
     """What the app brings to a tick, besides requests."""
 
-    measurements: Sequence[Measurement] = ()
+    measurements: Sequence[tuple[Measurement, int]] = ()
+    """Each with the number of its sensor link; the lowest one alive leads."""
     actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
     actuator_ready: bool = False
     actuator_reason: str = "no actuator board"

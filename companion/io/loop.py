@@ -20,7 +20,7 @@ from companion.io.clock import Clock
 from companion.io.link import Link
 from companion.io.notify import Notifier
 
-PUMP_PAUSE_US: Final = 2_000
+PUMP_PAUSE_US: Final = 500
 """At least so long between two pumps: a flood of small reads must not take the whole processor."""
 _LATE_KEPT: Final = 2_000
 
