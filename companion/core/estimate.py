@@ -28,6 +28,7 @@ __all__ = ["Estimator", "EstimatorConfig"]
 
 _MOVING_MPS = 0.3
 _COURSE_MIN_MPS = 0.1
+_COURSE_SIGMA_RAD = math.radians(5.0)
 
 
 class DriftFilter:
@@ -129,8 +130,8 @@ class Estimator:
         cog_rad = None
         if motion is not None and sog_mps is not None and sog_mps > _COURSE_MIN_MPS:
             cog_rad = wrap_pi(math.atan2(motion.ve_mps, motion.vn_mps))
-        from_course = not heading_valid and sog_mps is not None and sog_mps > self.config.course_speed_mps
-        psi_rad = heading.psi_rad if heading_valid else cog_rad if from_course else None
+        from_course = not heading_valid and self._course_stands_in(now_us, sog_mps)
+        psi_rad = self._heading.at(now_us) if heading_valid or from_course else None
         u_mps, v_mps = _body(motion, psi_rad)
         lat_rad, lon_rad = self._geodetic(motion)
         fix, origin = self.latest_fix, self.origin
@@ -150,7 +151,7 @@ class Estimator:
             phi_rad=self._fresh(self._phi, now_us),
             theta_rad=self._fresh(self._theta, now_us),
             psi_rad=psi_rad,
-            r_radps=self._heading.r_radps if heading_valid else None,
+            r_radps=self._heading.r_radps if heading_valid or from_course else None,
             sog_mps=sog_mps,
             cog_rad=cog_rad,
             drift_n_mps=self._drift.north_mps,
@@ -174,6 +175,23 @@ class Estimator:
             fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS
         )
         self._position.update(fix, t_us, self._attitude_at(t_us), moving)
+        if not self._heading.valid(t_us) and self._position.valid(t_us):
+            self._steer_by_course(fix, t_us)
+
+    def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
+        """The compass is lost: the direction of the motion through the water is the next best heading.
+
+        From the fix itself, since the filtered velocity lags in a turn.
+        """
+        if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self.config.course_speed_mps:
+            return
+        north = fix.sog_mps * math.cos(fix.cog_rad) - self._position.drift_n_mps
+        east = fix.sog_mps * math.sin(fix.cog_rad) - self._position.drift_e_mps
+        sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / fix.sog_mps)
+        self._heading.update_course(t_us, math.atan2(east, north), sigma)
+
+    def _course_stands_in(self, now_us: int, sog_mps: float | None) -> bool:
+        return sog_mps is not None and sog_mps > self.config.course_speed_mps and self._heading.bridged(now_us)
 
     def _update_attitude(self, angles: EulerAngles, source: int) -> None:
         if angles.phi_rad is not None:
@@ -215,7 +233,7 @@ class Estimator:
         return math.atan2(motion.ve_mps, motion.vn_mps)
 
     def _attitude_at(self, t_us: int) -> Heading:
-        if not self._heading.valid(t_us):
+        if not self._heading.valid(t_us) and not self._heading.bridged(t_us):
             return Heading()
         return Heading(
             psi_rad=self._heading.at(t_us),

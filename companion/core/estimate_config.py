@@ -26,6 +26,9 @@ class EstimatorConfig(Config):
     course_speed_mps: float = param(
         1.0, "EST_COURSE_SPD", "Above this speed the course stands in for a lost heading", unit="m/s", ge=0.3, le=20.0
     )
+    course_lead_s: float = Field(0.5, ge=0.0, le=5.0)
+    """The motion of the hull follows its heading so much later; made up for when the course stands in without a turn
+    rate sensor."""
     speed_max_mps: float = param(
         10.0, "EST_SPEED_MAX", "No faster than this between two positions", unit="m/s", ge=1.0, le=60.0
     )

@@ -11,6 +11,9 @@ from companion.core.units import wrap_pi
 from mavlink_bridge.imc import AngularVelocity, EulerAngles, Severity
 
 _PREDICT_MAX_S: Final = 1.0
+_COURSE_AGE_MAX_US: Final = 1_500_000
+_RATE_AGE_MAX_US: Final = 500_000
+_BRIDGE_S: Final = 0.6
 _STEP_RATE_MAX_US: Final = 300_000
 
 
@@ -25,9 +28,12 @@ class HeadingTrack:
         """Time of the filter's state; None before the first heading."""
         self.accepted_us: int | None = None
         """Time of the last heading that was believed."""
+        self.course_us: int | None = None
+        """Time of the last course that stood in; None while the compass is believed."""
         self._texts = texts
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._received_us = 0
+        self._rate_us = -_RATE_AGE_MAX_US
         self._true_us: int | None = None
         self._refused_since_us: int | None = None
         self._refused_run_us = 0
@@ -39,16 +45,27 @@ class HeadingTrack:
 
     def valid(self, now_us: int) -> bool:
         """True while a believed heading, or one held against a jump, is young enough."""
+        return self._younger(now_us, 0.0)
+
+    def bridged(self, now_us: int) -> bool:
+        """True with a course young enough to stand in, and from the loss of the compass to the first such course."""
+        if self.course_us is not None:
+            return now_us - self.course_us <= _COURSE_AGE_MAX_US
+        return self._younger(now_us, _BRIDGE_S)
+
+    def _younger(self, now_us: int, extra_s: float) -> bool:
         age_s = self.age_s(now_us)
         if age_s is None:
             return False
         limit_s = self.config.heading_timeout_s if self._refused_since_us is None else self.config.heading_hold_s
-        return age_s <= limit_s
+        return age_s <= limit_s + extra_s
 
     def at(self, now_us: int) -> float:
         """Heading at a moment near the filter's time, [-pi, pi)."""
         assert self.t_us is not None
         span_s = min((now_us - self.t_us) * 1e-6, _PREDICT_MAX_S)
+        if self.course_us is not None and now_us - self._rate_us > _RATE_AGE_MAX_US:
+            span_s += self.config.course_lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
 
     def true_heading(self, angles: EulerAngles) -> float | None:
@@ -83,11 +100,13 @@ class HeadingTrack:
         self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
         self.r_radps += rate_gain * innovation
         self.accepted_us = t_us
+        self.course_us = None
 
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
         if self.t_us is None:
             return
+        self._rate_us = rate.t_us
         self._advance(rate.t_us)
         sigma = math.radians(self.config.rate_sigma_dps)
         innovation = rate.r_radps - self.r_radps
@@ -95,11 +114,30 @@ class HeadingTrack:
         self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
         self.r_radps += rate_gain * innovation
 
+    def update_course(self, t_us: int, course_rad: float, sigma_rad: float) -> None:
+        """Take the course through the water as a poor heading while the compass is lost; the turn rate goes on as it is.
+
+        The hull's sideslip makes it lag; a sigma of a few degrees leaves the rate sensor in command.
+        """
+        if self.t_us is None:
+            self._start(t_us, course_rad)
+            self.accepted_us = None
+        else:
+            self._advance(t_us)
+            innovation = wrap_pi(course_rad - self.psi_rad)
+            if self.course_us is None and abs(innovation) > 0.5 * math.pi:
+                self.psi_rad = course_rad  # the compass had been wrong altogether, or lost for long
+            value_gain, rate_gain = self._cov.measure_value(sigma_rad * sigma_rad)
+            self.psi_rad = wrap_pi(self.psi_rad + value_gain * wrap_pi(course_rad - self.psi_rad))
+            self.r_radps += rate_gain * innovation
+        self.course_us = t_us
+
     def _start(self, t_us: int, psi_rad: float) -> None:
         sigma = math.radians(self.config.heading_sigma_deg)
         self._cov = PairCovariance(self.config.yaw_acceleration_psd, sigma * sigma, 0.25)
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
+        self.course_us = None
         self._refused_since_us = None
 
     def _advance(self, t_us: int) -> None:

@@ -23,10 +23,9 @@ _CLOCK_DRIFT: Final = 2e-4
 _CLOCK_STEP_US: Final = 150_000
 
 
-def near_local(
-    frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float, east_m: float
-) -> tuple[float, float]:
-    """``frame.to_local`` for a point whose place is known to some hundred metres: the same to micrometres (1 mm beside a pole), six times faster.
+def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
+    """``frame.to_local`` for a point whose place is known to some hundred metres: the same to micrometres (1 mm beside a pole),
+    six times faster.
 
     Newton's method on the inverse map with the radii of curvature at the point; each step leaves about 1e-3 of the error.
     """

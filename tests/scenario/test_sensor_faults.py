@@ -1,0 +1,215 @@
+"""The whole vessel on a circle when a sensor fails: what the pins do, and that nothing is steered on a lie.
+
+Fault matrix rows 21-27, 30, 31, 33: injected into the simulated sensors, seen at the actuator board's pins and in the truth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+import config
+from companion.settings import load
+from mavlink_bridge.imc import Action
+from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from sitl.settings import SimSettings
+from sitl.world import World
+
+CHANGE_SPEED, LOITER_UNLIMITED = 178, 17
+RADIUS_M = 20.0
+CENTRE_M = (40.0, 15.0)
+NEUTRAL_US = 1500.0
+
+
+def on_the_circle(*overrides: str, sailed_s: float = 60.0, seed: int = 1) -> World:
+    """A vessel that has settled on a circle of 20 m at 1.5 m/s."""
+    settings = load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings)
+    world = World(settings, seed)
+    lat_rad, lon_rad = world.surroundings.plant.frame.to_geodetic(*CENTRE_M)
+    x, y = round(math.degrees(lat_rad) * 1e7), round(math.degrees(lon_rad) * 1e7)
+    items = [
+        PlanItem(CHANGE_SPEED, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0),
+        PlanItem(LOITER_UNLIMITED, 3, 0.0, 0.0, RADIUS_M, 1.0, x, y, 0.0),
+    ]
+    plan = load_plan(PlanKind.MISSION, items)
+    assert isinstance(plan, LoadPlan)
+    world.run(2.0)
+    for request in (plan, Arm(arm=True), StartPlan(0)):
+        replies = []
+        world.app.submit(request, replies.append)
+        world.run(0.3)
+        assert replies[0].reason == ""
+    world.run(sailed_s)
+    assert abs(off_circle_m(world)) < 1.0
+    return world
+
+
+def off_circle_m(world: World) -> float:
+    truth = world.surroundings.truth
+    return math.hypot(truth.north_m - CENTRE_M[0], truth.east_m - CENTRE_M[1]) - RADIUS_M
+
+
+def faults(world: World):
+    return world.surroundings.plant.sensors.faults
+
+
+def neutral(world: World) -> bool:
+    return all(abs(pulse - NEUTRAL_US) <= 10.0 for pulse in world.surroundings.plant.board.pulses_us)
+
+
+def thrusters_neutral(world: World) -> bool:
+    return all(abs(pulse - NEUTRAL_US) <= 10.0 for pulse in world.surroundings.plant.board.pulses_us[:2])
+
+
+def until(world: World, seconds: float, condition: Callable[[World], bool]) -> float | None:
+    """Seconds until the condition holds after a step; None when it never does."""
+    start_us = world.now_us
+    while world.now_us < start_us + seconds * 1e6:
+        world.step()
+        if condition(world):
+            return (world.now_us - start_us) * 1e-6
+    return None
+
+
+def texts_during(world: World, seconds: float, watch: Callable[[World], None] = lambda world: None) -> list[str]:
+    texts: list[str] = []
+    end_us = world.now_us + round(seconds * 1e6)
+    while world.now_us < end_us:
+        world.step()
+        watch(world)
+        assert world.snapshot is not None
+        texts += [text.text for text in world.snapshot.texts]
+    return texts
+
+
+def test_row_21_silent_gnss_neutral_within_200_ms_of_the_position_growing_stale() -> None:
+    world = on_the_circle()
+    faults(world).set("gnss_silent", True)
+    invalid_s = until(world, 3.0, lambda here: not here.snapshot.state.position_valid)
+    assert invalid_s is not None
+    assert invalid_s <= 1.05
+    assert neutral(world) or until(world, 0.2, neutral) is not None
+    assert world.snapshot.action >= Action.STOP
+    texts_during(world, 20.0)
+    assert neutral(world)
+
+
+@pytest.mark.parametrize("fault", ["no_fix", "dead_reckoning"])
+def test_row_22_lost_fix_neutral_at_once(fault: str) -> None:
+    world = on_the_circle()
+    faults(world).set(fault, True)
+    # The first epoch that says so leaves up to 0.2 s later, and 0.15 s after it was measured.
+    assert until(world, 2.0, neutral) <= 0.6
+
+
+def test_row_23_a_jump_is_never_steered_on() -> None:
+    world = on_the_circle()
+    faults(world).set("jump_east_m", 200.0)
+    worst: list[float] = []
+    texts = texts_during(world, 9.0, lambda here: worst.append(abs(off_circle_m(here))))
+    # Two seconds on the expected position, then neutral: the vessel drifts off as slowly as it loses way.
+    assert max(worst[:40]) < 0.6
+    assert neutral(world)
+    assert any("jumped" in text for text in texts)
+    assert max(worst) < 5.0
+
+
+def test_row_23_a_short_jump_is_not_even_noticed_by_the_pins() -> None:
+    world = on_the_circle()
+    faults(world).set("jump_north_m", 500.0)
+    worst: list[float] = []
+    texts_during(world, 1.0, lambda here: worst.append(abs(off_circle_m(here))))
+    faults(world).set("jump_north_m", 0.0)
+    texts_during(world, 20.0, lambda here: worst.append(abs(off_circle_m(here))))
+    assert max(worst) < 0.6
+    assert not thrusters_neutral(world)
+
+
+def test_row_24_a_frozen_receiver_is_warned_of_and_then_stops_the_vessel() -> None:
+    world = on_the_circle()
+    faults(world).set("frozen", True)
+    texts = texts_during(world, 12.0)
+    assert any("repeats one position" in text for text in texts)
+    assert neutral(world)
+
+
+def test_row_25_damaged_lines_cost_accuracy_not_control() -> None:
+    world = on_the_circle()
+    faults(world).set("flip_share", 0.3)
+    worst: list[float] = []
+    texts = texts_during(world, 60.0, lambda here: worst.append(abs(off_circle_m(here))))
+    assert max(worst) < 1.0
+    assert sum("damaged" in text for text in texts) == 1
+
+
+def test_row_26_and_27_a_tenfold_flood_and_missing_line_ends_change_nothing() -> None:
+    world = on_the_circle()
+    faults(world).set("flood", 10)
+    faults(world).set("no_line_end", True)
+    worst: list[float] = []
+    ticks: list[int] = []
+    texts_during(world, 30.0, lambda here: (worst.append(abs(off_circle_m(here))), ticks.append(here.snapshot.tick)))
+    assert max(worst) < 0.6
+    assert ticks == list(range(ticks[0], ticks[0] + 600))
+
+
+@pytest.mark.parametrize(("lost", "limit_m"), [(("heading_silent",), 0.6), (("heading_silent", "rate_silent"), 1.5)])
+def test_row_30_course_stands_in_for_a_lost_heading_above_1_mps(lost: tuple[str, ...], limit_m: float) -> None:
+    """With the turn rate alive the circle is held as before; with the whole compass gone, roughly."""
+    world = on_the_circle()
+    for name in lost:
+        faults(world).set(name, True)
+    fell_back_s = until(world, 3.0, lambda here: here.snapshot.state.heading_from_course)
+    assert fell_back_s <= 0.65
+    worst: list[float] = []
+    texts_during(world, 60.0, lambda here: worst.append(abs(off_circle_m(here))))
+    assert world.snapshot.state.heading_from_course
+    assert world.snapshot.action < Action.STOP
+    assert max(worst) < limit_m
+
+
+def test_row_30_lost_heading_at_low_speed_is_neutral() -> None:
+    world = on_the_circle()
+    faults(world).set("heading_silent", True)
+    texts_during(world, 1.0)
+    # A current-free stop: with the way lost, there is neither course nor heading.
+    faults(world).set("gnss_silent", True)
+    texts_during(world, 15.0)
+    faults(world).set("gnss_silent", False)
+    texts_during(world, 3.0)
+    assert not world.snapshot.state.heading_valid
+    assert neutral(world)
+
+
+def test_row_31_a_flipped_compass_is_not_followed() -> None:
+    world = on_the_circle()
+    faults(world).set("heading_bias_deg", 180.0)
+    worst: list[float] = []
+    texts = texts_during(world, 30.0, lambda here: worst.append(abs(off_circle_m(here))))
+    assert any("Heading jumped" in text for text in texts)
+    assert max(worst) < 2.5
+
+
+def test_row_33_a_date_1024_weeks_off_is_not_used_and_the_circle_goes_on() -> None:
+    world = on_the_circle()
+    faults(world).set("weeks_off", 1024)
+    before_us = world.snapshot.utc_us
+    worst: list[float] = []
+    start_us = world.now_us
+    texts = texts_during(world, 20.0, lambda here: worst.append(abs(off_circle_m(here))))
+    assert any("date" in text for text in texts)
+    assert max(worst) < 0.6
+    assert world.snapshot.utc_us is not None
+    assert abs(world.snapshot.utc_us - before_us - (world.now_us - start_us)) < 50_000
+
+
+@pytest.mark.parametrize(("seed", "rms_m", "worst_m"), [(1, 0.15, 0.5), (2, 0.15, 0.5)])
+def test_rtk_class_circle_in_truth(seed: int, rms_m: float, worst_m: float) -> None:
+    world = on_the_circle(seed=seed)
+    off: list[float] = []
+    texts_during(world, 120.0, lambda here: off.append(off_circle_m(here)))
+    assert math.sqrt(sum(value * value for value in off) / len(off)) < rms_m
+    assert max(abs(value) for value in off) < worst_m
