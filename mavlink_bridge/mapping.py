@@ -174,8 +174,10 @@ def share_to_percent(share: float | None, unknown: int = -1) -> int:
 
 
 def quality_to_percent(quality: float | None) -> int:
-    """DISTANCE_SENSOR.signal_quality: 1 = invalid, 100 = perfect, 0 = unknown."""
-    return 0 if quality is None else max(1, _scaled(quality, 100.0, 1, 100, 0))
+    """DISTANCE_SENSOR.signal_quality of a valid reading: 2...100; 0 = unknown (1 would call the reading invalid)."""
+    if quality is None or not math.isfinite(quality):
+        return 0
+    return round(min(max(1.0 + 99.0 * quality, 2.0), 100.0))
 
 
 def thrust_to_percent(thrust: float | None) -> int:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import random
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge.codec import Codec, decode, dialect
 from mavlink_bridge.framing import Deframer, Frame

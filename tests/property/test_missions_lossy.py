@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.mission_wire import item_from_message, item_to_message, with_home

@@ -6,8 +6,7 @@ import json
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge import imc, seed_json
 from mavlink_bridge.imc import LoiterDirection, LoiterKind
