@@ -25,7 +25,7 @@ from mavlink_bridge.imc import Severity
 from mavlink_bridge.inbound import Counters, Inbound
 from mavlink_bridge.local_commands import LOCAL, answer
 from mavlink_bridge.manual import manual_control, rc_override
-from mavlink_bridge.missions import MissionServer, UploadLocks
+from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
 from mavlink_bridge.modes import from_custom_mode
 from mavlink_bridge.outbox import Outbox
 from mavlink_bridge.params import EndpointParams, ParamServer
@@ -60,8 +60,8 @@ class Peer:
 class Endpoint:
     """The vessel on one channel of one link.
 
-    ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``link_id`` marks this link's signatures; ``on_key``
-    takes a new signing key that a station may set; ``tap`` sees each valid frame in and each frame out; ``on_station`` is told of
+    ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``timing`` is of
+    uploads; ``link_id`` marks this link's signatures; ``on_key`` takes a new signing key that a station may set; ``tap`` sees each valid frame in and each frame out; ``on_station`` is told of
     each station's first heartbeat here (system id, persona).
     """
 
@@ -72,6 +72,7 @@ class Endpoint:
         *,
         composer: Composer | None = None,
         locks: UploadLocks | None = None,
+        timing: MissionTiming | None = None,
         signing: SigningState | None = None,
         link_id: int = 0,
         on_key: Callable[[bytes], None] | None = None,
@@ -104,6 +105,7 @@ class Endpoint:
             system_id=config.system_id,
             component_id=config.component_id,
             locks=locks,
+            timing=timing,
         )
         self._rtcm = RtcmAssembler()
         self.high_latency_on = False
@@ -195,7 +197,7 @@ class Endpoint:
         if self._commands.waiting:
             self._answer(self._commands.poll(now_us), urgent=True)
         if self._missions.busy:
-            self._answer(self._missions.poll(now_us))
+            self._answer(self._missions.poll(now_us), urgent=self._is_slow)
             self._after_missions()
         return self._outbox.take(now_us, limit_bytes)
 
@@ -379,8 +381,13 @@ class Endpoint:
         else:
             self._on_key(bytes(message.secret_key))
 
+    @property
+    def _is_slow(self) -> bool:
+        """On a slow link a plan's dialogue must not queue behind texts and values: the station's timers run."""
+        return self.config.profile == "lora"
+
     def _on_mission(self, message: Any, now_us: int) -> None:
-        self._answer(self._missions.handle(message, now_us))
+        self._answer(self._missions.handle(message, now_us), urgent=self._is_slow)
         self._after_missions()
 
     def _after_missions(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from mavlink_bridge.mission_upload import Upload
+from mavlink_bridge.mission_upload import MAX_WINDOW, Upload
 from mavlink_bridge.requests import PlanItem, PlanKind, Reply
 
 Sender = tuple[int, int]
@@ -32,6 +32,8 @@ class MissionTiming:
     retry_us: int = 1_500_000
     """Longest wait for an item; must exceed the link's round trip."""
     retries: int = 5
+    window: int = MAX_WINDOW
+    """Most requests under way at once; 1 on a half-duplex link."""
     store_us: int | None = 30_000_000
     """How long the vessel may take to store a plan before the sender is told that it failed; None: for ever."""
     hold_us: int | None = None

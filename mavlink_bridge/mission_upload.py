@@ -15,6 +15,7 @@ from mavlink_bridge.requests import PlanItem
 
 MAX_WINDOW: Final = 8
 _MIN_WAIT_US: Final = 300_000
+_LOST_US: Final = 300_000
 
 
 @dataclass(slots=True)
@@ -26,13 +27,16 @@ class _Asked:
 class Upload:
     """Collects items ``first``...``first + count - 1``. Sends nothing itself: methods return the numbers to ask for."""
 
-    def __init__(self, first: int, count: int, now_us: int, retry_us: int, retries: int) -> None:
+    def __init__(
+        self, first: int, count: int, now_us: int, retry_us: int, retries: int, window: int = MAX_WINDOW
+    ) -> None:
         self.first = first
         self.count = count
         self.items: dict[int, PlanItem] = {}
         self.heard_us = now_us
         self._retry_us = retry_us
         self._retries = retries
+        self._max_window = window
         self._base_us = retry_us
         self._rtt_us: float | None = None
         self._silent = 0
@@ -60,6 +64,19 @@ class Upload:
         self._silent = 0
         return self._fill(now_us)
 
+    def again(self, seq: int, now_us: int) -> list[int]:
+        """Numbers to ask for once more, because an item came again that was not asked for: what was asked for since was lost.
+
+        Requests younger than 0.3 s are left alone, so that copies made by a network do not double the dialogue.
+        """
+        if seq not in self.items:
+            return []
+        late = [number for number, asked in self._asked.items() if now_us - asked.sent_us >= _LOST_US]
+        for number in late:
+            self._asked[number] = _Asked(now_us, repeated=True)
+        self.heard_us = now_us
+        return late
+
     def overdue(self, now_us: int) -> list[int] | None:
         """Numbers to ask for again; None when it is time to give up."""
         wait_us = min(self._base_us << self._silent, self._retry_us)
@@ -71,7 +88,7 @@ class Upload:
                 return None
             self._silent += 1
         if self.items:  # before the first item it may be the station that is gone, not one frame
-            self._window = min(MAX_WINDOW, self._window * 2)
+            self._window = min(self._max_window, self._window * 2)
         for seq in late:
             self._asked[seq] = _Asked(now_us, repeated=True)
         return late + self._fill(now_us)

@@ -195,7 +195,7 @@ class MissionServer:
             return []  # a copy of the request that began it, or impatience: the ACK is on its way
         if old is not None:
             self._drop(old)
-        upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries)
+        upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries, self.timing.window)
         session = Session(sender, kind, upload, base)
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
@@ -220,7 +220,7 @@ class MissionServer:
         item = item_from_message(message)
         more = session.upload.take(message.seq, item, now_us)
         if more is None:
-            return []
+            return self._ask(session, session.upload.again(message.seq, now_us))
         error = self._check(kind, message.seq, item)
         if error is not None:
             return self._refuse(session, error, now_us)

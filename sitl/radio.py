@@ -25,10 +25,10 @@ _HOUR_US: Final = 3_600_000_000
 class RadioConfig(Config):
     """The simulated radio: its modulation, the channel's faults and the modules' habits."""
 
-    phy: str = "A"
-    """Name in mavlink_bridge.lora.airtime.PHYS; A is 651 bit/s."""
-    header_bytes: int = Field(0, ge=0, le=32)
-    """What the module adds to each packet; unknown for the real one."""
+    phy: str = ""
+    """Name in mavlink_bridge.lora.airtime.PHYS (A is 651 bit/s); empty = what the vessel's radio profile says."""
+    header_bytes: int | None = Field(None, ge=0, le=32)
+    """What the module adds to each packet, unknown for the real one; None = what the profile says."""
     loss: float = Field(0.0, ge=0.0, le=1.0)
     """Share of packets lost."""
     burst_s: float = Field(0.0, ge=0.0, le=600.0)
@@ -49,9 +49,14 @@ class RadioConfig(Config):
     @field_validator("phy")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value not in PHYS:
+        if value and value not in PHYS:
             raise ValueError(f"choose one of {', '.join(PHYS)}")
         return value
+
+    def with_profile(self, phy: str, header_bytes: int) -> RadioConfig:
+        """The same with what is left open taken from a radio profile."""
+        header = header_bytes if self.header_bytes is None else self.header_bytes
+        return self.model_copy(update={"phy": self.phy or phy, "header_bytes": header})
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +147,7 @@ class Air:
     def _launch(self, module: RadioModule, start_us: int) -> None:
         other = self.modules[1] if module is self.modules[0] else self.modules[0]
         data = module.take_packet(start_us)
-        end_us = start_us + packet_us(len(data), PHYS[self.config.phy], self.config.header_bytes)
+        end_us = start_us + packet_us(len(data), PHYS[self.config.phy or "A"], self.config.header_bytes or 0)
         module.busy_until_us = end_us
         new = _Flight(module, other, data, start_us, end_us)
         for flight in self._flights:
@@ -192,6 +197,11 @@ class Air:
         for _ in range(self._rng.randint(1, 4)):
             spoiled[self._rng.randrange(len(spoiled))] ^= 1 << self._rng.randrange(8)
         return bytes(spoiled)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether bytes are under way, on the air or on a serial line."""
+        return bool(self._flights) or any(module.is_busy for module in self.modules)
 
     # ---- the account --------------------------------------------------------------------------------------------
 
@@ -264,3 +274,8 @@ class RadioPair:
 
     def step(self, now_us: int) -> None:
         self.air.step(now_us)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether bytes are under way, on the air or on a serial line."""
+        return self.air.is_busy

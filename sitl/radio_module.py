@@ -63,6 +63,11 @@ class RadioModule:
         """Bytes from the host that are not on the air yet."""
         return len(self._to_air)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether bytes wait on either side."""
+        return bool(self._to_air or self._to_host)
+
     def hears(self, other: RadioModule) -> bool:
         """Same channel, band, air rate and NET ID, another NODE ID, both in work mode."""
         same = self.block[0:3] == other.block[0:3] and self.block[8:12] == other.block[8:12]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from companion.core.vessel import VesselConfig
 from companion.io.link import Link, Received
 from companion.io.links import open_link
+from companion.radio import load_radio
 
 from .plant import Board, Plant
 from .radio import RadioEnd, RadioPair
@@ -64,7 +65,9 @@ class Surroundings:
         board: Board | None = None,
     ) -> None:
         self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board)
-        self.radio = RadioPair(settings.world.radio, random.Random(f"{seed}/radio"))
+        profile = load_radio(settings.radio.profile)
+        radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
+        self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))
         self._nmea = [make_link(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
         self._board = (
             make_link("world-actuators", counterpart(settings.actuators.url)) if settings.actuators.url else None

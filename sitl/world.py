@@ -35,6 +35,8 @@ from .settings import SimSettings
 from .surroundings import Surroundings
 from .truth import Truth, utc_us
 
+_RADIO_STEP_US = 10_000
+
 
 class World:
     """Water, hull, sensors, board, radio and the vessel's process."""
@@ -121,6 +123,7 @@ class World:
         Simulated time counts ticks and nothing else: on a busy machine it falls behind the clock instead of jumping,
         so that a slow laptop is not taken for a slow boat.
         """
+        self._serve_radio()
         self.now_us += self.period_us
         truth = self.surroundings.step(self.now_us)
         snapshot = self.loop_app.tick(self.now_us)
@@ -147,6 +150,14 @@ class World:
             self._truth_file.close(self.now_us)
 
     # ---- inside -------------------------------------------------------------------------------------------------
+
+    def _serve_radio(self) -> None:
+        """While the radio has bytes under way, they come and go between two ticks as well, as they do on the boat."""
+        for at_us in range(self.now_us + _RADIO_STEP_US, self.now_us + self.period_us, _RADIO_STEP_US):
+            if not self.surroundings.radio.is_busy:
+                return
+            self.surroundings.pump(at_us)
+            self.loop_app.pump(at_us)
 
     def _record(self, run_dir: Path, about: dict[str, Any]) -> None:
         limits = self.settings.record

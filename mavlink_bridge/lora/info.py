@@ -98,5 +98,5 @@ def decode(payload: bytes) -> Info | dict[int, float] | None:
         home = None if lat == _NO_HOME else (lat, lon)
         return Info(mission, fence, rally, params, home, (version[0], version[1], version[2]))
     if payload[:1] == bytes((_PARAMS,)) and (len(payload) - 1) % _PARAM.size == 0:
-        return {code: value for code, value in _PARAM.iter_unpack(payload[1:])}
+        return dict(_PARAM.iter_unpack(payload[1:]))
     return None

@@ -7,6 +7,7 @@ the airtime ledger.
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Final, Protocol
 
 from mavlink_bridge.lora.airtime import PACKET_BYTES
@@ -17,12 +18,21 @@ from mavlink_bridge.snapshot import Snapshot
 
 _MODULE_US: Final = 10_000
 """Allowed for the module to notice the end of a write."""
-_PAUSE_US: Final = 15_000
+_PAUSE_US: Final = 6_000
 """Silence on the serial line that ends what the other side sent."""
-_SLOT_US: Final = 350_000
-"""How long after the other side's packet the air is taken to be ours."""
 _ALONE_US: Final = 1_600_000
 """After this silence there is nobody to wait for."""
+_STATION_BEAT_US: Final = 1_000_000
+"""Ground stations send a HEARTBEAT once a second, whatever the link."""
+_BEAT_BYTES: Final = 21
+_BEAT_WAY_US: Final = 60_000
+"""Serial lines and modules on the way of the station's HEARTBEAT, airtime apart."""
+_SHORT_BYTES: Final = 24
+_MAX_HELD: Final = 4
+_DIALOGUE_US: Final = 300_000
+_ANSWER_US: Final = 200_000
+"""Allowed for the station's answer to start."""
+_ANSWER_BYTES: Final = 49
 
 
 class AirClock:
@@ -75,11 +85,13 @@ class PlainRadio:
         self.ledger = ledger or Ledger(profile.hour_us)
         self._clock = AirClock(profile)
         self._heard_us: int | None = None
-        self._held = b""
+        self._held: deque[bytes] = deque()
+        self._turn_used = False
 
     def receive(self, data: bytes, now_us: int) -> None:
         if data:
             self._heard_us = now_us
+            self._turn_used = False
         self.endpoint.receive(data, now_us)
 
     def requests(self) -> list[Request]:
@@ -106,20 +118,47 @@ class PlainRadio:
         """Return one packet's bytes when the air is ours, b"" otherwise."""
         if not self._clock.is_free(now_us) or not self._is_our_turn(now_us):
             return b""
-        data = self._held or self.endpoint.take(now_us, min(limit_bytes, self.profile.max_frame_bytes))
-        self._held = b""
+        data = self._next(now_us, limit_bytes)
+        cost_us = self._clock.airtime_us(len(data))
         if not data:
             return b""
-        cost_us = self._clock.airtime_us(len(data))
-        if not self.ledger.allows(cost_us, Priority.COMMAND, now_us):
-            self._held = data
+        if not self._fits(len(data), now_us) or not self.ledger.allows(cost_us, Priority.COMMAND, now_us):
+            self._held.appendleft(data)
             return b""
+        self._turn_used = True
         self._clock.sent(len(data), now_us)
         self.ledger.charge(cost_us, self._clock.off_us)
         return data
 
+    def _next(self, now_us: int, limit_bytes: int) -> bytes:
+        """What to send; while the other side waits for an answer, a short frame before a long one that was put off."""
+        if self._held and (not self._is_spoken_to(now_us) or len(self._held) == _MAX_HELD):
+            return self._held.popleft()
+        room = _SHORT_BYTES if self._is_spoken_to(now_us) else self.profile.max_frame_bytes
+        data = self.endpoint.take(now_us, min(limit_bytes, room))
+        if self._held and len(data) > _SHORT_BYTES:
+            self._held.append(data)
+            return b""
+        return data or (self._held.popleft() if self._held else b"")
+
     def _is_our_turn(self, now_us: int) -> bool:
-        if self._heard_us is None:
+        """One packet for each that was heard, then time for the answer."""
+        if self._heard_us is not None and now_us - self._heard_us < _PAUSE_US:
+            return False
+        return not self._turn_used or now_us >= self._clock.off_us + _ANSWER_US + self._clock.span_us(_ANSWER_BYTES)
+
+    def _is_spoken_to(self, now_us: int) -> bool:
+        """An answer is awaited on the other side: send it alone, and quickly."""
+        return self._heard_us is not None and not self._turn_used and now_us - self._heard_us < _DIALOGUE_US
+
+    def _fits(self, size: int, now_us: int) -> bool:
+        """Whether a packet is over before the station's next HEARTBEAT; one that never can be goes right after a packet was heard."""
+        beat_us, heard_us = self.endpoint.last_heartbeat_us, self._heard_us
+        if beat_us is None or heard_us is None or now_us - heard_us > _ALONE_US:
             return True
-        silent_us = now_us - self._heard_us
-        return _PAUSE_US <= silent_us <= _SLOT_US or silent_us >= _ALONE_US
+        lead_us = self._clock.airtime_us(_BEAT_BYTES) + _BEAT_WAY_US
+        span_us = self._clock.span_us(size)
+        if span_us > _STATION_BEAT_US - lead_us - 2 * _PAUSE_US:
+            return now_us - heard_us < 5 * _PAUSE_US
+        since_us = (now_us - beat_us + lead_us) % _STATION_BEAT_US
+        return since_us + span_us <= _STATION_BEAT_US and since_us >= lead_us

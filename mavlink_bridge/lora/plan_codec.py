@@ -21,13 +21,13 @@ from mavlink_bridge.requests import PlanItem, PlanKind
 MAX_ITEMS: Final = 2000
 _COMMANDS: Final = (16, 19, 178, 17, 18, 20, 177, 93, 112, 5001, 5002, 5003, 5004, 5100, 34)
 """The codebook of commands, commonest first; any other number travels in 16 bits."""
-_FRAMES: Final = (6, 3, 2, 0)
+_FRAMES: Final = (3, 6, 2, 0, 5, 10, 11)
 _NAN: Final = float("nan")
 _EXPECTED: Final[dict[int, tuple[int, tuple[float, float, float, float]]]] = {
-    16: (6, (0.0, 0.0, 0.0, _NAN)),
-    17: (6, (0.0, 0.0, 0.0, _NAN)),
-    18: (6, (1.0, 0.0, 0.0, 0.0)),
-    19: (6, (0.0, 0.0, 0.0, 0.0)),
+    16: (3, (0.0, 0.0, 0.0, _NAN)),
+    17: (3, (0.0, 0.0, 0.0, _NAN)),
+    18: (3, (1.0, 0.0, 0.0, 0.0)),
+    19: (3, (0.0, 0.0, 0.0, 0.0)),
     20: (2, (0.0, 0.0, 0.0, 0.0)),
     178: (2, (1.0, 0.0, -1.0, 0.0)),
     93: (2, (0.0, -1.0, -1.0, -1.0)),
@@ -167,7 +167,7 @@ class _Items:
     def _expected(self, command: int) -> PlanItem:
         if command in self._last:
             return self._last[command]
-        frame, params = _EXPECTED.get(command, (6, (0.0, 0.0, 0.0, 0.0)))
+        frame, params = _EXPECTED.get(command, (3, (0.0, 0.0, 0.0, 0.0)))
         return PlanItem(command, frame, *params, x=0, y=0, z=0.0)
 
     def _remember(self, item: PlanItem) -> None:
@@ -299,8 +299,7 @@ def _write_fields(writer: BitWriter, item: PlanItem, expected: PlanItem) -> None
     plain = item.frame == expected.frame and item.autocontinue == expected.autocontinue
     writer.flag(plain)
     if not plain:
-        writer.put(item.frame, 8)
-        writer.put(item.autocontinue, 8)
+        _write_frame(writer, item)
     for _, field in _REALS:
         same = float_bits(field(item)) == float_bits(field(expected))
         writer.flag(same)
@@ -309,6 +308,23 @@ def _write_fields(writer: BitWriter, item: PlanItem, expected: PlanItem) -> None
 
 
 def _read_fields(reader: BitReader, expected: PlanItem) -> PlanItem:
-    item = expected if reader.flag() else replace(expected, frame=reader.get(8), autocontinue=reader.get(8))
+    item = expected if reader.flag() else _read_frame(reader, expected)
     changed = {name: reader.real() for name, _ in _REALS if not reader.flag()}
     return replace(item, **changed)  # type: ignore[arg-type]
+
+
+def _write_frame(writer: BitWriter, item: PlanItem) -> None:
+    """Frame by codebook (7 = as it is), autocontinue by one bit for 1 (else as it is)."""
+    known = item.frame in _FRAMES
+    writer.put(_FRAMES.index(item.frame) if known else 7, 3)
+    if not known:
+        writer.put(item.frame, 8)
+    writer.flag(item.autocontinue == 1)
+    if item.autocontinue != 1:
+        writer.put(item.autocontinue, 8)
+
+
+def _read_frame(reader: BitReader, expected: PlanItem) -> PlanItem:
+    index = reader.get(3)
+    frame = reader.get(8) if index == 7 else _FRAMES[index]
+    return replace(expected, frame=frame, autocontinue=1 if reader.flag() else reader.get(8))

@@ -24,7 +24,6 @@ from mavlink_bridge.plan_rules import PlanError, plan_id
 from mavlink_bridge.port import VehiclePort
 from mavlink_bridge.requests import (
     LoadPlan,
-    PlanKind,
     Reply,
     Request,
     RequestBody,

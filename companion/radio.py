@@ -1,0 +1,88 @@
+"""The vessel's radio port: which protocol speaks on it, under which profile, with what memory of its airtime and counters."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import config as shipped
+from mavlink_bridge.endpoint import Endpoint
+from mavlink_bridge.endpoint_config import Budget, EndpointConfig
+from mavlink_bridge.lora.json_radio import JsonRadio
+from mavlink_bridge.lora.ledger import Ledger
+from mavlink_bridge.lora.pacing import PlainRadio
+from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.vessel import VesselRadio
+from mavlink_bridge.missions import MissionTiming
+from mavlink_bridge.port import VehiclePort
+
+from .io.store import AnyStore
+from .io.store_content import SaveValue
+from .ports import Conversation
+from .settings import ConfigError, Settings, load
+
+MEMORY_KEY = "radio"
+Converse = Callable[[int, str], Conversation]
+
+
+def load_radio(name: str) -> RadioProfile:
+    """Read a radio profile by its shipped name or by path. Raises ConfigError."""
+    path = Path(name) if name.endswith(".toml") else shipped.path("radio", f"{name}.toml")
+    if not path.is_file():
+        known = ", ".join(sorted(item.stem for item in shipped.path("radio").glob("*.toml")))
+        mistake = f"radio.profile = {name!r}: no such file; shipped: {known}; or give a path to a .toml file"
+        raise ConfigError("radio", [mistake])
+    return load(path, model=RadioProfile)
+
+
+def read_key(path: str) -> bytes:
+    """Read a radio key of 32 bytes. Raises ConfigError for a file that is missing, of another size, or open to others."""
+    if not path:
+        raise ConfigError(
+            "radio", ["radio.key_file is empty: protocol 'compact' needs a key; make one with 'companion keys'"]
+        )
+    file = Path(path)
+    try:
+        key = file.read_bytes()
+    except OSError as error:
+        raise ConfigError("radio", [f"radio.key_file = {path!r}: {error.strerror}"]) from None
+    if len(key) != 32:
+        raise ConfigError("radio", [f"radio.key_file = {path!r}: {len(key)} bytes, a key has 32"])
+    if file.stat().st_mode & 0o077 and hasattr(file.stat(), "st_blocks"):
+        raise ConfigError("radio", [f"radio.key_file = {path!r}: others may read it; chmod 600 {path}"])
+    return key
+
+
+def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore) -> Converse:
+    """Return what makes the conversation of the radio port. It lives as long as the process: a port that closes and opens goes on with it.
+
+    Raises ConfigError.
+    """
+    profile = load_radio(settings.radio.profile)
+    talk = _conversation(settings, profile, vehicle, store)
+    return lambda channel, peer: talk
+
+
+def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore) -> Conversation:
+    """The protocol's object."""
+    protocol, system = settings.radio.protocol, settings.system
+    if protocol == "json":
+        return JsonRadio(profile, system.name, Ledger(profile.hour_us))
+    if protocol == "mavlink":
+        budget = Budget(profile.modulation.bit_rate / 8.0, 300)
+        config = EndpointConfig(name="radio", system_id=system.system_id, profile="lora", budget=budget)
+        timing = MissionTiming(retry_us=1_500_000, window=1)
+        return PlainRadio(Endpoint(config, vehicle, timing=timing), profile)
+    return VesselRadio(
+        profile,
+        read_key(settings.radio.key_file),
+        vehicle,
+        random.Random(f"radio/{system.system_id}"),
+        memory=store.snapshot().values.get(MEMORY_KEY, ""),
+        save=lambda text: _save(store, text),
+    )
+
+
+def _save(store: AnyStore, text: str) -> None:
+    store.submit(SaveValue(MEMORY_KEY, text))
