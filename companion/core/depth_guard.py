@@ -70,11 +70,11 @@ def next_state(
     """
     if altitude_m is None:
         return LOCKED if state is LOCKED else UNKNOWN
-    if altitude_m >= min_m + good_margin_m - _EPS_M:
+    if altitude_m >= min_m + good_margin_m - _EPS_M:  # mutation: same (GtE -> Gt), nobody measures nanometres
         return OK
-    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:
+    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:  # mutation: same (Lt -> LtE), as above
         return LOCKED
-    if state is OK and altitude_m >= min_m - _EPS_M:
+    if state is OK and altitude_m >= min_m - _EPS_M:  # mutation: same (GtE -> Gt), as above
         return OK
     return CORRECTION
 
@@ -85,9 +85,7 @@ class DepthGuard:
     def __init__(self, config: DepthGuardConfig) -> None:
         self.state = UNKNOWN
         self.input = DepthInput(config.input)
-        self._shallow = False
-        self._unlocked = False
-        self._refused = False
+        self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
         self._ahead = DepthAhead(config)
         self.configure(config)
@@ -160,24 +158,25 @@ class DepthGuard:
         entered = self._advance(altitude_m, texts)
         abort = (loops_active and entered) or self._refused
         self._refused = False
-        lost, unknown_s = self._lost(now_us, altitude_m)
+        lost_s = self._lost_for_s(now_us, altitude_m)
         ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.texts(stop_ahead, ahead, state)
-        slow = [self._config.unknown_speed_mps] if lost and self._config.unknown_policy == "slow" else []
-        slow += [] if ahead.slow_to_mps is None else [ahead.slow_to_mps]
+        slow_to_mps = ahead.slow_to_mps
+        if lost_s is not None and self._config.unknown_policy == "slow":
+            slow_to_mps = self._config.unknown_speed_mps
         return GuardOutput(
             state=self.state,
             altitude_m=altitude_m,
             altitude_raw_m=self.input.raw_m,
             limit_m=ahead.limit_m,
             abort=abort,
-            slow_to_mps=min(slow, default=None),
+            slow_to_mps=slow_to_mps,
             stop_ahead=stop_ahead,
             shallow=self._shallow,
             locked=self.state is LOCKED and not self._unlocked,
-            lost=lost,
-            blind=lost and unknown_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            lost=lost_s is not None,
+            blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
             brake=self._config.brake,
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
@@ -202,7 +201,8 @@ class DepthGuard:
         self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
-        below = altitude_m is not None and altitude_m < config.min_altitude_m - _EPS_M
+        limit_m = config.min_altitude_m - _EPS_M
+        below = altitude_m is not None and altitude_m < limit_m  # mutation: same (Lt -> LtE), as above
         locks = new is LOCKED and old is not LOCKED
         corrects = new is CORRECTION and below and not self._shallow
         if locks:
@@ -224,18 +224,18 @@ class DepthGuard:
             return Severity.WARNING, f"{body}: correction manoeuvre allowed"
         return Severity.NOTICE, f"{body}: good"
 
-    def _lost(self, now_us: int, altitude_m: float | None) -> tuple[bool, float]:
-        """Whether the altitude is missing in a way that matters, and for how long, s."""
+    def _lost_for_s(self, now_us: int, altitude_m: float | None) -> float | None:
+        """For how long the altitude has been missing in a way that matters, s; None when it is not."""
         config = self._config
         if altitude_m is not None or (config.unknown_policy == "ignore" and not config.required):
-            return False, 0.0
+            return None
         if self.input.out_of_reach and not config.required:
-            return False, 0.0
+            return None
+        if self.input.gated is not None:
+            return self.input.age_s(now_us)
         assert self._started_us is not None
-        if self.input.gated is None:
-            since_s = (now_us - self._started_us) / 1e6
-            return since_s >= _START_S, since_s
-        return True, self.input.age_s(now_us)
+        since_s = (now_us - self._started_us) / 1e6
+        return since_s if since_s >= _START_S else None
 
     def _stops_when_unknown(self) -> bool:
         return self._config.required or self._config.unknown_policy == "stop"

@@ -22,8 +22,8 @@ StoppingDistance = Callable[[float], float]
 DepthAt = Callable[[float, float], float | None]
 """(north, east) in the run's plane, m, to the depth or altitude there; None = unknown."""
 
-_WINDOWS_S: Final = (1.0, 2.0, 4.0)
-_CLEAR_OF_NOISE: Final = 3.5
+_WINDOWS: Final = ((1.0, 5.0), (2.0, 4.0), (4.0, 3.5))
+"""Length in s, and how many sigma a rate must stand clear of the noise: the short one sees a wall, the long one a slope."""
 _LEAST_READINGS: Final = 4
 _ARC_S: Final = 1.0
 
@@ -32,7 +32,7 @@ class ClosingRate:
     """How fast the altitude falls, m/s, as far as the readings prove it."""
 
     def __init__(self) -> None:
-        self._lines = [_Line(round(seconds * 1e6)) for seconds in _WINDOWS_S]
+        self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in _WINDOWS]
         self._closing_mps = 0.0
 
     @property
@@ -61,8 +61,9 @@ class _Line:
     Whole numbers, so that adding and taking away for days leaves no rounding behind.
     """
 
-    def __init__(self, window_us: int) -> None:
+    def __init__(self, window_us: int, sigmas: float) -> None:
         self._window_us = window_us
+        self._sigmas = sigmas
         self._readings: deque[tuple[int, int]] = deque()
         self._t0_us = 0
         self.clear()
@@ -92,7 +93,7 @@ class _Line:
         if count < _LEAST_READINGS or spread <= 0:
             return 0.0
         slope_mps = (count * self._ta - self._t * self._a) / spread
-        return -slope_mps - _CLEAR_OF_NOISE * sigma_m / math.sqrt(spread / count * 1e-12)
+        return -slope_mps - self._sigmas * sigma_m / math.sqrt(spread / count * 1e-12)
 
 
 def slow_speed_mps(

@@ -125,7 +125,7 @@ def test_a_parameter_change_is_judged_at_once():
     run.feed(5.0)
     run.guard.configure(SEED.model_copy(update={"min_altitude_m": 5.05}))
     out = run.tick()
-    assert (out.state, out.abort) == (CORRECTION, True)
+    assert (out.state, out.abort, out.limit_m) == (CORRECTION, True, 5.05)
     run.guard.configure(SEED)
     assert run.tick().state is OK
 
@@ -194,6 +194,7 @@ def test_asking_for_the_refusal_changes_nothing():
 
 def test_disabled_the_guard_only_measures():
     run = Run(SEED.model_copy(update={"enabled": False, "required": True}))
+    assert run.guard.activation(0) is None
     out = run.feed(2.0)
     assert (out.state, out.altitude_m, out.altitude_raw_m, out.limit_m) == (UNKNOWN, 2.0, 2.0, None)
     assert (out.abort, out.locked, out.shallow, out.blind) == (False, False, False, False)
@@ -267,6 +268,7 @@ def test_policies_for_an_unknown_altitude(policy, required, lost, slow, blind):
 
 def test_never_heard_counts_from_the_start():
     run = Run(SEED.model_copy(update={"unknown_policy": "stop"}))
+    run.now_us = 70_000_000
     assert not run.tick().lost
     assert not run.tick(after_us=2_999_999).lost, "a sounder may take three seconds to speak"
     assert run.tick(after_us=1).lost

@@ -1,0 +1,118 @@
+"""The guard on slopes (vessel-control §5.4): parity reproduces the reactive columns, look-ahead holds its bars."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_grid import DepthGrid, Sounding, build, offset
+from companion.core.depth_guard import DepthGuard
+from mavlink_bridge.imc import Distance, EstimatedState
+from sitl.bottom import Flat, Slope
+from sitl.depth_runs import QUIET, DepthRun, Noise
+from sitl.library import load_vessel
+
+VESSEL = load_vessel("otter")
+START_M = 20.35
+"""Water depth at the start: 20 m under the keel."""
+SLOPES = (50, 20, 10, 5, 2)
+REACTIVE = {
+    # (speed, 1:n): (coasting, full astern) of the reference's table
+    (1.5, 50): (3.93, 3.98),
+    (1.5, 10): (3.55, 3.82),
+    (1.5, 5): (3.12, 3.65),
+    (2.5, 50): (3.86, 3.92),
+    (2.5, 20): (3.65, 3.82),
+    (2.5, 5): (2.76, 3.44),
+    (2.5, 2): (0.76, 2.47),
+}
+
+
+def slope(n: int) -> Slope:
+    return Slope(Flat(START_M), 1.0 / n)
+
+
+@pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
+@pytest.mark.parametrize(("speed_mps", "n"), REACTIVE, ids=[f"{speed}, 1:{n}" for speed, n in REACTIVE])
+def test_parity_reproduces_the_reactive_columns(speed_mps, n, brake):
+    parity = DepthGuardConfig(rate_look_ahead=False, map_look_ahead=False, brake=brake)
+    run = DepthRun(VESSEL, slope(n), speed_mps, parity, delay_s=0.3, noise=QUIET)
+    assert run.lowest_altitude_m() == pytest.approx(REACTIVE[speed_mps, n][brake], abs=0.1)
+
+
+@pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", SLOPES)
+def test_the_closing_rate_keeps_3_85_m(n, speed_mps, brake):
+    """Must hold: lowest true altitude >= 3.85 m, with a noisy sounder, slopes 1:50 to 1:2 from 20 m."""
+    config = DepthGuardConfig(map_look_ahead=False, brake=brake)
+    assert DepthRun(VESSEL, slope(n), speed_mps, config, noise=Noise(), seed=7).lowest_altitude_m() >= 3.85
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("slow", [False, True], ids=["deaf to slow", "slowing"])
+@pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", SLOPES)
+def test_the_closing_rate_keeps_3_85_m_for_many_seeds(n, speed_mps, brake, slow):
+    config = DepthGuardConfig(map_look_ahead=False, brake=brake)
+    for seed in range(20):
+        run = DepthRun(VESSEL, slope(n), speed_mps, config, noise=Noise(), seed=seed, slow=slow)
+        assert run.lowest_altitude_m() >= 3.85
+
+
+def charted(n: int, origin_rad: tuple[float, float], error_m: float = 0.0) -> DepthGrid:
+    """Soundings of the slope every 4 m, in a band 24 m wide around the 4 m contour."""
+    bottom = slope(n)
+    contour_m = round((START_M - 4.35) * n)
+    places = [(north, east) for north in range(contour_m - 60, contour_m + 30, 4) for east in range(-12, 13, 4)]
+    return build(
+        (Sounding(*offset(*origin_rad, north, east), bottom.depth_at(north, east) - error_m) for north, east in places),
+        pitch_m=2.5,
+        spread_m=5.0,
+    )
+
+
+@pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", SLOPES)
+def test_a_map_keeps_the_full_4_m(n, speed_mps, brake):
+    """Must hold: lowest true altitude >= 4.0 m with a map, astern brake off and on."""
+    config = DepthGuardConfig(brake=brake)
+    run = DepthRun(VESSEL, slope(n), speed_mps, config, noise=Noise(), seed=3)
+    run.grid = charted(n, run.origin_rad)
+    assert run.lowest_altitude_m() >= 4.0
+
+
+def transitions(hours: float, altitude_m: float, heave_m: float) -> tuple[int, int]:
+    """Count state changes and look-ahead stops of a vessel under way at 1.5 m/s over level ground."""
+
+    noise, rng = Noise(), random.Random(11)
+    guard = DepthGuard(DepthGuardConfig())
+    states = stops = 0
+    before = None
+    for i in range(round(hours * 36_000)):
+        now_us = i * 100_000
+        state = EstimatedState(now_us, sog_mps=1.5)
+        true_m = altitude_m + 0.15 + heave_m * math.sin(2.0 * math.pi * i / 30.0)
+        guard.measure(Distance(now_us, noise.read(rng, true_m)), state)
+        out = guard.step(now_us, state, True, None, lambda speed: 2.33 * speed)
+        stops += out.stop_ahead
+        states += before is not None and out.state is not before and i > 20
+        before = out.state
+    return states, stops
+
+
+def test_ten_hours_at_4_15_m_without_a_false_alarm():
+    """Must hold: 0.05 m noise, 1 % outliers, 2 % drop-outs, no heave: 0 false transitions, and no false stop."""
+    assert transitions(10.0, 4.15, 0.0) == (0, 0)
+
+
+def test_with_heave_the_count_is_reported(record_property):
+    states, stops = transitions(1.0, 4.15, 0.05)
+    record_property("transitions_per_hour_with_heave", states)
+    record_property("stops_per_hour_with_heave", stops)
+    assert states <= 60
