@@ -11,6 +11,7 @@ import random
 import pytest
 
 from companion.core import arduino_wire as wire
+from companion.core.gate import GateConfig
 from sitl import avr
 from sitl.actuator_bench import ActuatorBench, noise
 from sitl.arduino_twin import ArduinoTwin
@@ -388,3 +389,32 @@ def test_heavy_noise_is_told_and_stops_thrust(board):
     bench.to_board = bench.to_companion = noise(random.Random(3), flip=0.06)
     assert bench.until(lambda: not bench.companion.ready(bench.now_us)[0], 2.0) is not None
     assert {"garbage", "noise", "silent", "mismatch"} & set(bench.companion.faults(bench.now_us))
+
+
+def test_full_ahead_to_full_astern_changes_no_faster_than_the_limit(board):
+    """Row 20, also after the board's own failsafe: thrust comes back at the configured rate."""
+    bench = ActuatorBench(board)
+    bench.gate.configure(GateConfig(thruster_rate=1.0))
+    bench.run(1.0)
+    track = []
+
+    def look():
+        track.append(board.pulses_us[0])
+
+    for thrust in (1.0, -1.0):
+        bench.thrust = thrust
+        bench.run(1.5, look)
+    bench.alive = False
+    bench.run(0.8)
+    assert bench.stopped()
+    bench.alive = True
+    bench.run(2.0, look)
+    assert max(track) > 1950
+    assert min(track) < 1050
+    # Away from neutral 500 us/s; pulses come every 20 ms, commands every 50 ms. Toward neutral a step is free.
+    away = [
+        abs(new - 1500) - abs(old - 1500)
+        for old, new in zip(track, track[10:], strict=False)
+        if (old - 1500) * (new - 1500) > 0
+    ]
+    assert max(away) <= 500 * (0.05 + 0.05) + 2 * TOLERANCE_US
