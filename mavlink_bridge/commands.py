@@ -3,7 +3,8 @@
 De-duplication is by content and time, because stations repeat with and without counting the confirmation field up
 (gcs.md §1.2). A copy within 3 s gets the same answer again. It counts as new when another command has been carried out since
 and the copy either makes the boat stop, or its kind was overruled meanwhile, or comes 1 s or more after the last one: an
-operator who changes his mind is obeyed, a station that lost our answer does not start the boat a second time.
+operator who changes his mind is obeyed, a station that lost our answer does not start the boat a second time. A command
+that was refused had no effect: asked again after 0.3 s it is judged anew.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from mavlink_bridge.requests import Reply, RequestBody, Result
 
 COPY_US: Final = 3_000_000
 RETRY_US: Final = 1_000_000
+REJUDGE_US: Final = 300_000
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
 MAX_REMEMBERED: Final = 64
@@ -81,6 +83,8 @@ class CommandServer:
     def _is_new(self, case: _Case, sequence: int, now_us: int) -> bool:
         if case.result is None:
             return False
+        if case.result != ACCEPTED:
+            return now_us - case.last_copy_us >= REJUDGE_US
         later = [
             other for other in self._cases if other.order > case.order and other.command.sender == case.command.sender
         ]
