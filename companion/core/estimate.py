@@ -59,7 +59,8 @@ class Estimator:
         self._sources = SourceChoice(self._texts)
         self._drift = DriftFilter()
         self.latest_fix: GpsFix | None = None
-        self.latest_attitude: EulerAngles | None = None
+        self._attitude: EulerAngles | None = None
+        self._compass: EulerAngles | None = None
         self.latest_distance: Distance | None = None
         self._phi: tuple[float, int] | None = None
         self._theta: tuple[float, int] | None = None
@@ -91,6 +92,24 @@ class Estimator:
         """True while two receivers are further apart than both allow, for 5 s and more."""
         return self._sources.disagree
 
+    @property
+    def latest_attitude(self) -> EulerAngles | None:
+        """The newest of every axis that is not too old, as measured: sentences measure different ones."""
+        last, compass = self._attitude, self._compass
+        if last is None or (self._phi is None and self._theta is None and last is compass):
+            return last
+        if compass is None or last.t_us - compass.t_us > self.config.attitude_timeout_s * 1e6:
+            compass = EulerAngles(last.t_us)
+        return EulerAngles(
+            t_us=last.t_us,
+            phi_rad=self._fresh(self._phi, last.t_us),
+            theta_rad=self._fresh(self._theta, last.t_us),
+            psi_rad=compass.psi_rad,
+            psi_magnetic_rad=compass.psi_magnetic_rad,
+            psi_accuracy_rad=compass.psi_accuracy_rad,
+            variation_rad=compass.variation_rad,
+        )
+
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Operator texts since the last call."""
         texts = self._texts[:]
@@ -120,18 +139,19 @@ class Estimator:
 
     def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
-        heading_valid = self._heading.valid(now_us)
-        position_valid = self._position.valid(now_us)
+        track = self._heading
+        heading_valid = track.valid(now_us)
         heading = self._attitude_at(now_us)
-        motion = self._position.predict(now_us, heading) if position_valid else None
-        self._step_drift(now_us, motion, heading.psi_rad if heading_valid else None)
+        motion = self._position.predict(now_us, heading) if self._position.valid(now_us) else None
         self._motion = motion
-        sog_mps = None if motion is None else math.hypot(motion.vn_mps, motion.ve_mps)
-        cog_rad = None
-        if motion is not None and sog_mps is not None and sog_mps > _COURSE_MIN_MPS:
-            cog_rad = wrap_pi(math.atan2(motion.ve_mps, motion.vn_mps))
+        sog_mps = cog_rad = None
+        if motion is not None:
+            sog_mps = math.hypot(motion.vn_mps, motion.ve_mps)
+            if sog_mps > _COURSE_MIN_MPS:
+                cog_rad = wrap_pi(math.atan2(motion.ve_mps, motion.vn_mps))
         from_course = not heading_valid and self._course_stands_in(now_us, sog_mps)
-        psi_rad = self._heading.at(now_us) if heading_valid or from_course else None
+        psi_rad = heading.psi_rad if heading_valid or from_course else None
+        self._step_drift(now_us, motion, psi_rad if heading_valid else None)
         u_mps, v_mps = _body(motion, psi_rad)
         lat_rad, lon_rad = self._geodetic(motion)
         fix, origin = self.latest_fix, self.origin
@@ -139,7 +159,7 @@ class Estimator:
             t_us=now_us,
             lat_rad=lat_rad,
             lon_rad=lon_rad,
-            height_msl_m=fix.height_msl_m if fix is not None and position_valid else None,
+            height_msl_m=None if fix is None or motion is None else fix.height_msl_m,
             origin_lat_rad=None if origin is None else origin.lat_rad,
             origin_lon_rad=None if origin is None else origin.lon_rad,
             x_m=None if motion is None else motion.north_m,
@@ -151,14 +171,14 @@ class Estimator:
             phi_rad=self._fresh(self._phi, now_us),
             theta_rad=self._fresh(self._theta, now_us),
             psi_rad=psi_rad,
-            r_radps=self._heading.r_radps if heading_valid or from_course else None,
+            r_radps=None if psi_rad is None else track.r_radps,
             sog_mps=sog_mps,
             cog_rad=cog_rad,
             drift_n_mps=self._drift.north_mps,
             drift_e_mps=self._drift.east_mps,
             alt_m=alt_m,
             position_age_s=self._position.age_s(now_us),
-            heading_age_s=self._heading.age_s(now_us),
+            heading_age_s=track.age_s(now_us),
             depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
             fix_type=FixType.NONE if fix is None else fix.fix_type,
             heading_from_course=from_course,
@@ -194,37 +214,16 @@ class Estimator:
         return sog_mps is not None and sog_mps > self.config.course_speed_mps and self._heading.bridged(now_us)
 
     def _update_attitude(self, angles: EulerAngles, source: int) -> None:
+        self._attitude = angles
+        if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
+            self._compass = angles
         if angles.phi_rad is not None:
             self._phi = (wrap_pi(angles.phi_rad + math.radians(self.config.roll_offset_deg)), angles.t_us)
         if angles.theta_rad is not None:
             self._theta = (wrap_pi(angles.theta_rad + math.radians(self.config.pitch_offset_deg)), angles.t_us)
         psi_rad = self._heading.true_heading(angles)
-        if psi_rad is None or not self._sources.leads("heading", source, angles.t_us):
-            self._remember(angles)
-            return
-        self._heading.update_heading(angles.t_us, psi_rad, self._course())
-        self._remember(angles)
-
-    def _remember(self, angles: EulerAngles) -> None:
-        """Keep the newest of every axis in ``latest_attitude``: sentences measure different ones."""
-        old = self.latest_attitude
-        if old is None or angles.t_us - old.t_us > self.config.attitude_timeout_s * 1e6:
-            self.latest_attitude = angles
-            return
-        self.latest_attitude = EulerAngles(
-            angles.t_us,
-            *(
-                new if new is not None else before
-                for new, before in (
-                    (angles.phi_rad, old.phi_rad),
-                    (angles.theta_rad, old.theta_rad),
-                    (angles.psi_rad, old.psi_rad),
-                    (angles.psi_magnetic_rad, old.psi_magnetic_rad),
-                    (angles.psi_accuracy_rad, old.psi_accuracy_rad),
-                    (angles.variation_rad, old.variation_rad),
-                )
-            ),
-        )
+        if psi_rad is not None and self._sources.leads("heading", source, angles.t_us):
+            self._heading.update_heading(angles.t_us, psi_rad, self._course)
 
     def _course(self) -> float | None:
         motion = self._motion

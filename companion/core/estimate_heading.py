@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 from companion.core.estimate_config import EstimatorConfig
@@ -84,8 +85,8 @@ class HeadingTrack:
             variation = math.radians(self.config.variation_deg)
         return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + offset)
 
-    def update_heading(self, t_us: int, psi_rad: float, course_rad: float | None) -> None:
-        """Take a true heading. ``course_rad`` is given while moving ahead fast enough to contradict the compass."""
+    def update_heading(self, t_us: int, psi_rad: float, course: Callable[[], float | None]) -> None:
+        """Take a true heading. ``course`` tells the course while it is fast enough to contradict the compass."""
         if self.t_us is None or self.accepted_us is None:
             self._start(t_us, psi_rad)
             return
@@ -93,7 +94,7 @@ class HeadingTrack:
         innovation = wrap_pi(psi_rad - self.psi_rad)
         since_received_us = t_us - self._received_us
         self._received_us = t_us
-        if not self._believable(t_us, since_received_us, psi_rad, innovation, course_rad):
+        if not self._believable(t_us, since_received_us, psi_rad, innovation, course):
             return
         sigma = math.radians(self.config.heading_sigma_deg)
         value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
@@ -150,7 +151,7 @@ class HeadingTrack:
         self.t_us = t_us
 
     def _believable(
-        self, t_us: int, since_us: int, psi_rad: float, innovation: float, course_rad: float | None
+        self, t_us: int, since_us: int, psi_rad: float, innovation: float, course: Callable[[], float | None]
     ) -> bool:
         config = self.config
         if self._refused_since_us is None and since_us > config.heading_timeout_s * 1e6:
@@ -162,10 +163,12 @@ class HeadingTrack:
             if self._refused_since_us is not None:
                 self._end_refusal("heading is plausible again")
             return True
-        self._refuse(t_us, psi_rad, innovation, gate, course_rad)
+        self._refuse(t_us, psi_rad, innovation, gate, course)
         return False
 
-    def _refuse(self, t_us: int, psi_rad: float, innovation: float, gate: float, course_rad: float | None) -> None:
+    def _refuse(
+        self, t_us: int, psi_rad: float, innovation: float, gate: float, course: Callable[[], float | None]
+    ) -> None:
         config = self.config
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us
@@ -176,8 +179,10 @@ class HeadingTrack:
         if not self._lost_said and not self.valid(t_us):
             self._lost_said = True
             self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
-        contradicted = course_rad is not None and abs(wrap_pi(psi_rad - course_rad)) > 0.5 * math.pi
-        if t_us - self._refused_run_us >= config.reaccept_s * 1e6 and not contradicted:
+        if t_us - self._refused_run_us < config.reaccept_s * 1e6:
+            return
+        course_rad = course()
+        if course_rad is None or abs(wrap_pi(psi_rad - course_rad)) <= 0.5 * math.pi:
             self._start(t_us, psi_rad)
             self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
 
