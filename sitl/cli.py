@@ -13,8 +13,9 @@ import config as shipped
 from companion.build import in_run_dir
 from companion.commands.check import link_mistakes
 from companion.commands.run import describe, new_run_dir
+from companion.commands.status import StatusView, Watched
 from companion.io.clock import Clock, ManualClock, SystemClock
-from companion.io.loop import StopFlag, run
+from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.settings import ConfigError, load, load_vessel
 
@@ -76,7 +77,10 @@ def command(arguments: argparse.Namespace) -> int:
     if not arguments.json:
         _greet(world, run_dir, speed)
     began = time.monotonic()
-    status = run(starter or world, clock, stop, period_us=world.period_us, until_us=until_us)
+    driven: LoopApp = starter or world
+    if speed is not None and not arguments.json and sys.stdout.isatty():
+        driven = Watched(driven, StatusView(speed=speed))
+    status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
     wall_s = time.monotonic() - began
     if arguments.json:
         print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))

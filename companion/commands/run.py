@@ -11,7 +11,7 @@ from typing import Any
 from companion.build import build_app, in_run_dir
 from companion.facade import software_version
 from companion.io.clock import SystemClock
-from companion.io.loop import LoopStats, StopFlag, run
+from companion.io.loop import LoopApp, LoopStats, StopFlag, run
 from companion.io.recorder import Recorder
 from companion.io.recording import Recording
 from companion.io.store import AnyStore, MemoryStore, Store
@@ -55,7 +55,11 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("running %s; recorded in %s", settings.system.name, run_dir if recording else "nothing")
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
-    driven = app if recording is None else recording.app(app)
+    driven: LoopApp = app if recording is None else recording.app(app)
+    if arguments.status:
+        from companion.commands.status import StatusView, Watched
+
+        driven = Watched(driven, StatusView())
     try:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:

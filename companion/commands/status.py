@@ -5,8 +5,11 @@ from __future__ import annotations
 import importlib.util
 import math
 import sys
+from collections.abc import Sequence
 from typing import Any, Final, TextIO
 
+from companion.io.link import Link
+from companion.io.loop import LoopApp
 from mavlink_bridge.imc import Action, GuardState, LogText, PlanState, Severity
 from mavlink_bridge.snapshot import LinkHealth, Snapshot
 
@@ -73,6 +76,34 @@ class StatusView:
             self._live = Live(table, console=Console(file=self._out), auto_refresh=False, transient=False)
             self._live.start()
         self._live.update(table, refresh=True)
+
+
+class Watched:
+    """An app (or a world) whose every tick is shown."""
+
+    def __init__(self, app: LoopApp, view: StatusView) -> None:
+        self._app = app
+        self._view = view
+
+    @property
+    def links(self) -> Sequence[Link]:
+        return self._app.links
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._app, name)
+
+    def pump(self, now_us: int) -> None:
+        self._app.pump(now_us)
+
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        snapshot = self._app.tick(now_us, late_s=late_s, load=load)
+        if isinstance(snapshot, Snapshot):
+            self._view.update(snapshot)
+        return snapshot
+
+    def shutdown(self, now_us: int) -> None:
+        self._app.shutdown(now_us)
+        self._view.close()
 
 
 def line(s: Snapshot) -> str:

@@ -101,8 +101,9 @@ def run(
 ) -> int:
     """Drive ``app`` until ``stop`` is raised or ``until_us`` is reached; return the exit status.
 
-    An app that has an ``actuator_fresh`` attribute feeds systemd's watchdog only while that is true: a loop that turns
-    without steering is as good as dead. An exception in the app is logged, neutral is written, and the status is 1.
+    An app whose ``stop_wanted`` turns true is shut down. One that has an ``actuator_fresh`` attribute feeds systemd's
+    watchdog only while that is true: a loop that turns without steering is as good as dead. An exception in the app is
+    logged, neutral is written, and the status is 1.
     """
     stats = stats or LoopStats()
     notifier = notifier or Notifier()
@@ -138,6 +139,9 @@ def _turn(
     fed_us = due_us
     notifier.send("READY=1")
     while not stop.raised and (until_us is None or due_us < until_us):
+        if getattr(app, "stop_wanted", False):
+            stop.stop("a ground station asked for it")
+            return
         _wait(app, clock, stop, stats, due_us)
         now_us = clock.now_us()
         late_us = max(0, now_us - due_us)

@@ -119,6 +119,10 @@ class RecordedApp:
     def actuator_fresh(self) -> bool:
         return bool(getattr(self._app, "actuator_fresh", True))
 
+    @property
+    def stop_wanted(self) -> bool:
+        return bool(getattr(self._app, "stop_wanted", False))
+
     def pump(self, now_us: int) -> None:
         self._recording.begin("pump", now_us)
         self._app.pump(now_us)

@@ -106,3 +106,18 @@ def test_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
     assert heard[0] == b"READY=1"
     assert heard[-1] == b"STOPPING=1"
     assert heard.count(b"WATCHDOG=1") == 3
+
+
+def test_an_app_that_wants_to_stop_is_shut_down():
+    clock = ManualClock()
+    app = App(clock)
+    original = app.tick
+
+    def tick(now_us, **of_the_loop):
+        app.stop_wanted = now_us >= 100_000
+        return original(now_us)
+
+    app.tick = tick
+    assert run(app, clock, StopFlag(), until_us=1_000_000) == 0
+    assert app.ticks[-1] == 100_000
+    assert len(app.stopped) == 1

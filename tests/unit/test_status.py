@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from companion.commands.status import StatusView, line, rows
+from companion.commands.status import StatusView, Watched, line, rows
 from mavlink_bridge.imc import (
     Action,
     ActuatorOutput,
@@ -105,3 +105,27 @@ def test_a_reader_that_went_away_is_no_fault():
     view = StatusView(Gone())
     for tick in range(300):
         view.update(snapshot(tick * 50_000))
+
+
+def test_a_watched_app_shows_its_ticks_and_hides_nothing():
+    class App:
+        links = ()
+        stop_wanted = True
+        done = False
+
+        def pump(self, now_us):
+            self.done = True
+
+        def tick(self, now_us, *, late_s=0.0, load=0.0):
+            return snapshot(now_us)
+
+        def shutdown(self, now_us):
+            self.pump(now_us)
+
+    out, app = io.StringIO(), App()
+    watched = Watched(app, StatusView(out))
+    assert isinstance(watched.tick(0), Snapshot)
+    watched.shutdown(0)
+    assert app.done
+    assert watched.stop_wanted
+    assert "item 3/5" in out.getvalue()
