@@ -152,14 +152,17 @@ class ActuatorConfig(Config):
 class PulseMap:
     """The conversions of one configuration, worked out beforehand: they run every tick and every physics step."""
 
-    __slots__ = ("_channels", "_limit_rad", "_together", "config", "neutral_us")
+    __slots__ = ("_asked", "_channels", "_demand", "_limit_rad", "_seen", "_together", "_us", "config", "neutral_us")
 
     def __init__(self, config: ActuatorConfig) -> None:
         self.config = config
         self._limit_rad = math.radians(config.rudder_max_deg)
         self._together = config.rudders == "together"
         self._channels = tuple(_Channel(channel, config) for channel in config.channels)
-        self.neutral_us = self._pulses(0.0, 0.0, 0.0, 0.0)
+        self._asked: tuple[float, ...] = ()
+        self._seen: tuple[float | None, ...] = ()
+        self._demand = (0.0, 0.0, 0.0, 0.0)
+        self.neutral_us = self._us = self._pulses(0.0, 0.0, 0.0, 0.0)
         """Thrusters stopped and rudders amidships."""
 
     def pulses(self, output: ActuatorOutput) -> Microseconds:
@@ -168,12 +171,15 @@ class PulseMap:
         What is not a finite number counts as stop or amidships.
         """
         port, starboard = output.rudder_port_rad, output.rudder_starboard_rad
-        return self._pulses(
+        asked = (
             output.thruster_port,
             output.thruster_starboard,
             port / self._limit_rad,
             (port if self._together else starboard) / self._limit_rad,
         )
+        if asked != self._asked:
+            self._asked, self._us = asked, self._pulses(*asked)
+        return self._us
 
     def _pulses(self, *shares: float) -> Microseconds:
         pulses = [0, 0, 0, 0]
@@ -187,13 +193,18 @@ class PulseMap:
         The inverse of ``pulses``: a speed controller and a servo set up for this configuration. No pulse, or one that
         no servo takes (outside 800...2200 µs), stops a thruster and leaves a rudder amidships.
         """
+        seen = tuple(pulses_us)
+        if seen == self._seen:
+            return self._demand
+        self._seen = seen
         first, second, third, fourth = self._channels
-        return (
+        self._demand = (
             first.share(pulses_us[first.pin]),
             second.share(pulses_us[second.pin]),
             third.share(pulses_us[third.pin]) * self._limit_rad,
             fourth.share(pulses_us[fourth.pin]) * self._limit_rad,
         )
+        return self._demand
 
 
 class _Channel:
