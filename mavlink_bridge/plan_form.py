@@ -15,6 +15,8 @@ from mavlink_bridge.plan_rules import GLOBAL_FRAMES
 from mavlink_bridge.requests import PlanItem, PlanKind
 
 MAX_BYTES: Final = 8_000_000
+MAX_FLOAT: Final = 3.4028234e38
+"""What a field of a mission item can carry."""
 
 
 class PlanFileError(ValueError):
@@ -43,8 +45,13 @@ class PlanFile:
 
 
 def make_item(command: int, frame: int, params: Sequence[float], autocontinue: int = 1) -> PlanItem:
-    """An item from seven numbers, the fifth and sixth in degrees when the frame is a global one; NaN = not given."""
+    """An item from seven numbers, the fifth and sixth in degrees when the frame is a global one; NaN = not given.
+
+    Raises PlanFileError for a number that no item can carry.
+    """
     param1, param2, param3, param4, x, y, z = params
+    if any(math.isfinite(value) and abs(value) > MAX_FLOAT for value in params):
+        raise PlanFileError(f"an item of command {command} has a number that is too large")
     if frame in GLOBAL_FRAMES:
         return PlanItem(
             command, frame, param1, param2, param3, param4, deg_to_degE7(x), deg_to_degE7(y), z, autocontinue

@@ -27,7 +27,7 @@ def read_wpl(text: str) -> PlanFile:
             continue
         try:
             items.append(_wpl_item(line, len(items)))
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             problems.append(f"line {number}: {error}")
     if problems:
         raise PlanFileError(*problems)

@@ -1,4 +1,5 @@
-"""``make fuzz``: hostile frames against the whole simulated vessel, with the promises checked after every tick.
+"""``make fuzz``: hostile frames against the whole simulated vessel, with the promises checked after every tick; then every other
+decoder by itself (``tools.fuzz_decoders``).
 
 Promises: no exception in a tick; thrusters within -1...1, rudders within 1.6 rad, pulses within 1000...2000 us; no thrust
 while disarmed; what the vessel sends is whole frames; memory grows by less than 5 MB. Frames that broke a promise are kept
@@ -23,6 +24,7 @@ from mavlink_bridge.extensions import messages as all_messages
 from mavlink_bridge.framing import Deframer
 from sitl.settings import SimSettings
 from sitl.world import World
+from tools.fuzz_decoders import fuzz_decoders
 from tools.fuzz_frames import FrameMaker
 
 CORPUS: Final = Path(__file__).resolve().parents[1] / "tests" / "data" / "fuzz"
@@ -185,9 +187,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--corpus", type=Path, default=CORPUS)
     options = parser.parse_args(arguments)
     outcome = fuzz(options.frames, options.seed, options.corpus, progress=True)
+    rounds = options.frames // 50
+    outcome.broken += fuzz_decoders(rounds, options.seed)
     print(
         f"\n{outcome.frames} frames in {outcome.ticks} ticks ({outcome.armed_ticks} armed), {outcome.seconds:.0f} s, "
-        f"{outcome.sent_bytes} bytes answered, memory +{outcome.growth_kb} kB"
+        f"{outcome.sent_bytes} bytes answered, memory +{outcome.growth_kb} kB; {rounds} inputs for each other decoder"
     )
     for what in outcome.broken:
         print("BROKEN:", what)

@@ -94,10 +94,13 @@ def test_survey_and_corridor_items_are_expanded_in_place():
         ("QGC WPL 110\n5\t1\t0\t16\t0\t0\t0\t0\t0\t0\t0\t1\n", "item number 5"),
         ("QGC WPL 110\n0\t1\t0\tx\t0\t0\t0\t0\t0\t0\t0\t1\n", "line 2"),
         ("QGC WPL 110\n0\t1\tnan\t16\t0\t0\t0\t0\t0\t0\t0\t1\n", "line 2"),
+        ("QGC WPL 110\n0\t1\t0\t16\t1e39\t0\t0\t0\t0\t0\t0\t1\n", "too large"),
+        ("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t0\t0\t0\tinf\n", "line 2"),
+        (plan_json(simple(16, 1e300, 0, 0, 0, 41, -8, 0)), "too large"),
         (b"\xff\xfe\x00\x01", "UTF-8"),
         (b" " * 8_000_001, "8000001"),
     ],
-    ids=range(20),
+    ids=range(23),
 )
 def test_what_is_no_usable_plan_is_refused_with_the_reason(text, words):
     with pytest.raises(PlanFileError, match=words):
