@@ -13,6 +13,8 @@ from companion.report.flight import Flight, Series, Span, Track, thin
 from companion.report.verdicts import offset_m, split_cross_track
 
 WIDTH_IN: Final = 9.6
+FLAT_M: Final = 0.3
+"""A bottom with less relief than this is not worth colours."""
 
 
 def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:
@@ -139,7 +141,7 @@ def _draw_depth(made: Any, ax: Any, flight: Flight, place: Callable[[float, floa
         if not math.isnan(depth.v[at]):
             where.append(place(track.lat[index], track.lon[index]))
             colours.append(depth.v[at])
-    if where:
+    if where and max(colours) - min(colours) > FLAT_M:
         dots = ax.scatter(
             [x for x, _ in where], [y for _, y in where], c=colours, cmap="viridis_r", s=26, alpha=0.55, linewidths=0
         )
