@@ -40,7 +40,7 @@ class FrameMaker:
         self._codecs = [Codec(*sender) for sender in senders]
         state = SigningState(b"\x42" * 32, 10**12)
         self._codecs.append(Codec(255, 190, signer=Signer(state, 7)))
-        self._whole: tuple[Callable[[], bytes], ...] = (self.message,) * 12 + (self.transfer,) * 2
+        self._whole: tuple[Callable[[], bytes], ...] = (self.message,) * 12 + (self.transfer,) * 2 + (self.order,)
         self._damaged = (self.flipped, self.cut, self.stretched, self.old, self.unknown, self.noise, self.renamed)
 
     def next(self) -> bytes:
@@ -78,6 +78,20 @@ class FrameMaker:
             *(*position, 0.0, kind),
         )
         return codec.encode(item)
+
+    def order(self) -> bytes:
+        """What an operator would send, so that the hostile frames meet an armed vessel under way too."""
+        rng = self.rng
+        codec = self._codecs[0]
+        kind = rng.randrange(4)
+        if kind == 0:
+            return codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        if kind == 1:
+            return codec.encode(dialect.MAVLink_manual_control_message(1, rng.randrange(-1000, 1001), 0, 500, 0, 0))
+        command, first, second = rng.choice(
+            ((400, 1.0, 21196.0), (400, 1.0, 0.0), (176, 1.0, 0.0), (176, 1.0, 10.0), (176, 1.0, 15.0), (300, 0.0, 0.0))
+        )
+        return codec.encode(dialect.MAVLink_command_long_message(1, 1, command, 0, first, second, 0, 0, 0, 0, 0))
 
     def flipped(self) -> bytes:
         """A frame with some bits turned, its checksum mended half of the time."""
