@@ -13,6 +13,7 @@ from companion.core.estimate_heading import HeadingTrack
 from companion.core.estimate_position import Heading, Motion, PositionTrack
 from companion.core.estimate_sources import SourceChoice
 from companion.core.geo import LocalFrame
+from companion.core.magnetic import MagneticModel
 from companion.core.units import wrap_pi
 from mavlink_bridge.imc import (
     AngularVelocity,
@@ -55,9 +56,11 @@ class Estimator:
     def __init__(self, config: EstimatorConfig) -> None:
         self._texts: list[tuple[Severity, str]] = []
         self._heading = HeadingTrack(config, self._texts)
+        self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
         self._sources = SourceChoice(self._texts)
         self._drift = DriftFilter()
+        self._magnetic: MagneticModel | None = None
         self.latest_fix: GpsFix | None = None
         self._attitude: EulerAngles | None = None
         self._compass: EulerAngles | None = None
@@ -224,6 +227,16 @@ class Estimator:
         psi_rad = self._heading.true_heading(angles)
         if psi_rad is not None and self._sources.leads("heading", source, angles.t_us):
             self._heading.update_heading(angles.t_us, psi_rad, self._course)
+
+    def _model_variation(self) -> float | None:
+        fix = self.latest_fix
+        if not self.config.world_magnetic_model or fix is None or fix.utc_us is None:
+            return None
+        if fix.lat_rad is None or fix.lon_rad is None:
+            return None
+        if self._magnetic is None:
+            self._magnetic = MagneticModel()
+        return self._magnetic.variation_rad(fix.lat_rad, fix.lon_rad, fix.utc_us)
 
     def _course(self) -> float | None:
         motion = self._motion

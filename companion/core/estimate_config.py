@@ -69,8 +69,10 @@ class EstimatorConfig(Config):
     )
     antenna_up_m: float = param(0.0, "EST_ANT_UP", "Antenna above the reference point", unit="m", ge=-10, le=50)
     variation_deg: float | None = Field(None, ge=-180.0, le=180.0)
-    """Magnetic variation, east positive, for HDG and HDM when neither they nor the receiver give one. None: then a
-    magnetic heading is not used."""
+    """Magnetic variation, east positive, for HDG and HDM when neither they nor the receiver give one. None: then the
+    World Magnetic Model, and without that a magnetic heading is not used."""
+    world_magnetic_model: bool = True
+    """Take the variation from the World Magnetic Model when nothing else gives one."""
     drift_tau_s: float = Field(12.0, ge=0.5, le=600.0)
     """Time constant of the drift vector."""
     velocity_sigma_mps: float = Field(0.08, gt=0.0, le=5.0)

@@ -29,6 +29,8 @@ class HeadingTrack:
         """Time of the filter's state; None before the first heading."""
         self.accepted_us: int | None = None
         """Time of the last heading that was believed."""
+        self.model_variation: Callable[[], float | None] = lambda: None
+        """Where the variation comes from when no sentence and no setting gives one."""
         self.course_us: int | None = None
         """Time of the last course that stood in; None while the compass is believed."""
         self._texts = texts
@@ -83,6 +85,8 @@ class HeadingTrack:
         variation = angles.variation_rad
         if variation is None and self.config.variation_deg is not None:
             variation = math.radians(self.config.variation_deg)
+        if variation is None:
+            variation = self.model_variation()
         return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + offset)
 
     def update_heading(self, t_us: int, psi_rad: float, course: Callable[[], float | None]) -> None:

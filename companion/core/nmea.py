@@ -16,7 +16,7 @@ from companion.core.nmea_fields import (
     RatePart,
     day_number,
 )
-from companion.core.nmea_line import LineReader
+from companion.core.nmea_line import LineReader, frame
 from companion.core.nmea_sentences import KINDS, Decoder, decoder_of, kind_of
 from companion.core.nmea_watch import NmeaWatch, Rhythm
 from companion.core.units import wrap_pi
@@ -29,6 +29,7 @@ SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 _DEPTH_RANK: Final = {"DBT": 0, "DPT": 1, "DBK": 2, "DBS": 3}
 _DEPTH_HOLD_US: Final = 3_000_000
 _CHECK_US: Final = 200_000
+_RELAY_LINES: Final = 200
 _ROUTES_MAX: Final = 64
 _VARIATION_HOLD_US: Final = 60_000_000
 
@@ -57,6 +58,8 @@ class NmeaConfig(Config):
     """Transducer below the waterline; turns DBS (below surface) and DBK (below keel) into distances."""
     keel_depth_m: float = Field(0.35, ge=0.0, le=100.0)
     """Keel below the waterline, for DBK."""
+    relay: bool = False
+    """Keep the good sentences for ``take_relay``: a plotter listens to what the vessel hears."""
     earliest_year: int = Field(2025, ge=1980, le=2200)
     """Dates before this year are a receiver's roll-over (1024 weeks) or start value: the time is not used."""
 
@@ -72,6 +75,7 @@ class NmeaReader:
         self._routes: dict[str, tuple[Decoder, Rhythm]] = {}
         self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
         self._bytes = 0
+        self._relay: list[bytes] = []
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
         self._depth_kind: tuple[str, int] | None = None
@@ -100,9 +104,17 @@ class NmeaReader:
         """Take bytes as they came; return what they completed, oldest first."""
         self._bytes += len(data)
         found: list[Measurement] = []
-        for body in self._line.receive(data):
+        bodies = self._line.receive(data)
+        for body in bodies:
             self._sentence(body, now_us, found)
+        if self.config.relay:
+            self._relay = [*self._relay, *(frame(body) for body in bodies if not body.startswith("AI"))][-_RELAY_LINES:]
         return found
+
+    def take_relay(self) -> bytes:
+        """The good sentences since the last call, framed anew, the newest 200; empty unless ``relay`` is set."""
+        kept, self._relay = self._relay, []
+        return b"".join(kept)
 
     def poll(self, now_us: int) -> list[Measurement]:
         """Close an overdue epoch and look after the line's health. Call at least once per tick."""

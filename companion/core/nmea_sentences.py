@@ -11,8 +11,7 @@ from typing import Any, Final
 
 import pynmea2
 
-from companion.core import nmea_attitude as attitude
-from companion.core import nmea_position as position
+from companion.core import nmea_attitude as attitude, nmea_position as position
 from companion.core.nmea_fields import MalformedError, Part
 
 Decoder = Callable[[str], Part | None]

@@ -347,5 +347,18 @@ def test_ages_and_counters_show_each_sentence() -> None:
     assert talker.reader.counters["GPGGA"] == 1
 
 
+def test_the_relay_for_a_plotter_holds_the_good_sentences_within_bounds() -> None:
+    sent = epoch(START_US)
+    for relay, expected in ((True, b"".join(sent)), (False, b"")):
+        reader = NmeaReader(NmeaConfig(relay=relay))
+        reader.receive(b"garbage" + b"".join(sent) + b"$GPGGA,broken*00\r\n", 0)
+        assert reader.take_relay() == expected
+        assert reader.take_relay() == b""
+    flooded = NmeaReader(NmeaConfig(relay=True))
+    for _ in range(1000):
+        flooded.receive(b"".join(sent), 0)
+    assert len(flooded.take_relay()) < 20_000
+
+
 def utc(text: str) -> int:
     return round(datetime.fromisoformat(text).replace(tzinfo=UTC).timestamp()) * 1_000_000
