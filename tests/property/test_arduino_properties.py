@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from companion.core import arduino_wire as wire
 from companion.core.actuator_map import ActuatorConfig, ChannelConfig, pulses_to_demand, to_pulses
