@@ -56,12 +56,12 @@ class Orders:
         method = _METHODS.get(type(request.body))
         if method is None:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
-        if type(request.body) in _MOVING:
+        if _moves(request.body):
             refusal = motion_refusal(self._vehicle, now_us)
             if refusal:
                 return Reply(Result.REJECTED_NOW, refusal)
         reply = method(self, request.body, request.sender, now_us)
-        if reply.result is Result.ACCEPTED and type(request.body) in _MOVING:
+        if reply.result is Result.ACCEPTED and _is_an_order(request.body):
             self._vehicle.operator_acted(now_us)
         return reply
 
@@ -186,4 +186,18 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
 }
 
 _MOVING: Final = frozenset({StartPlan, Reposition, Orbit, GuidedHeading, GuidedTarget})
-"""Orders that set the vessel moving; mode changes are judged by the mode (``Vehicle.motion_refusal``)."""
+"""Orders that set the vessel moving by themselves; mode changes and going on depend on what they ask for."""
+
+
+def _moves(body: object) -> bool:
+    """Whether a request sets the vessel moving under its own steering."""
+    if isinstance(body, SetMode):
+        return body.mode not in (Mode.MANUAL, Mode.HOLD)
+    return not body.pause if isinstance(body, PausePlan) else type(body) in _MOVING
+
+
+def _is_an_order(body: object) -> bool:
+    """Whether a person has decided something. A stream of set-points goes on by itself, and must not lift a failsafe."""
+    if isinstance(body, GuidedHeading):
+        return not body.stream
+    return isinstance(body, SetMode | PausePlan | StartPlan | Reposition | Orbit)

@@ -307,13 +307,16 @@ class Vehicle:
         action = self.result.action
         if action >= Action.DISARM and self.armed:
             self.disarm(", ".join(self.result.causes))
-        if action <= before or self.navigator.mode is Mode.MANUAL:
+        mode = self.navigator.mode
+        if mode is Mode.MANUAL:
             return
-        if action is Action.RETURN and self.navigator.mode is not Mode.RTL:
-            if self.navigator.enter(Mode.RTL, self.state):
-                self.navigator.enter(Mode.HOLD, self.state)
-        elif action in (Action.HOLD, Action.STOP) and self.navigator.mode is not Mode.HOLD:
+        if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
             self.navigator.enter(Mode.HOLD, self.state)
+        elif action is Action.RETURN and before is not Action.RETURN and mode is not Mode.RTL:
+            # Once only: a vessel that has come home holds there.
+            refusal = self.navigator.enter(Mode.RTL, self.state)
+            if refusal:
+                self.navigator.enter(Mode.HOLD, self.state)
 
     def _decide(self, now_us: int, demand: ActuatorDemand | None, manual: bool) -> ActuatorOutput:
         evidence = Evidence(

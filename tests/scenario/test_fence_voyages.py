@@ -82,3 +82,17 @@ def test_clearing_the_fence_frees_the_vessel(voyage):
     assert trip.mode(Mode.AUTO).reason == ""
     trip.until(lambda: trip.distance_m > 70.0, 60.0)
     assert not any(isinstance(item, PlanItem) for item in trip.world.app.facade.plans.items(PlanKind.FENCE))
+
+
+def test_an_order_to_go_on_does_not_cross_either(voyage):
+    trip = voyage(*WEATHER)
+    assert trip.circle_fence(60.0).reason == ""
+    trip.sail(1.5, (100.0, 0.0))
+    furthest_m = 0.0
+    for second in range(180):
+        trip.run(1.0)
+        furthest_m = max(furthest_m, trip.distance_m)
+        if second % 20 == 19 and trip.snapshot.mode is Mode.HOLD:
+            trip.mode(Mode.AUTO)
+    assert trip.texts.count("Fence ahead: HOLD") >= 2
+    assert furthest_m < 60.0
