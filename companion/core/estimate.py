@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from companion.core.estimate_config import EstimatorConfig
+from companion.core.estimate_drift import DriftFilter, FixText
 from companion.core.estimate_heading import HeadingTrack
 from companion.core.estimate_position import Heading, Motion, PositionTrack
 from companion.core.estimate_sources import SourceChoice
@@ -32,24 +33,6 @@ _COURSE_MIN_MPS = 0.1
 _COURSE_SIGMA_RAD = math.radians(5.0)
 
 
-class DriftFilter:
-    """Slow mean of (ground velocity - velocity through the water), NED."""
-
-    def __init__(self) -> None:
-        self.north_mps: float | None = None
-        self.east_mps: float | None = None
-        self._seen_s = 0.0
-
-    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float) -> None:
-        """Take one sample; a plain mean at first, then a first-order low-pass."""
-        if self.north_mps is None or self.east_mps is None:
-            self.north_mps, self.east_mps = north_mps, east_mps
-        self._seen_s += dt_s
-        gain = dt_s / max(min(tau_s, self._seen_s), dt_s) if dt_s > 0.0 else 0.0
-        self.north_mps += gain * (north_mps - self.north_mps)
-        self.east_mps += gain * (east_mps - self.east_mps)
-
-
 class Estimator:
     """One vessel's estimator. ``update`` each measurement, then ``predict`` once per tick."""
 
@@ -67,6 +50,7 @@ class Estimator:
         self.latest_distance: Distance | None = None
         self._phi: tuple[float, int] | None = None
         self._theta: tuple[float, int] | None = None
+        self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
         self._water_mps: float | None = None
         self._drift_frozen = False
@@ -191,6 +175,7 @@ class Estimator:
         if not self._sources.leads_fix(source, fix):
             return
         self.latest_fix = fix
+        self._fix_text.note(fix)
         t_us = self._position.aligned_us(fix)
         if fix.utc_us is not None:
             self._utc_offset_us = fix.utc_us - t_us

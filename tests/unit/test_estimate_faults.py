@@ -281,6 +281,25 @@ def test_row_58_a_1_km_jump_in_one_fix_is_ignored() -> None:
     assert max(errors) < 0.3
 
 
+def test_the_kind_of_fix_is_told_when_it_has_changed_for_two_seconds() -> None:
+    made = SensorRig(circle(20.0, 1.5))
+    made.run(5.0)
+    made.suite.faults.no_fix = True
+    made.run(1.0)
+    made.suite.faults.no_fix = False
+    made.run(3.0)
+    made.suite.faults.no_fix = True
+    made.run(4.0)
+    made.suite.faults.no_fix = False
+    made.run(4.0)
+    told = [(severity, text) for _, severity, text in made.texts if text.startswith("GNSS")]
+    assert told == [
+        (Severity.INFO, "GNSS: RTK fixed, 18 satellites"),
+        (Severity.WARNING, "GNSS: no fix, 0 satellites"),
+        (Severity.INFO, "GNSS: RTK fixed, 18 satellites"),
+    ]
+
+
 def test_simulated_fixes_are_refused_unless_allowed() -> None:
     fix = GpsFix(0, FixType.FIX_3D, 0.7, -0.15, simulated=True)
     for allowed in (False, True):
