@@ -122,7 +122,7 @@ class ArduinoPort(_Counted):
         return accepted == len(data)
 
     def health(self, now_us: int) -> LinkHealth:
-        return self.summary(now_us, self.board.status.bad_frames, self.link.describe())
+        return self.summary(now_us, self.board.damaged, self.link.describe())
 
 
 class Conversation(Protocol):

@@ -286,6 +286,11 @@ class Arduino:
             voltage_v=line.voltage_v if line else None,
         )
 
+    @property
+    def damaged(self) -> int:
+        """Damaged lines on the way here and, as the board counts them, on the way there."""
+        return self._reader.bad + (self._status.bad if self._status else 0)
+
     def faults(self, now_us: int) -> tuple[str, ...]:
         """Names of what is wrong now (keys of REASONS)."""
         if self._faults is None or self._faults[0] != now_us:

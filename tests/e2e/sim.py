@@ -57,7 +57,8 @@ class Sim:
             except OSError:
                 time.sleep(0.1)
             else:
-                return
+                if (self.run_dir / "lora").exists():
+                    return
         raise AssertionError(f"no answer on port {self.port(5760)} in {limit_s} s")
 
     def stop(self) -> int:
