@@ -52,54 +52,71 @@ class TokenBucket:
 
 
 class _Allowance:
-    """A token bucket with a second condition: over any 10 s no more than ten seconds' worth, bursts included."""
+    """A token bucket with a second condition: over any 10 s no more than ten seconds' worth, bursts included.
 
-    __slots__ = ("_bins", "_bucket", "_total", "_window_bytes", "reserve")
+    Of those ten seconds a share is kept for urgent frames, so that telemetry that filled the window does not silence the
+    HEARTBEAT: 600 bytes, at most half.
+    """
+
+    __slots__ = ("_bins", "_bucket", "_reserve", "_total", "_urgent", "_window_bytes", "_window_others")
 
     def __init__(self, budget: Budget) -> None:
         burst = max(float(budget.burst_bytes), LONGEST_FRAME + 60.0)
         self._bucket = TokenBucket(budget.bytes_per_s, burst)
         self._window_bytes = max(budget.bytes_per_s * _WINDOW_US * 1e-6, LONGEST_FRAME)
+        self._window_others = self._window_bytes - min(5.0 * RESERVE_BYTES, self._window_bytes / 2)
         self._bins: deque[list[int]] = deque()
         self._total = 0
-        self.reserve = min(RESERVE_BYTES, burst - LONGEST_FRAME)
+        self._urgent = 0
+        self._reserve = min(RESERVE_BYTES, burst - LONGEST_FRAME)
 
     def at(self, now_us: int) -> None:
         """Bring up to a time."""
         self._bucket.refill(now_us)
         while self._bins and self._bins[0][0] <= now_us - _WINDOW_US - _BIN_US:
-            self._total -= self._bins.popleft()[1]
+            _, size, urgent = self._bins.popleft()
+            self._total -= size
+            self._urgent -= urgent
 
-    def available(self) -> float:
-        """Bytes that may go now, the reserve included."""
+    def for_urgent(self) -> float:
+        """Bytes that may go now."""
         return min(self._bucket.level, self._window_bytes - self._total)
 
-    def spend(self, size: int, now_us: int) -> None:
+    def for_others(self, urgent_now: int) -> float:
+        """Bytes that may go now, ``urgent_now`` included, when something stays for urgent frames to come."""
+        others = self._total - self._urgent
+        window = min(self._window_others - others, self._window_bytes - self._total - urgent_now)
+        return min(self._bucket.level - self._reserve, window + urgent_now)
+
+    def spend(self, size: int, urgent: int, now_us: int) -> None:
         self._bucket.spend(size)
         self._total += size
+        self._urgent += urgent
         if self._bins and self._bins[-1][0] > now_us - _BIN_US:
             self._bins[-1][1] += size
+            self._bins[-1][2] += urgent
         else:
-            self._bins.append([now_us, size])
+            self._bins.append([now_us, size, urgent])
 
 
 class _Parcel:
     """What one call hands out: frames, within a limit and within the budget."""
 
-    __slots__ = ("_left", "_overhead", "_room", "_seal", "frames", "size")
+    __slots__ = ("_overhead", "_room", "_seal", "frames", "left", "size")
 
     def __init__(self, seal: Seal, overhead: int, room: int, left: float) -> None:
         self._seal = seal
         self._overhead = overhead
         self._room = room
-        self._left = left
+        self.left = left
+        """Bytes of the budget that it may hold."""
         self.frames: list[bytes] = []
         self.size = 0
 
-    def add(self, packed: Packed, reserve: float) -> bool:
-        """Frame and add a message. False, and nothing done, when it does not fit while ``reserve`` bytes are kept."""
+    def add(self, packed: Packed) -> bool:
+        """Frame and add a message. False, and nothing done, when it does not fit."""
         size = self.size + len(packed.payload) + self._overhead
-        if (size > self._room and self.frames) or size + reserve > self._left:
+        if (size > self._room and self.frames) or size > self.left:
             return False
         self.frames.append(self._seal(packed))
         self.size = size
@@ -158,32 +175,35 @@ class Outbox:
             return b""
         allowance = self._allowance
         allowance.at(now_us)
-        parcel = _Parcel(self._seal, self.overhead_bytes, limit_bytes, allowance.available())
+        parcel = _Parcel(self._seal, self.overhead_bytes, limit_bytes, allowance.for_urgent())
         urgent, answers = self._urgent, self._answers
-        while urgent and parcel.add(urgent[0], 0.0):
+        while urgent and parcel.add(urgent[0]):
             urgent.popleft()
+        urgent_size = parcel.size
         if not urgent:
-            while answers and parcel.add(answers[0], allowance.reserve):
+            parcel.left = allowance.for_others(urgent_size)
+            while answers and parcel.add(answers[0]):
                 answers.popleft()
             if not answers:
                 self._fill(parcel, now_us)
-        allowance.spend(parcel.size, now_us)
+        if parcel.size:
+            allowance.spend(parcel.size, urgent_size, now_us)
         self.sent_bytes += parcel.size
         return b"".join(parcel.frames)
 
     def _fill(self, parcel: _Parcel, now_us: int) -> None:
         """Telemetry and lists take turns, so that neither a list nor fast streams starve the other."""
-        telemetry, reserve = self._telemetry, self._allowance.reserve
+        telemetry = self._telemetry
         while telemetry or self._bulk or self._bulk_head:
             self._turn = not self._turn
             if telemetry and (self._turn or not (self._bulk or self._bulk_head)):
                 key = next(iter(telemetry))
-                if not parcel.add(telemetry[key], reserve):
+                if not parcel.add(telemetry[key]):
                     return
                 del telemetry[key]
                 continue
             head = self._bulk_head or self._next_bulk(now_us)
-            if head is not None and not parcel.add(head, reserve):
+            if head is not None and not parcel.add(head):
                 self._bulk_head = head
                 return
             self._bulk_head = None
