@@ -1,0 +1,82 @@
+"""The generated pages are as generated, and every promise of the way from DUNE exists."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from companion import params
+from companion.cli import COMMANDS
+from companion.settings import Settings
+from tools import from_dune, generate_docs
+from tools.schema_text import keys, texts_of
+
+REPO = Path(__file__).resolve().parents[2]
+DOCS = REPO / "docs"
+KEYS = {key.path for key in keys(Settings)}
+
+
+def test_the_generated_pages_are_up_to_date():
+    stale = [path.name for path, text in generate_docs.wanted(DOCS).items() if path.read_text(encoding="utf-8") != text]
+    assert not stale, f"run 'make docs' and commit {', '.join(stale)}"
+
+
+def test_every_parameter_and_key_is_on_its_page():
+    text = (DOCS / "PARAMETERS.md").read_text()
+    assert all(f"`{entry.param.name}`" in text for entry in params.entries(Settings))
+    text = (DOCS / "CONFIGURATION.md").read_text()
+    assert all(f"`{path.rpartition('.')[2]}`" in text for path in KEYS)
+
+
+@pytest.mark.parametrize("item", from_dune.SETTINGS, ids=lambda item: f"{item.task}-{item.name}")
+def test_a_dune_parameter_has_a_key(item):
+    assert item.key in KEYS or any(path.startswith(f"{item.key}.") for path in KEYS), item.key
+
+
+@pytest.mark.parametrize("item", from_dune.TRIALS, ids=lambda item: item.what[:40])
+def test_a_dune_test_has_a_test(item):
+    path, _, name = item.test.partition("::")
+    text = (REPO / path).read_text()
+    assert not name or f"def {name}(" in text
+
+
+def test_dune_modules_and_tasks_exist():
+    assert all((REPO / path).is_file() for task in from_dune.TASKS for path in task.modules)
+    assert {item.task for item in from_dune.SETTINGS} == {task.name for task in from_dune.TASKS}
+
+
+@pytest.mark.parametrize("page", [*sorted(DOCS.glob("*.md")), REPO / "README.md"], ids=lambda page: page.name)
+def test_links_and_paths_in_the_pages_exist(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#:]+)\)", text):
+        assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("page", [*sorted(DOCS.glob("*.md")), REPO / "README.md"], ids=lambda page: page.name)
+def test_commands_in_the_pages_exist(page):
+    text = page.read_text(encoding="utf-8")
+    known = {*COMMANDS, "sim"}
+    used = set(re.findall(r"(?:^|`|/)companion ([a-z][a-z-]+)", text, flags=re.MULTILINE))
+    assert used <= known, used - known
+
+
+def test_keys_named_in_the_hand_written_pages_exist():
+    for name in ("SAFETY.md", "COMMISSIONING.md", "TROUBLESHOOTING.md", "RASPBERRY.md"):
+        text = (DOCS / name).read_text(encoding="utf-8")
+        for key in re.findall(r"`([a-z_]+(?:\.[a-z_0-9]+)+)`", text):
+            if not key.endswith((".db", ".toml", ".csv", ".tlog", ".jsonl", ".html", ".txt", ".py")):
+                assert key in KEYS, f"{name}: {key}"
+
+
+def test_texts_below_fields_are_read():
+    from companion.settings import SystemConfig
+
+    assert "actuator refresh rate" in texts_of(SystemConfig)["tick_hz"]
+
+
+def test_the_unit_feeds_the_watchdog_and_never_stays_dead():
+    unit = (REPO / "config" / "system" / "usv-companion.service").read_text()
+    for line in ("Type=notify", "WatchdogSec=2", "Restart=always", "StartLimitIntervalSec=0", "ProtectSystem=strict"):
+        assert line in unit

@@ -1,0 +1,134 @@
+"""Writes the generated pages of docs/: configuration, parameters, failsafe table, IMC table, the way from DUNE.
+
+A page that is written by hand and has a generated part keeps everything outside the two marker lines. ``--check`` writes
+nothing and fails when a page is out of date (the test suite does that).
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from companion import params
+from companion.core.failsafe import failsafe_table_markdown
+from companion.settings import Settings
+from mavlink_bridge.imc_table import imc_table_markdown
+from tools import from_dune
+from tools.schema_text import Key, keys
+
+REPO = Path(__file__).resolve().parents[1]
+BEGIN = "<!-- generated: begin (make docs) -->"
+END = "<!-- generated: end -->"
+
+
+def configuration() -> str:
+    """docs/CONFIGURATION.md: every key of the TOML file."""
+    parts = [
+        "# Configuration",
+        "",
+        "One TOML file, read once at start; `--set key=value` changes single keys. Nothing is merged from hidden places and no",
+        "environment variable is read. `companion check FILE` says what a file means and lists every mistake at once, each with its",
+        "key and the mend. `config/boat.toml` and `config/sim.toml` are commented examples; what they leave out has the default below.",
+        "",
+        "A key with a *parameter* is also a MAVLink parameter of that name; what a ground station stores there stands before the file.",
+        "",
+    ]
+    tables: dict[str, list[Key]] = {"": []}
+    for key in keys(Settings):
+        tables.setdefault(key.path.rpartition(".")[0], []).append(key)
+    for table, found in tables.items():
+        parts += ["", f"## {f'[{table}]' if table else 'At the top'}", ""]
+        if table in ("sensors", "endpoints"):
+            parts += [f"A list: one `[[{table}]]` for each link.", ""]
+        parts += ["| key | kind | default | range | meaning | parameter |", "| --- | --- | --- | --- | --- | --- |"]
+        parts += [_key_row(key) for key in found]
+    return "\n".join(parts) + "\n"
+
+
+def _key_row(key: Key) -> str:
+    limits = f"{key.limits} {key.unit}".strip()
+    text = key.text.replace("|", "\\|")
+    parameter = f"`{key.parameter}`" if key.parameter else ""
+    return f"| `{key.path.rpartition('.')[2]}` | {key.kind} | {key.default} | {limits} | {text} | {parameter} |"
+
+
+def parameters() -> str:
+    """docs/PARAMETERS.md: every MAVLink parameter."""
+    parts = [
+        "# Parameters",
+        "",
+        "All are REAL32 on the wire. A value outside its range is refused with the reason, and the answer holds the value in force.",
+        "*live* means that it takes effect at the next tick; the others at the next start. A few further parameters exist only because",
+        "ground stations ask for them; they are marked read-only there.",
+        "",
+        "| parameter | default | range | unit | live | meaning | TOML key |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for entry in sorted(params.entries(Settings), key=lambda found: found.param.name):
+        default = "" if entry.default is None else f"{entry.default:g}"
+        low = "" if entry.minimum is None else f"{entry.minimum:g}"
+        high = "" if entry.maximum is None else f"{entry.maximum:g}"
+        parts.append(
+            f"| `{entry.param.name}` | {default} | {low}…{high} | {entry.param.unit} | {'yes' if entry.param.live else 'no'} "
+            f"| {entry.text.rstrip('.')} | `{entry.key}` |"
+        )
+    return "\n".join(parts) + "\n"
+
+
+def imc() -> str:
+    """docs/IMC.md."""
+    head = (
+        "# IMC and MAVLink\n\nHow the messages of the original installation travel here. Inside the program they keep their IMC names\n"
+        "(`mavlink_bridge/imc.py`, SI units and radians); `mavlink_bridge/mapping.py` is the only place that turns them into MAVLink.\n\n"
+    )
+    return head + imc_table_markdown()
+
+
+def dune() -> str:
+    """docs/FROM-DUNE.md."""
+    return from_dune.page({entry.key: entry.param.name for entry in params.entries(Settings)})
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "CONFIGURATION.md": configuration,
+    "PARAMETERS.md": parameters,
+    "IMC.md": imc,
+    "FROM-DUNE.md": dune,
+}
+"""Pages that are generated as a whole."""
+PARTS: dict[str, Callable[[], str]] = {"SAFETY.md": failsafe_table_markdown}
+"""Pages with one generated part between the markers."""
+
+
+def wanted(folder: Path) -> dict[Path, str]:
+    """What every page should hold."""
+    pages = {folder / name: make() for name, make in PAGES.items()}
+    for name, make in PARTS.items():
+        path = folder / name
+        text = path.read_text(encoding="utf-8")
+        pattern = re.escape(BEGIN) + r".*?" + re.escape(END)
+        pages[path] = re.sub(pattern, lambda _, make=make: f"{BEGIN}\n{make().strip()}\n{END}", text, flags=re.DOTALL)
+    return pages
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write or check."""
+    parser = argparse.ArgumentParser(description="write the generated pages of docs/")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit status 1 when a page is out of date")
+    arguments = parser.parse_args(argv)
+    stale = []
+    for path, text in wanted(REPO / "docs").items():
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            continue
+        stale.append(path.name)
+        if not arguments.check:
+            path.write_text(text, encoding="utf-8")
+    print(f"{'out of date' if arguments.check else 'written'}: {', '.join(stale) or 'none'}")
+    return 1 if arguments.check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,136 @@
+"""Reads what settings models say of themselves: every key with type, default, range, unit and text.
+
+The texts below plain fields are string literals in the source; they are read here, with the syntax tree, because reading
+them in the vessel's process would cost start-up time.
+"""
+
+from __future__ import annotations
+
+import ast
+import enum
+import inspect
+import textwrap
+import types
+import typing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import annotated_types
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from companion.core.config import Param
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a configuration."""
+
+    path: str
+    kind: str
+    default: str
+    limits: str
+    unit: str
+    text: str
+    parameter: str
+
+
+def texts_of(model: type[BaseModel]) -> dict[str, str]:
+    """The string literals below a model's fields, its bases' included."""
+    found: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if not (isinstance(base, type) and issubclass(base, BaseModel)) or base is BaseModel:
+            continue
+        try:
+            tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
+        except (OSError, TypeError):
+            continue
+        body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
+        for field, after in pairwise(body):
+            if (
+                isinstance(field, ast.AnnAssign)
+                and isinstance(field.target, ast.Name)
+                and isinstance(after, ast.Expr)
+                and isinstance(after.value, ast.Constant)
+                and isinstance(after.value.value, str)
+            ):
+                found[field.target.id] = " ".join(after.value.value.split())
+    return found
+
+
+def keys(model: type[BaseModel], prefix: str = "") -> Iterator[Key]:
+    """Every key below a model, in order of declaration; lists of tables count as one table."""
+    texts = texts_of(model)
+    for name, field in model.model_fields.items():
+        path = f"{prefix}{name}"
+        inner = inner_model(field.annotation)
+        if inner is not None:
+            yield from keys(inner, f"{path}.")
+            continue
+        mark = next((item for item in field.metadata if isinstance(item, Param)), None)
+        yield Key(
+            path,
+            kind_of(field.annotation),
+            default_of(field),
+            limits_of(field),
+            mark.unit if mark else "",
+            (field.description or texts.get(name, "")).rstrip("."),
+            mark.name if mark else "",
+        )
+
+
+def inner_model(annotation: Any) -> type[BaseModel] | None:
+    """The model inside an annotation: itself, in a tuple, or optional."""
+    for found in (annotation, *typing.get_args(annotation)):
+        if isinstance(found, type) and issubclass(found, BaseModel):
+            return found
+    return None
+
+
+def kind_of(annotation: Any) -> str:
+    """A type in a reader's words."""
+    origin = typing.get_origin(annotation)
+    if origin is typing.Annotated:
+        return kind_of(typing.get_args(annotation)[0])
+    if origin is typing.Literal:
+        return ", ".join(f"`{value!r}`".replace("'", '"') for value in typing.get_args(annotation))
+    if origin in (typing.Union, types.UnionType):
+        parts = [kind_of(part) for part in typing.get_args(annotation) if part is not type(None)]
+        return f"{' or '.join(parts)}, optional"
+    if origin in (tuple, list, frozenset, dict):
+        return "list" if origin is not dict else "table"
+    if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
+        return ", ".join(f"`{item.name.lower()}`" for item in annotation)
+    return {"float": "number", "int": "whole number", "bool": "true or false", "str": "text"}.get(
+        getattr(annotation, "__name__", ""), str(annotation)
+    )
+
+
+def default_of(field: FieldInfo) -> str:
+    """The default as it would stand in TOML."""
+    if field.is_required():
+        return "*required*"
+    value = field.get_default(call_default_factory=True)
+    if value is None or value == ():
+        return "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, enum.Enum):
+        return value.name.lower()
+    return (
+        f'`"{value}"`'.replace("\n", "\\n").replace("\r", "\\r").replace("|", "\\|")
+        if isinstance(value, str)
+        else str(value)
+    )
+
+
+def limits_of(field: FieldInfo) -> str:
+    """The range, as 'low…high'."""
+    low = next((item.ge for item in field.metadata if isinstance(item, annotated_types.Ge)), None)
+    high = next((item.le for item in field.metadata if isinstance(item, annotated_types.Le)), None)
+    above = next((item.gt for item in field.metadata if isinstance(item, annotated_types.Gt)), None)
+    if low is None and high is None:
+        return "" if above is None else f"> {above}"
+    return f"{'' if low is None else f'{low}'}…{'' if high is None else f'{high}'}"
