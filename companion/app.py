@@ -39,6 +39,7 @@ from .io.store import AnyStore
 from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort
 from .settings import Settings
+from .supervise import Supervisor
 
 
 class AppFaultError(RuntimeError):
@@ -93,6 +94,7 @@ class App:
         self.vehicle = Vehicle(settings, vessel)
         self.facade = Facade(settings, self.vehicle.mission, identity)
         self.shared = Shared(self.vehicle.say)
+        self._watched = Supervisor(self.vehicle.say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
@@ -170,21 +172,25 @@ class App:
         if self.actuators is not None:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
         for ground in self.grounds:
-            ground.tick(now_us, snapshot)
+            self._watched.call(ground.link.name, now_us, ground.tick, now_us, snapshot)
         self._flush(now_us)
         if self.recorder is not None:
-            self.recorder.tick(snapshot)
+            self._watched.call("recorder", now_us, self.recorder.tick, snapshot)
         return snapshot
 
     def _read(self, now_us: int) -> None:
-        for port in self.ports:
+        for port in self.sensors:
             port.read(now_us)
+        if self.actuators is not None:
+            self.actuators.read(now_us)
+        for ground in self.grounds:
+            self._watched.call(ground.link.name, now_us, ground.read, now_us)
         for completion in self.store.completions():
             self._stored(completion)
 
     def _flush(self, now_us: int) -> None:
         for ground in self.grounds:
-            ground.flush(now_us)
+            self._watched.call(ground.link.name, now_us, ground.flush, now_us)
 
     def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
         for port in self.sensors:
@@ -209,6 +215,7 @@ class App:
             gcs_age_s=self._heard_s(now_us, radio=False),
             radio_age_s=self._heard_s(now_us, radio=True),
             storage_fault=self._storage_fault,
+            task_failing=self._watched.failing(now_us),
             late_s=late_s,
             load=load,
             plan_ids=self.facade.plans.ids,
@@ -249,7 +256,7 @@ class App:
         for answer, body in own:
             self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
-            for talk, request in ground.requests():
+            for talk, request in self._watched.call(ground.link.name, now_us, ground.requests) or ():
                 self._carry_out(request, self._replying(talk, request), now_us)
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:

@@ -1,0 +1,56 @@
+"""Supervision of the parts that the vessel can do without: ground stations and the recorder must not stop the control tick.
+
+A part that raises is left alone for a second and then tried again; five failures in a minute mean that it keeps failing,
+and the failsafe acts (firmware-reliability §C, row 4).
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from typing import Final, ParamSpec, TypeVar
+
+from mavlink_bridge.imc import Severity
+
+log = logging.getLogger(__name__)
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+_REST_US: Final = 1_000_000
+_WINDOW_US: Final = 60_000_000
+_FAILURES: Final = 5
+
+
+class Supervisor:
+    """Calls parts by name and keeps their faults from spreading."""
+
+    def __init__(self, say: Callable[[Severity, str], None]) -> None:
+        self._say = say
+        self._rest_until_us: dict[str, int] = {}
+        self._failures: dict[str, deque[int]] = {}
+
+    def call(
+        self,
+        name: str,
+        now_us: int,
+        part: Callable[Arguments, Result],
+        *arguments: Arguments.args,
+        **named: Arguments.kwargs,
+    ) -> Result | None:
+        """Return what the part returns; None while it rests, and when it raises."""
+        if self._rest_until_us and now_us < self._rest_until_us.get(name, 0):
+            return None
+        try:
+            return part(*arguments, **named)
+        except Exception as error:
+            log.exception("%s failed", name)
+            self._rest_until_us[name] = now_us + _REST_US
+            self._failures.setdefault(name, deque(maxlen=_FAILURES)).append(now_us)
+            self._say(Severity.ERROR, f"{name} failed ({type(error).__name__}), tried again in a second")
+        return None
+
+    def failing(self, now_us: int) -> bool:
+        """True while a part has failed five times within the last minute."""
+        return any(len(times) == _FAILURES and now_us - times[0] <= _WINDOW_US for times in self._failures.values())
