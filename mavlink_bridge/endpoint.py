@@ -7,7 +7,6 @@ not wait for ticks; everything that changes the vessel is a Request, answered by
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Final
 
 from mavlink_bridge import metadata, timesync
@@ -35,34 +34,24 @@ from mavlink_bridge.sensor_input import RtcmAssembler, distance
 from mavlink_bridge.signing import POLICIES, Signer, SigningState, Verifier, setup_refusal
 from mavlink_bridge.snapshot import Snapshot
 from mavlink_bridge.speaker import Speaker
+from mavlink_bridge.stations import Peer, Stations
 from mavlink_bridge.streams import Composer, Streams, message_id
 from mavlink_bridge.stub_params import ROVER_STUBS
 from mavlink_bridge.wire import Packed, packed
 
 _TEXT_GAP_US: Final = 1_000_000
 _MAX_TEXTS_KEPT: Final = 32
-_MAX_PEERS: Final = 32
 _MAX_REQUESTS: Final = 256
-_GCS: Final = 6
 
-_MISSION_SET_CURRENT: Final = message_id("MISSION_SET_CURRENT")
 _MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
-
-
-@dataclass(slots=True)
-class Peer:
-    """A station heard on this link."""
-
-    system_id: int
-    last_heartbeat_us: int
 
 
 class Endpoint:
     """The vessel on one channel of one link.
 
-    ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``timing`` is of
-    uploads; ``link_id`` marks this link's signatures; ``on_key`` takes a new signing key that a station may set; ``tap`` sees each valid frame in and each frame out; ``on_station`` is told of
-    each station's first heartbeat here (system id, persona).
+    ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``timing`` is of uploads; ``link_id`` marks this
+    link's signatures; ``on_key`` takes a new signing key that a station may set; ``tap`` sees each valid frame in and each
+    frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona).
     """
 
     def __init__(
@@ -109,7 +98,7 @@ class Endpoint:
         )
         self._rtcm = RtcmAssembler()
         self.high_latency_on = False
-        self.peers: dict[int, Peer] = {}
+        self._stations = Stations(config.system_id, self._welcome, self._explain)
         self._requests: list[Request] = []
         self._next_id = 1
         self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
@@ -123,7 +112,7 @@ class Endpoint:
             message_id(name): self._on_mission for name in self._missions.handles
         }
         named: dict[str, Callable[[Any, int], None]] = {
-            "HEARTBEAT": self._on_heartbeat,
+            "HEARTBEAT": self._stations.heartbeat,
             "COMMAND_LONG": self._on_command,
             "COMMAND_INT": self._on_command,
             "SET_MODE": self._on_set_mode,
@@ -222,9 +211,14 @@ class Endpoint:
         return self._inbound.bad_frames
 
     @property
+    def peers(self) -> dict[int, Peer]:
+        """Stations heard here, by system id."""
+        return self._stations.peers
+
+    @property
     def last_heartbeat_us(self) -> int | None:
         """When a ground station's HEARTBEAT was last heard here; None = never."""
-        return max((peer.last_heartbeat_us for peer in self.peers.values()), default=None)
+        return self._stations.last_heartbeat_us
 
     # What the services use
 
@@ -273,20 +267,7 @@ class Endpoint:
 
     # Messages
 
-    def _on_heartbeat(self, message: Any, now_us: int) -> None:
-        system = message.get_srcSystem()
-        if message.type != _GCS:
-            return
-        if system == self.config.system_id:
-            self._explain(f"a ground station uses this vessel's system id {system}")
-            return
-        peer = self.peers.get(system)
-        if peer is not None:
-            peer.last_heartbeat_us = now_us
-            return
-        if len(self.peers) >= _MAX_PEERS:
-            self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
-        self.peers[system] = Peer(system, now_us)
+    def _welcome(self, system: int) -> None:
         self._speaker.say(Severity.INFO, greeting(self.vehicle.identity, self.config))
         if self._on_station is not None:
             self._on_station(system, self.config.persona)

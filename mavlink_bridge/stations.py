@@ -1,0 +1,51 @@
+"""The ground stations heard on one link: who, when last, and what is said to them once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+_GCS: Final = 6
+"""MAV_TYPE_GCS."""
+_MAX_PEERS: Final = 32
+
+
+@dataclass(slots=True)
+class Peer:
+    """A station heard on this link."""
+
+    system_id: int
+    last_heartbeat_us: int
+
+
+class Stations:
+    """Keeps the table. ``welcome`` is called with the system id of each new station, ``complain`` with a reason."""
+
+    def __init__(self, own_id: int, welcome: Callable[[int], None], complain: Callable[[str], None]) -> None:
+        self._own_id = own_id
+        self._welcome = welcome
+        self._complain = complain
+        self.peers: dict[int, Peer] = {}
+
+    def heartbeat(self, message: Any, now_us: int) -> None:
+        """Take a HEARTBEAT; only ground stations count, and none with the vessel's own id."""
+        system = message.get_srcSystem()
+        if message.type != _GCS:
+            return
+        if system == self._own_id:
+            self._complain(f"a ground station uses this vessel's system id {system}")
+            return
+        peer = self.peers.get(system)
+        if peer is not None:
+            peer.last_heartbeat_us = now_us
+            return
+        if len(self.peers) >= _MAX_PEERS:
+            self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
+        self.peers[system] = Peer(system, now_us)
+        self._welcome(system)
+
+    @property
+    def last_heartbeat_us(self) -> int | None:
+        """When any station was last heard; None = never."""
+        return max((peer.last_heartbeat_us for peer in self.peers.values()), default=None)
