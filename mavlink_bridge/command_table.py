@@ -11,8 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge import modes
-from mavlink_bridge import requests as ask
+from mavlink_bridge import modes, requests as ask
 from mavlink_bridge.command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
 from mavlink_bridge.imc import LoiterDirection, LoiterKind, Mode
 

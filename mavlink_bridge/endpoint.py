@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from mavlink_bridge import metadata, timesync
-from mavlink_bridge import requests as ask
+from mavlink_bridge import metadata, requests as ask, timesync
 from mavlink_bridge.codec import Codec
 from mavlink_bridge.command import Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq

@@ -83,6 +83,8 @@ class EndpointConfig:
     flood_frames_per_s: float = 2000.0
     """Frames a second accepted from one endpoint before the rest is dropped unread."""
     flood_burst_frames: int = 4000
+    heartbeat_s: float | None = None
+    """Between two HEARTBEATs; None takes the profile's."""
     give_up_s: float = 30.0
     """How long a command may wait for the vessel's answer before it is called failed."""
 
@@ -98,6 +100,8 @@ class EndpointConfig:
     @property
     def heartbeat_us(self) -> int:
         """Period of HEARTBEAT; on a slow link just below the 3 s after which stations call it lost."""
+        if self.heartbeat_s is not None:
+            return round(self.heartbeat_s * 1e6)
         return 2_500_000 if self.profile == "lora" else 1_000_000
 
     @property

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Any, Final, NamedTuple
 
-from mavlink_bridge import telemetry_motion as motion
-from mavlink_bridge import telemetry_system as system
+from mavlink_bridge import telemetry_motion as motion, telemetry_system as system
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.snapshot import Snapshot

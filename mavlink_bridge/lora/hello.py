@@ -14,6 +14,8 @@ from mavlink_bridge.lora.frames import COUNTER_BYTES
 from mavlink_bridge.lora.profile import RadioProfile
 
 _PLEASE: Final = 0x80
+_START_US: Final = 1_000_000
+"""Both ends may start at the same moment; they should not speak at it."""
 _FIRST_US: Final = 3_000_000
 _THRIFTY_FIRST_US: Final = 600_000_000
 _MAX_US: Final = 3_600_000_000
@@ -27,13 +29,13 @@ HELLO_FRAME_BYTES: Final = COUNTER_BYTES + 7
 class Greeting:
     """Keeps the time of the next HELLO and the sessions of both ends."""
 
-    def __init__(self, profile: RadioProfile, rng: random.Random) -> None:
+    def __init__(self, profile: RadioProfile, rng: random.Random, now_us: int = 0) -> None:
         thrifty = profile.hour_us is not None and profile.hour_us < _THRIFTY_HOUR_US
         self._first_us = _THRIFTY_FIRST_US if thrifty else _FIRST_US
         self._rng = rng
         self.session = rng.randrange(SESSIONS)
         self.other_session: int | None = None
-        self._due_us: int | None = 0
+        self._due_us: int | None = now_us + rng.randrange(_START_US)
         self._wait_us = self._first_us
         self._please = True
         self._strange = 0

@@ -30,7 +30,7 @@ _MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
-_PATIENT_TRIES: Final = 6
+_PATIENT_TRIES: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class CompactLink:
         self._posted: deque[_Posted] = deque(maxlen=_MAX_POSTED)
         self._outcomes: list[Outcome] = []
         self._listen_until_us = 0
-        self._greeting = Greeting(profile, rng)
+        self._greeting = Greeting(profile, rng, now_us)
         self._restore(memory, now_us)
 
     # ---- memory -------------------------------------------------------------------------------------------------
@@ -280,7 +280,8 @@ class CompactLink:
         first = self._answers.popleft()
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
-            self._listen()
+            # the question comes again when this answer is lost: nothing of ours may be in its way
+            self._listen_until_us = self.clock.off_us + self._longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:

@@ -28,9 +28,11 @@ _BEAT_BYTES: Final = 21
 _BEAT_WAY_US: Final = 60_000
 """Serial lines and modules on the way of the station's HEARTBEAT, airtime apart."""
 _SHORT_BYTES: Final = 24
+_SHORT_US: Final = 130_000
+"""An answer packet is kept so short, if a frame allows it: stations repeat themselves after 0.5 s."""
 _MAX_HELD: Final = 4
 _DIALOGUE_US: Final = 300_000
-_ANSWER_US: Final = 200_000
+_ANSWER_US: Final = 100_000
 """Allowed for the station's answer to start."""
 _ANSWER_BYTES: Final = 49
 
@@ -87,6 +89,8 @@ class PlainRadio:
         self._heard_us: int | None = None
         self._held: deque[bytes] = deque()
         self._turn_used = False
+        sizes = range(profile.max_frame_bytes, _SHORT_BYTES, -1)
+        self._short_bytes = next((size for size in sizes if profile.airtime_us(size) <= _SHORT_US), _SHORT_BYTES)
 
     def receive(self, data: bytes, now_us: int) -> None:
         if data:
@@ -134,9 +138,9 @@ class PlainRadio:
         """What to send; while the other side waits for an answer, a short frame before a long one that was put off."""
         if self._held and (not self._is_spoken_to(now_us) or len(self._held) == _MAX_HELD):
             return self._held.popleft()
-        room = _SHORT_BYTES if self._is_spoken_to(now_us) else self.profile.max_frame_bytes
+        room = self._short_bytes if self._is_spoken_to(now_us) else self.profile.max_frame_bytes
         data = self.endpoint.take(now_us, min(limit_bytes, room))
-        if self._held and len(data) > _SHORT_BYTES:
+        if self._held and len(data) > self._short_bytes:
             self._held.append(data)
             return b""
         return data or (self._held.popleft() if self._held else b"")

@@ -82,8 +82,18 @@ def _attempt(items: Sequence[PlanItem], near_e7: Position | None, predictor: int
     writer = BitWriter()
     coder = _Items(near_e7)
     coder.choose(predictor, k)
-    for item in items:
-        coder.write(writer, item)
+    at = 0
+    while at < len(items):
+        run = coder.run_length(items, at)
+        if run:
+            writer.flag(True)
+            writer.unsigned(run - 1, 2)
+            for item in items[at : at + run]:
+                coder.write_place(writer, item)
+        else:
+            writer.flag(False)
+            coder.write(writer, items[at])
+        at += max(run, 1)
     return writer
 
 
@@ -117,8 +127,9 @@ def decode_plan(data: bytes, near_e7: Position | None) -> tuple[PlanKind, tuple[
         items: list[PlanItem] = []
         if count:
             coder = _Items(near_e7)
-            items = [coder.read(reader) for _ in range(count)]
-        right = check_of(items) == check
+            while len(items) < count:
+                items += coder.read_run(reader) if reader.flag() else [coder.read(reader)]
+        right = len(items) == count and check_of(items) == check
     except (BitsError, ValueError, struct.error, OverflowError) as error:
         raise PlanCodecError(f"the plan cannot be decoded: {error}") from None
     if not right:
@@ -193,11 +204,30 @@ class _Items:
         self._write_position(writer, item)
         self._remember(item)
 
+    def run_length(self, items: Sequence[PlanItem], start: int) -> int:
+        """How many items from here differ from the last one in their position only, and have one."""
+        last = self._last.get(self._command) if self._command is not None else None
+        if last is None or not _usually_placed(last.command):
+            return 0
+        run = 0
+        for item in items[start:]:
+            if not (item.x or item.y) or _image(replace(last, x=item.x, y=item.y)) != _image(item):
+                break
+            run += 1
+        return run
+
+    def write_place(self, writer: BitWriter, item: PlanItem) -> None:
+        """An item of a run: its position only."""
+        self._write_point(writer, item)
+        self._remember(item)
+
     def _write_position(self, writer: BitWriter, item: PlanItem) -> None:
         placed = item.x != 0 or item.y != 0
         writer.flag(placed == _usually_placed(item.command))
-        if not placed:
-            return
+        if placed:
+            self._write_point(writer, item)
+
+    def _write_point(self, writer: BitWriter, item: PlanItem) -> None:
         guess = self._track.guess()
         if guess is None:
             self._write_first(writer, item)
@@ -230,9 +260,23 @@ class _Items:
         self._remember(item)
         return item
 
+    def read_run(self, reader: BitReader) -> list[PlanItem]:
+        last = self._last.get(self._command) if self._command is not None else None
+        run = reader.unsigned(2) + 1
+        if last is None or run > MAX_ITEMS:
+            raise BitsError("nothing to repeat")
+        found = []
+        for _ in range(run):
+            x, y = self._read_point(reader)
+            last = replace(last, x=x, y=y)
+            self._remember(last)
+            found.append(last)
+        return found
+
     def _read_position(self, reader: BitReader, command: int) -> Position:
-        if reader.flag() != _usually_placed(command):
-            return 0, 0
+        return self._read_point(reader) if reader.flag() == _usually_placed(command) else (0, 0)
+
+    def _read_point(self, reader: BitReader) -> Position:
         guess = self._track.guess()
         if guess is None:
             point = self._read_first(reader)

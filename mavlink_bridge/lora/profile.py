@@ -77,7 +77,7 @@ class LinkSettings(_Model):
     """An upload that the vessel has not confirmed is failed after this."""
     texts: bool = True
     """The vessel's warnings cross the air."""
-    turnaround_ms: float = Field(250.0, ge=50.0, le=5000.0)
+    turnaround_ms: float = Field(150.0, ge=50.0, le=5000.0)
     """Everything between the end of one packet and the start of its answer: modules, serial lines, ticks."""
     gap_ms: float = Field(100.0, ge=100.0, le=5000.0)
     """Least time off the air between two packets."""
