@@ -21,6 +21,7 @@ INSTALL: Final = "this needs MAVSDK: pip install 'usv-companion[ground]'"
 _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
 _ARM_S: Final = 6.0
+_REASON_S: Final = 1.5
 
 
 class LinkError(RuntimeError):
@@ -35,7 +36,12 @@ def with_vessel(url: str, wait_s: float, action: Callable[[Vessel], None]) -> in
         print(INSTALL, file=sys.stderr)
         return 2
     try:
-        action(Vessel(url, wait_s))
+        vessel = Vessel(url, wait_s)
+        try:
+            action(vessel)
+        except LinkError:
+            vessel.hear_reason()
+            raise
     except LinkError as error:
         print(error, file=sys.stderr)
         return 1
@@ -70,6 +76,12 @@ class Vessel:
         if text not in self._said:
             self._said.add(text)
             print(f"vessel: {text}", file=sys.stderr)
+
+    def hear_reason(self) -> None:
+        """Wait a moment for the text that says why something was refused: it comes after the refusal."""
+        heard, until_s = len(self._said), time.monotonic() + _REASON_S
+        while len(self._said) == heard and time.monotonic() < until_s:
+            time.sleep(0.05)
 
     @property
     def home_item(self) -> bool:
