@@ -1,4 +1,6 @@
-"""The vessel's radio port: which protocol speaks on it, under which profile, with what memory of its airtime and counters."""
+"""The vessel's radio port: which protocol speaks on it, under which profile, with what memory of its airtime and
+counters.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +25,9 @@ from .ports import Conversation
 from .settings import ConfigError, Settings, load
 
 MEMORY_KEY = "radio"
+HEARTBEAT_BYTES = 21
+FAST_BEAT_US = 80_000
+"""A HEARTBEAT shorter than this on the air goes out each second, a longer one as seldom as stations bear."""
 Converse = Callable[[int, str], Conversation]
 
 
@@ -71,7 +76,13 @@ def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePor
         return JsonRadio(profile, system.name, Ledger(profile.hour_us))
     if protocol == "mavlink":
         budget = Budget(profile.modulation.bit_rate / 8.0, 300)
-        config = EndpointConfig(name="radio", system_id=system.system_id, profile="lora", budget=budget)
+        config = EndpointConfig(
+            name="radio",
+            system_id=system.system_id,
+            profile="lora",
+            budget=budget,
+            heartbeat_s=1.0 if profile.airtime_us(HEARTBEAT_BYTES) < FAST_BEAT_US else 2.5,
+        )
         timing = MissionTiming(retry_us=1_500_000, window=1)
         return PlainRadio(Endpoint(config, vehicle, timing=timing), profile)
     return VesselRadio(

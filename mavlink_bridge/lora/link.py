@@ -30,6 +30,7 @@ _MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
+_QUIET_PIECES: Final = 6
 _PATIENT_TRIES: Final = 10
 
 
@@ -265,14 +266,20 @@ class CompactLink:
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
         self._expire(now_us)
-        # the way of the shortest frame along the serial line counts as time off the air
-        if not self.clock.is_free(now_us, lead_us=round(7 * self.profile.serial_byte_us)):
+        # the way of the next frame along the serial line counts as time off the air
+        if not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
         for choose in (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted):
             frame = choose(now_us)
             if frame:
                 return frame
         return b""
+
+    def _lead_us(self, now_us: int) -> int:
+        size = 7
+        if not self._answers and self._outgoing and now_us >= self._outgoing[0].next_us:
+            size = self._outgoing[0].next_size()
+        return round(size * self.profile.serial_byte_us)
 
     def _an_answer(self, now_us: int) -> bytes:
         if not self._answers:
@@ -323,7 +330,7 @@ class CompactLink:
         return b""
 
     def _a_posted(self, now_us: int) -> bytes:
-        if not self._posted or now_us < self._listen_until_us:
+        if not self._posted or now_us < self._listen_until_us or self._is_receiving(now_us):
             return b""
         if self._outgoing and any(item.asked and now_us < item.next_us for item in self._outgoing):
             return b""
@@ -334,6 +341,12 @@ class CompactLink:
             self.last_posted = self._sealer.counter, first.body
             self._listen()
         return frame
+
+    def _is_receiving(self, now_us: int) -> bool:
+        """A message comes in pieces: what need not be said now would only be in its way."""
+        if not self.inbox.is_receiving or self.heard_us is None:
+            return False
+        return now_us - self.heard_us < _QUIET_PIECES * self._longest_us()
 
     def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
         if not self._may(len(body) + 6, priority, now_us):

@@ -49,6 +49,10 @@ class Outgoing:
             self.asked = True
             self.tries += 1
             return self.kind, bytes((self.id,)) + self.pieces[0]
+        if not self.missing:
+            self.asked = True
+            self.tries += 1
+            return Kind.PIECE, bytes((self.id, _POLL))
         index = min(self.missing)
         self.missing.discard(index)
         flags = index
@@ -60,17 +64,21 @@ class Outgoing:
             flags |= _LAST
         return Kind.PIECE, bytes((self.id, flags)) + self.pieces[index]
 
+    def next_size(self) -> int:
+        """Bytes of the next frame."""
+        if self.is_single:
+            return len(self.pieces[0]) + 7
+        return len(self.pieces[min(self.missing)]) + 8 if self.missing else 8
+
     def begin_round(self) -> None:
-        """No answer came: ask again with the last piece that may be missing."""
-        if not self.is_single and not self.missing:
-            self.missing = {len(self.pieces) - 1}
+        """No answer came: ask again, by the message itself or, for one in pieces, by a short question."""
         self.asked = False
 
     def heard_missing(self, bitmap: bytes) -> None:
         """Take the receiver's account of what it has."""
         have = int.from_bytes(bitmap, "little")
         self.missing = {index for index in range(len(self.pieces)) if not have >> index & 1}
-        self.begin_round()
+        self.asked = False
 
 
 def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
@@ -117,6 +125,11 @@ class Inbox:
         self._known: OrderedDict[int, _Known] = OrderedDict()
         self.duplicates = 0
 
+    @property
+    def is_receiving(self) -> bool:
+        """Whether a message has come in part."""
+        return bool(self._coming)
+
     def forget(self) -> None:
         """The other end has started anew: its numbers mean nothing any more."""
         self._coming.clear()
@@ -130,7 +143,7 @@ class Inbox:
 
     def piece(self, body: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
         """Take a piece: (message, answer, account of the pieces when asked for)."""
-        if len(body) < 3:
+        if len(body) < 2:
             return None, None, None
         number, index = body[0], body[1] & (MAX_PIECES - 1)
         known = self._known.get(number)
@@ -142,7 +155,8 @@ class Inbox:
             coming = self._coming[number] = _Incoming()
             while len(self._coming) > 4:
                 self._coming.popitem(last=False)
-        coming.pieces[index] = body[2:]
+        if len(body) > 2:
+            coming.pieces[index] = body[2:]
         if body[1] & _LAST:
             coming.count = index + 1
         if coming.count is not None and all(place in coming.pieces for place in range(coming.count)):
@@ -152,7 +166,7 @@ class Inbox:
         if not body[1] & _POLL:
             return None, None, None
         have = sum(1 << place for place in coming.pieces)
-        account = bytes((number,)) + have.to_bytes((max(coming.pieces) + 8) // 8, "little")
+        account = bytes((number,)) + have.to_bytes((max(coming.pieces, default=0) + 8) // 8, "little")
         return None, None, account
 
     def _finish(self, number: int, data: bytes) -> tuple[Message | None, bytes | None, bytes | None]:

@@ -52,7 +52,7 @@ def test_mavproxy_over_tcp(tmp_path: Path) -> None:
 
 
 def test_mavsdk_through_the_radio(tmp_path: Path) -> None:
-    """MAVSDK opens the shore modem's serial port; the air carries 651 bit/s, in real time."""
+    """MAVSDK opens the shore modem's serial port; the air carries 5.5 kbit/s, in real time."""
     with Sim(tmp_path / "run", 13, speed=1.0) as sim:
         lines = client(
             "mavsdk_loiter.py",

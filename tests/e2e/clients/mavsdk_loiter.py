@@ -48,7 +48,7 @@ def main(url: str, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
     telemetry, action, mission = Telemetry(system), Action(system), MissionRaw(system)
     x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
     nan = float("nan")
-    autopilot = int(sys.argv[5]) if len(sys.argv) > 5 else 0
+    autopilot = sys.argv[5:] == ["ardurover"]
     home = [MissionItem(0, 0, 16, 1, 1, 0, 0, 0, nan, x, y, 0, 0)] if autopilot else []
     first = len(home)
     items = [
@@ -57,7 +57,8 @@ def main(url: str, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
         MissionItem(first + 1, 3, 19, 0, 1, loiter_s, 0, 20, 1, x, y, 0, 0),
     ]
     retry("uploaded", lambda: mission.upload_mission(items))
-    downloaded = mission.download_mission()
+    downloaded: list[MissionItem] = []
+    retry("read back", lambda: downloaded.extend(mission.download_mission()))
     say("downloaded", items=[[item.command, item.param1, item.param3, item.x, item.y] for item in downloaded])
     retry("armed", action.arm)
     retry("started", mission.start_mission)

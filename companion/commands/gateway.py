@@ -1,0 +1,41 @@
+"""``companion gateway``: the shore side of the LoRa link, between the modem's serial port and ground stations."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from pathlib import Path
+from typing import Any
+
+from companion.gateway import PERIOD_US, Gateway, GatewaySettings
+from companion.io.clock import SystemClock
+from companion.io.loop import StopFlag, run
+from companion.io.store import AnyStore, MemoryStore, Store
+from companion.settings import load
+
+log = logging.getLogger(__name__)
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("gateway", help="the shore side of the LoRa link", description=__doc__)
+    parser.add_argument("config", type=Path, help="TOML file; config/gateway.toml is a commented example")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run until SIGINT or SIGTERM."""
+    settings = load(arguments.config, arguments.set, GatewaySettings)
+    store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
+    for warning in store.warnings:
+        log.warning("%s", warning)
+    gateway = Gateway(settings, store=store)
+    profile = gateway.profile
+    label = settings.entity_label or profile.entity_label or settings.name
+    log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
+    stop = StopFlag().install()
+    clock = SystemClock()
+    until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
+    return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)

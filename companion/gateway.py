@@ -1,0 +1,255 @@
+"""The shore side of the radio link: a twin of the vessel between the modem's serial port and ground stations.
+
+Stations see an ordinary vehicle through the same endpoints as on the vessel; only changes cross the air. Runs on a
+ground station's computer, Windows included.
+"""
+
+from __future__ import annotations
+
+import logging
+import random
+import secrets
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from pydantic import Field
+
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.endpoint import Endpoint
+from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.lora.ledger import Priority
+from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.request_codec import crosses
+from mavlink_bridge.lora.shore import ShoreTwin
+from mavlink_bridge.missions import MissionTiming
+from mavlink_bridge.port import Identity
+from mavlink_bridge.requests import LoadPlan, Reply, Request, Result, SetParameter
+
+from .core.config import Config
+from .core.gate import Gate, GateConfig
+from .facade import Parameters, software_version
+from .io.link import Link, Opened, Received
+from .io.links import open_link
+from .io.store import AnyStore, MemoryStore
+from .io.store_content import SaveValue
+from .ports import Conversation, GroundPort
+from .radio import load_radio, read_key
+from .settings import EndpointSettings, Settings, load
+
+log = logging.getLogger(__name__)
+
+MEMORY_KEY: Final = "gateway"
+PERIOD_US: Final = 50_000
+RATES_HZ: Final = {
+    "ATTITUDE": 1.0,
+    "GLOBAL_POSITION_INT": 1.0,
+    "VFR_HUD": 1.0,
+    "GPS_RAW_INT": 1.0,
+    "SYS_STATUS": 1.0,
+    "BATTERY_STATUS": 0.5,
+    "EXTENDED_SYS_STATE": 1.0,
+    "HOME_POSITION": 0.5,
+    "MISSION_CURRENT": 1.0,
+    "CURRENT_MODE": 0.5,
+    "ALTITUDE": 1.0,
+}
+"""What the radio's states are shown as; what they do not tell, actuators for one, is not shown."""
+_LOCAL_US: Final = 1_000_000
+_PRESENT_US: Final = 3_500_000
+_SLOWER_US: Final = 5_000_000
+
+
+class GatewaySettings(Config):
+    """The whole configuration of a gateway."""
+
+    url: str = "serial:/dev/ttyUSB0?baud=9600"
+    """The shore modem's serial port; serial:COM5?baud=9600 on Windows."""
+    profile: str = "o-10"
+    """Radio profile, the same as on the vessel: name of a file in config/radio, or a path."""
+    key_file: str = ""
+    """The 32-byte key of the link, the same as on the vessel."""
+    system_id: int = Field(1, ge=1, le=250)
+    """The vessel's system id."""
+    name: str = "usv"
+    vessel_config: str = ""
+    """The vessel's own configuration file: the parameters then start from its values. Empty: from the defaults."""
+    store: str = "state/gateway.db"
+    """Counters and airtime; must survive a restart. Empty = memory only."""
+    entity_label: str = ""
+    """The original's Entity Label: labels the log."""
+    endpoints: tuple[EndpointSettings, ...] = (EndpointSettings(name="gcs", url="udp://127.0.0.1:14550"),)
+
+
+class Gateway:
+    """What ``companion gateway`` runs; driven by the loop like the vessel's app."""
+
+    def __init__(
+        self,
+        settings: GatewaySettings,
+        *,
+        make_link: Callable[[str, str], Link] = open_link,
+        modem: Link | None = None,
+        store: AnyStore | None = None,
+        rng: random.Random | None = None,
+    ) -> None:
+        self.settings = settings
+        self.profile: RadioProfile = load_radio(settings.profile)
+        self.store = store or MemoryStore()
+        vessel = load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings()
+        self.twin = ShoreTwin(
+            self.profile,
+            read_key(settings.key_file),
+            Parameters(vessel),
+            Identity(uid=0x5553_5600_0000_0000 | settings.system_id, version=software_version(), name=settings.name),
+            Gate(GateConfig()).neutral(0, "not told by the radio"),
+            rng or random.Random(secrets.randbits(64)),
+            memory=self.store.snapshot().values.get(MEMORY_KEY, ""),
+            save=self._save,
+        )
+        self.modem = modem or make_link("modem", settings.url)
+        self.grounds = [self._ground(item, make_link(item.name, item.url)) for item in settings.endpoints]
+        self._owners: dict[tuple[int, int], tuple[Conversation, Request]] = {}
+        self._ticks = 0
+        self._local_us: int | None = None
+        self._was_fresh = False
+        self._now_us = 0
+
+    def _ground(self, item: EndpointSettings, link: Link) -> GroundPort:
+        config = EndpointConfig(
+            name=item.name,
+            persona=item.persona,
+            system_id=self.settings.system_id,
+            link_class=item.link_class,
+            profile="lan",
+            rates_hz=RATES_HZ,
+            give_up_s=self.profile.link.command_s + 5.0,
+        )
+        upload_us = round(self.profile.link.upload_s * 1e6)
+        timing = MissionTiming(hold_us=400_000, store_us=upload_us + 2_000_000)
+        return GroundPort(link, "endpoint", lambda channel, peer: Endpoint(config, self.twin, timing=timing))
+
+    def _save(self, text: str) -> None:
+        self.store.submit(SaveValue(MEMORY_KEY, text))
+
+    # ---- what the loop drives -----------------------------------------------------------------------------------
+
+    @property
+    def links(self) -> Sequence[Link]:
+        return (self.modem, *(ground.link for ground in self.grounds))
+
+    def pump(self, now_us: int) -> None:
+        """Serve modem and stations."""
+        self._now_us = now_us
+        for event in self.modem.poll(now_us):
+            if isinstance(event, Received):
+                self.twin.receive(event.data, now_us)
+            else:
+                log.info("modem %s", "opened" if isinstance(event, Opened) else f"closed: {event.reason}")
+        for ground in self.grounds:
+            ground.read(now_us)
+            for talk, request in ground.requests():
+                self._take_up(talk, request, now_us)
+        self._answer(now_us)
+        self._transmit(now_us)
+        for ground in self.grounds:
+            ground.flush(now_us)
+
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        """Serve all, then let the stations see the vessel as last heard, if that is fresh enough."""
+        self._ticks += 1
+        self.twin.tick(now_us, station_present=self._station_present(now_us))
+        snapshot = self.twin.snapshot(now_us, self._ticks)
+        for ground in self.grounds:
+            if snapshot is not None:
+                ground.tick(now_us, snapshot)
+        self._say_freshness(snapshot is not None)
+        if self._local_us is None or now_us - self._local_us >= _LOCAL_US:
+            self._local_us = now_us
+            self._local_values(now_us)
+        self.store.completions()
+        self.pump(now_us)
+        return self
+
+    def shutdown(self, now_us: int) -> None:
+        for link in self.links:
+            link.close()
+        self.store.close()
+
+    # ---- inside -------------------------------------------------------------------------------------------------
+
+    def _transmit(self, now_us: int) -> None:
+        frame = self.twin.take(now_us)
+        if frame and self.modem.write(0, frame) != len(frame):
+            log.warning("the modem took only part of a frame")
+
+    def _take_up(self, talk: Conversation, request: Request, now_us: int) -> None:
+        if isinstance(request.body, LoadPlan) or crosses(request.body):
+            owner = (id(talk), request.id)
+            self._owners[owner] = (talk, request)
+            self.twin.submit(owner, request.body, now_us)
+        elif request.reply:
+            reason = f"{type(request.body).__name__} does not cross the radio link"
+            talk.reply(request.id, Reply(Result.DENIED, reason), now_us)
+        else:
+            self.twin.ignore(request.body, now_us)
+
+    def _answer(self, now_us: int) -> None:
+        for owner, reply in self.twin.replies():
+            talk, request = self._owners.pop(owner, (None, None))  # type: ignore[call-overload]
+            if talk is None or request is None:
+                continue
+            talk.reply(request.id, reply, now_us)
+            if isinstance(request.body, SetParameter) and reply.result is Result.ACCEPTED:
+                self.twin.changed_params.append(request.body.name)
+        changed, self.twin.changed_params = self.twin.changed_params, []
+        for name in changed:
+            for talk in self._conversations():
+                talk.param_changed(name)
+
+    def _conversations(self) -> list[Conversation]:
+        return [talk for ground in self.grounds for talk in ground.conversations.values()]
+
+    def _station_present(self, now_us: int) -> bool:
+        heard = (talk.last_heartbeat_us for talk in self._conversations())
+        return any(stamp is not None and now_us - stamp < _PRESENT_US for stamp in heard)
+
+    def _say_freshness(self, fresh: bool) -> None:
+        """Tell the stations when the vessel falls silent and when it is back."""
+        if fresh == self._was_fresh:
+            return
+        self._was_fresh = fresh
+        stale_s = self.profile.link.stale_after_s
+        text = "Radio: the vessel is heard" if fresh else f"Radio: nothing from the vessel for {stale_s:.0f} s"
+        log.warning(text)
+        self._say(5 if fresh else 4, text)
+
+    def _say(self, severity: int, text: str) -> None:
+        for talk in self._conversations():
+            if isinstance(talk, Endpoint):
+                talk.say(severity, text)
+
+    def _local_values(self, now_us: int) -> None:
+        """Age of the state, airtime left, link quality: the gateway's own. Texts when there is no snapshot for them."""
+        twin = self.twin
+        age_s = twin.age_s(now_us)
+        left_us = twin.link.ledger.left_us(Priority.COMMAND, now_us)
+        limit_us = self.profile.hour_us
+        share = 100 if left_us is None or not limit_us else round(100 * left_us / limit_us)
+        values = {
+            "radio_age": -1.0 if age_s is None else age_s,
+            "air_left": -1.0 if left_us is None else left_us * 1e-6,
+        }
+        messages = [
+            dialect.MAVLink_named_value_float_message(now_us // 1000 & 0xFFFFFFFF, name.encode(), value)
+            for name, value in values.items()
+        ]
+        bad = min(twin.link.strange_bytes, 0xFFFF)
+        messages.append(dialect.MAVLink_radio_status_message(255, 255, share, 255, 255, bad, 0))
+        for talk in self._conversations():
+            if isinstance(talk, Endpoint):
+                for message in messages:
+                    talk.send(message)
+        if not twin.is_fresh(now_us):
+            for severity, text in twin.texts():
+                self._say(severity, text)
