@@ -7,6 +7,7 @@ and every row of control.csv, field by field.
 
 from __future__ import annotations
 
+import copy
 import csv
 import io
 import itertools
@@ -15,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from companion.app import AppFaultError
 from companion.build import build_app
@@ -133,7 +134,7 @@ class _Replay:
             known_settings(meta["settings"], changes),
             make_link=self._make_link,
             store=self._store,
-            vessel=VesselConfig.model_validate(meta["vessel"]),
+            vessel=_vessel(meta["vessel"]),
             identity=_identity(meta["identity"]),
         )
         self.app.recorder = self
@@ -260,7 +261,8 @@ def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Se
 
     Raises ConfigError for changes that make no sense.
     """
-    kept = {key: value for key, value in data.items() if key in Settings.model_fields}
+    kept = copy.deepcopy({key: value for key, value in data.items() if key in Settings.model_fields})
+    drop_unknown(Settings, kept)
     mistakes = [mistake for item in overrides if (mistake := override(kept, item))]
     try:
         settings = Settings.model_validate(kept)
@@ -269,6 +271,26 @@ def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Se
     if mistakes:
         raise ConfigError("--set", mistakes)
     return settings
+
+
+def drop_unknown(model: type[BaseModel], data: dict[str, Any]) -> None:
+    """Take out keys that an older program knew and this one does not, so that its recordings still replay."""
+    try:
+        model.model_validate(data)
+    except ValidationError as error:
+        for item in error.errors():
+            if item["type"] != "extra_forbidden":
+                continue
+            place: Any = data
+            for part in item["loc"][:-1]:
+                place = place[part]
+            place.pop(item["loc"][-1], None)
+
+
+def _vessel(data: Mapping[str, Any]) -> VesselConfig:
+    kept = copy.deepcopy(dict(data))
+    drop_unknown(VesselConfig, kept)
+    return VesselConfig.model_validate(kept)
 
 
 def _identity(data: Mapping[str, Any]) -> Identity:

@@ -26,3 +26,7 @@ def shared_data() -> Path:
     if not SHARED_DATA.is_dir():
         pytest.skip(f"no recorded data at {SHARED_DATA.relative_to(REPO.parent)} beside the checkout")
     return SHARED_DATA
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--update-expected", action="store_true", help="accept what tests/replay finds as the expectation")

@@ -8,8 +8,8 @@ import pytest
 
 import config as shipped
 from companion.io.inputs import InputReader
-from companion.replay import ReplayError, replay, summary
-from companion.settings import load
+from companion.replay import ReplayError, known_settings, replay, summary
+from companion.settings import ConfigError, load
 from mavlink_bridge.requests import Arm
 from sitl.settings import SimSettings
 from sitl.world import World
@@ -99,3 +99,15 @@ def test_the_recording_names_nothing_of_this_machine(run_dir, tmp_path):
     reader.close()
     assert str(run_dir) not in text.replace("RUN_DIR", "")
     assert str(run_dir) not in (run_dir / "events.jsonl").read_text()
+
+
+def test_keys_that_an_older_program_knew_are_left_out(run_dir):
+    reader = InputReader(run_dir / "inputs.bin")
+    recorded = reader.meta["settings"]
+    reader.close()
+    recorded["depth"]["abolished_m"] = 3.0
+    recorded["endpoints"][0]["colour"] = "blue"
+    assert known_settings(recorded).depth.min_altitude_m == 4.0
+    assert known_settings(recorded, ["depth.min_altitude_m=5"]).depth.min_altitude_m == 5.0
+    with pytest.raises(ConfigError):
+        known_settings(recorded, ["depth.abolished_m=5"])
