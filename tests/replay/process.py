@@ -39,10 +39,9 @@ def _writer(lines: list[str]) -> Callable[[Snapshot], None]:
     last: list[tuple[str, ...]] = [()]
 
     def write(s: Snapshot) -> None:
-        for seq in s.progress.reached:
-            lines.append(f"{s.t_us / 1e6:8.2f}  reached item {seq}")
-        for text in s.texts:
-            lines.append(f"{s.t_us / 1e6:8.2f}  {text.severity.name.lower()}: {text.text}")
+        at = f"{s.t_us / 1e6:8.2f}"
+        lines += [f"{at}  reached item {seq}" for seq in s.progress.reached]
+        lines += [f"{at}  {text.severity.name.lower()}: {text.text}" for text in s.texts]
         state = (
             s.mode.value,
             "armed" if s.armed else "disarmed",
@@ -54,9 +53,9 @@ def _writer(lines: list[str]) -> Callable[[Snapshot], None]:
         )
         if state != last[0]:
             last[0] = state
-            lines.append(f"{s.t_us / 1e6:8.2f}  {', '.join(state)}")
+            lines.append(f"{at}  {', '.join(state)}")
         if s.t_us % 1_000_000 == 0:
-            lines.append(f"{s.t_us / 1e6:8.2f}  {_figures(s)}")
+            lines.append(f"{at}  {_figures(s)}")
 
     return write
 
