@@ -40,8 +40,8 @@ def _writer(lines: list[str]) -> Callable[[Snapshot], None]:
 
     def write(s: Snapshot) -> None:
         at = f"{s.t_us / 1e6:8.2f}"
-        lines += [f"{at}  reached item {seq}" for seq in s.progress.reached]
-        lines += [f"{at}  {text.severity.name.lower()}: {text.text}" for text in s.texts]
+        lines.extend(f"{at}  reached item {seq}" for seq in s.progress.reached)
+        lines.extend(f"{at}  {text.severity.name.lower()}: {text.text}" for text in s.texts)
         state = (
             s.mode.value,
             "armed" if s.armed else "disarmed",
