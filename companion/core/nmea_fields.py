@@ -204,3 +204,11 @@ def count(value: Any) -> int | None:
 def full_year(two_digits: int) -> int:
     """1980 to 2079."""
     return 2000 + two_digits if two_digits < 80 else 1900 + two_digits
+
+
+@lru_cache(maxsize=16)
+def date_day(text: str) -> int:
+    """``ddmmyy`` to days from 1970-01-01."""
+    if len(text) != 6 or not text.isdigit():
+        raise MalformedError("date")
+    return day_number(full_year(int(text[4:])), int(text[2:4]), int(text[:2]))

@@ -27,8 +27,9 @@ def checksum(body: bytes) -> int:
     """XOR of all bytes between start and ``*`` (IEC 61162-1 §7). Up to 256 bytes."""
     # Folding one big integer is several times faster than a loop over bytes.
     folded = int.from_bytes(body, "big")
-    folded ^= folded >> 1024
-    folded ^= folded >> 512
+    if len(body) > 64:
+        folded ^= folded >> 1024
+        folded ^= folded >> 512
     folded ^= folded >> 256
     folded ^= folded >> 128
     folded ^= folded >> 64

@@ -11,6 +11,7 @@ from companion.core.nmea_fields import (
     angle_rad,
     coordinate_rad,
     count,
+    date_day,
     day_number,
     full_year,
     number,
@@ -20,7 +21,8 @@ from companion.core.nmea_fields import (
 )
 from mavlink_bridge.imc import FixType
 
-_MINUTE_M: Final = 1852.0
+_STEP_M: Final = tuple(1852.0 * 10.0**-decimals for decimals in range(10))
+"""One unit of the last digit, by the number of decimals of the minutes."""
 _HEIGHT_MAX_M: Final = 100_000.0
 _SIGMA_MAX_M: Final = 1.0e6
 
@@ -32,7 +34,8 @@ def _position(part: EpochPart, sentence: Any) -> None:
         part.lat_rad = part.lon_rad = None
         part.fix_type = FixType.NONE
         return
-    part.step_m = _MINUTE_M * 10.0 ** -len(sentence.lat.partition(".")[2])
+    decimals = len(sentence.lat) - 5 if sentence.lat[4:5] == "." else 0
+    part.step_m = _STEP_M[min(decimals, len(_STEP_M) - 1)]
 
 
 _QUALITY: Final = {
@@ -128,9 +131,7 @@ def rmc(s: Any) -> EpochPart:
     part = EpochPart("RMC", s.talker, tod_us=time_of_day_us(s.data[0]))
     date = s.data[8] if len(s.data) > 8 else ""
     if date:
-        if len(date) != 6 or not date.isdigit():
-            raise MalformedError("date")
-        part.day = day_number(full_year(int(date[4:])), int(date[2:4]), int(date[:2]))
+        part.day = date_day(date)
     _status(part, s.status, s.mode_indicator)
     _position(part, s)
     if part.fix_type != FixType.NONE:
