@@ -150,3 +150,28 @@ def test_a_stopped_board_does_not_block_the_companion(chips):
     finally:
         os.kill(board.process.pid, signal.SIGCONT)
         end(process)
+
+
+def test_direction_and_trim_check_names_what_to_change(chips):
+    (board,) = chips(1)
+    words = ["bench-actuators", "--url", f"serial:{board.link}", "--yes", "--check", "--only", "rudder_starboard"]
+    done = subprocess.run([COMPANION, *words], input="y\nn\n", capture_output=True, text=True, timeout=40, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Does rudder_starboard stand amidships?" in done.stdout
+    assert "rudder_starboard +0.30: actuators.board.rudder_starboard.reverse = true" in done.stdout
+    assert "trim_us" not in done.stdout
+    assert any(abs(pulses[3] - 1650) < 15 for _, pulses in board.reports)
+
+
+@pytest.mark.parametrize("words", [["--limit", "0"], ["--period", "0.01"], ["--hold", "1.5"]])
+def test_bench_usage(words):
+    done = subprocess.run([COMPANION, "bench-actuators", "--yes", *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert words[0] in done.stderr
+
+
+def test_bench_asks_before_anything_moves():
+    words = [COMPANION, "bench-actuators", "--url", "serial:/nonexistent"]
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "propellers off" in done.stdout

@@ -196,7 +196,9 @@ def track(board, duration_s):
 
 
 def rms_m(one, two):
-    return math.sqrt(sum(math.dist(a, b) ** 2 for a, b in zip(one, two, strict=True)) / len(one))
+    apart_m = math.sqrt(sum(math.dist(a, b) ** 2 for a, b in zip(one, two, strict=True)) / len(one))
+    print(f"tracks differ by {apart_m:.4f} m RMS")
+    return apart_m
 
 
 def test_three_minutes_on_the_chip_differ_by_less_than_a_decimetre():
