@@ -186,6 +186,20 @@ def test_the_message_frequency_is_live_and_says_what_it_costs():
     assert "silence limit" in ask(world, Arm(arm=True)).reason
 
 
+def test_level_0_board_arms_only_with_consent_and_warns_every_station_again_and_again():
+    world = make_world(ArduinoTwin(level1=False))
+    world.run(6.0)
+    assert "never stops by itself" in ask(world, Arm(arm=True)).reason
+    world.app.submit(SetParameter("ACT_LEVEL0_OK", 1.0), lambda reply: None)
+    world.run(0.2)
+    ground = Ground(world)
+    messages = ground.beat(2)
+    assert ask(world, Arm(arm=True)).reason == ""
+    messages += ground.beat(70)
+    warned = [item for item in messages if item.get_type() == "STATUSTEXT" and "does not stop if this" in item.text]
+    assert len(warned) >= 2
+
+
 def track(board, duration_s):
     world = under_way(board, sailed_s=0.0)
     points = []
