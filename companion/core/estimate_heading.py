@@ -36,6 +36,7 @@ class HeadingTrack:
         self._texts = texts
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._received_us = 0
+        self._interval_s = 0.1
         self._rate_us = -_RATE_AGE_MAX_US
         self._true_us: int | None = None
         self._refused_since_us: int | None = None
@@ -60,8 +61,13 @@ class HeadingTrack:
         age_s = self.age_s(now_us)
         if age_s is None:
             return False
-        limit_s = self.config.heading_timeout_s if self._refused_since_us is None else self.config.heading_hold_s
+        limit_s = self._patience_s() if self._refused_since_us is None else self.config.heading_hold_s
         return age_s <= limit_s + extra_s
+
+    def _patience_s(self) -> float:
+        """How old a heading may be: a compass slower than 4 Hz gets two of its periods."""
+        slow_s = min(2.0 * self._interval_s + 0.1, self.config.slow_compass_s)
+        return max(self.config.heading_timeout_s, slow_s)
 
     def at(self, now_us: int) -> float:
         """Heading at a moment near the filter's time, [-pi, pi)."""
@@ -98,6 +104,8 @@ class HeadingTrack:
         innovation = wrap_pi(psi_rad - self.psi_rad)
         since_received_us = t_us - self._received_us
         self._received_us = t_us
+        late_s = min(max(since_received_us * 1e-6, 0.0), 1.5) - self._interval_s
+        self._interval_s += (0.5 if late_s > 0.0 else 0.2) * late_s
         if not self._believable(t_us, since_received_us, psi_rad, innovation, course):
             return
         sigma = math.radians(self.config.heading_sigma_deg)
@@ -158,7 +166,7 @@ class HeadingTrack:
         self, t_us: int, since_us: int, psi_rad: float, innovation: float, course: Callable[[], float | None]
     ) -> bool:
         config = self.config
-        if self._refused_since_us is None and since_us > config.heading_timeout_s * 1e6:
+        if self._refused_since_us is None and since_us > self._patience_s() * 1e6:
             self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
             return False
         widened_s = min(since_us, _STEP_RATE_MAX_US) * 1e-6

@@ -186,6 +186,20 @@ def test_row_30_lost_heading_at_low_speed_is_no_heading() -> None:
     assert (made.state.u_mps, made.state.r_radps) == (None, None)
 
 
+def test_row_30_a_compass_of_1_hz_is_slow_not_lost() -> None:
+    """The seed's own order at 1 Hz: one HDT per epoch, no ROT."""
+    made = SensorRig(circle(20.0, 1.5), sensors=SensorConfig(fix_hz=1.0, heading_hz=0.0, rate_hz=0.0))
+    made.run(15.0)
+    seen: list[bool] = []
+    errors: list[float] = []
+    made.run(30.0, lambda here: (seen.append(here.state.heading_valid), errors.append(heading_error_deg(here))))
+    assert all(seen)
+    assert not made.state.heading_from_course
+    assert max(errors) < 4.0
+    made.suite.faults.heading_silent = True
+    assert first_time(made, 4.0, lambda here: here.state.heading_from_course) <= 2.3
+
+
 @pytest.mark.parametrize("bias_deg", [180.0, -90.0, 60.0])
 def test_row_31_a_heading_jump_is_held_one_second_then_invalid(bias_deg: float) -> None:
     made = SensorRig(straight(0.5, 0.4))
