@@ -70,5 +70,5 @@ def greeting(identity: Identity, config: EndpointConfig) -> str:
     """The text each station gets once."""
     version = ".".join(str(number) for number in identity.version)
     if config.persona == "ardurover":
-        return f"{identity.name} {version}: not ArduPilot, speaks its Rover dialect"
+        return f"{identity.name} {version}: not ArduPilot, in its Rover dialect"
     return f"{identity.name} {version}"
