@@ -104,9 +104,10 @@ class HeadingTrack:
         innovation = wrap_pi(psi_rad - self.psi_rad)
         since_received_us = t_us - self._received_us
         self._received_us = t_us
+        believable = self._believable(t_us, since_received_us, psi_rad, innovation, course)
         late_s = min(max(since_received_us * 1e-6, 0.0), 1.5) - self._interval_s
         self._interval_s += (0.5 if late_s > 0.0 else 0.2) * late_s
-        if not self._believable(t_us, since_received_us, psi_rad, innovation, course):
+        if not believable:
             return
         sigma = math.radians(self.config.heading_sigma_deg)
         value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
