@@ -22,7 +22,7 @@ class ForceModel:
         self._m11, self._m22, self._m23, self._m33 = hull.m11_kg, hull.m22_kg, hull.m23_kgm, hull.m33_kgm2
         self._det = self._m22 * self._m33 - self._m23 * self._m23
         self._munk_kg = hull.munk * (hull.m22_kg - hull.m11_kg)
-        self._damping = (hull.xu, hull.xuu, hull.yv, hull.yvv, hull.nr, hull.nrr)
+        self._damping = (hull.xu, hull.xuu, hull.yv, hull.yvv, hull.nr, hull.nrr, hull.nur)
         strip_m = hull.length_m / 5.0
         self._strip = RHO_WATER * hull.draught_m * hull.crossflow_cd * strip_m
         self._strips_m = tuple(strip_m * k for k in (-2, -1, 0, 1, 2)) if hull.crossflow_cd > 0.0 else ()
@@ -75,11 +75,11 @@ class ForceModel:
 
     def _hull(self, u: float, v: float, r: float) -> tuple[float, float, float]:
         """Coriolis and damping forces on the bare hull."""
-        xu, xuu, yv, yvv, nr, nrr = self._damping
+        xu, xuu, yv, yvv, nr, nrr, nur = self._damping
         m23 = self._m23
         x = -(xu + xuu * abs(u)) * u + self._m22 * v * r + m23 * r * r
         y = -(yv + yvv * abs(v)) * v - self._m11 * u * r
-        n = -(nr + nrr * abs(r)) * r - self._munk_kg * u * v - m23 * u * r
+        n = -(nr + nrr * abs(r) + nur * abs(u)) * r - self._munk_kg * u * v - m23 * u * r
         for at_m in self._strips_m:
             across = v + at_m * r
             drag = self._strip * abs(across) * across

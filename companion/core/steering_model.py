@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from companion.core.allocation import Allocation, Allocator
+from companion.core.bandwidth import heading_bandwidth
 from companion.core.handling import Handling
 from companion.core.observer import WaterSpeedObserver
 from companion.core.steering import ModelConfig, SteeringConfig
@@ -22,6 +23,7 @@ _SATURATED_RAD = 0.3
 """Heading error at which a good bandwidth just uses up the yaw authority."""
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
+_POINTS = 8
 _REFERENCE_RATE = 2.4
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
@@ -58,12 +60,32 @@ class ModelController:
         self._last: ActuatorDemand | None = None
 
     def _tune(self, config: ModelConfig) -> None:
-        """Gains from the vessel; the bandwidth is never more than the yaw authority supports."""
-        authority = self._handling.authority(0.5 * self._handling.top_mps)
+        """Bandwidth over speed: no more than the yaw authority supports, nor than leaves margins at the stated delay."""
+        handling, vessel = self._handling, self._vessel
+        authority = handling.authority(0.5 * handling.top_mps)
         reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
-        self._omega = min(config.heading_bandwidth, reach)
-        self._kp = self._inertia * self._omega**2
+        most = min(config.heading_bandwidth, reach)
+        lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
+        self._step_mps = handling.top_mps / _POINTS
+        self._omegas = [
+            heading_bandwidth(
+                self._inertia,
+                handling.yaw_damping(k * self._step_mps)[0],
+                lag_s,
+                config.heading_damping,
+                config.heading_integral,
+                most,
+            )
+            for k in range(_POINTS + 1)
+        ]
+        self._saturated_nm = self._inertia * most**2 * _SATURATED_RAD
         self._acceleration = min(config.yaw_acceleration, 0.2 * reach * reach)
+
+    def _omega(self, speed_mps: float) -> float:
+        """Bandwidth at a speed through the water, rad/s."""
+        place = clamp(speed_mps / self._step_mps, 0.0, _POINTS - 1e-9)
+        k = int(place)
+        return self._omegas[k] + (place - k) * (self._omegas[k + 1] - self._omegas[k])
 
     def reset(self, state: EstimatedState) -> None:
         self._clear()
@@ -71,10 +93,20 @@ class ModelController:
 
     def configure(self, config: SteeringConfig) -> None:
         """Change settings without a bump: the integral takes over what the old gain gave."""
-        old_kp = self._kp
+        old, speed = self._config, max(self._observer.u_mps, 0.0)
+        before = self._inertia * self._omega(speed) ** 2
         self._config = config.model
-        self._tune(config.model)
-        self._yaw_integral_nm += (old_kp - self._kp) * self._heading_error
+        if old != config.model:
+            self._tune(config.model)
+        self._yaw_integral_nm += (before - self._inertia * self._omega(speed) ** 2) * self._heading_error
+
+    def heading_gains(self, speed_mps: float) -> tuple[float, float, float]:
+        """Return (P in Nm/rad, I in Nm/(rad s), D in Nm/(rad/s)) of the heading loop at a speed, for design work."""
+        linear, _ = self._handling.yaw_damping(speed_mps)
+        omega = self._omega(speed_mps)
+        kp = self._inertia * omega**2
+        damping = 2.0 * self._config.heading_damping * omega * self._inertia
+        return kp, self._config.heading_integral * kp, max(damping - linear, 0.0)
 
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps
@@ -122,7 +154,7 @@ class ModelController:
         self._reference(dt_s, state.psi_rad, rate, desired, speed)
         assert self._psi_ref is not None
         self._heading_error = wrap_pi(self._psi_ref - state.psi_rad)
-        omega = self._omega * (_GENTLE if desired.brake else 1.0)
+        omega = self._omega(speed) * (_GENTLE if desired.brake else 1.0)
         damping = 2.0 * self._config.heading_damping * omega * self._inertia
         p = self._inertia * omega * omega * self._heading_error
         d = max(damping - linear, 0.0) * (self._r_ref - rate)
@@ -171,10 +203,9 @@ class ModelController:
         self, dt_s: float, given: Allocation, surge_n: float, yaw_nm: float, speed_error: float, free: bool
     ) -> None:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
-        bound_nm = 0.5 * self._kp * _SATURATED_RAD
-        tolerance = 0.02 * self._kp * _SATURATED_RAD
+        bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
         if free and abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
-            gain = self._config.heading_integral * self._kp
+            gain = self._config.heading_integral * self._inertia * self._omega(max(self._observer.u_mps, 0.0)) ** 2
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )

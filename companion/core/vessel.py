@@ -39,6 +39,8 @@ class HullConfig(Config):
     nr: float = Field(ge=0)
     """Yaw damping, Nm/(rad/s)."""
     nrr: float = Field(ge=0)
+    nur: float = Field(0.0, ge=0)
+    """Yaw damping that grows with speed, Nm/(rad/s)/(m/s)."""
     munk: float = Field(0.5, ge=0, le=1)
     """Share of the ideal Munk moment that is left."""
     crossflow_cd: float = Field(0.0, ge=0)
@@ -124,7 +126,7 @@ class VesselConfig(Config):
     def scaled(self, mass: float = 1.0, drag: float = 1.0, thrust: float = 1.0) -> VesselConfig:
         """Return a copy with other inertia, damping or thrust: a wrong belief, or a loaded and fouled hull."""
         inertia = ("mass_kg", "m11_kg", "m22_kg", "m23_kgm", "m33_kgm2")
-        damping = ("xu", "xuu", "yv", "yvv", "nr", "nrr")
+        damping = ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur")
         hull = {name: getattr(self.hull, name) * mass for name in inertia}
         hull |= {name: getattr(self.hull, name) * drag for name in damping}
         power = {name: getattr(self.thruster, name) * thrust for name in ("ahead_n", "astern_n")}

@@ -1,0 +1,176 @@
+"""``companion tune``: check and design gains with python-control, from the same vessel file that the boat sails by."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from companion.commands import MissingExtraError
+from companion.core.pid import PidGains
+from companion.core.steering import SteeringConfig
+from companion.core.vessel import VesselConfig
+from companion.settings import ConfigError, explain, load_vessel
+
+SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
+"""The study's speed gains for the seed's law; they are not critical."""
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("tune", help="design and check gains", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    _add(actions, "margins", margins, "gain and phase margins over the speed range; status 1 when a bar is missed")
+    _add(actions, "nomoto", nomoto, "turning gain and lag over the speed range")
+    written = _add(actions, "gains", gains, "find gains for the seed's law by margins, and write them")
+    written.add_argument("-o", "--output", type=Path, metavar="F.toml", help="file for the gains; default: print them")
+    drawn = _add(actions, "figures", figures, "root locus, Bode and sisotool pictures of the heading loop")
+    drawn.add_argument("-o", "--output", type=Path, default=Path("tune"), metavar="DIR")
+    drawn.add_argument("--speed", type=float, default=1.5, metavar="MPS")
+    found = actions.add_parser("identify", help="K and T from a recorded step, turn or zig-zag")
+    found.add_argument("record", type=Path, metavar="F.csv")
+    found.add_argument(
+        "--columns", nargs=3, metavar=("TIME", "INPUT", "RATE"), help="names, when they are not known ones"
+    )
+    found.add_argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help="seconds of the record to use")
+    found.set_defaults(run=identify_record)
+
+
+def _add(actions: Any, name: str, function: Any, text: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=text)
+    parser.add_argument("config", nargs="?", type=Path, metavar="F.toml", help="take vessel and steering from here")
+    parser.add_argument(
+        "--vessel", default="", help="a shipped vessel or a path; default: the configuration's, or otter"
+    )
+    parser.add_argument("--profile", choices=("model", "seed"), help="default: the configuration's")
+    parser.add_argument("--delay", type=float, default=0.15, metavar="S", help="delay in the loop")
+    parser.set_defaults(run=function)
+    return parser
+
+
+def _chosen(arguments: argparse.Namespace) -> tuple[SteeringConfig, VesselConfig, str]:
+    """Steering settings, vessel and profile that the arguments name."""
+    if importlib.util.find_spec("control") is None:
+        raise MissingExtraError('tuning needs python-control: pip install "usv-companion[design]"')
+    steering, name = SteeringConfig(), "otter"
+    if arguments.config:
+        steering, name = _read(arguments.config)
+    vessel = load_vessel(arguments.vessel or name)
+    return steering, vessel, arguments.profile or ("seed" if steering.profile == "seed" else "model")
+
+
+def _read(path: Path) -> tuple[SteeringConfig, str]:
+    """Take steering and vessel out of a configuration file of any kind (boat or simulation)."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+    try:
+        return SteeringConfig.model_validate(data.get("steering", {})), str(data.get("vessel", "otter"))
+    except ValidationError as error:
+        raise ConfigError(str(path), [explain(item) for item in error.errors()]) from None
+
+
+def margins(arguments: argparse.Namespace) -> int:
+    """Print the margins; 0 when all hold."""
+    from companion.tuning.margins import GAIN_BAR_DB, PHASE_BAR_DEG, heading_margins
+
+    steering, vessel, profile = _chosen(arguments)
+    if profile == "seed" and steering.seed.heading_gains is None:
+        print(
+            "profile 'seed' has no gains: give a configuration with [steering.seed.heading_gains], or see `tune gains`"
+        )
+        return 2
+    print(
+        f"{vessel.name}, profile {profile}, delay {arguments.delay} s; bars {GAIN_BAR_DB:g} dB, {PHASE_BAR_DEG:g} deg"
+    )
+    print(" m/s   gain dB  phase deg     Ms  crossover rad/s")
+    holds = True
+    for found in heading_margins(steering, vessel, profile, arguments.delay):
+        mark = "" if found.holds else "  below the bar"
+        print(
+            f"{found.speed_mps:4.1f} {found.gain_db:9.1f} {found.phase_deg:10.1f} {found.peak:6.2f} "
+            f"{found.crossover_radps:8.2f}{mark}"
+        )
+        holds = holds and found.holds
+    return 0 if holds else 1
+
+
+def nomoto(arguments: argparse.Namespace) -> int:
+    """Print K and T of rudder to yaw rate, and the damping that schedules the feed-forward."""
+    from companion.core.handling import Handling
+    from companion.tuning.margins import SPEEDS_MPS
+    from companion.tuning.plants import nomoto as found, reachable
+
+    _, vessel, _ = _chosen(arguments)
+    handling = Handling(vessel)
+    print(" m/s    K 1/s     T s   damping Nm s   rudders Nm   thrusters Nm   turn radius m")
+    for speed in reachable(vessel, SPEEDS_MPS):
+        try:
+            shown = "{:8.2f} {:7.2f}".format(*found(vessel, speed))
+        except ValueError:
+            shown = "       -       -"
+        authority = handling.authority(speed)
+        print(
+            f"{speed:4.1f} {shown} {handling.yaw_damping(speed)[0]:14.1f} {authority.rudder_nm:12.0f} "
+            f"{authority.differential_nm:14.0f} {handling.turn_radius_m(speed):15.1f}"
+        )
+    return 0
+
+
+def gains(arguments: argparse.Namespace) -> int:
+    """Find gains for the seed's law; write or print them."""
+    from companion.tuning.design import as_toml, seed_gains
+
+    steering, vessel, _ = _chosen(arguments)
+    found = seed_gains(steering, vessel, arguments.delay)
+    if found is None:
+        print(f"no gains on the grid hold the margins for {vessel.name} at {arguments.delay} s")
+        return 1
+    note = f"seed law on {vessel.name}: 8 dB and 45 deg at {arguments.delay} s delay, found by companion tune gains"
+    text = as_toml(found, steering.seed.speed_gains or SPEED_GAINS, note)
+    if arguments.output:
+        arguments.output.write_text(text, encoding="utf-8")
+        print(arguments.output)
+    else:
+        print(text)
+    return 0
+
+
+def figures(arguments: argparse.Namespace) -> int:
+    """Draw the loop at one speed."""
+    from companion.tuning.figures import draw
+    from companion.tuning.margins import model_loop, seed_loop
+
+    steering, vessel, profile = _chosen(arguments)
+    if profile == "seed":
+        loop = seed_loop(steering, vessel, arguments.speed, steering.seed.heading_gains or PidGains(kp=1.8, kd=0.4))
+    else:
+        loop = model_loop(steering, vessel, arguments.speed)
+    for path in draw(loop, arguments.output, f"{vessel.name}, {profile}, {arguments.speed} m/s"):
+        print(path)
+    return 0
+
+
+def identify_record(arguments: argparse.Namespace) -> int:
+    """Print K and T of a record."""
+    if importlib.util.find_spec("numpy") is None:
+        raise MissingExtraError('identification needs numpy: pip install "usv-companion[design]"')
+    from companion.tuning.identify import identify, read_columns
+
+    try:
+        times, inputs, rates = read_columns(arguments.record, arguments.columns)
+        if arguments.span:
+            kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
+            times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
+        found = identify(times, inputs, rates)
+    except (OSError, ValueError) as error:
+        print(error)
+        return 1
+    print(f"K = {found.gain:.3f} rad/s per unit of input, T = {found.lag_s:.2f} s, bias {found.bias:+.4f} rad/s2")
+    print(f"fit {100 * found.fit:.0f} %")
+    return 0

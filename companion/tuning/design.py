@@ -1,0 +1,34 @@
+"""Gains for the seed's law, chosen by margins: the fastest on a grid that keeps them at every speed the vessel can sail."""
+
+from __future__ import annotations
+
+from companion.core.pid import PidGains
+from companion.core.steering import SteeringConfig
+from companion.core.vessel import VesselConfig
+from companion.tuning.margins import DELAY_S, SPEEDS_MPS, each_margin
+
+_PROPORTIONAL = (0.3, 0.45, 0.6, 0.9, 1.2, 1.5, 1.8, 2.2, 2.7)
+_DERIVATIVE = (0.0, 0.1, 0.2, 0.4, 0.6)
+_HARDEST_FIRST = tuple(reversed(SPEEDS_MPS))
+_INTEGRAL = 0.005 / 1.8
+"""Integral gain over the proportional one: more of it and the clamped integral overshoots for half a minute."""
+
+
+def seed_gains(config: SteeringConfig, vessel: VesselConfig, delay_s: float = DELAY_S) -> PidGains | None:
+    """Return heading gains with the most proportional, then derivative gain that hold everywhere; None if none do."""
+    for kp in reversed(_PROPORTIONAL):
+        for kd in reversed(_DERIVATIVE):
+            gains = PidGains(kp=kp, ki=round(kp * _INTEGRAL, 4), kd=kd)
+            seed = config.seed.model_copy(update={"heading_gains": gains})
+            trial = config.model_copy(update={"seed": seed})
+            if all(margins.holds for margins in each_margin(trial, vessel, "seed", delay_s, _HARDEST_FIRST)):
+                return gains
+    return None
+
+
+def as_toml(heading: PidGains, speed: PidGains, note: str) -> str:
+    """Return the tables of a configuration file that set these gains."""
+    lines = [f"# {note}"]
+    for table, gains in (("heading_gains", heading), ("speed_gains", speed)):
+        lines += [f"[steering.seed.{table}]", *(f"{key} = {getattr(gains, key):g}" for key in ("kp", "ki", "kd")), ""]
+    return "\n".join(lines)

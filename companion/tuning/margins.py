@@ -1,0 +1,122 @@
+"""Gain and phase margins of the heading loops at a stated delay, over the speed range.
+
+The loop is cut at the actuation: law, delay, actuators with their lags, hull. Needs the ``design`` extra.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from companion.core.pid import PidGains
+from companion.core.steering import SteeringConfig
+from companion.core.steering_model import ModelController
+from companion.core.units import knots_to_mps
+from companion.core.vessel import VesselConfig
+from companion.tuning.plants import moment_plant, reachable, share_plant
+
+SPEEDS_MPS = (0.5, 1.0, 1.5, 2.0, 2.5)
+DELAY_S = 0.15
+GAIN_BAR_DB = 8.0
+PHASE_BAR_DEG = 45.0
+_PADE_ORDER = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """Robustness of one loop at one speed."""
+
+    speed_mps: float
+    gain_db: float
+    """Least factor, up or down, that makes it unstable."""
+    phase_deg: float
+    peak: float
+    """Greatest sensitivity Ms."""
+    crossover_radps: float
+
+    @property
+    def holds(self) -> bool:
+        return self.gain_db >= GAIN_BAR_DB and self.phase_deg >= PHASE_BAR_DEG
+
+
+def loop_margins(loop: Any, speed_mps: float, delay_s: float) -> Margins:
+    """Return the margins of a state-space loop with a delay in it; zero where the closed loop is unstable.
+
+    The delay is exact in the frequency response, and a Padé fraction in the test for stability.
+    """
+    import control
+    import numpy
+
+    closed = control.feedback(control.ss(*_pade(delay_s)) * loop if delay_s > 0.0 else loop, 1)
+    if max(pole.real for pole in closed.poles()) > 1e-6:
+        return Margins(speed_mps, 0.0, 0.0, math.inf, 0.0)
+    omega = numpy.logspace(-2, 2, 2000)
+    answer = loop(1j * omega, squeeze=True) * numpy.exp(-1j * omega * delay_s)
+    response = control.frd(answer, omega, smooth=True)
+    gains, phases, stabilities, _, crossovers, _ = control.stability_margins(response, returnall=True)
+    gain_db = min((abs(20.0 * math.log10(gain)) for gain in gains if gain > 0.0), default=math.inf)
+    phase_deg = min((abs(float(phase)) for phase in phases), default=math.inf)
+    peak = 1.0 / float(numpy.min(numpy.abs(1.0 + answer))) if not len(stabilities) else 1.0 / float(min(stabilities))
+    return Margins(speed_mps, gain_db, phase_deg, peak, max((float(w) for w in crossovers), default=0.0))
+
+
+def _pade(delay_s: float) -> tuple[Any, Any, Any, Any]:
+    import control
+
+    fraction = control.ss(control.tf(*control.pade(delay_s, _PADE_ORDER)))
+    return fraction.A, fraction.B, fraction.C, fraction.D
+
+
+def model_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float) -> Any:
+    """Return the heading loop of profile ``model``, in state space: PD on heading and measured rate, and the integral."""
+    import control
+
+    kp, ki, kd = ModelController(config, vessel).heading_gains(speed_mps)
+    plant = moment_plant(vessel, speed_mps)
+    return control.ss([[0.0]], [[1.0, 0.0]], [[ki]], [[kp, kd]]) * plant
+
+
+def seed_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float, gains: PidGains) -> Any:
+    """Return the heading loop of profile ``seed`` at the share that holds at this speed."""
+    import control
+
+    seed = config.seed
+    fast = speed_mps > knots_to_mps(seed.high_speed_threshold_kn)
+    share = seed.high_speed_thruster_share if fast else seed.low_speed_thruster_share
+    # the derivative is a difference over one tick: a filter of half of it keeps the function proper
+    fast_pole = 1.0 / 0.025
+    law = control.ss(
+        [[0.0, 0.0], [0.0, -fast_pole]],
+        [[1.0], [1.0]],
+        [[gains.ki, -gains.kd * fast_pole * fast_pole]],
+        [[gains.kp + gains.kd * fast_pole]],
+    )
+    return law * share_plant(vessel, speed_mps, share)
+
+
+def heading_margins(
+    config: SteeringConfig,
+    vessel: VesselConfig,
+    profile: str,
+    delay_s: float = DELAY_S,
+    speeds: tuple[float, ...] = SPEEDS_MPS,
+) -> list[Margins]:
+    """Return the margins over the speeds that the vessel can sail. ``profile`` is 'model' or 'seed'."""
+    return list(each_margin(config, vessel, profile, delay_s, speeds))
+
+
+def each_margin(
+    config: SteeringConfig, vessel: VesselConfig, profile: str, delay_s: float, speeds: tuple[float, ...]
+) -> Iterator[Margins]:
+    """Yield the margins speed by speed, so that a search can stop at the first that fails."""
+    gains = config.seed.heading_gains
+    for speed in reachable(vessel, speeds):
+        if profile != "seed":
+            loop = model_loop(config, vessel, speed)
+        elif gains is not None:
+            loop = seed_loop(config, vessel, speed, gains)
+        else:
+            raise ValueError("profile 'seed' has no gains to check: set steering.seed.heading_gains")
+        yield loop_margins(loop, speed, delay_s)

@@ -1,0 +1,160 @@
+"""Design work with python-control: one vessel file, two integrators that agree, margins of every shipped gain set."""
+
+import math
+import tomllib
+import warnings
+
+import pytest
+
+import config as shipped
+from companion.core.pid import DiscretePid, PidGains
+from companion.core.steering import SteeringConfig
+from companion.tuning.identify import identify, read_columns
+from companion.tuning.margins import heading_margins
+from companion.tuning.plants import nomoto, vessel_system
+from sitl.library import load_vessel, vessel_names
+from sitl.vessel import SimVessel
+from tests.conftest import require
+
+try:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import control
+        import numpy
+except ImportError:
+    control = numpy = None
+
+
+@pytest.fixture(autouse=True)
+def _needs_control():
+    require(control is not None, "python-control")
+
+
+@pytest.mark.parametrize("name", vessel_names())
+def test_both_integrators_agree(name):
+    """60 s of a manoeuvre by python-control's ODE solver and by the simulator."""
+    vessel = load_vessel(name)
+
+    def orders(t):
+        port = 0.6 if t < 20 else 0.5
+        return port, 0.6, 0.1 if 30 < t < 45 and vessel.rudder.count else 0.0
+
+    times = numpy.linspace(0.0, 60.0, 2401)
+    inputs = numpy.array([orders(t) for t in times]).T
+    solved = control.input_output_response(
+        vessel_system(vessel), times, inputs, [0.0] * 7, solve_ivp_kwargs={"rtol": 1e-6, "atol": 1e-7, "max_step": 0.1}
+    )
+    hull, turned = SimVessel(vessel), 0.0
+    for t in numpy.arange(0.0, 60.0, 0.005):
+        port, starboard, rudder = orders(t)
+        hull.step(0.005, port, starboard, rudder, rudder)
+        turned += hull.r_radps * 0.005
+    u, v, r, psi = (solved.states[k][-1] for k in range(4))
+    assert hull.u_mps == pytest.approx(u, abs=2e-3)
+    assert hull.v_mps == pytest.approx(v, abs=2e-3)
+    assert hull.r_radps == pytest.approx(r, abs=2e-3)
+    assert turned == pytest.approx(psi, abs=math.radians(0.5))
+
+
+@pytest.mark.parametrize(("speed", "gain", "lag"), [(0.5, 0.27, 0.51), (1.5, 1.06, 0.32), (2.5, 2.04, 0.26)])
+def test_nomoto_of_the_default_vessel(speed, gain, lag):
+    assert nomoto(load_vessel("otter"), speed) == pytest.approx((gain, lag), rel=0.05)
+
+
+def gain_sets():
+    sets = [(name, "model", SteeringConfig()) for name in vessel_names()]
+    for file in ("boat.toml", "sim.toml"):
+        steering = SteeringConfig.model_validate(
+            tomllib.loads(shipped.path(file).read_text("utf-8")).get("steering", {})
+        )
+        if steering.seed.heading_gains is not None:
+            shares = {"low_speed_thruster_share": 0.8, "high_speed_thruster_share": 0.2}
+            swapped = steering.model_copy(update={"seed": steering.seed.model_copy(update=shares)})
+            sets += [("otter", "seed", steering), ("otter", "seed", swapped)]
+    return sets
+
+
+@pytest.mark.parametrize(("vessel", "profile", "steering"), gain_sets())
+def test_every_shipped_gain_set_keeps_its_margins(vessel, profile, steering):
+    """8 dB and 45° at 0.15 s delay, over the speeds that the vessel can sail."""
+    found = heading_margins(steering, load_vessel(vessel), profile)
+    assert found
+    for margins in found:
+        assert margins.holds, margins
+
+
+def test_gains_tuned_on_error_only_are_caught():
+    """The study's trap: Kp 6.55, Kd 0.8 looks well in simulation and has next to no margin."""
+    from companion.core.steering import SeedConfig
+
+    trap = SteeringConfig(seed=SeedConfig(heading_gains=PidGains(kp=6.55, kd=0.8), speed_gains=PidGains(kp=0.6)))
+    assert any(not margins.holds for margins in heading_margins(trap, load_vessel("otter"), "seed"))
+
+
+def test_discrete_pid_against_c2d():
+    """Our PI against the Tustin transfer function of kp + ki/s, to within the half step by which they differ."""
+    gains, dt = PidGains(kp=1.5, ki=0.4), 0.05
+    errors = [math.sin(0.3 * k * dt) for k in range(400)]
+    law = control.c2d(gains.kp + gains.ki / control.tf("s"), dt, "tustin")
+    expected = control.forced_response(law, numpy.arange(400) * dt, numpy.array(errors)).outputs
+    pid = DiscretePid(gains)
+    got = [pid.step(dt, error).output for error in errors]
+    # ours uses the integral before this step's share: half a step behind the trapezium
+    assert max(abs(a - b) for a, b in zip(got, expected, strict=True)) < gains.ki * dt
+
+
+def test_identification_of_a_simulated_zigzag():
+    vessel, speed = load_vessel("otter"), 1.5
+    hull = SimVessel(vessel)
+    hull.place(surge_mps=speed)
+    times, inputs, rates = [], [], []
+    order = math.radians(4.0)
+    for k in range(6000):
+        if hull.psi_rad > math.radians(5.0):
+            order = -math.radians(4.0)
+        elif hull.psi_rad < -math.radians(5.0):
+            order = math.radians(4.0)
+        hull.step(0.01, 0.562, 0.562, order, order)
+        times.append(k * 0.01)
+        inputs.append(hull.rudder_rad[0])
+        rates.append(hull.r_radps)
+    found = identify(times, inputs, rates)
+    gain, lag = nomoto(vessel, speed)
+    assert found.gain == pytest.approx(gain, rel=0.2)
+    assert found.lag_s == pytest.approx(lag, rel=0.35)
+    assert found.fit > 0.9
+
+
+def test_identification_of_measured_zigzags(shared_data):
+    """The 3 m ship model: turning gain and lag of a plausible size, and more than half of the motion explained."""
+    files = sorted((shared_data / "trajectories" / "esso_osaka_model").glob("zigzag_*.csv"))
+    assert files
+    for file in files:
+        found = identify(*read_columns(file))
+        assert 0.05 < found.gain < 0.5
+        assert 3.0 < found.lag_s < 40.0
+        assert found.fit > 0.5
+
+
+def test_a_record_without_manoeuvre_is_refused():
+    with pytest.raises(ValueError, match="no manoeuvre"):
+        identify([k * 0.1 for k in range(100)], [0.0] * 100, [0.0] * 100)
+
+
+def test_the_command_checks_and_writes(tmp_path, capsys):
+    from companion.cli import main
+
+    assert main(["tune", "margins", "--vessel", "plant_b"]) == 0
+    assert "bars 8 dB, 45 deg" in capsys.readouterr().out
+    assert main(["tune", "margins", "--delay", "0.6"]) == 1
+    assert main(["tune", "nomoto"]) == 0
+    written = tmp_path / "gains.toml"
+    assert main(["tune", "gains", "-o", str(written)]) == 0
+    steering = SteeringConfig.model_validate(tomllib.loads(written.read_text("utf-8"))["steering"])
+    assert all(margins.holds for margins in heading_margins(steering, load_vessel("otter"), "seed"))
+    assert main(["tune", "figures", "-o", str(tmp_path / "pictures")]) == 0
+    assert sorted(file.name for file in (tmp_path / "pictures").iterdir()) == [
+        "bode.png",
+        "rootlocus.png",
+        "sisotool.png",
+    ]
