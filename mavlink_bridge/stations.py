@@ -27,6 +27,8 @@ class Stations:
         self._welcome = welcome
         self._complain = complain
         self.peers: dict[int, Peer] = {}
+        self.last_heartbeat_us: int | None = None
+        """When any station was last heard; None = never."""
 
     def heartbeat(self, message: Any, now_us: int) -> None:
         """Take a HEARTBEAT; only ground stations count, and none with the vessel's own id."""
@@ -36,6 +38,7 @@ class Stations:
         if system == self._own_id:
             self._complain(f"a ground station uses this vessel's system id {system}")
             return
+        self.last_heartbeat_us = now_us
         peer = self.peers.get(system)
         if peer is not None:
             peer.last_heartbeat_us = now_us
@@ -44,8 +47,3 @@ class Stations:
             self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
         self.peers[system] = Peer(system, now_us)
         self._welcome(system)
-
-    @property
-    def last_heartbeat_us(self) -> int | None:
-        """When any station was last heard; None = never."""
-        return max((peer.last_heartbeat_us for peer in self.peers.values()), default=None)
