@@ -66,10 +66,10 @@ class Arduino:
         self._neutral_left = NEUTRAL_FRAMES
         self._asked_us: int | None = None
         self._first_asked_us: int | None = None
-        self._encoded_us: int | None = None
         self._due_us: int | None = None
         self._offered = b""
         self._repair = b""
+        self._repaired = b""
         self._warned_us: int | None = None
         self._shown: tuple[str, ...] = ()
         self._faults: tuple[int, tuple[str, ...]] | None = None
@@ -163,7 +163,8 @@ class Arduino:
         data = self._negotiate(now_us) if asking else self._refresh(output, now_us)
         if not data:
             return b""
-        self._offered, self._repair = self._repair + data, b""
+        self._repaired, self._repair = self._repair, b""
+        self._offered = self._repaired + data
         return self._offered
 
     def _awake(self, now_us: int) -> bool:
@@ -245,14 +246,14 @@ class Arduino:
         if accepted >= offered:
             return
         self._faults = None
-        if accepted <= 0:
-            return
-        if self._level == 1:
+        if accepted < len(self._repaired) or accepted <= 0:
+            self._repair = self._repaired[max(accepted, 0) :]
+        elif self._level == 1:
             self._repair = b"" if self._offered[accepted - 1 : accepted] == b"\n" else b"\n"
-            return
-        rest = self._offered[accepted:]
-        starts = [index for index, byte in enumerate(rest) if byte in b"mMlL#"]
-        self._repair = rest[: starts[0]] if starts else rest
+        else:
+            rest = self._offered[accepted:]
+            starts = [index for index, byte in enumerate(rest) if byte in b"mMlL#"]
+            self._repair = rest[: starts[0]] if starts else rest
 
     @property
     def dropped(self) -> int:

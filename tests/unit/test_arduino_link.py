@@ -256,6 +256,21 @@ def test_a_cut_level_0_command_is_completed():
     assert line.written == [b"500" + b"m1500M1500l1500L1500"]
 
 
+def test_a_repair_that_was_not_taken_is_tried_again():
+    line = Line(answers=False, level="0", sketch="fixed-block").open().tick(60)
+    line.written.clear()
+    for accepts in (7, 0, 2, None):
+        line.accepts = accepts
+        line.tick()
+    assert b"".join(line.written) == b"m1500M1" + b"50" + b"0" + b"m1500M1500l1500L1500"
+    checked = Line().running()
+    checked.written.clear()
+    for accepts in (7, 0, None):
+        checked.accepts = accepts
+        checked.tick()
+    assert b"".join(checked.written) == NEUTRAL[:7] + b"\n" + NEUTRAL
+
+
 def test_silence_is_told_within_350_ms():
     line = Line().running().tick(2)
     line.answers = False
