@@ -152,7 +152,12 @@ class World:
     # ---- inside -------------------------------------------------------------------------------------------------
 
     def _serve_radio(self) -> None:
-        """While the radio has bytes under way, they come and go between two ticks as well, as they do on the boat."""
+        """While the radio has bytes under way, they come and go between two ticks as well, as they do on the boat.
+
+        Nobody at the shore modem in memory: nothing can come back, and the ticks alone will do.
+        """
+        if self._ground.get("shore") in self._unused:
+            return
         for at_us in range(self.now_us + _RADIO_STEP_US, self.now_us + self.period_us, _RADIO_STEP_US):
             if not self.surroundings.radio.is_busy:
                 return
