@@ -1,4 +1,4 @@
-"""``companion check``: explain and validate a configuration without opening anything."""
+"""``companion check``: explain and validate a configuration; opens nothing, except the sensors with ``--live``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from companion.commands.check_live import watch
 from companion.core.vessel import stopping_distance_m, top_speed_mps
 from companion.io.link_url import LinkConfigError
 from companion.io.links import check_link
@@ -17,6 +18,14 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser("check", help="explain and validate a configuration", description=__doc__)
     parser.add_argument("config", type=Path)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.add_argument(
+        "--live",
+        nargs="?",
+        type=float,
+        const=5.0,
+        metavar="SECONDS",
+        help="listen to the sensors (5 s) and say what comes",
+    )
     parser.set_defaults(run=command)
 
 
@@ -44,7 +53,9 @@ def command(arguments: argparse.Namespace) -> int:
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
     print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")
-    return 0
+    if arguments.live is None:
+        return 0
+    return 0 if watch(settings, arguments.live) else 1
 
 
 def link_mistakes(settings: Settings) -> list[str]:
