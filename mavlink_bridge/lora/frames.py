@@ -39,9 +39,9 @@ class Kind(IntEnum):
     ORDER = 6
     """Id, and a request."""
     PIECE = 7
-    """Id, index and flags, part of a longer message."""
+    """Id, row of the erasure code, count and flags, part of a longer message."""
     MISSING = 8
-    """Id, bitmap of pieces that have arrived."""
+    """Id, number of pieces that have arrived."""
     REPLY = 9
     """Id and result, reason."""
     BEACON = 10

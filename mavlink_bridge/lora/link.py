@@ -20,6 +20,7 @@ from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
 from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
 from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.transfer import Inbox, Message, Outgoing, cut, read_reply
 from mavlink_bridge.requests import Reply, Result
 
@@ -31,7 +32,7 @@ _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
 _QUIET_PIECES: Final = 6
-_PATIENT_TRIES: Final = 10
+_PATIENT_TRIES: Final = 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,9 @@ class CompactLink:
         self._answers: deque[_Posted] = deque(maxlen=_MAX_POSTED)
         self._posted: deque[_Posted] = deque(maxlen=_MAX_POSTED)
         self._outcomes: list[Outcome] = []
-        self._listen_until_us = 0
+        self._listen_until_us = self._hold_answers_us = 0
+        self.rhythm: Rhythm | None = None
+        """The other end's grid of states, where it keeps one."""
         self._greeting = Greeting(profile, rng, now_us)
         self._restore(memory, now_us)
 
@@ -152,6 +155,9 @@ class CompactLink:
     def _on_message(self, frame: Frame, now_us: int) -> Message | None:
         message: Message | None
         if frame.kind is Kind.PIECE:
+            # complete before the sender asked: it still sends its reserve, and would not hear an answer now
+            polled = len(frame.body) > 2 and frame.body[2] & 0x80
+            self._hold_answers_us = now_us if polled else now_us + self._longest_us()
             message, reply, account = self.inbox.piece(frame.body)
             if account is not None:
                 self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
@@ -178,8 +184,8 @@ class CompactLink:
 
     def _on_missing(self, body: bytes, now_us: int) -> None:
         for item in self._outgoing:
-            if body and item.id == body[0]:
-                item.heard_missing(body[1:])
+            if len(body) > 1 and item.id == body[0]:
+                item.heard_account(body[1])
                 item.next_us = now_us
 
     def _other_was_talking(self, now_us: int) -> None:
@@ -194,7 +200,7 @@ class CompactLink:
     def cost_us(self, kind: Kind, payload: bytes) -> int:
         """Airtime of a message without any repeat."""
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
-        extra = 7 if len(pieces) == 1 else 8
+        extra = 7 if len(pieces) == 1 else 9
         return sum(self.profile.airtime_us(len(piece) + extra) for piece in pieces)
 
     def submit(self, kind: Kind, payload: bytes, priority: Priority, now_us: int, limit_us: int) -> int:
@@ -209,8 +215,6 @@ class CompactLink:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
         item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
-        if not item.is_single:
-            item.missing = set(range(len(pieces)))
         self._next_id = (self._next_id + 1) % 256
         self._outgoing.append(item)
         self._outgoing.sort(key=lambda other: other.priority)
@@ -282,13 +286,13 @@ class CompactLink:
         return round(size * self.profile.serial_byte_us)
 
     def _an_answer(self, now_us: int) -> bytes:
-        if not self._answers:
+        if not self._answers or now_us < self._hold_answers_us:
             return b""
         first = self._answers.popleft()
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + self._longest_us()
+            self._listen_until_us = self.clock.off_us + 2 * self._longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -315,6 +319,8 @@ class CompactLink:
         for item in list(items):
             if now_us < item.next_us:
                 continue
+            if not item.is_under_way and self._would_meet(item.next_size(), now_us):
+                continue
             if item.asked:
                 item.begin_round()
             kind, body = item.next_frame()
@@ -335,12 +341,17 @@ class CompactLink:
         if self._outgoing and any(item.asked and now_us < item.next_us for item in self._outgoing):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
+        if self._would_meet(len(first.body) + 6, now_us):
+            return b""
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
             self._posted.remove(first)
             self.last_posted = self._sealer.counter, first.body
             self._listen()
         return frame
+
+    def _would_meet(self, size: int, now_us: int) -> bool:
+        return self.rhythm is not None and self.rhythm.meets(now_us, now_us + self.clock.span_us(size))
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""
@@ -383,7 +394,7 @@ class CompactLink:
     def _patience_us(self, item: Outgoing) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
         base_us = self._answer_us()
-        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.3 ** min(item.tries - _PATIENT_TRIES, 8)
+        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 
     def _expire(self, now_us: int) -> None:

@@ -13,6 +13,7 @@ from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.state_codec import RadioState, encode_batch, encode_delta, encode_key, mark_of, settle
 from mavlink_bridge.snapshot import Snapshot
 
+_OWN_ORDER_US: Final = 3_500_000
 _STATUS_GAP_US: Final = 1_500_000
 _THRIFTY_GAP_US: Final = 600_000_000
 _TEXT_GAP_US: Final = 5_000_000
@@ -47,6 +48,10 @@ class Reporter:
         if found is not None:
             body, state, made_us = found
             self._base = mark_of(body), state, made_us
+
+    def shore_ordered(self, now_us: int) -> None:
+        """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
+        self._status_us = max(now_us + _OWN_ORDER_US, self._status_us or 0)
 
     def want_key(self) -> None:
         """The shore has no key, or lost it."""

@@ -22,6 +22,7 @@ from mavlink_bridge.lora.link import CompactLink, Outcome
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
+from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of
 from mavlink_bridge.lora.state_codec import RadioState, decode_batch, decode_delta, decode_key, mark_of
 from mavlink_bridge.lora.transfer import Message
@@ -41,6 +42,8 @@ from mavlink_bridge.requests import (
 from mavlink_bridge.snapshot import Snapshot
 
 _SYNC_GAP_US: Final = 60_000_000
+_WAY_US: Final = 40_000
+"""From the end of a packet to its bytes here: module and serial line."""
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
 
@@ -74,6 +77,8 @@ class ShoreTwin:
     ) -> None:
         self.profile = profile
         self.link = CompactLink(profile, key, Direction.TO_VESSEL, rng, memory=memory, save=save, now_us=now_us)
+        if profile.link.batch == 1:
+            self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6))
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
@@ -216,6 +221,9 @@ class ShoreTwin:
     # ---- what comes ---------------------------------------------------------------------------------------------
 
     def _on_frame(self, frame: Frame, now_us: int) -> None:
+        if self.link.rhythm is not None and frame.kind in (Kind.KEY, Kind.DELTA):
+            span_us = self.link.clock.span_us(len(frame.body) + 6)
+            self.link.rhythm.heard(now_us - span_us - _WAY_US, span_us)
         try:
             if frame.kind is Kind.KEY:
                 self._on_key(frame, now_us)

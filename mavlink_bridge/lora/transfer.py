@@ -7,91 +7,125 @@ executed again.
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import Final
 from zlib import crc32
 
+from mavlink_bridge.lora import erasure
 from mavlink_bridge.lora.frames import Kind
 from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.requests import Reply, Result
 
-MAX_PIECES: Final = 64
-_POLL, _LAST = 0x40, 0x80
+_POLL: Final = 0x80
+_LENGTH_MARK: Final = b"\x80"
+_REPAIR_MAX: Final = 2.5
+_REPAIR_MIN_SHARE: Final = 1.0 / _REPAIR_MAX
 _RESULTS: Final = tuple(Result)
 _REMEMBERED: Final = 48
+_COMING: Final = 4
 
 
 @dataclass(slots=True)
 class Outgoing:
-    """A message on its way."""
+    """A message on its way. Long ones go as rows of an erasure code: any ``len(parts)`` of them are enough."""
 
     id: int
     kind: Kind
-    pieces: tuple[bytes, ...]
+    parts: tuple[bytes, ...]
     priority: Priority
     deadline_us: int
-    missing: set[int] = field(default_factory=set)
     next_us: int = 0
     """When the next frame may be sent; after a question, when the answer is overdue."""
     tries: int = 0
     """Questions asked so far."""
     asked: bool = False
     """The last frame asked for an answer that has not come."""
+    left: int = 0
+    """Rows still to be sent before the next question."""
+    sent: int = 0
+    """Rows sent so far."""
+    arrived: int = 0
+    """Rows that the other end is known to have."""
+
+    def __post_init__(self) -> None:
+        self.left = len(self.parts)
 
     @property
     def is_single(self) -> bool:
-        return len(self.pieces) == 1
+        return len(self.parts) == 1
 
-    def next_frame(self) -> tuple[Kind, bytes]:
-        """The next frame's kind and body; notes what is still to be sent in this round."""
-        if self.is_single:
-            self.asked = True
-            self.tries += 1
-            return self.kind, bytes((self.id,)) + self.pieces[0]
-        if not self.missing:
-            self.asked = True
-            self.tries += 1
-            return Kind.PIECE, bytes((self.id, _POLL))
-        index = min(self.missing)
-        self.missing.discard(index)
-        flags = index
-        if not self.missing:
-            flags |= _POLL
-            self.asked = True
-            self.tries += 1
-        if index == len(self.pieces) - 1:
-            flags |= _LAST
-        return Kind.PIECE, bytes((self.id, flags)) + self.pieces[index]
+    @property
+    def is_under_way(self) -> bool:
+        """Whether the other end knows that a long message is coming, and keeps quiet for it."""
+        return not self.is_single and self.sent > 1
 
     def next_size(self) -> int:
         """Bytes of the next frame."""
         if self.is_single:
-            return len(self.pieces[0]) + 7
-        return len(self.pieces[min(self.missing)]) + 8 if self.missing else 8
+            return len(self.parts[0]) + 7
+        return len(self.parts[0]) + 9 if self.left else 9
+
+    def next_frame(self) -> tuple[Kind, bytes]:
+        """The next frame's kind and body: the message, a row of it, or a short question."""
+        if self.is_single:
+            self.asked = True
+            self.tries += 1
+            return self.kind, bytes((self.id,)) + self.parts[0]
+        head, body = 0, b""
+        if self.left:
+            head = self._row()
+            body = erasure.piece(self.parts, head)
+            self.sent += 1
+            self.left -= 1
+        flags = len(self.parts) - 1
+        if not self.left:
+            flags |= _POLL
+            self.asked = True
+            self.tries += 1
+        return Kind.PIECE, bytes((self.id, head, flags)) + body
+
+    def _row(self) -> int:
+        if self.sent < len(self.parts):
+            return self.sent
+        spare = erasure.ROWS - erasure.MAX_PIECES
+        return erasure.MAX_PIECES + (self.sent - len(self.parts)) % spare
 
     def begin_round(self) -> None:
-        """No answer came: ask again, by the message itself or, for one in pieces, by a short question."""
+        """No answer came. While the other end probably lacks something send more rows, later a row and a short question in turn."""
         self.asked = False
+        if self.is_single:
+            return
+        lacking = 2 * len(self.parts) - self.arrived - self.sent
+        if lacking > 0:
+            self.left = max(lacking // 2, 1)
+        elif self.tries % 2:
+            self.left = 1
 
-    def heard_missing(self, bitmap: bytes) -> None:
-        """Take the receiver's account of what it has."""
-        have = int.from_bytes(bitmap, "little")
-        self.missing = {index for index in range(len(self.pieces)) if not have >> index & 1}
+    def heard_account(self, arrived: int) -> None:
+        """Take the number of rows that the other end has; what is missing is sent with a reserve for what is lost so often."""
+        self.arrived = max(self.arrived, arrived)
+        share = max(arrived / max(self.sent, 1), _REPAIR_MIN_SHARE)
+        self.left = math.ceil((len(self.parts) - self.arrived) / share)
         self.asked = False
 
 
 def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
-    """Cut a payload. One that fits a frame stays whole; else the pieces start with the message's kind. Raises ValueError when too long."""
+    """Cut a payload. One that fits a frame stays whole; else the parts, equally long, hold the message's kind and the payload.
+
+    Raises ValueError when it is too long.
+    """
     room = max_frame_bytes - 6
     if len(payload) <= room - 1:
         return (payload,)
-    data = bytes((kind,)) + payload
-    size = room - 2
-    pieces = tuple(data[at : at + size] for at in range(0, len(data), size))
-    if len(pieces) > MAX_PIECES:
-        raise ValueError(f"{len(payload)} bytes are more than the {MAX_PIECES * size} that one message may have")
-    return pieces
+    data = bytes((kind,)) + payload + _LENGTH_MARK
+    count = math.ceil(len(data) / (room - 3))
+    if count > erasure.MAX_PIECES:
+        raise ValueError(f"{len(payload)} bytes are more than one message may have")
+    size = math.ceil(len(data) / count)
+    data = data.ljust(count * size, b"\0")
+    return tuple(data[at : at + size] for at in range(0, len(data), size))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +139,8 @@ class Message:
 
 @dataclass(slots=True)
 class _Incoming:
-    pieces: dict[int, bytes] = field(default_factory=dict)
-    count: int | None = None
+    count: int
+    rows: dict[int, bytes] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -142,37 +176,31 @@ class Inbox:
         return self._accept(body[0], kind, body[1:])
 
     def piece(self, body: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
-        """Take a piece: (message, answer, account of the pieces when asked for)."""
-        if len(body) < 2:
+        """Take a piece: (message, answer, account of the rows when asked for)."""
+        if len(body) < 3:
             return None, None, None
-        number, index = body[0], body[1] & (MAX_PIECES - 1)
+        number, row, poll, count = body[0], body[1], bool(body[2] & _POLL), (body[2] & 0x3F) + 1
         known = self._known.get(number)
         if known is not None:
             # it came whole before: its answer was lost, or is still being worked on
-            return None, known.reply if body[1] & _POLL else None, None
+            return None, known.reply if poll else None, None
         coming = self._coming.get(number)
-        if coming is None:
-            coming = self._coming[number] = _Incoming()
-            while len(self._coming) > 4:
+        if coming is None or coming.count != count:
+            coming = self._coming[number] = _Incoming(count)
+            while len(self._coming) > _COMING:
                 self._coming.popitem(last=False)
-        if len(body) > 2:
-            coming.pieces[index] = body[2:]
-        if body[1] & _LAST:
-            coming.count = index + 1
-        if coming.count is not None and all(place in coming.pieces for place in range(coming.count)):
-            data = b"".join(coming.pieces[place] for place in range(coming.count))
+        if len(body) > 3 and len(coming.rows) < count:
+            coming.rows[row] = body[3:]
+        data = erasure.rebuild(coming.rows, count) if len(coming.rows) >= count else None
+        if data is not None:
             del self._coming[number]
-            return self._finish(number, data)
-        if not body[1] & _POLL:
-            return None, None, None
-        have = sum(1 << place for place in coming.pieces)
-        account = bytes((number,)) + have.to_bytes((max(coming.pieces, default=0) + 8) // 8, "little")
-        return None, None, account
+            return self._finish(number, data.rstrip(b"\0")[:-1])
+        return None, None, bytes((number, len(coming.rows))) if poll else None
 
     def _finish(self, number: int, data: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
         try:
             kind = Kind(data[0])
-        except ValueError:
+        except (ValueError, IndexError):
             return None, None, None
         message, reply = self._accept(number, kind, data[1:], crc32(data))
         return message, reply, None

@@ -92,6 +92,7 @@ class VesselRadio:
         number, body = found
         if reply.result is Result.ACCEPTED:
             self._shore_knows(body)
+            self._reporter.shore_ordered(now_us)
         self.link.answer(number, reply, now_us)
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:

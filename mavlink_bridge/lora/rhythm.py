@@ -1,0 +1,39 @@
+"""When the other end is going to talk: its states come on a grid, and who talks then is not heard."""
+
+from __future__ import annotations
+
+from typing import Final
+
+_NEAR_US: Final = 400_000
+_EARLY_US: Final = 60_000
+_LATE_US: Final = 60_000
+_MISSES: Final = 2
+_FORGOTTEN: Final = 12
+"""Periods without a state after which the grid means nothing."""
+
+
+class Rhythm:
+    """Learns the grid from arrivals and says whether a transmission would meet the next state."""
+
+    def __init__(self, period_us: int) -> None:
+        self._period_us = period_us
+        self._grid_us: int | None = None
+        self._span_us = 0
+        self._misses = 0
+
+    def heard(self, sent_us: int, span_us: int) -> None:
+        """A state came that was begun at ``sent_us`` and took ``span_us``; those out of rhythm (a change of status) count little."""
+        if self._grid_us is not None and self._misses < _MISSES:
+            off_us = (sent_us - self._grid_us + _NEAR_US) % self._period_us
+            if off_us > 2 * _NEAR_US:
+                self._misses += 1
+                return
+        self._grid_us, self._span_us, self._misses = sent_us, span_us, 0
+
+    def meets(self, start_us: int, end_us: int) -> bool:
+        """Whether a transmission of ours would overlap the other end's next state."""
+        if self._grid_us is None or start_us - self._grid_us > _FORGOTTEN * self._period_us:
+            return False
+        since_us = (start_us - self._grid_us - self._span_us - _LATE_US) % self._period_us
+        until_next_us = self._period_us - since_us - self._span_us - _LATE_US - _EARLY_US
+        return end_us - start_us > until_next_us
