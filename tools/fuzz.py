@@ -9,6 +9,7 @@ in the corpus folder and played first by the next run. ``--frames`` counts frame
 from __future__ import annotations
 
 import argparse
+import gc
 import hashlib
 import logging
 import sys
@@ -119,7 +120,8 @@ class Target:
 
 
 def memory_kb() -> int:
-    """Resident memory of this process."""
+    """Resident memory of this process, once what is garbage has been let go."""
+    gc.collect()
     for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
         if line.startswith("VmRSS"):
             return int(line.split()[1])
@@ -151,6 +153,7 @@ def fuzz(frames: int, seed: int, corpus: Path = CORPUS, *, keep: bool = True, pr
             # a terminated vessel stays so until restart, and would answer nothing interesting any more
             outcome.sent_bytes += target.sent_bytes
             target, latched = Target(seed + outcome.ticks), 0
+        maker.may_terminate = outcome.frames > 0.95 * frames
         if not base_kb and outcome.frames >= warm:
             base_kb = memory_kb()
         if progress and outcome.ticks % 1000 == 0:

@@ -25,6 +25,7 @@ _BITS: Final = {"uint8_t": 8, "uint16_t": 16, "uint32_t": 32, "uint64_t": 64}
 _SIGNED: Final = {"int8_t": 8, "int16_t": 16, "int32_t": 32, "int64_t": 64}
 PLAN_COMMANDS: Final = (*(int(command) for command in Cmd), *sorted(NOTED), 22, 21, 0, 65_535)
 COMMANDS: Final = (*sorted(MEANINGS), 512, 511, 520, 410, 400, 176, 300, 245, 246, 0, 65_535)
+TERMINATE: Final = 185
 LATITUDE, LONGITUDE = 411_850_123, -87_062_154
 
 
@@ -35,6 +36,8 @@ class FrameMaker:
         self.rng = random.Random(seed)
         by_name = {message.msgname: message for message in dialect.mavlink_map.values()}
         self.messages = [by_name[name] for name in messages]
+        self.may_terminate = False
+        """Whether to send the command after which nothing works until restart."""
         self.params = [name.encode() for name in param_names] or [b"X"]
         senders = [(255, 190), (245, 190), (255, 230), (254, 1), (1, 1), (1, 191), (0, 0), (51, 68)]
         self._codecs = [Codec(*sender) for sender in senders]
@@ -161,7 +164,8 @@ class FrameMaker:
         if name == "mission_type" and rng.random() < 0.9:
             return rng.choice((0, 1, 2, 255))
         if name == "command" and rng.random() < 0.9:
-            return rng.choice(COMMANDS + PLAN_COMMANDS)
+            command = rng.choice(COMMANDS + PLAN_COMMANDS)
+            return command if command != TERMINATE or self.may_terminate else 0
         if name in ("x", "lat_int", "y", "lon_int") and kind == "int32_t" and rng.random() < 0.5:
             return (LATITUDE if name in ("x", "lat_int") else LONGITUDE) + rng.randrange(-50_000, 50_000)
         return self._edge(kind)
