@@ -37,7 +37,7 @@ from .facade import Facade, Shared
 from .io.link import Link
 from .io.store import AnyStore
 from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
-from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort
+from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .settings import Settings
 from .supervise import Supervisor
 
@@ -89,6 +89,7 @@ class App:
         self.sensors = tuple(sensors)
         self.actuators = actuators
         self.grounds: list[GroundPort] = []
+        self.plotter: PlotterPort | None = None
         self.store = store
         self.recorder: TickRecorder | None = None
         self.vehicle = Vehicle(settings, vessel)
@@ -145,10 +146,11 @@ class App:
         self.store.close()
 
     @property
-    def ports(self) -> tuple[NmeaPort | ArduinoPort | GroundPort, ...]:
+    def ports(self) -> tuple[NmeaPort | ArduinoPort | GroundPort | PlotterPort, ...]:
         """Every port in the order in which it is read."""
         actuators = () if self.actuators is None else (self.actuators,)
-        return (*self.sensors, *actuators, *self.grounds)
+        plotter = () if self.plotter is None else (self.plotter,)
+        return (*self.sensors, *actuators, *self.grounds, *plotter)
 
     @property
     def links(self) -> tuple[Link, ...]:
@@ -185,8 +187,15 @@ class App:
             self.actuators.read(now_us)
         for ground in self.grounds:
             self._watched.call(ground.link.name, now_us, ground.read, now_us)
+        if self.plotter is not None:
+            self._watched.call("plotter", now_us, self._send_on, self.plotter, now_us)
         for completion in self.store.completions():
             self._stored(completion)
+
+    def _send_on(self, plotter: PlotterPort, now_us: int) -> None:
+        plotter.read(now_us)
+        for port in self.sensors:
+            plotter.send_on(port.reader.take_relay())
 
     def _flush(self, now_us: int) -> None:
         for ground in self.grounds:

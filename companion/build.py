@@ -16,7 +16,7 @@ from mavlink_bridge.port import Identity
 
 from .app import App
 from .core.arduino import Arduino
-from .core.nmea import NmeaReader
+from .core.nmea import NmeaConfig, NmeaReader
 from .core.vessel import VesselConfig
 from .facade import identity_of
 from .io.depth_map import load_depth_map
@@ -24,9 +24,9 @@ from .io.link import Link
 from .io.links import open_link
 from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
-from .ports import ArduinoPort, GroundPort, NmeaPort
+from .ports import ArduinoPort, GroundPort, NmeaPort, PlotterPort
 from .radio import radio_conversation
-from .settings import ConfigError, EndpointSettings, Settings, load_vessel
+from .settings import ConfigError, EndpointSettings, SensorConfig, Settings, load_vessel
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
 
@@ -56,7 +56,7 @@ def build_app(
     identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
     sensors = [
-        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(item.nmea, item.name))
+        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(_nmea(settings, item), item.name))
         for item in settings.sensors
     ]
     board = settings.actuators
@@ -83,7 +83,13 @@ def build_app(
     app.grounds += [_ground(app, item, link) for item, link in grounds]
     if radio is not None:
         app.grounds.append(_radio(app, radio))
+    if settings.plotter:
+        app.plotter = PlotterPort(opener.open("plotter", settings.plotter))
     return app
+
+
+def _nmea(settings: Settings, item: SensorConfig) -> NmeaConfig:
+    return item.nmea.model_copy(update={"relay": True}) if settings.plotter else item.nmea
 
 
 class _Opener:

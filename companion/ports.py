@@ -96,6 +96,29 @@ class NmeaPort(_Counted):
         return self.summary(now_us, self.reader.damaged, self.link.describe())
 
 
+class PlotterPort(_Counted):
+    """The vessel's NMEA sent on, for a plotter on board. Nothing is read from it."""
+
+    def __init__(self, link: Link) -> None:
+        super().__init__(link, "plotter")
+
+    def read(self, now_us: int) -> None:
+        self.events(now_us)
+
+    def send_on(self, sentences: bytes) -> None:
+        """Send whole sentences to every peer, as many per write as a datagram holds; what a peer does not take is lost."""
+        lines = sentences.splitlines(keepends=True)
+        while lines:
+            piece = b""
+            while lines and len(piece) + len(lines[0]) <= MTU_BYTES:
+                piece += lines.pop(0)
+            for channel in self.open_channels:
+                self.send(channel, piece)
+
+    def health(self, now_us: int) -> LinkHealth:
+        return self.summary(now_us, 0, self.link.describe())
+
+
 class ArduinoPort(_Counted):
     """The link to the actuator board."""
 

@@ -116,6 +116,8 @@ class Settings(VehicleConfig):
     actuators: ActuatorLinkConfig = ActuatorLinkConfig()
     endpoints: tuple[EndpointSettings, ...] = ()
     radio: RadioSettings = RadioSettings()
+    plotter: str = ""
+    """Where good NMEA sentences are sent on for a plotter: udp://host:10110, tcp-listen://:10110; empty = nowhere."""
     store: str = "state/companion.db"
     """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
     record: RecordConfig = RecordConfig()

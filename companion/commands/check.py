@@ -64,6 +64,7 @@ def link_mistakes(settings: Settings) -> list[str]:
     wanted.append(("actuators.url", settings.actuators.url, settings.actuators.baud))
     wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
     wanted.append(("radio.url", settings.radio.url, None))
+    wanted.append(("plotter", settings.plotter, None))
     mistakes = []
     for key, url, baud in wanted:
         if not url:
