@@ -20,8 +20,7 @@ from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, P
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.manual_control import ManualControl
 from mavsdk.plugins.mission import Mission, MissionItem, MissionPlan
-from mavsdk.plugins.mission_raw import MissionItem as RawItem
-from mavsdk.plugins.mission_raw import MissionRaw
+from mavsdk.plugins.mission_raw import MissionItem as RawItem, MissionRaw
 from mavsdk.plugins.param import Param, ParamError
 from mavsdk.plugins.telemetry import Telemetry
 
@@ -36,7 +35,7 @@ def say(step: str, **more: Any) -> None:
 
 
 def log(level: LogLevel, text: str, *_: Any) -> bool:
-    if level in (LogLevel.WARN, LogLevel.ERR):
+    if level in (LogLevel.WARN, LogLevel.ERROR):
         COMPLAINTS.append(text)
     return True
 
