@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from companion.io.link import Link
-from mavlink_bridge.plan_mapping import PlanError as ItemError
-from mavlink_bridge.plan_mapping import load_plan
+from mavlink_bridge.plan_mapping import PlanError as ItemError, load_plan
 from mavlink_bridge.planfile import PlanFileError, read_plan
 from mavlink_bridge.requests import Arm, LoadPlan, PlanKind, Reply, RequestBody, Result, StartPlan
 

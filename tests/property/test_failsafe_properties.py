@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from companion.core.failsafe import FailsafeConfig, FailsafeMemory, Flags, judge, step
 from companion.core.failsafe_table import BY_NAME, TABLE, Clear

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from companion.core.gate import Evidence, Gate, GateConfig
 from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput

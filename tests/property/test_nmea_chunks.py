@@ -6,8 +6,7 @@ import gc
 import random
 import tracemalloc
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from companion.core.nmea import NmeaConfig, NmeaReader
 from companion.core.nmea_line import frame

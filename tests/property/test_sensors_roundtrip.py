@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import random
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from companion.core.estimate import Estimator, EstimatorConfig
 from companion.core.geo import LocalFrame, inverse
 from companion.core.nmea import NmeaConfig, NmeaReader
 from companion.core.units import wrap_pi
+from mavlink_bridge.mapping import rad_to_degE7
+from sitl import nmea_writer as write
 from sitl.sensor_rig import Motion, circle, straight, truth_at
 from sitl.sensors import SensorConfig, SensorSuite
 
@@ -78,3 +79,13 @@ def test_round_a_circle_at_any_rate_and_latency(
     position_m, heading_rad, _ = worst(circle(radius_m, speed_mps), frame, config, step_us, 12.0)
     assert position_m <= 0.01 + RESOLUTION_M
     assert heading_rad <= math.radians(0.05)
+
+
+@given(st.integers(-900_000_000, 900_000_000), st.integers(-1_800_000_000, 1_800_000_000))
+@settings(max_examples=500, deadline=None)
+def test_a_sentence_reaches_the_ground_station_to_the_last_1e7th_of_a_degree(lat_e7: int, lon_e7: int) -> None:
+    lat_rad, lon_rad = math.radians(lat_e7 / 1e7), math.radians(lon_e7 / 1e7)
+    sentence = write.gga("GP", "120000.00", lat_rad, lon_rad, 4, 12, 0.8, 1.0, 52.0)
+    reader = NmeaReader(NmeaConfig())
+    (fix,) = [*reader.receive(sentence, 0), *reader.poll(1_000_000)]
+    assert (rad_to_degE7(fix.lat_rad, 0), rad_to_degE7(fix.lon_rad, 0)) == (lat_e7, lon_e7)
