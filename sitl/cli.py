@@ -20,6 +20,7 @@ from companion.io.store import AnyStore, MemoryStore, Store
 from companion.settings import ConfigError, load, load_vessel
 
 from .autostart import AutoStart, PlanError, read_plan_file
+from .gateway import WithGateway, shore_gateway, with_gateway
 from .instance import move_instance
 from .settings import SimSettings
 from .surroundings import Surroundings
@@ -50,6 +51,9 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--arduino", choices=("twin", "firmware"), help="the actuator board: Python twin, or the real AVR binary"
     )
+    parser.add_argument(
+        "--gateway", action="store_true", help="start the shore side of the radio too: stations at UDP 14560"
+    )
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
     parser.set_defaults(run=command)
 
@@ -59,6 +63,8 @@ def command(arguments: argparse.Namespace) -> int:
     settings, speed = _settings(arguments)
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
     run_dir.mkdir(parents=True, exist_ok=True)
+    if arguments.gateway:
+        settings = with_gateway(settings, run_dir)
     stop = StopFlag().install()
     until_us = None if arguments.duration is None else round(arguments.duration * 1e6)
     if arguments.world_only:
@@ -78,6 +84,8 @@ def command(arguments: argparse.Namespace) -> int:
         _greet(world, run_dir, speed)
     began = time.monotonic()
     driven: LoopApp = starter or world
+    if arguments.gateway:
+        driven = WithGateway(driven, shore_gateway(world.settings, arguments.instance, run_dir))
     if speed is not None and not arguments.json and sys.stdout.isatty():
         driven = Watched(driven, StatusView(speed=speed))
     status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
@@ -122,6 +130,8 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
             mistakes.append(f"--speed {arguments.speed}: give a number up to 1000, or max")
     if arguments.start and arguments.plan is None:
         mistakes.append("--start: needs --plan F")
+    if speed is None and arguments.gateway:
+        mistakes.append("--gateway: ground stations cannot keep up with --speed max; give a number")
     if speed is None and arguments.world_only:
         mistakes.append("--world-only: a separate process cannot keep up with --speed max; give a number")
     if arguments.duration is not None and arguments.duration <= 0:
@@ -192,6 +202,10 @@ def _greet(world: World, run_dir: Path, speed: float | None) -> None:
             print(f"  {endpoint.name:8} {endpoint.url}  ({endpoint.persona})  {_HINTS.get(endpoint.name, '')}")
         if settings.radio.url:
             print(f"  radio    {run_dir}/lora  (serial port of the shore modem, {settings.radio.protocol})")
+            if settings.radio.protocol == "compact":
+                print(
+                    "           the shore side of a compact link is 'companion gateway', or 'companion sim --gateway'"
+                )
         print("  Ctrl-C ends it, neutral first")
     sys.stdout.flush()
 

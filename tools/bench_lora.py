@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 import struct
@@ -114,7 +115,7 @@ def state_rows() -> list[Row]:
     frames = [item for item in rig.pair.air.log if item.origin == "vessel" and item.start_us > 3_600_000_000]
     sizes = {kind: max((len(item.data) for item in frames if item.data[0] >> 4 == kind), default=0) for kind in Kind}
     states = sorted(item.end_us for item in frames if item.data[0] >> 4 in (Kind.KEY, Kind.DELTA))
-    gaps = [(later - earlier) * 1e-6 for earlier, later in zip(states, states[1:], strict=False)]
+    gaps = [(later - earlier) * 1e-6 for earlier, later in itertools.pairwise(states)]
     thrifty = Rig(profile("n-0.1"), step_us=50_000)
     thrifty.run(4 * 3600.0)
     batches = [item for item in thrifty.pair.air.log if item.origin == "vessel" and item.data[0] >> 4 == Kind.BATCH]
@@ -208,7 +209,9 @@ def exact_share(count: int, seed: int = 3) -> float:
     same = 0
     for _ in range(count):
         items = tuple(_random_item(rng) for _ in range(rng.randrange(0, 12)))
-        _, back = decode_plan(encode_plan(PlanKind.MISSION, items, (411_850_123, -87_062_154)), (411_850_000, -87_062_000))
+        _, back = decode_plan(
+            encode_plan(PlanKind.MISSION, items, (411_850_123, -87_062_154)), (411_850_000, -87_062_000)
+        )
         same += check_of(back) == check_of(items) and len(back) == len(items)
     return same / count
 
@@ -255,13 +258,21 @@ def run(*, quick: bool = False) -> list[Row]:
             found = soak(name, loss, 0.25 if quick else 1.0, seed=round(loss * 10))
             title = f"LoRa {name} at {loss * 100:.0f} % loss, an hour"
             for what in ("violations", "false", "twice"):
-                row_name = {"violations": "ledger violations", "false": "false 'uploaded'", "twice": "double executions"}
+                row_name = {
+                    "violations": "ledger violations",
+                    "false": "false 'uploaded'",
+                    "twice": "double executions",
+                }
                 rows.append(row(f"{title}: {row_name[what]}", found[what], "", "= 0"))
-    rows.append(row("LoRa forged, replayed, flipped frames believed", forged(20_000 if quick else 1_000_000), "", "= 0"))
+    rows.append(
+        row("LoRa forged, replayed, flipped frames believed", forged(20_000 if quick else 1_000_000), "", "= 0")
+    )
     rows.append(row("LoRa plans rebuilt byte for byte", 100.0 * exact_share(300 if quick else 3000), "%", "= 100"))
     return rows
 
 
 if __name__ == "__main__":
     for line in run(quick=True):
-        print(f"{line['name']:60} {line['value']:10} {line['unit']:6} {line['bar']:8} {'yes' if line['holds'] else 'NO'}")
+        print(
+            f"{line['name']:60} {line['value']:10} {line['unit']:6} {line['bar']:8} {'yes' if line['holds'] else 'NO'}"
+        )

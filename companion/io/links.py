@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Final, Protocol, cast
 
 from companion.io.link import Link
@@ -10,8 +11,11 @@ from companion.io.link_url import LinkConfigError, LinkUrl, parse_link_url
 
 __all__ = ["SCHEMES", "LinkConfigError", "LinkUrl", "check_link", "open_link", "parse_link_url"]
 
+_SERIAL: Final = (
+    "companion.io.link_serial:SerialLink" if find_spec("termios") is not None else "companion.io.link_com:ComLink"
+)
 SCHEMES: Final[dict[str, str]] = {
-    "serial": "companion.io.link_serial:SerialLink",
+    "serial": _SERIAL,
     "tcp": "companion.io.link_tcp:TcpClientLink",
     "tcp-listen": "companion.io.link_tcp:TcpServerLink",
     "udp": "companion.io.link_udp:UdpLink",

@@ -4,8 +4,7 @@ import struct
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge.codec import Codec
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
@@ -16,7 +15,9 @@ MISSIONS = Path(__file__).resolve().parents[3] / "shared" / "data" / "missions"
 NEAR = (411_850_123, -87_062_154)
 
 any_float = st.integers(0, 0xFFFF_FFFF).map(lambda raw: struct.unpack("<f", struct.pack("<I", raw))[0])
-usual_float = st.sampled_from([0.0, 1.0, -1.0, 1.5, 3.0, 20.0, 40.0, 600.0, 0.1, 2.25, float("nan"), -0.0, float("inf")])
+usual_float = st.sampled_from(
+    [0.0, 1.0, -1.0, 1.5, 3.0, 20.0, 40.0, 600.0, 0.1, 2.25, float("nan"), -0.0, float("inf")]
+)
 reals = st.one_of(usual_float, any_float, st.floats(width=32))
 int32 = st.integers(-(2**31), 2**31 - 1)
 near_lat = st.integers(NEAR[0] - 200_000, NEAR[0] + 200_000)
@@ -129,7 +130,8 @@ def test_every_shared_mission_file_comes_back():
             plan = read_plan(path.read_bytes(), path.name)
         except ValueError:
             continue
-        for kind, found in (plan if isinstance(plan, dict) else plan.plans).items():
+        for kind in PlanKind:
+            found = plan.items(kind)
             for near in (NEAR, None, (found[0].x, found[0].y) if found else None):
                 got, _ = rebuilt(list(found), near, near, kind)
                 assert frames(got) == frames(found), path.name
@@ -138,6 +140,8 @@ def test_every_shared_mission_file_comes_back():
 
 
 def test_items_survive_the_wire_first():
-    item = item_from_message(item_to_message(PlanItem(16, 3, 1, 2, 3, float("nan"), *NEAR, 4.0), 0, 1, 1, PlanKind.MISSION))
+    item = item_from_message(
+        item_to_message(PlanItem(16, 3, 1, 2, 3, float("nan"), *NEAR, 4.0), 0, 1, 1, PlanKind.MISSION)
+    )
     got, _ = rebuilt([item], NEAR, NEAR)
     assert frames(got) == frames([item])

@@ -1,0 +1,100 @@
+"""``companion lora``: read a radio module's settings, bring them to a profile, or reset them.
+
+Changes only what the profile names, verifies, and refuses models that it does not know. Runs on Windows too (COM5).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from companion.io.radio_port import ModulePort
+from companion.radio import load_radio
+from mavlink_bridge.lora.module import ModuleError, differences, fields, wanted
+from mavlink_bridge.lora.profile import RadioProfile
+
+
+def register(subparsers: Any) -> None:
+    """Add the command with its three actions."""
+    parser = subparsers.add_parser("lora", help="configure a radio module", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    show = actions.add_parser("show", help="read model and settings; compare with a profile")
+    apply = actions.add_parser("apply", help="bring the settings to a profile")
+    reset = actions.add_parser("reset", help="factory settings")
+    apply.add_argument("profile", help="name of a file in config/radio, or a path")
+    show.add_argument("--profile", help="say what differs from this profile")
+    for action in (show, apply):
+        action.add_argument("--side", choices=("vessel", "shore"), default="vessel", help="whose NODE ID")
+    for action, function in ((show, _show), (apply, _apply), (reset, _reset)):
+        action.add_argument("port", help="/dev/ttyUSB0, COM5, ...")
+        action.add_argument(
+            "--set-by", default="hand", metavar="HOW", help="how SET goes low: hand, rts, dtr, gpio:N or none"
+        )
+        action.set_defaults(run=_guarded, action=function)
+
+
+def _guarded(arguments: argparse.Namespace) -> int:
+    try:
+        return int(arguments.action(arguments))
+    except ModuleError as error:
+        print(f"companion lora: {error}", file=sys.stderr)
+        return 1
+
+
+def _open(arguments: argparse.Namespace) -> ModulePort:
+    return ModulePort(arguments.port, arguments.set_by)
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    profile = load_radio(arguments.profile) if arguments.profile else None
+    with _open(arguments) as port:
+        print(f"Model and version: {port.model()}")
+        block = port.block()
+    for field in fields(block):
+        print(f"  {field.name:13} {field.shown}")
+    print(f"  raw           {block.hex()}")
+    if profile is None:
+        return 0
+    _explain(profile)
+    found = differences(block, wanted(profile, arguments.side, block))
+    for line in found:
+        print(f"  differs: {line}")
+    return 1 if found else 0
+
+
+def _apply(arguments: argparse.Namespace) -> int:
+    profile = load_radio(arguments.profile)
+    _explain(profile)
+    with _open(arguments) as port:
+        print(f"Model and version: {port.model()}")
+        block = port.block()
+        new = wanted(profile, arguments.side, block)
+        changes = differences(block, new)
+        for line in changes:
+            print(f"  {line}")
+        if new != block:
+            port.write(new)
+    print(f"{len(changes)} settings changed and read back" if changes else "nothing to change")
+    return 0
+
+
+def _reset(arguments: argparse.Namespace) -> int:
+    with _open(arguments) as port:
+        print(f"Model and version: {port.model()}")
+        port.reset()
+        block = port.block()
+    print(f"factory settings: {block.hex()}")
+    return 0
+
+
+def _explain(profile: RadioProfile) -> None:
+    print(
+        f"{profile.title}: {profile.frequency_mhz:g} MHz, {profile.erp_dbm:.1f} dBm e.r.p., {profile.band_rule.title}"
+    )
+    if profile.attenuation_db > 0:
+        print(
+            f"  needs {profile.attenuation_db:g} dB between module and antenna; without it this power level is not allowed"
+        )
+    if not profile.frequency_measured:
+        print("  the frequency of this channel is inferred; check it in the vendor's tool")

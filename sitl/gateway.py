@@ -1,0 +1,80 @@
+"""The shore side of the radio beside the simulated vessel: ``companion sim --gateway``, both ends of the compact link in one process."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from hashlib import blake2s
+from pathlib import Path
+from typing import TypeVar
+
+from companion.gateway import Gateway, GatewaySettings
+from companion.io.link import Link
+from companion.io.loop import LoopApp
+from companion.settings import EndpointSettings, Settings
+
+PORT = 14560
+KEY_NAME = "radio.key"
+AnySettings = TypeVar("AnySettings", bound=Settings)
+
+
+def simulation_key(run_dir: Path) -> Path:
+    """Write the key that both simulated ends use. It is the same in every simulation: no secret, and no key for a boat."""
+    path = run_dir / KEY_NAME
+    if not path.exists():
+        path.touch(mode=0o600)
+        path.write_bytes(blake2s(b"simulated radio, not for a boat").digest())
+    return path
+
+
+def with_gateway(settings: AnySettings, run_dir: Path) -> AnySettings:
+    """Return the vessel's settings with the compact link on its radio port; a profile made for plain MAVLink gives way to 'o-10'."""
+    radio = settings.radio
+    profile = "o-10" if radio.profile == "plain-10" else radio.profile
+    key_file = radio.key_file or str(simulation_key(run_dir))
+    radio = radio.model_copy(update={"protocol": "compact", "profile": profile, "key_file": key_file})
+    return settings.model_copy(update={"radio": radio})
+
+
+def shore_gateway(settings: Settings, instance: int, run_dir: Path, *, modem: Link | None = None) -> Gateway:
+    """Build the gateway on the simulated shore modem's serial port (or on ``modem``)."""
+    port = PORT + 10 * instance
+    return Gateway(
+        GatewaySettings(
+            url=f"serial:{run_dir}/lora?baud=9600",
+            profile=settings.radio.profile,
+            key_file=settings.radio.key_file,
+            system_id=settings.system.system_id,
+            name=settings.system.name,
+            store="",
+            endpoints=(EndpointSettings(name="gateway", url=f"udp://127.0.0.1:{port}"),),
+        ),
+        modem=modem,
+        rng=random.Random(f"gateway/{instance}"),
+    )
+
+
+class WithGateway:
+    """Vessel and gateway in one loop."""
+
+    def __init__(self, vessel: LoopApp, gateway: Gateway) -> None:
+        self._vessel = vessel
+        self.gateway = gateway
+
+    @property
+    def links(self) -> Sequence[Link]:
+        return (*self._vessel.links, *self.gateway.links)
+
+    def pump(self, now_us: int) -> None:
+        self._vessel.pump(now_us)
+        self.gateway.pump(now_us)
+
+    def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
+        done = self._vessel.tick(now_us, late_s=late_s, load=load)
+        self.gateway.tick(now_us)
+        return done
+
+    def shutdown(self, now_us: int) -> None:
+        """The vessel writes neutral first."""
+        self._vessel.shutdown(now_us)
+        self.gateway.shutdown(now_us)
