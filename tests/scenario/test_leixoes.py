@@ -1,0 +1,106 @@
+"""A real bottom: soundings of the harbour of Leixoes. A plan into the shallows is refused; sailed by force it stops before."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from companion.core.depth_grid import build
+from companion.core.geo import LocalFrame
+from companion.core.soundings import dune_reference, parse_dune
+from mavlink_bridge.imc import Mode
+from mavlink_bridge.requests import Arm, GuidedHeading
+
+FILE = "leixoes_apdl_bathymetry.ini"
+KEEL_M = 0.35
+START = (2400.0, -1000.0)
+"""North and east of the file's reference, m: about 10 m of water."""
+
+
+@pytest.fixture
+def harbour(shared_data):
+    path = shared_data / "bathymetry" / FILE
+    if not path.is_file():
+        pytest.skip(f"no {FILE}")
+    return path
+
+
+def overrides(path, start, *, chart=True):
+    text = path.read_text("utf-8")
+    lat, lon = LocalFrame(*dune_reference(text)).to_geodetic(*start)
+    found = [
+        "world.bottom.kind=file",
+        f"world.bottom.file={path}",
+        f"world.latitude_deg={math.degrees(lat):.9f}",
+        f"world.longitude_deg={math.degrees(lon):.9f}",
+    ]
+    return (*found, f"depth.map.file={path}") if chart else tuple(found)
+
+
+def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, harbour):
+    trip = voyage(*overrides(harbour, START))
+    good = trip.plan(1.5, (60.0, 0.0), (60.0, 200.0))
+    assert good.reason == ""
+    reply = trip.plan(1.5, (0.0, 200.0), (40.0, 300.0), (60.0, 560.0), (0.0, 0.0))
+    assert reply.reason.startswith("item 3: charted depth ")
+    assert "at least 4.3 m needed" in reply.reason or "at least 4.4 m needed" in reply.reason
+    assert len(trip.world.app.vehicle.mission.plan.maneuvers) == 3, "the old plan is kept"
+
+
+def shoals(path):
+    """Headings from the start that lead into charted shallows within 700 m, as the map sees them."""
+    text = path.read_text("utf-8")
+    grid = build(parse_dune(text))
+    frame = LocalFrame(*dune_reference(text))
+    found = []
+    for degrees in range(0, 360, 3):
+        rad = math.radians(degrees)
+        for away in range(20, 700, 5):
+            depth = grid.depth_at(*frame.to_geodetic(START[0] + away * math.cos(rad), START[1] + away * math.sin(rad)))
+            if depth is None:
+                break
+            if depth < 4.0:
+                found.append((rad, away))
+                break
+    return found
+
+
+def forced(voyage, harbour, seed, chart=True):
+    """Steer straight for a shoal; return (least true altitude, whether the guard acted)."""
+    rng = random.Random(seed)
+    heading, away = rng.choice(shoals(harbour))
+    speed = rng.choice((1.5, 2.5))
+    trip = voyage(*overrides(harbour, START, chart=chart), f"world.heading_deg={math.degrees(heading):.1f}", seed=seed)
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.ask(GuidedHeading(math.remainder(heading, 2.0 * math.pi), speed)).reason == ""
+    least = math.inf
+    for _ in range(round(20.0 * (away / speed + 30.0))):
+        trip.step()
+        if trip.truth.depth_m is not None:
+            least = min(least, trip.truth.depth_m - KEEL_M)
+        if trip.snapshot.mode is Mode.HOLD and (trip.snapshot.state.sog_mps or 0.0) < 0.05:
+            break
+    return least, trip.snapshot.mode is Mode.HOLD
+
+
+def test_by_force_it_stops_before_the_contour(voyage, harbour):
+    """Must hold, 6 of the 50 seeds; all of them in ``make soak``."""
+    for seed in range(6):
+        least, stopped = forced(voyage, harbour, seed)
+        assert stopped
+        assert least >= 4.0, f"seed {seed}"
+
+
+@pytest.mark.soak
+def test_by_force_it_stops_before_the_contour_for_50_seeds(voyage, harbour):
+    results = [forced(voyage, harbour, seed) for seed in range(50)]
+    assert all(stopped for _, stopped in results)
+    assert min(least for least, _ in results) >= 4.0
+
+
+@pytest.mark.soak
+def test_without_a_map_the_sounder_alone_keeps_it_off_the_ground(voyage, harbour):
+    results = [forced(voyage, harbour, seed, chart=False) for seed in range(50)]
+    assert min(least for least, _ in results) > 1.0

@@ -1,0 +1,142 @@
+"""The closing rate, the speed that still stops, the way ahead and what a map says along it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+
+import pytest
+
+from companion.core.depth_input import Altitude
+from companion.core.lookahead import ClosingRate, sample, slow_speed_mps, way_ahead
+from companion.core.stopping import braking_distance_m
+from companion.core.vessel import stopping_distance_m
+from mavlink_bridge.imc import EstimatedState
+from sitl.library import load_vessel
+
+
+def rate(slope_mps: float, seconds: float, sigma_m: float = 0.0, seed: int = 1) -> float:
+    rng, closing = random.Random(seed), ClosingRate()
+    for i in range(round(seconds * 10) + 1):
+        closing.add(Altitude(i * 100_000, 10.0 + slope_mps * i * 0.1 + rng.gauss(0.0, sigma_m)), sigma_m)
+    return closing.closing_mps
+
+
+def test_without_noise_the_rate_is_exact_and_only_downward_counts():
+    assert rate(-0.5, 6.0) == pytest.approx(0.5, abs=1e-6)
+    assert rate(0.5, 6.0) == 0.0
+    assert rate(0.0, 6.0) == 0.0
+    assert rate(-0.5, 0.2) == 0.0, "three readings prove nothing"
+    assert rate(-0.5, 0.3) == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_with_noise_the_rate_is_at_most_the_true_one_and_not_much_less(seed):
+    assert 0.15 < rate(-0.25, 6.0, 0.05, seed) <= 0.25 + 0.02
+    assert rate(0.0, 6.0, 0.05, seed) == 0.0
+
+
+def test_a_sudden_wall_shows_within_a_second_and_a_half():
+    closing = ClosingRate()
+    for i in range(60):
+        closing.add(Altitude(i * 100_000, 10.0 - max(0.0, (i - 40) * 0.1)), 0.05)
+        if i == 55:
+            break
+    assert closing.closing_mps > 0.6
+
+
+def test_forgetting_starts_again():
+    closing = ClosingRate()
+    for i in range(60):
+        closing.add(Altitude(i * 100_000, 10.0 - 0.05 * i), 0.0)
+    assert closing.closing_mps > 0.4
+    closing.forget()
+    assert closing.closing_mps == 0.0
+    closing.add(Altitude(6_000_000, 2.0), 0.0)
+    assert closing.closing_mps == 0.0
+
+
+def test_days_of_readings_leave_no_rounding():
+    closing, start = ClosingRate(), 10**13
+    for i in range(5000):
+        closing.add(Altitude(start + i * 100_000, 10.0 + 3.0 * math.sin(i / 7.0)), 0.0)
+    for i in range(5000, 5060):
+        closing.add(Altitude(start + i * 100_000, 10.0 - 0.02 * (i - 5000)), 0.0)
+    assert closing.closing_mps == pytest.approx(0.2, abs=1e-6)
+
+
+def test_readings_at_one_time_do_not_divide_by_zero():
+    closing = ClosingRate()
+    for _ in range(6):
+        closing.add(Altitude(5, 3.0), 0.0)
+    assert closing.closing_mps == 0.0
+
+
+def test_the_slow_speed_fits_the_room():
+    def run(speed):
+        return 2.0 * speed
+
+    assert slow_speed_mps(10.0, 0.5, run, 0.5, 2.0) is None
+    slow = slow_speed_mps(1.0, 0.5, run, 0.5, 2.0)
+    assert 0.5 * (run(slow) + 0.5 * slow) <= 1.0
+    assert slow == pytest.approx(0.8, abs=0.001)
+    assert slow_speed_mps(0.0, 0.5, run, 0.5, 2.0) == 0.0
+
+
+def at(**values) -> EstimatedState:
+    return EstimatedState(0, **{"x_m": 0.0, "y_m": 0.0, "sog_mps": 2.0, "cog_rad": 0.0, "psi_rad": 0.0, **values})
+
+
+def test_straight_on_without_a_path():
+    points = way_ahead(at(cog_rad=math.pi / 2.0), None, 10.0, 1.0)
+    assert points[0] == (0.0, 0.0)
+    assert points[-1] == pytest.approx((0.0, 10.0))
+    steps = [math.dist(a, b) for a, b in itertools.pairwise(points)]
+    assert max(steps) <= 1.0 + 1e-9
+
+
+def test_a_turn_is_followed_for_a_second_and_then_the_path():
+    points = way_ahead(at(r_radps=math.pi / 2.0), [(0.0, 50.0)], 8.0, 0.5)
+    assert points[4] == pytest.approx((1.27, 1.27), abs=0.05), "a quarter turn at 2 m/s"
+    assert points[-1][1] == pytest.approx(7.3, abs=0.1)
+    assert abs(points[-1][0]) < 1.3
+
+
+def test_the_path_bends_at_its_points_and_ends_with_the_reach():
+    points = way_ahead(at(sog_mps=0.0), [(5.0, 0.0), (5.0, 5.0)], 7.0, 1.0)
+    assert (5.0, 0.0) in [tuple(round(v, 9) for v in p) for p in points]
+    assert points[-1] == pytest.approx((5.0, 2.0))
+    assert way_ahead(at(sog_mps=0.0), [(5.0, 0.0)], 20.0, 1.0)[-1] == pytest.approx((5.0, 0.0))
+
+
+def test_without_position_or_course_there_is_no_way():
+    assert way_ahead(at(x_m=None), None, 10.0, 1.0) == []
+    assert way_ahead(at(cog_rad=None, psi_rad=None), None, 10.0, 1.0) == [(0.0, 0.0)]
+    assert way_ahead(at(sog_mps=0.1, cog_rad=2.0), None, 3.0, 1.0)[-1] == pytest.approx((3.0, 0.0)), "slow: the bow"
+
+
+def test_the_map_is_looked_at_ahead_and_to_both_sides():
+    points = way_ahead(at(), None, 10.0, 1.0)
+
+    def wall(north, east):
+        return 2.0 if east > 0.9 and north > 5.0 else 9.0
+
+    seen = sample(wall, points, 1.0)
+    assert (seen.here_m, seen.least_m, seen.unknown) == (9.0, 2.0, False)
+    assert seen.where == pytest.approx((6.0, 0.0))
+    assert sample(wall, points, 0.5).least_m == 9.0
+    assert sample(lambda n, e: 2.0 if e < -0.9 else 9.0, points, 1.0).least_m == 2.0
+    edge = sample(lambda n, e: None if n > 4.0 else 9.0, points, 1.0)
+    assert (edge.least_m, edge.unknown) == (9.0, True)
+    nothing = sample(wall, [], 1.0)
+    assert (nothing.least_m, nothing.here_m) == (None, None)
+
+
+def test_braking_is_shorter_than_coasting():
+    """vessel-control §4.5: full astern 0.8 m at 1.5 and 1.5 m at 2.5 m/s; the spin-up is counted on top."""
+    vessel = load_vessel("otter")
+    assert braking_distance_m(vessel, 0.0) == 0.0
+    for speed, measured in ((1.5, 0.8), (2.5, 1.5)):
+        assert measured - 0.1 < braking_distance_m(vessel, speed) < measured + 0.5
+        assert braking_distance_m(vessel, speed) < stopping_distance_m(vessel, speed)
