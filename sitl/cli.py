@@ -199,7 +199,7 @@ def _greet(world: World, run_dir: Path, speed: float | None) -> None:
     print(f"simulated vessel '{settings.system.name}', system id {settings.system.system_id}; recording in {run_dir}")
     if speed is not None:
         for endpoint in settings.endpoints:
-            print(f"  {endpoint.name:8} {endpoint.url}  ({endpoint.persona})  {_HINTS.get(endpoint.name, '')}")
+            print(f"  {endpoint.name:8} {endpoint.url}  ({endpoint.persona})  {_hint(endpoint.url)}")
         if settings.radio.url:
             print(f"  radio    {run_dir}/lora  (serial port of the shore modem, {settings.radio.protocol})")
             if settings.radio.protocol == "compact":
@@ -210,11 +210,15 @@ def _greet(world: World, run_dir: Path, speed: float | None) -> None:
     sys.stdout.flush()
 
 
-_HINTS = {
-    "gcs": "QGroundControl connects by itself",
-    "sdk": "MAVSDK: udpin://0.0.0.0:14540",
-    "tcp": "MAVProxy: mavproxy.py --master tcp:127.0.0.1:5760",
-}
+def _hint(url: str) -> str:
+    """How a ground station gets onto an endpoint."""
+    scheme, _, rest = url.partition("://")
+    port = rest.rpartition(":")[2].partition("?")[0]
+    if scheme == "tcp-listen":
+        return f"MAVProxy: mavproxy.py --master tcp:127.0.0.1:{port}"
+    if scheme == "udp" and port == "14550":
+        return "QGroundControl connects by itself"
+    return f"MAVSDK: udpin://0.0.0.0:{port}" if scheme == "udp" else ""
 
 
 def _farewell(world: World, wall_s: float, run_dir: Path) -> None:

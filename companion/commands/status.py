@@ -133,7 +133,7 @@ def rows(s: Snapshot, airtime: str = "") -> list[tuple[str, str, str]]:
         ("Position", f"{position(s)}   {state.fix_type.name.replace('_', ' ')}", "" if state.position_valid else "red"),
         (
             "Motion",
-            f"heading {_deg(state.psi_rad)}, course {_deg(state.cog_rad)}, speed {_metres(state.sog_mps, 'm/s', 2)}",
+            f"heading {_compass(state.psi_rad)}, course {_compass(state.cog_rad)}, speed {_metres(state.sog_mps, 'm/s', 2)}",
             "" if state.heading_valid else "red",
         ),
         ("Plan", _plan(s), "green" if plan.state is PlanState.ACTIVE else ""),
@@ -222,6 +222,10 @@ def _metres(value: float | None, unit: str, digits: int) -> str:
 
 def _deg(value_rad: float | None, digits: int = 0) -> str:
     return _NONE if value_rad is None else f"{math.degrees(value_rad):.{digits}f}°"
+
+
+def _compass(value_rad: float | None) -> str:
+    return _NONE if value_rad is None else f"{round(math.degrees(value_rad)) % 360:03d}°"
 
 
 def _time(t_us: int) -> str:
