@@ -1,0 +1,211 @@
+"""The fence's geometry against an independent reckoning, and its decisions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from companion.core.fence import Circle, Fence, FenceConfig, Polygon, build_region
+from companion.core.geo import LocalFrame
+from mavlink_bridge.imc import EstimatedState, FenceArea, Severity
+
+HERE = (0.7188, -0.1519)
+FRAME = LocalFrame(*HERE)
+COORDINATE = st.floats(-100.0, 100.0)
+POINT = st.tuples(COORDINATE, COORDINATE)
+
+
+def winding(point, vertices) -> bool:
+    """Even-odd by another way: the parity of crossings of a ray in a skew direction, by exact intersection."""
+    inside = False
+    direction = (0.8912, 0.4536)
+    for i, a in enumerate(vertices):
+        b = vertices[i - 1]
+        edge = (b[0] - a[0], b[1] - a[1])
+        cross = direction[0] * edge[1] - direction[1] * edge[0]
+        if cross == 0.0:
+            continue
+        to_a = (a[0] - point[0], a[1] - point[1])
+        along = (to_a[0] * edge[1] - to_a[1] * edge[0]) / cross
+        share = (to_a[0] * direction[1] - to_a[1] * direction[0]) / cross
+        if along > 0.0 and 0.0 <= share < 1.0:
+            inside = not inside
+    return inside
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(POINT, min_size=3, max_size=8), POINT)
+def test_inside_and_outside_agree_with_another_reckoning(vertices, point):
+    distance = Polygon(vertices).inside_m(point)
+    if abs(distance) > 1e-3:
+        assert (distance > 0.0) == winding(point, vertices)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(POINT, min_size=1, max_size=8), POINT, POINT)
+def test_the_distance_changes_by_no_more_than_the_way_between(vertices, a, b):
+    polygon, circle = Polygon(vertices), Circle(vertices[0], 30.0)
+    for shape in (polygon, circle):
+        assert abs(shape.inside_m(a) - shape.inside_m(b)) <= math.dist(a, b) + 1e-6
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(POINT, min_size=3, max_size=8), POINT)
+def test_the_distance_is_to_the_nearest_edge(vertices, point):
+    sampled = min(
+        math.dist(point, (a[0] + (b[0] - a[0]) * i / 200, a[1] + (b[1] - a[1]) * i / 200))
+        for a, b in zip(vertices, vertices[1:] + vertices[:1], strict=True)
+        for i in range(201)
+    )
+    assert abs(Polygon(vertices).inside_m(point)) == pytest.approx(sampled, abs=1.5)
+    assert abs(Polygon(vertices).inside_m(point)) <= sampled + 1e-9
+
+
+def area(points, inclusion=True) -> FenceArea:
+    return FenceArea(inclusion, tuple(FRAME.to_geodetic(*point) for point in points))
+
+
+def disc(north, east, radius, inclusion=True) -> FenceArea:
+    return FenceArea(inclusion, centre_rad=FRAME.to_geodetic(north, east), radius_m=radius)
+
+
+def square(half, inclusion=True) -> FenceArea:
+    return area([(half, half), (half, -half), (-half, -half), (-half, half)], inclusion)
+
+
+def test_areas_combine():
+    both = build_region([square(50.0), disc(0.0, 0.0, 60.0), disc(20.0, 0.0, 5.0, inclusion=False)], FRAME)
+    assert both.inside_m((0.0, 0.0)) == pytest.approx(15.0, abs=1e-3)
+    assert both.inside_m((20.0, 0.0)) == pytest.approx(-5.0, abs=1e-3)
+    assert both.inside_m((55.0, 0.0)) == pytest.approx(-5.0, abs=1e-3), "all inclusion areas count"
+    either = build_region([disc(0.0, 0.0, 10.0), disc(100.0, 0.0, 10.0)], FRAME, union=True)
+    assert either.inside_m((100.0, 0.0)) == pytest.approx(10.0, abs=1e-3)
+    assert either.inside_m((50.0, 0.0)) == pytest.approx(-40.0, abs=1e-3)
+    only_out = build_region([disc(0.0, 0.0, 10.0, inclusion=False)], FRAME)
+    assert only_out.inside_m((30.0, 0.0)) == pytest.approx(20.0, abs=1e-3)
+
+
+def state(north=0.0, east=0.0, speed=0.0, course=0.0, **more) -> EstimatedState:
+    values = {
+        "x_m": north,
+        "y_m": east,
+        "vx_mps": speed * math.cos(course),
+        "vy_mps": speed * math.sin(course),
+        "psi_rad": course,
+        "origin_lat_rad": HERE[0],
+        "origin_lon_rad": HERE[1],
+    }
+    return EstimatedState(7, **{**values, **more})
+
+
+def fence(*areas, **config) -> Fence:
+    made = Fence(FenceConfig(**config))
+    made.load(areas)
+    return made
+
+
+def test_stops_when_the_way_to_stop_reaches_the_margin_and_not_before():
+    made = fence(disc(0.0, 0.0, 60.0))
+    # 5 m to stop, 0.6 s of 2 m/s, 1 m of margin: 7.2 m
+    assert not made.check(state(52.7, speed=2.0), 5.0).stop
+    out = made.check(state(52.9, speed=2.0), 5.0)
+    assert out.stop
+    assert out.texts == ((Severity.WARNING, "Fence in 7.1 m: stopping"),)
+    assert made.check(state(52.9, speed=2.0), 5.0).texts == (), "told once"
+    assert not made.check(state(58.0, speed=2.0, course=math.pi), 5.0).stop, "sailing inward"
+
+
+def test_sailing_along_the_edge_is_allowed():
+    made = fence(square(50.0))
+    assert not made.check(state(48.0, 0.0, 2.0, math.pi / 2.0), 5.0).stop
+    assert made.check(state(48.0, 0.0, 2.0, math.pi / 2.0 - 0.5), 5.0).stop
+
+
+def test_inside_the_margin_outward_stops_and_inward_does_not():
+    made = fence(square(50.0))
+    assert made.check(state(49.5, 0.0, 0.5, 0.0), 0.1).stop
+    assert not made.check(state(49.5, 0.0, 0.5, math.pi), 0.1).stop
+
+
+def test_wind_and_current_that_set_outward_count_while_under_way():
+    made = fence(disc(0.0, 0.0, 60.0))
+    setting = {"drift_n_mps": 0.5, "drift_e_mps": 0.0}
+    assert not made.check(state(52.0, speed=1.0), 2.0).stop
+    assert made.check(state(54.0, speed=1.0, **setting), 2.0).stop
+    assert not made.check(state(54.0, speed=0.2, **setting), 0.1).stop, "keeping station is not being set"
+
+
+def test_from_rest_the_order_or_the_bow_says_where_to():
+    made = fence(square(50.0))
+    assert made.check(state(49.8), 0.5).stop, "the bow points out"
+    assert not made.check(state(49.8), 0.5, ahead=(0.0, 0.0)).stop
+    assert made.check(state(49.8, course=math.pi), 0.5, ahead=(80.0, 0.0)).stop
+    assert not made.check(state(49.8, vx_mps=None, vy_mps=None, psi_rad=None), 0.5).stop
+
+
+def test_a_breach_is_counted_told_and_ended():
+    made = fence(square(50.0))
+    assert made.check(state(0.0), 0.0).status.distance_m == pytest.approx(50.0, abs=1e-3)
+    out = made.check(state(53.0), 0.0)
+    assert (out.status.breached, out.status.breach_count, out.status.breach_type, out.status.breach_t_us) == (
+        True,
+        1,
+        3,
+        7,
+    )
+    assert out.texts == ((Severity.CRITICAL, "Outside the fence by 3.0 m"),)
+    assert not out.stop
+    assert made.check(state(54.0), 0.0).texts == ()
+    out = made.check(state(40.0, course=math.pi), 0.0)
+    assert (out.status.breached, out.status.breach_count, out.status.breach_type) == (False, 1, 0)
+    assert out.texts == ((Severity.NOTICE, "Inside the fence again"),)
+    assert made.check(state(53.0), 0.0).status.breach_count == 2
+
+
+def test_switching_and_loading():
+    made = fence(square(10.0))
+    far = state(40.0)
+    assert made.check(far, 0.0).status.breached
+    made.enable(False)
+    assert not made.enabled
+    assert made.check(far, 0.0).status.breached is False
+    assert made.check(far, 0.0).status.breach_count == 1
+    made.enable(True)
+    assert made.check(far, 0.0).status.breached
+    made.configure(FenceConfig(enabled=False))
+    assert not made.enabled, "the setting itself was changed"
+    made.configure(FenceConfig(enabled=True, margin_m=2.0))
+    assert made.enabled
+    made.load([square(100.0)])
+    assert not made.check(far, 0.0).status.breached
+    made.load([])
+    assert not made.enabled
+    assert made.distance_m(far, (0.0, 0.0)) is None
+
+
+def test_a_command_outlasts_other_settings():
+    made = fence(square(10.0))
+    made.enable(False)
+    made.configure(FenceConfig(margin_m=5.0))
+    assert not made.enabled
+
+
+def test_without_a_position_or_an_origin_there_is_nothing_to_say():
+    made = fence(square(10.0))
+    assert made.check(EstimatedState(0), 0.0).status.distance_m is None
+    assert made.check(state(x_m=None), 0.0).status.distance_m is None
+    assert made.distance_m(state(), (4.0, 0.0)) == pytest.approx(6.0, abs=1e-3)
+
+
+def test_no_inclusion_area_has_no_distance_to_show():
+    made = fence(disc(0.0, 0.0, 10.0, inclusion=False))
+    assert made.check(state(30.0), 0.0).status.distance_m == pytest.approx(20.0, abs=1e-3)
+
+
+def test_the_origin_of_another_run_lays_the_areas_out_anew():
+    made = fence(square(10.0))
+    assert not made.check(state(0.0), 0.0).status.breached
+    lat, lon = FRAME.to_geodetic(100.0, 0.0)
+    assert made.check(state(0.0, origin_lat_rad=lat, origin_lon_rad=lon), 0.0).status.breached

@@ -1,0 +1,143 @@
+"""Monitors: each flag after its time, and not for what is normal."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.monitors import MonitorConfig, MonitorFlags, Monitors
+from mavlink_bridge.imc import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
+
+TICK_US = 50_000
+
+
+class Watch:
+    def __init__(self, **config) -> None:
+        self.monitors = Monitors(MonitorConfig(**config))
+        self.now_us = 0
+        self.flags = MonitorFlags()
+
+    def step(self, seconds=0.05, *, thrust=0.0, rudder=0.0, sog=0.0, desired=None, late_s=0.0, supply=None, **more):
+        for _ in range(max(1, round(seconds / 0.05))):
+            self.now_us += more.get("gap_us", TICK_US)
+            state = EstimatedState(self.now_us, x_m=more.get("north", 0.0), y_m=0.0, sog_mps=sog)
+            output = ActuatorOutput(self.now_us, thrust, thrust, rudder, rudder, "demand")
+            self.flags = self.monitors.step(
+                self.now_us,
+                state,
+                output,
+                desired,
+                more.get("stopped", False),
+                late_s,
+                supply,
+                lambda share: 3.0 * share,
+            )
+        return self.flags
+
+
+def test_row_63_thrust_without_speed():
+    watch = Watch()
+    assert not watch.step(9.95, thrust=0.5, sog=0.37).stuck
+    assert watch.step(0.1, thrust=0.5, sog=0.37).stuck
+    assert not watch.step(0.05, thrust=0.5, sog=0.38).stuck, "a quarter of what the thrust should give is enough"
+    assert not watch.step(20.0, thrust=0.5, sog=None).stuck, "unknown is not stuck"
+    assert not watch.step(20.0, thrust=-0.5, sog=0.0).stuck
+    keeping_station = Desired(0.0, 0.1)
+    assert not watch.step(20.0, thrust=0.5, sog=0.0, desired=keeping_station).stuck, "stemming the stream is no fault"
+    assert watch.step(20.0, thrust=0.5, sog=0.0, desired=Desired(0.0, 1.0)).stuck
+    assert not Watch(stuck_s=0.0).step(20.0, thrust=0.5, sog=0.0).stuck
+
+
+def test_row_63_speed_without_thrust():
+    watch = Watch()
+    assert not watch.step(9.95, sog=0.31).moving_in_neutral
+    assert watch.step(0.1, sog=0.31).moving_in_neutral
+    assert not watch.step(20.0, sog=0.3).moving_in_neutral
+    assert not watch.step(20.0, thrust=0.1, sog=2.0).moving_in_neutral
+
+
+def test_drift_while_stopped():
+    watch = Watch()
+    watch.step(north=0.0, stopped=True)
+    assert not watch.step(north=5.0, stopped=True).drifting_while_stopped
+    assert watch.step(north=5.1, stopped=True).drifting_while_stopped
+    assert not watch.step(north=5.1, stopped=False).drifting_while_stopped
+    assert not watch.step(north=9.0, stopped=True).drifting_while_stopped, "a new stop, a new anchor"
+    assert not watch.step(north=None, stopped=True).drifting_while_stopped
+
+
+def test_row_59_oscillation():
+    """Five reversals beyond half output within two seconds."""
+    watch = Watch()
+    seen = [watch.step(0.25, thrust=0.6 * (-1) ** i, sog=2.0).oscillating for i in range(7)]
+    assert seen == [False] * 5 + [True, True]
+    assert not watch.step(2.05, thrust=0.0, sog=2.0).oscillating
+    for i in range(12):
+        assert not watch.step(0.25, thrust=0.5 * (-1) ** i, sog=2.0).oscillating, "half output is allowed"
+    for i in range(12):
+        assert not watch.step(0.5, thrust=0.9 * (-1) ** i, sog=2.0).oscillating, "slower than that too"
+    rudder = math.radians(16.0)
+    assert [watch.step(0.25, rudder=rudder * (-1) ** i, sog=2.0).oscillating for i in range(7)][-1]
+
+
+def test_row_62_battery_levels_filtered_and_the_sensor_lost():
+    watch = Watch(battery_low_v=12.0, battery_critical_v=11.0, battery_empty_v=10.0)
+    assert watch.step() == MonitorFlags()
+
+    def feed(volts, seconds):
+        for _ in range(round(seconds / 0.05)):
+            watch.step(supply=SupplyVoltage(watch.now_us, volts))
+        return watch.flags
+
+    assert not feed(12.5, 1.0).battery_low
+    assert not feed(9.0, 0.5).battery_low, "a dip at full thrust is filtered"
+    assert feed(11.5, 60.0).battery_low
+    assert not watch.flags.battery_critical
+    assert feed(10.5, 60.0).battery_critical
+    assert not watch.flags.battery_empty
+    assert feed(9.5, 60.0).battery_empty
+    assert not watch.flags.battery_lost
+    old = SupplyVoltage(watch.now_us, 9.5)
+    watch.step(4.9, supply=old)
+    assert not watch.flags.battery_lost
+    assert watch.step(0.2, supply=old).battery_lost
+    assert watch.step(supply=None).battery_lost
+    assert watch.step(supply=SupplyVoltage(watch.now_us, math.nan)).battery_lost
+    assert Watch().step(5.0, supply=SupplyVoltage(0, 1.0)) == MonitorFlags(), "no level set, nothing judged"
+
+
+def test_row_03_row_35_ticks():
+    watch = Watch()
+    assert not watch.step(late_s=0.2).tick_late
+    assert watch.step(late_s=0.201).tick_late
+    assert not watch.flags.tick_very_late
+    assert watch.step(late_s=0.501).tick_very_late
+    assert not watch.step(gap_us=1_000_000).time_jump
+    assert watch.step(gap_us=1_000_001).time_jump
+    assert watch.step(gap_us=-1).time_jump
+    assert not watch.step().time_jump
+
+
+def test_overruns_are_more_than_five_in_a_hundred_ticks():
+    watch = Watch()
+    for _ in range(10):
+        watch.step(late_s=0.051)
+        assert not watch.flags.overruns
+        watch.step(0.45)
+    assert watch.step(late_s=0.051).overruns
+    assert not watch.step(10.0).overruns
+    for _ in range(40):
+        assert not watch.step(late_s=0.05).overruns
+
+
+def test_new_thresholds_at_once():
+    watch = Watch()
+    watch.step(5.0, sog=0.5)
+    watch.monitors.configure(MonitorConfig(drift_s=4.0))
+    assert watch.step(sog=0.5).moving_in_neutral
+
+
+@pytest.mark.parametrize("field", ["stuck", "oscillating", "battery_lost", "time_jump", "overruns"])
+def test_all_is_well_at_first(field):
+    assert getattr(Watch().step(), field) is False
