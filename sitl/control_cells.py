@@ -239,7 +239,9 @@ class SquareRun:
     straight: Errors
     """20 m after a corner to 5 m before the next."""
     reached: int
-    """Points passed within 2 m, of 9."""
+    """Points that guidance reported reached, of 9."""
+    closest_m: float
+    """Greatest of the distances at which the points were passed."""
     stopped: str
     """Guidance's reason for giving up, empty if it did not."""
     ends_at_m: float
@@ -274,11 +276,17 @@ def big_square(case: Case, speed_mps: float) -> SquareRun:
         run.tick(speed_mps)
         if run.sent is not None:
             after = max(after, abs(run.sent.thruster_port), abs(run.sent.thruster_starboard))
-    reached = sum(1 for gap in route.closest[1:] if gap <= 2.0)
+    reached, closest = route.index - 1, max(route.closest[1:])
     done = route.finished
     away = math.hypot(run.vessel.north_m, run.vessel.east_m)
     return SquareRun(
-        errors(whole, run, finished=done), errors(straight, run, finished=done), reached, route.stopped, away, after
+        errors(whole, run, finished=done),
+        errors(straight, run, finished=done),
+        reached,
+        closest,
+        route.stopped,
+        away,
+        after,
     )
 
 

@@ -10,6 +10,7 @@ from companion.core.field import Integrator, approach, triangle
 from companion.core.handling import Handling
 from companion.core.motion import SmoothMotion
 from companion.core.paths import Projection, Track
+from companion.core.swing import EarlySwing, Wish
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 
@@ -57,6 +58,7 @@ class Follower:
         self._handling = handling
         self.integrator = Integrator()
         self.motion = SmoothMotion()
+        self._early = EarlySwing()
         self._sway_mps = self._turning = 0.0
         self._straight_s = math.inf
         self._measure_bends()
@@ -103,6 +105,9 @@ class Follower:
         planned = self._plan(track, here, speed_mps, end_speed_mps, math.hypot(vn, ve))
         course, rate = self._course(dt_s, track, here, vn, ve, planned)
         desired, possible = self._steer(dt_s, state, course, rate, planned)
+        swing = self._swing(state, track, here, speed_mps, planned)
+        if swing is not None:
+            desired = swing
         return Followed(desired, here, planned, possible)
 
     def _plan(
@@ -163,8 +168,29 @@ class Follower:
         turning = clamp(rate * heading.rate_factor, -limit, limit)
         slip, slipping = self._leeway(dt_s, turning, max(water, 0.5 * planned))
         psi = wrap_pi(heading.psi_rad - slip)
-        surge = heading.water_mps + drift[0] * math.cos(psi) + drift[1] * math.sin(psi)
+        # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
+        bow = psi if state.psi_rad is None else state.psi_rad
+        surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
         return Desired(psi, surge, clamp(turning - slipping, -limit, limit)), heading.possible
+
+    def _swing(
+        self, state: EstimatedState, track: Track, here: Projection, speed_mps: float, planned: float
+    ) -> Desired | None:
+        """Turn early for a corner in a strong current, with no more thrust than helps along the path."""
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        if not self._config.use_drift or state.psi_rad is None:
+            return None
+        motion, handling = self.motion, self._handling
+        rate = self._config.turn_share * handling.max_yaw_rate(max(motion.water_mps, 0.0))
+        wish = Wish(speed_mps, drift, 0.96 * handling.top_mps, rate)
+        swing = self._early.step(track, here, motion, state.psi_rad, wish)
+        if swing is None:
+            return None
+        cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
+        wanted_n = planned * math.cos(here.course_rad) - drift[0]
+        wanted_e = planned * math.sin(here.course_rad) - drift[1]
+        water = max(0.0, wanted_n * cos + wanted_e * sin)
+        return Desired(swing.psi_rad, water + drift[0] * cos + drift[1] * sin, swing.rate_radps, brake=True)
 
     def _leeway(self, dt_s: float, rate: float, speed_mps: float) -> tuple[float, float]:
         """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""

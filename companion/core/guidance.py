@@ -121,7 +121,7 @@ class Guidance:
         if isinstance(maneuver, Goto):
             start = None if previous is None or maneuver.leg_from_here else frame.to_local(*previous)
             onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
-            self._begin_leg(state, maneuver, start, corner, following, onward)
+            self._begin_leg(state, maneuver, start, corner, following, onward, speed_mps)
         elif maneuver.kind is LoiterKind.HOVER:
             self._station.begin(self._target)
         else:
@@ -152,6 +152,7 @@ class Guidance:
         corner: tuple[Point, Arc] | None,
         following: Goto | Loiter | None,
         onward: Point | None,
+        speed_mps: float,
     ) -> None:
         here = (state.x_m or 0.0, state.y_m or 0.0)
         entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
@@ -161,7 +162,10 @@ class Guidance:
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
             least = self._follower.tightest_m()
-            arc = fillet(begin, self._target, onward, self._config.corner_cut_m, least, reach)
+            drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+            # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
+            cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
+            arc = fillet(begin, self._target, onward, cut_m, least, reach)
         if arc is None:
             segments.append(Line(begin, self._target))
             self._goal_m = sum(segment.length_m for segment in segments)

@@ -15,6 +15,8 @@ from companion.core.motion import SmoothMotion
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 
+_TURN_ROUND_S = 6.0
+
 
 class StationConfig(Config):
     """Station keeping."""
@@ -118,10 +120,12 @@ class StationKeeper:
     def _drift_and_return(
         self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
     ) -> Desired:
-        distance = math.hypot(north, east)
-        if distance > self._config.radius_m:
+        distance, radius = math.hypot(north, east), self._config.radius_m
+        # turning round takes time, in which the water carries it on
+        early = min(0.5 * radius, _TURN_ROUND_S * math.hypot(*drift))
+        if distance > radius - early:
             self._returning = True
-        elif distance < 0.5 * self._config.radius_m:
+        elif distance < 0.3 * radius:
             self._returning = False
         if not self._returning:
             return Desired(None, None)
