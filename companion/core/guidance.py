@@ -64,7 +64,7 @@ class GuidanceOutput:
     """Why nothing sensible can be steered: the caller must stop the vessel. Empty when all is well."""
 
 
-_TOO_FAST = "the water is faster than the vessel: it cannot hold any place or path"
+_TOO_FAST = "the water is faster than the vessel"
 
 
 class Guidance:
@@ -76,6 +76,7 @@ class Guidance:
         self._follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
         self._texts: list[tuple[Severity, str]] = []
+        self._unable = ""
         self._corner: tuple[Point, Arc] | None = None
         """The arc into the coming leg, and the corner that it rounds."""
         self._clear()
@@ -243,6 +244,9 @@ class Guidance:
         return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
 
     def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
+        if unable and not self._unable:
+            self._say(Severity.CRITICAL, unable[0].upper() + unable[1:] + ": stopped")
+        self._unable = unable
         return GuidanceOutput(desired, path, self._arrived, self._on_path, self._turns(), unable)
 
     def _turns(self) -> float:
