@@ -1,0 +1,60 @@
+"""Faults of our own: neutral in the same tick, disarmed, and after three in a row the end."""
+
+from __future__ import annotations
+
+import pytest
+
+import config
+from companion.app import AppFaultError
+from companion.settings import load
+from mavlink_bridge.imc import Mode
+from mavlink_bridge.requests import Arm, ManualInput, SetMode
+from sitl.settings import SimSettings
+from sitl.world import World
+
+
+@pytest.fixture
+def under_way() -> World:
+    world = World(load(config.path("sim.toml"), ["operator.gcs_required=false"], SimSettings), 1)
+    world.run(3.0)
+    world.app.submit(SetMode(Mode.MANUAL))
+    world.app.submit(Arm(arm=True))
+    for _ in range(30):
+        world.app.submit(ManualInput(1.0, 0.0, 255))
+        world.step()
+    assert world.surroundings.plant.board.pulses_us[0] > 1800
+    return world
+
+
+def test_row_05_an_exception_in_the_tick_writes_neutral_in_that_tick(
+    under_way: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*arguments: object) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(under_way.app.vehicle.guidance, "step", broken)
+        patch.setattr(under_way.app.vehicle.estimator, "predict", broken)
+        assert under_way.tick() is None
+    under_way.step()
+    assert all(abs(pulse - 1500) < 1 for pulse in under_way.surroundings.plant.board.pulses_us)
+    under_way.run(1.0)
+    assert under_way.snapshot is not None
+    assert not under_way.snapshot.armed
+
+
+def test_three_in_a_row_end_the_process(under_way: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*arguments: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(under_way.app.vehicle.estimator, "predict", broken)
+    under_way.tick()
+    under_way.tick()
+    with pytest.raises(AppFaultError):
+        under_way.tick()
+
+
+def test_shutdown_is_neutral_and_may_come_twice(under_way: World) -> None:
+    under_way.shutdown(under_way.now_us)
+    assert all(abs(pulse - 1500) < 1 for pulse in under_way.surroundings.plant.board.pulses_us)
+    under_way.app.shutdown(under_way.now_us)

@@ -1,0 +1,219 @@
+"""The plan executor: order, jumps, speeds, durations, caps; plans replaced under way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hypothesis import given, settings, strategies as st
+
+from companion.core.mission import Leg, Mission, MissionConfig, nearest
+from mavlink_bridge.imc import (
+    ChangeSpeed,
+    Delay,
+    EstimatedState,
+    FenceEnable,
+    Goto,
+    Jump,
+    Loiter,
+    LoiterKind,
+    Maneuver,
+    PlanSpecification,
+    PlanState,
+    ReturnHome,
+)
+
+LAT, LON = math.radians(41.0), math.radians(-8.0)
+HERE = EstimatedState(0, lat_rad=LAT, lon_rad=LON, x_m=0.0, y_m=0.0, psi_rad=0.0)
+METRE = 1.0 / 6.37e6
+
+
+@dataclass
+class Report:
+    arrived: bool = False
+    on_path: bool = False
+    turns: float = 0.0
+
+
+def point(seq: int, metres: float = 50.0, **more: float) -> Goto:
+    return Goto(seq, LAT + metres * METRE, LON, **more)
+
+
+def mission(*items: Maneuver) -> Mission:
+    made = Mission(MissionConfig())
+    made.load(PlanSpecification(items, plan_id=1))
+    assert made.start() == ""
+    return made
+
+
+def leg_of(made: Mission, now_s: float) -> Leg | None:
+    return made.active(round(now_s * 1e6), HERE)
+
+
+def finish(made: Mission, now_s: float, report: Report | None = None) -> None:
+    made.advance(round(now_s * 1e6), HERE, report or Report(arrived=True))
+
+
+def test_items_follow_each_other_and_each_is_reported_once() -> None:
+    made = mission(point(0), ChangeSpeed(1, 2.2), point(2, 90))
+    first = leg_of(made, 0)
+    assert first is not None
+    assert (first.maneuver.seq, first.speed_mps, first.previous) == (0, 1.5, None)
+    finish(made, 1)
+    second = leg_of(made, 2)
+    assert second is not None
+    assert (second.maneuver.seq, second.speed_mps) == (2, 2.2)
+    assert second.previous == (first.maneuver.lat_rad, first.maneuver.lon_rad)
+    assert second.generation != first.generation
+    finish(made, 3)
+    assert leg_of(made, 4) is None
+    assert made.state is PlanState.COMPLETE
+    assert made.drain()[0] == (0, 1, 2)
+    assert made.drain()[0] == ()
+
+
+def test_a_point_is_held_for_its_time() -> None:
+    made = mission(point(0, hold_s=10.0), point(1, 90))
+    leg_of(made, 0)
+    finish(made, 5)
+    finish(made, 14.9)
+    assert leg_of(made, 14.9).maneuver.seq == 0
+    finish(made, 15.0)
+    assert leg_of(made, 15.1).maneuver.seq == 1
+
+
+def test_duration_counts_from_reaching_the_circle() -> None:
+    made = mission(Loiter(0, LAT, LON, radius_m=20.0, duration_s=60.0))
+    leg_of(made, 0)
+    finish(made, 30, Report())
+    finish(made, 40, Report(on_path=True))
+    finish(made, 99.9, Report(on_path=True))
+    assert leg_of(made, 99.9) is not None
+    finish(made, 100.0, Report(on_path=True))
+    assert leg_of(made, 100.1) is None
+
+
+def test_an_approach_that_never_gets_there_is_capped_and_told() -> None:
+    made = mission(Loiter(0, LAT + 75 * METRE, LON, radius_m=20.0, duration_s=60.0))
+    leg_of(made, 0)
+    nominal_s = 75 / 1.5
+    finish(made, 4 * nominal_s + 119, Report())
+    assert leg_of(made, 0) is not None
+    finish(made, 4 * nominal_s + 121, Report())
+    assert leg_of(made, 0) is None
+    assert any("not reached" in text for _, text in made.drain()[2])
+
+
+def test_turns_end_a_loiter_and_an_unlimited_one_never_ends() -> None:
+    made = mission(Loiter(0, LAT, LON, radius_m=20.0, turns=2.0))
+    leg_of(made, 0)
+    finish(made, 1, Report(on_path=True, turns=1.99))
+    assert leg_of(made, 1) is not None
+    finish(made, 2, Report(on_path=True, turns=2.0))
+    assert leg_of(made, 2) is None
+    endless = mission(Loiter(0, LAT, LON, radius_m=20.0))
+    leg_of(endless, 0)
+    finish(endless, 1e6, Report(on_path=True, turns=1e4))
+    assert leg_of(endless, 1e6) is not None
+
+
+def test_jumps_are_counted_and_then_passed() -> None:
+    made = mission(point(0), Jump(1, 0, 2), point(2, 90))
+    sailed = []
+    for second in range(10):
+        leg = leg_of(made, second)
+        if leg is None:
+            break
+        sailed.append(leg.maneuver.seq)
+        finish(made, second + 0.5)
+    assert sailed == [0, 0, 0, 2]
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(-1, 3)), min_size=1, max_size=6))
+@settings(max_examples=60, deadline=None)
+def test_a_plan_of_jumps_alone_ends(jumps: list[tuple[int, int]]) -> None:
+    items = tuple(Jump(seq, target % len(jumps), repeats) for seq, (target, repeats) in enumerate(jumps))
+    assert leg_of(mission(*items), 0) is None
+
+
+def test_a_delay_keeps_station_where_the_plan_stands() -> None:
+    made = mission(point(0), Delay(1, 30.0), point(2, 90))
+    leg_of(made, 0)
+    finish(made, 1)
+    waiting = leg_of(made, 2)
+    assert isinstance(waiting.maneuver, Loiter)
+    assert waiting.maneuver.kind is LoiterKind.HOVER
+    assert waiting.maneuver.lat_rad == point(0).lat_rad
+    finish(made, 3, Report(on_path=True))
+    finish(made, 33, Report(on_path=True))
+    assert leg_of(made, 34).maneuver.seq == 2
+
+
+def test_return_goes_to_the_nearest_rally_point_else_home_else_is_passed_with_a_word() -> None:
+    far, near, home = (LAT + 900 * METRE, LON), (LAT + 100 * METRE, LON), (LAT - 10 * METRE, LON)
+    assert nearest((LAT, LON), (far, near), home) == near
+    assert nearest((LAT, LON), (), home) == home
+    made = mission(ReturnHome(0))
+    assert leg_of(made, 0) is None
+    assert any("no home" in text for _, text in made.drain()[2])
+    made = mission(ReturnHome(0))
+    made.rally = (far, near)
+    assert leg_of(made, 0).maneuver.lat_rad == near[0]
+
+
+def test_effects_are_handed_over_in_order() -> None:
+    made = mission(FenceEnable(0, enable=False), point(1))
+    leg_of(made, 0)
+    _, effects, _ = made.drain()
+    assert effects == (FenceEnable(0, enable=False),)
+
+
+def test_a_new_plan_goes_on_at_an_unchanged_item_and_else_starts_over() -> None:
+    made = mission(point(0), point(1, 90), point(2, 120))
+    leg_of(made, 0)
+    finish(made, 1)
+    under_way = leg_of(made, 2)
+    made.load(PlanSpecification((point(0), point(1, 90), point(2, 300)), 2))
+    assert leg_of(made, 3) is under_way
+    made.load(PlanSpecification((point(0), point(1, 95)), 3))
+    assert leg_of(made, 4).maneuver.seq == 0
+    made.load(PlanSpecification())
+    assert leg_of(made, 5) is None
+    assert made.state is PlanState.NO_MISSION
+
+
+def test_pause_keeps_the_item_and_start_goes_on_with_it() -> None:
+    made = mission(point(0), point(1, 90))
+    leg_of(made, 0)
+    finish(made, 1)
+    made.pause()
+    assert leg_of(made, 2) is None
+    assert made.state is PlanState.PAUSED
+    assert made.start() == ""
+    assert leg_of(made, 3).maneuver.seq == 1
+
+
+def test_wrong_numbers_are_refused_and_change_nothing() -> None:
+    made = mission(point(0), point(1, 90))
+    before = leg_of(made, 0)
+    assert "outside" in made.set_current(2)
+    assert "outside" in made.start(7)
+    assert "outside" in made.start(1, 0)
+    assert leg_of(made, 1) is before
+    assert "no plan" in Mission(MissionConfig()).start()
+
+
+def test_set_current_and_a_last_item() -> None:
+    made = mission(point(0), point(1, 90), point(2, 120))
+    assert made.set_current(1) == ""
+    assert leg_of(made, 0).maneuver.seq == 1
+    assert made.start(0, 0) == ""
+    leg_of(made, 1)
+    finish(made, 2)
+    assert leg_of(made, 3) is None
+    assert made.state is PlanState.COMPLETE
+
+
+def test_without_a_position_nothing_begins() -> None:
+    made = mission(point(0))
+    assert made.active(0, EstimatedState(0)) is None
