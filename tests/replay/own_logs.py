@@ -120,7 +120,10 @@ class Retelling:
         settings = (f"system.system_id={log.system}", "operator.gcs_required=false")
         self.world = World(load(shipped.path("sim.toml"), settings, SimSettings), 0)
         self._log = log
-        self._ground = self.world.ground(endpoint)
+        # The log was written at the vessel's radio port: the words come there, not through the air once more.
+        self._ground = (
+            self.world.surroundings._hosts.pop(0).link if endpoint == "radio" else self.world.ground(endpoint)
+        )
         self._deframer = Deframer()
         self._frames: list[Frame] = []
         self._heard: Counter[int] = Counter()

@@ -20,14 +20,22 @@ def is_within(short, long):
     return all(item in rest for item in short)
 
 
+def once(answers):
+    return {name: list(dict.fromkeys(items)) for name, items in answers.items()}
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in DATA.glob("*-mavsdk.tlog")))
 def test_the_ground_stations_half_brings_the_vessels_half(name):
     log = Log(DATA / f"{name}.tlog")
     vessel = Retelling(log, LOGS[name]).run()
-    assert vessel.answers() == log.vessel.answers()
+    if LOGS[name] == "radio":
+        # On a slow link both sides repeat what was not answered in time; how often is a matter of milliseconds.
+        assert once(vessel.answers()) == once(log.vessel.answers())
+    else:
+        assert vessel.answers() == log.vessel.answers()
     assert is_within(log.vessel.modes(), vessel.modes())
     assert sorted(set(vessel.texts())) == sorted(set(log.vessel.texts()))
 
 
-def test_there_is_a_log_of_a_loiter_and_of_a_guard_stop():
-    assert {"loiter-mavsdk", "guard-stop-mavsdk"} <= {path.stem for path in DATA.glob("*.tlog")}
+def test_there_is_a_log_of_a_loiter_of_a_guard_stop_and_of_a_plan_over_the_radio():
+    assert set(LOGS) <= {path.stem for path in DATA.glob("*.tlog")}
