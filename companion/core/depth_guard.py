@@ -22,6 +22,11 @@ __all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
 _EPS_M: Final = 1e-9
 _UNKNOWN_AFTER_S: Final = 5.0
+_WAY_MPS: Final = 0.15
+"""Slower than this the way is off."""
+_BRAKE_US: Final = 3_000_000
+_BRAKE_REST_US: Final = 5_000_000
+"""Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
 _START_S: Final = 3.0
 """A sounder that has not spoken yet is not called lost before."""
 
@@ -51,7 +56,7 @@ class GuardOutput:
     blind: bool = False
     """Lost for longer than the policy ``stop`` or ``required`` allows."""
     brake: bool = False
-    """Stop with astern thrust."""
+    """Lose way with astern thrust now; the stop follows when the way is off."""
     closing_mps: float = 0.0
     """How fast the bottom closes, as far as proven."""
     map_least_m: float | None = None
@@ -87,6 +92,7 @@ class DepthGuard:
         self.input = DepthInput(config.input)
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
+        self._brake_until_us = -_BRAKE_REST_US
         self._ahead = DepthAhead(config)
         self.configure(config)
 
@@ -162,6 +168,8 @@ class DepthGuard:
         ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.texts(stop_ahead, ahead, state)
+        speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
+        brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
         slow_to_mps = ahead.slow_to_mps
         if lost_s is not None and self._config.unknown_policy == "slow":
             slow_to_mps = self._config.unknown_speed_mps
@@ -172,12 +180,12 @@ class DepthGuard:
             limit_m=ahead.limit_m,
             abort=abort,
             slow_to_mps=slow_to_mps,
-            stop_ahead=stop_ahead,
-            shallow=self._shallow,
-            locked=self.state is LOCKED and not self._unlocked,
+            stop_ahead=stop_ahead and not brake,
+            shallow=self._shallow and not brake,
+            locked=self.state is LOCKED and not self._unlocked and not brake,
             lost=lost_s is not None,
             blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
-            brake=self._config.brake,
+            brake=brake,
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
             suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,
@@ -212,6 +220,14 @@ class DepthGuard:
         if new is not old or corrects:
             texts.append(self._text(new, altitude_m))
         return locks or corrects
+
+    def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
+        """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
+        if not (self._config.brake and loops_active and speed_mps > _WAY_MPS):
+            self._brake_until_us = min(self._brake_until_us, now_us)
+        elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
+            self._brake_until_us = now_us + _BRAKE_US
+        return now_us < self._brake_until_us
 
     def _text(self, new: GuardState, altitude_m: float | None) -> tuple[Severity, str]:
         limit_m = self._config.min_altitude_m

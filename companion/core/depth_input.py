@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from pydantic import Field
@@ -19,6 +20,7 @@ from mavlink_bridge.imc import Distance, EstimatedState
 _FAST_SPAN_US: Final = 1_000_000
 _CONSISTENT: Final = 3
 _FORGET_US: Final = 5_000_000
+_GAPS: Final = 4
 
 
 class DepthInputConfig(Config):
@@ -46,7 +48,14 @@ class DepthInputConfig(Config):
     """Noise of one reading, 1 sigma; 0.5 % of the distance when that is more."""
     median_samples: int = Field(5, ge=1, le=9)
     """Readings in the median for a fast sounder; one that gives fewer than this per second uses three. 1 = no filter."""
-    stale_s: float = param(1.0, "SNDR_STALE", "Depth older than this is unknown", unit="s", ge=0.1, le=30)
+    stale_s: float = param(
+        0.8,
+        "SNDR_STALE",
+        "Depth older than this is unknown (a sounder of 1 Hz gets 2.5 of its periods)",
+        unit="s",
+        ge=0.1,
+        le=30,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +80,7 @@ class DepthInput:
         self._held: list[Altitude] = []
         self._filtered_m: float | None = None
         self._middle_us = 0
+        self._stale_us = 0
         self._good_share: float | None = None
         self.configure(config)
 
@@ -101,7 +111,7 @@ class DepthInput:
 
     def altitude_m(self, now_us: int) -> float | None:
         """The filtered altitude, m; None when too few readings are fresh."""
-        if self.gated is None or self.age_s(now_us) > self._config.stale_s + 1e-9:
+        if self.gated is None or now_us - self.gated.t_us > self._stale_us:
             return None
         return self._filtered_m
 
@@ -178,8 +188,16 @@ class DepthInput:
         count = self._samples_in_median(window)
         recent = window[-count:]
         needed = (count + 1) // 2
+        self._stale_us = self._limit_us(recent)
         self._middle_us = recent[-min(needed, len(recent))].t_us
         self._filtered_m = _lower_median([item.value_m for item in recent]) if len(recent) >= needed else None
+
+    def _limit_us(self, recent: list[Altitude]) -> int:
+        """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
+        limit_us = round(self._config.stale_s * 1e6)
+        gaps_us = [after.t_us - before.t_us for before, after in pairwise(recent[-_GAPS:])]
+        period_us = min(gaps_us, default=0)
+        return limit_us if 3 * period_us <= 2 * limit_us else min(period_us * 5 // 2, _FORGET_US)
 
     def _samples_in_median(self, window: list[Altitude]) -> int:
         """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""

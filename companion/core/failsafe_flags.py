@@ -47,6 +47,8 @@ class Flags:
     depth_shallow: bool = False
     depth_locked: bool = False
     depth_ahead: bool = False
+    depth_braking: bool = False
+    """The guard takes the way off with astern thrust."""
     depth_lost: bool = False
     """The altitude is unknown although it matters (not: bottom out of the sounder's reach)."""
     depth_blind: bool = False

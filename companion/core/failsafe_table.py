@@ -151,6 +151,15 @@ TABLE: Final[tuple[Condition, ...]] = (
         delay_max_s=0,
     ),
     Condition(
+        "depth_braking",
+        H,
+        "shallow water: braking",
+        lambda f: f.depth_braking,
+        takeover=Takeover.MANUAL,
+        floor=H,
+        delay_max_s=0,
+    ),
+    Condition(
         "depth_blind",
         S,
         "water depth unknown",

@@ -199,6 +199,8 @@ class Vehicle:
         demand = self._steer(now_us, dt_s, intent)
         self._guard(now_us, intent)
         self._judge(now_us, intent)
+        if self.guard_out.brake and not isinstance(intent, Sticks):
+            demand = ActuatorDemand(now_us, -1.0, -1.0)
         output = self._decide(now_us, demand, isinstance(intent, Sticks))
         self._follow_up(now_us)
         reached = self._effects()

@@ -46,6 +46,7 @@ def gather(vehicle: Vehicle, now_us: int, seen: MonitorFlags, *, fence_ahead: bo
         depth_shallow=guard.shallow,
         depth_locked=guard.locked,
         depth_ahead=guard.stop_ahead,
+        depth_braking=guard.brake,
         depth_lost=guard.lost,
         depth_blind=guard.blind,
         fence_ahead=fence_ahead,

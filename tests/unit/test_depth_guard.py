@@ -13,7 +13,7 @@ from companion.core.depth_input import DepthInputConfig
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
-RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, transducer_depth_m=0.0, keel_depth_m=0.0)
+RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)
 """Every reading is the altitude: the seed had no chain."""
 SEED = DepthGuardConfig(input=RAW, rate_look_ahead=False, map_look_ahead=False, unknown_policy="ignore")
 STEP_US = 500_000
@@ -312,9 +312,82 @@ def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
     assert out.slow_to_mps == 0.5
 
 
-def test_the_brake_is_passed_on():
-    assert Run(SEED.model_copy(update={"brake": True})).feed(5.0).brake
-    assert not Run().feed(5.0).brake
+BRAKING = SEED.model_copy(update={"brake": True})
+
+
+class Braking(Run):
+    def at_speed(
+        self, altitude_m: float | None, speed_mps: float, after_us: int = 100_000, active: bool = True
+    ) -> GuardOutput:
+        self.now_us += after_us
+        state = EstimatedState(self.now_us, sog_mps=speed_mps)
+        if altitude_m is not None:
+            self.guard.measure(Distance(self.now_us, altitude_m), state)
+        return self.guard.step(self.now_us, state, active)
+
+
+def test_the_brake_takes_the_way_off_and_then_the_stop_follows():
+    run = Braking(BRAKING)
+    assert not run.at_speed(5.0, 2.0).brake
+    out = run.at_speed(3.0, 2.0)
+    assert (out.abort, out.brake, out.locked, out.shallow) == (True, True, False, False)
+    out = run.at_speed(3.0, 0.2)
+    assert (out.abort, out.brake, out.locked) == (False, True, False)
+    out = run.at_speed(3.0, 0.15)
+    assert (out.brake, out.locked) == (False, True)
+    assert not run.at_speed(3.0, 2.0).brake, "no second time: the entry is over"
+    run = Braking(BRAKING)
+    run.at_speed(5.0, 2.0)
+    out = run.at_speed(3.95, 2.0)
+    assert (out.brake, out.shallow) == (True, False)
+    assert run.at_speed(3.95, 0.1).shallow
+
+
+def test_the_brake_lasts_three_seconds_at_the_most_and_rests_for_five():
+    run = Braking(BRAKING)
+    run.at_speed(5.0, 2.0)
+    assert run.at_speed(3.95, 2.0).brake
+    assert run.at_speed(3.95, 2.0, 2_999_999).brake
+    assert not run.at_speed(3.95, 2.0, 1).brake
+    run.at_speed(4.2, 2.0, 1_000_000)
+    assert not run.at_speed(3.95, 2.0, 3_999_999).brake
+    run.at_speed(4.2, 2.0, 1)
+    assert run.at_speed(3.95, 2.0, 1).brake
+
+
+def test_no_brake_when_off_inactive_or_without_way():
+    for config, speed, active in ((SEED, 2.0, True), (BRAKING, 2.0, False), (BRAKING, 0.15, True)):
+        run = Braking(config)
+        run.at_speed(5.0, speed, active=active)
+        assert not run.at_speed(3.0, speed, active=active).brake
+    run = Braking(BRAKING)
+    run.at_speed(5.0, 2.0)
+    assert run.at_speed(3.0, 2.0).brake
+    assert not run.at_speed(3.0, 2.0, active=False).brake
+    assert not run.at_speed(3.0, 2.0).brake, "armed again it does not go on"
+    assert not Run(BRAKING).feed(5.0).brake
+
+
+def test_the_first_tick_can_brake():
+    run = Braking(BRAKING)
+    assert run.at_speed(3.0, 2.0, after_us=0).brake
+
+
+def test_soon_after_setting_off_it_brakes_as_well():
+    run = Braking(BRAKING)
+    for _ in range(20):
+        run.at_speed(5.0, 0.0)
+    run.at_speed(5.0, 1.0)
+    assert run.at_speed(3.0, 1.0).brake
+
+
+def test_a_stop_by_the_map_brakes_too():
+    guard = DepthGuard(DepthGuardConfig(input=RAW, brake=True))
+    guard.set_map(chart(3.0, 60.0))
+    out = guard.step(0, at(52.0, 2.0), True, None, stopping)
+    assert (out.brake, out.stop_ahead) == (True, False)
+    out = guard.step(1_000_000, at(52.0, 0.1), True, None, stopping)
+    assert out.brake is False
 
 
 # ---- look-ahead and map, as far as the guard itself decides

@@ -9,7 +9,7 @@ import pytest
 from companion.core.depth_input import DepthInput, DepthInputConfig
 from mavlink_bridge.imc import Distance, EstimatedState
 
-PLAIN = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0)
+PLAIN = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)
 FAST_US = 100_000
 
 
@@ -175,6 +175,21 @@ def test_a_value_grows_stale():
     assert chain.age_s(now + 2_000_000) == 2.0
     assert DepthInput(PLAIN).age_s(0) == math.inf
     assert DepthInput(PLAIN).lag_s(5) == 5e-6
+
+
+def test_a_sounder_of_1_hz_is_not_stale_between_its_readings():
+    chain = DepthInput(PLAIN)
+    now = feed(chain, [5.0] * 4, period_us=1_000_000)
+    assert chain.altitude_m(now + 2_500_000) == 5.0
+    assert chain.altitude_m(now + 2_500_001) is None
+    fast = DepthInput(PLAIN)
+    now = feed(fast, [5.0, 5.0, None, None, None, 5.0, None, None, None, 5.0])
+    assert fast.altitude_m(now + 1_000_000) == 5.0
+    assert fast.altitude_m(now + 1_000_001) is None, "drop-outs of a fast one buy no time"
+    slow = DepthInput(PLAIN)
+    now = feed(slow, [5.0] * 4, period_us=4_000_000)
+    assert slow.altitude_m(now + 5_000_000) == 5.0
+    assert slow.altitude_m(now + 5_000_001) is None
 
 
 def test_old_and_repeated_readings_change_nothing():

@@ -451,6 +451,7 @@ heading_lost           STOP      0    -            operator  5  manual   STOP   
 depth_locked           STOP      0    -            rearm     0  manual   STOP      0
 depth_shallow          STOP      0    -            operator  0  operator STOP      0
 depth_ahead            STOP      0    -            operator  0  manual   HOLD      0
+depth_braking          HOLD      0    -            operator  0  manual   HOLD      0
 depth_blind            STOP      0    -            operator  0  manual   WARN      30
 fence_ahead            HOLD      0    -            operator  0  manual   HOLD      0
 fence_breach           HOLD      0    -            operator  0  operator WARN      0.5

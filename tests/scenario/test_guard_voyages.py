@@ -1,0 +1,82 @@
+"""The depth guard on the water, whole vessel: the slope, the shoal, the brake, and the way back."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mavlink_bridge.imc import Action, GuardState, Mode
+
+KEEL_M = 0.35
+SLOPE = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=40")
+
+MARGINS = ("depth.minimum_margin_m=1.0", "depth.good_margin_m=0.3")
+"""What vessel-control §5.4 recommends: room for a turn in shallow water."""
+
+
+def least_altitude(trip, seconds):
+    least = math.inf
+    for _ in range(round(20 * seconds)):
+        trip.step()
+        least = min(least, trip.truth.depth_m - KEEL_M)
+    return least
+
+
+@pytest.mark.parametrize("brake", ["false", "true"], ids=["coast", "astern"])
+@pytest.mark.parametrize("gradient", [0.5, 0.1])
+def test_a_plan_up_a_slope_stops_in_good_water(voyage, gradient, brake):
+    trip = voyage(*SLOPE, *MARGINS, f"world.bottom.slope.gradient={gradient}", f"depth.brake={brake}")
+    trip.sail(2.5, (400.0, 0.0))
+    assert least_altitude(trip, 150.0) >= 3.85
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.snapshot.guard is GuardState.OK
+    assert (trip.snapshot.state.sog_mps or 0.0) < 0.3
+    assert any(text.startswith("Shallow water ahead (closing") for text in trip.texts)
+    assert trip.snapshot.action >= Action.HOLD, "it stands until an operator decides"
+    if gradient > 0.2:
+        return
+    # On a gentler slope there is room to turn back; on 1:2 the turn itself would take metres of water.
+    assert trip.plan(1.5, (0.0, 0.0)).reason == ""
+    for _ in range(4):
+        assert trip.mode(Mode.AUTO).reason == ""
+        trip.run(40.0)
+    assert trip.truth.north_m < 100.0
+
+
+def test_the_brake_shortens_the_way(voyage):
+    """With the look-ahead off the entry itself brakes: astern the vessel is off its way in metres, not in seconds."""
+    reached = {}
+    for brake in ("false", "true"):
+        trip = voyage(*SLOPE, "world.bottom.slope.gradient=0.2", f"depth.brake={brake}", "depth.rate_look_ahead=false")
+        trip.sail(2.5, (400.0, 0.0))
+        trip.until(lambda trip=trip: trip.snapshot.action >= Action.HOLD, 120.0)
+        began_m = trip.truth.north_m
+        trip.until(lambda trip=trip: trip.truth.u_mps < 0.15, 20.0)
+        reached[brake] = trip.truth.north_m - began_m
+        trip.run(3.0)
+        assert trip.neutral, "then it stays stopped"
+    assert reached["true"] < 2.6
+    assert reached["false"] > 4.0
+
+
+def test_the_shipped_shoal_is_stopped_at(voyage):
+    trip = voyage()
+    trip.sail(1.5, (240.0, 0.0))
+    assert least_altitude(trip, 150.0) >= 3.85
+    assert trip.snapshot.mode is Mode.HOLD
+
+
+def test_a_sounder_lost_at_five_metres_slows_and_stops_as_configured(voyage):
+    trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=5.35", "depth.unknown_policy=stop")
+    trip.sail(2.0, (300.0, 0.0), after_s=15.0)
+    trip.faults.depth_silent = True
+    told_s = trip.until(lambda: "depth_lost" in trip.snapshot.causes, 2.0)
+    assert told_s <= 1.0
+    stopped_s = told_s + trip.until(lambda: trip.neutral, 6.0)
+    assert 4.5 < stopped_s <= 5.2
+    trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=5.35", "depth.unknown_policy=slow")
+    trip.sail(2.0, (300.0, 0.0), after_s=15.0)
+    trip.faults.depth_no_bottom = True
+    took_s = trip.until(lambda: (trip.snapshot.desired.speed_mps or 9.0) <= 0.5, 2.0)
+    assert took_s <= 1.0, "must hold"
