@@ -35,7 +35,7 @@ from mavlink_bridge.snapshot import Snapshot
 from mavlink_bridge.speaker import Speaker
 from mavlink_bridge.stations import Peer, Stations
 from mavlink_bridge.streams import Composer, Streams, message_id
-from mavlink_bridge.stub_params import ROVER_STUBS
+from mavlink_bridge.stub_params import COMMON_STUBS, ROVER_STUBS
 from mavlink_bridge.wire import Packed, packed
 
 _TEXT_GAP_US: Final = 1_000_000
@@ -83,7 +83,7 @@ class Endpoint:
         self.streams = Streams(config)
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
         self._commands = CommandServer(config.give_up_s)
-        stubs = ROVER_STUBS if config.persona == "ardurover" else ()
+        stubs = ROVER_STUBS if config.persona == "ardurover" else COMMON_STUBS
         self._table = EndpointParams(vehicle.params, stubs)
         self._params = ParamServer(self._table)
         self._files = FileServer(metadata.files(self._table))

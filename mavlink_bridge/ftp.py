@@ -28,6 +28,10 @@ File = Callable[[str], bytes]
 """Makes a file's content when it is opened, given the query behind '?' in its name."""
 
 
+Session = tuple[int, int, int]
+"""System and component of the station, and its session number: each station has numbers of its own."""
+
+
 class Op(IntEnum):
     """Requests and the two kinds of reply."""
 
@@ -89,6 +93,10 @@ class _Request:
     sender: tuple[int, int]
 
     @property
+    def key(self) -> Session:
+        return (*self.sender, self.session)
+
+    @property
     def path(self) -> str:
         return self.data[: self.size].partition(b"\0")[0].decode("utf-8", "replace")
 
@@ -106,7 +114,7 @@ class FileServer:
 
     def __init__(self, files: Mapping[str, File]) -> None:
         self._files = files
-        self._open: OrderedDict[int, tuple[tuple[int, int], bytes]] = OrderedDict()
+        self._open: OrderedDict[Session, bytes] = OrderedDict()
         self._bursts: deque[_Burst] = deque()
         self._last: OrderedDict[tuple[int, int], tuple[bytes, list[Any]]] = OrderedDict()
 
@@ -132,14 +140,14 @@ class FileServer:
         """Return the next packet of a burst, None when none is under way."""
         while self._bursts:
             burst = self._bursts[0]
-            held = self._open.get(burst.request.session)
+            held = self._open.get(burst.request.key)
             if held is None:
                 self._bursts.popleft()
                 continue
             step = burst.request.size or MAX_DATA
-            data = held[1][burst.offset : burst.offset + step]
+            data = held[burst.offset : burst.offset + step]
             burst.left -= 1
-            is_last = burst.left == 0 or burst.offset + len(data) >= len(held[1])
+            is_last = burst.left == 0 or burst.offset + len(data) >= len(held)
             reply = self._reply(burst.request, Op.ACK, data, burst.offset, burst.sequence, is_last)
             burst.offset += len(data)
             burst.sequence += 1
@@ -162,23 +170,26 @@ class FileServer:
 
     def _terminate(self, request: _Request) -> bytes:
         self._held(request)
-        del self._open[request.session]
+        del self._open[request.key]
         return b""
 
     def _reset(self, request: _Request) -> bytes:
-        for session in [number for number, held in self._open.items() if held[0] == request.sender]:
-            del self._open[session]
+        for key in [key for key in self._open if key[:2] == request.sender]:
+            del self._open[key]
         return b""
 
     def _nothing(self, _: _Request) -> bytes:
         return b""
 
     def _open_read(self, request: _Request) -> bytes:
+        """Open a file. MAVProxy names the session itself and waits for that number; others send 0 and take ours."""
         content = self._content(request.path)
-        if len(self._open) >= MAX_SESSIONS:
+        if not request.session:
+            taken = {key[2] for key in self._open if key[:2] == request.sender}
+            request.session = next(number for number in range(MAX_SESSIONS + 1) if number not in taken)
+        self._open[request.key] = content
+        if len(self._open) > MAX_SESSIONS:
             self._open.popitem(last=False)
-        request.session = next(number for number in range(MAX_SESSIONS) if number not in self._open)
-        self._open[request.session] = (request.sender, content)
         return struct.pack("<I", len(content))
 
     def _read(self, request: _Request) -> bytes:
@@ -192,7 +203,7 @@ class FileServer:
         content = self._held(request)
         if request.offset >= len(content):
             raise _Refused(Nak.EOF)
-        kept = [burst for burst in self._bursts if burst.request.session != request.session]
+        kept = [burst for burst in self._bursts if burst.request.key != request.key]
         self._bursts = deque([*kept, _Burst(request, request.offset, request.sequence + 1, BURST_PACKETS)])
 
     def _crc(self, request: _Request) -> bytes:
@@ -226,11 +237,11 @@ class FileServer:
         return make(query)
 
     def _held(self, request: _Request) -> bytes:
-        held = self._open.get(request.session)
-        if held is None or held[0] != request.sender:
+        held = self._open.get(request.key)
+        if held is None:
             raise _Refused(Nak.INVALID_SESSION)
-        self._open.move_to_end(request.session)
-        return held[1]
+        self._open.move_to_end(request.key)
+        return held
 
     @staticmethod
     def _reply(

@@ -58,7 +58,10 @@ _BY_MODE: Final = {face.mode: face for face in FACES}
 _ROVER: Final = {face.rover: face.mode for face in FACES} | {12: Mode.RTL}
 """12 is SMART_RTL, which some station buttons send."""
 _PX4: Final = {face.px4 >> 16: face.mode for face in FACES} | {
-    0x0003: Mode.LOITER,  # position control
+    0x0002: Mode.MANUAL,  # altitude and position control, Acro, Stabilized: what moves a boat by sticks
+    0x0003: Mode.MANUAL,
+    0x0005: Mode.MANUAL,
+    0x0007: Mode.MANUAL,
     0x0304: Mode.HOLD,
     0x0004: Mode.AUTO,
 }

@@ -24,6 +24,17 @@ def _values() -> dict[str, float]:
     return values
 
 
-ROVER_STUBS: Final = tuple(
+COMMON_STUBS: Final = (
+    ParamInfo(
+        "ARMING_CHECK",
+        1.0,
+        text="All checks before arming are on, always; read-only.",
+        read_only=True,
+        group="Compatibility",
+    ),
+)
+"""MAVProxy says 'Arming checks disabled' at each arming of a vehicle without it."""
+
+ROVER_STUBS: Final = COMMON_STUBS + tuple(
     ParamInfo(name, value, text=_TEXT, read_only=True, group="Compatibility") for name, value in _values().items()
 )

@@ -98,6 +98,10 @@ class QgcClient:
         """True when no script runs and a vehicle was connected."""
         return self.vehicle is not None and self._script is None and not self._queue
 
+    def then(self, script: Script) -> None:
+        """Run a script once the connect sequence is over."""
+        self._queue.append(script)
+
     def start(self, script: Script) -> None:
         """Run a script after those under way; its return value ends up in ``result``."""
         self._queue.append(script)
@@ -122,7 +126,8 @@ class QgcClient:
             self._trace(
                 f"vehicle {system}, autopilot {self.autopilot}, type {message.type}, mode {message.custom_mode}"
             )
-            self.start(self._connect())
+            self._queue.insert(0, self._connect())
+            self._next_script()
         if self._gimbal_asks < 6:
             self._gimbal_asks += 1
             self._command_long(512, 280)
@@ -565,8 +570,8 @@ def main() -> None:
     client = QgcClient(say=print)
     if arguments.upload:
         items = [(3, 16, 0.0, 0.0, 0.0, NAN, 411_850_000, -87_060_000 + 1000 * number, 50.0) for number in range(5)]
-        client._queue.append(client.upload(0, items))
-        client._queue.append(client.download(0))
+        client.then(client.upload(0, items))
+        client.then(client.download(0))
     report = run(arguments.where, client)
     print(
         json.dumps(

@@ -41,6 +41,18 @@ def test_check_61_lost_terminates_do_not_lock_anybody_out(bench):
     assert client.open("general.json") is not None
 
 
+def test_check_60_a_session_that_the_station_names_is_kept(bench):
+    """MAVProxy names its session when it opens and ignores replies that carry another."""
+    client = FtpClient(bench)
+    (reply,) = client.ask(OPEN, b"@PARAM/param.pck?withdefaults=1", session=45)
+    assert (reply.op, reply.session) == (ACK, 45)
+    (part,) = client.ask(READ, session=45, size=30)
+    assert part.op == ACK
+    other = FtpClient(bench).open("general.json")
+    assert other is not None
+    assert other[0] != 45
+
+
 def test_check_61_sessions_end(bench):
     client = FtpClient(bench)
     session, size = client.open("parameters.json")

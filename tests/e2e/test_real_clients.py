@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from tests.e2e.sim import LAT_DEG, LON_DEG, Sim, client
+from tests.qgc_client import QgcClient, run
 
 
 def lines_of(lines: list[dict[str, object]], step: str) -> list[dict[str, object]]:
@@ -29,4 +31,40 @@ def test_mavsdk_services(tmp_path: Path, persona: str, port: int, instance: int)
     assert lines_of(lines, "fence")[0]["circles"] == [30.0]
     x, y = round(LAT_DEG * 1e7), round(LON_DEG * 1e7)
     assert lines_of(lines, "raw mission")[0]["items"] == [[16, 0.0, 0.0, x + 1000, y], [18, 2.0, -25.0, x, y]]
+    assert bool(lines_of(lines, "mission refused")) is (persona == "ardurover")
+    assert lines_of(lines, "mission finished")
     assert lines_of(lines, "takeoff refused")
+
+
+def test_mavproxy_services(tmp_path: Path) -> None:
+    folder = tmp_path / "mavproxy"
+    folder.mkdir()
+    with Sim(tmp_path / "run", 23, speed=1.0) as sim:
+        lines = client(
+            "mavproxy_services.py", f"tcp:127.0.0.1:{sim.port(5760)}", str(LAT_DEG), str(LON_DEG), str(folder)
+        )
+    assert lines_of(lines, "done")
+    assert lines_of(lines, "complaints")[0]["lines"] == []
+    took_s = lines_of(lines, "parameters")[0]["took_s"]
+    assert isinstance(took_s, float)
+    assert took_s < 2.0
+
+
+def test_qgc_like_client_over_real_links(tmp_path: Path) -> None:
+    """QGroundControl's connect sequence over UDP and TCP, in real time: no complaint, no resend, in less than 2 s."""
+    with Sim(tmp_path / "run", 24, speed=1.0) as sim:
+        for where in (
+            f"udp:127.0.0.1:{sim.port(14550)}",
+            f"tcp:127.0.0.1:{sim.port(5760)}",
+            f"udp:127.0.0.1:{sim.port(14540)}",
+        ):
+            station = QgcClient()
+            items = [(0, 16, 0.0, 0.0, 0.0, 0.0, 411_852_000, -87_060_000, 0.0)]
+            items += [(3, 16, 0.0, 0.0, 0.0, math.nan, 411_852_000 + 100 * n, -87_060_000, 50.0) for n in range(99)]
+            station.then(station.upload(0, items))
+            report = run(where, station)
+            assert report.failures == []
+            assert report.finished_s is not None
+            assert report.finished_s < 2.0
+            assert len(report.params) > 60
+            assert station.result == 0
