@@ -35,6 +35,11 @@ class SimVessel:
         """Fault: a rudder that stands at an angle."""
         self._ahead_n = full_ahead_n(config)
         self._astern_n = full_astern_n(config)
+        thruster, rudder = config.thruster, config.rudder
+        self._dead_band, self._thruster_lag_s = thruster.dead_band, thruster.lag_s
+        self._one_thruster, self._one_rudder = thruster.count == 1, rudder.count == 1
+        self._rudder_max, self._rudder_lag_s = rudder.max_rad, rudder.lag_s
+        self._rudder_rate = math.radians(rudder.rate_dps)
 
     def place(self, *, north_m: float = 0.0, east_m: float = 0.0, psi_rad: float = 0.0, surge_mps: float = 0.0) -> None:
         """Put the hull somewhere, with way on through still water."""
@@ -66,9 +71,9 @@ class SimVessel:
         water: Conditions = STILL,
     ) -> None:
         """Advance by ``dt_s`` (0.005-0.02 s) with commands -1...1 and radians."""
-        if self.config.thruster.count == 1:
+        if self._one_thruster:
             thruster_starboard = thruster_port
-        if self.config.rudder.count == 1:
+        if self._one_rudder:
             rudder_starboard_rad = rudder_port_rad
         self._turn_propeller(0, thruster_port, dt_s)
         self._turn_propeller(1, thruster_starboard, dt_s)
@@ -77,15 +82,14 @@ class SimVessel:
         self._move(dt_s, water)
 
     def _turn_propeller(self, side: int, command: float, dt_s: float) -> None:
-        thruster = self.config.thruster
-        if abs(command) < thruster.dead_band:
+        if abs(command) < self._dead_band:
             command = 0.0
         elif command > 1.0:
             command = 1.0
         elif command < -1.0:
             command = -1.0
         revs = self.revs[side]
-        revs += (command - revs) * min(1.0, dt_s / thruster.lag_s)
+        revs += (command - revs) * min(1.0, dt_s / self._thruster_lag_s)
         self.revs[side] = revs
         full = self._ahead_n if revs > 0.0 else self._astern_n
         self.thrust_n[side] = full * revs * abs(revs) * self.thruster_health[side]
@@ -95,12 +99,11 @@ class SimVessel:
         if stuck is not None:
             self.rudder_rad[side] = stuck
             return
-        rudder = self.config.rudder
-        limit = rudder.max_rad
+        limit, lag_s = self._rudder_max, self._rudder_lag_s
         command_rad = limit if command_rad > limit else -limit if command_rad < -limit else command_rad
         gap = command_rad - self.rudder_rad[side]
-        move = gap * min(1.0, dt_s / rudder.lag_s) if rudder.lag_s > 0.0 else gap
-        most = math.radians(rudder.rate_dps) * dt_s
+        move = gap * min(1.0, dt_s / lag_s) if lag_s > 0.0 else gap
+        most = self._rudder_rate * dt_s
         self.rudder_rad[side] += most if move > most else -most if move < -most else move
 
     def _move(self, dt_s: float, water: Conditions) -> None:

@@ -6,7 +6,6 @@ Tables over speed, so that controllers and guidance look numbers up instead of s
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from dataclasses import dataclass
 
 from companion.core.hull import ForceModel
@@ -35,6 +34,7 @@ class Handling:
         self.model = ForceModel(vessel)
         self.top_mps = top_speed_mps(vessel)
         self._speeds = [self.top_mps * k / (_POINTS - 1) for k in range(_POINTS)]
+        self._per_mps = (_POINTS - 1) / self.top_mps
         damping = [self._damping(speed) for speed in self._speeds]
         self._linear = [linear for linear, _ in damping]
         self._quadratic = [quadratic for _, quadratic in damping]
@@ -70,14 +70,13 @@ class Handling:
         return speed_mps / max(self.max_yaw_rate(speed_mps), 1e-3)
 
     def _look_up(self, table: list[float], speed_mps: float) -> float:
-        speeds = self._speeds
-        if speed_mps <= 0.0:
+        place = speed_mps * self._per_mps
+        if place <= 0.0:
             return table[0]
-        if speed_mps >= speeds[-1]:
+        if place >= _POINTS - 1:
             return table[-1]
-        k = bisect_right(speeds, speed_mps) - 1
-        share = (speed_mps - speeds[k]) / (speeds[k + 1] - speeds[k])
-        return table[k] + share * (table[k + 1] - table[k])
+        k = int(place)
+        return table[k] + (place - k) * (table[k + 1] - table[k])
 
     def _damping(self, speed_mps: float) -> tuple[float, float]:
         slow, fast = 0.05, 0.35

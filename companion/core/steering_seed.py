@@ -7,6 +7,7 @@ is of wrapped differences and starts at zero, and a pause in the calls does not 
 from __future__ import annotations
 
 from companion.core.hull import ForceModel
+from companion.core.loop_control import Loop, LoopControl
 from companion.core.observer import WaterSpeedObserver
 from companion.core.pid import DiscretePid, Parcels
 from companion.core.steering import SeedConfig, SteeringConfig, SteeringError, mix
@@ -24,6 +25,8 @@ class SeedController:
 
     def __init__(self, config: SteeringConfig, vessel: VesselConfig) -> None:
         self._vessel = vessel
+        self.loops = LoopControl()
+        """ControlLoops and Abort; loops that are off are neutral and forget."""
         self._observer = WaterSpeedObserver(vessel, ForceModel(vessel))
         self._config = _checked(config.seed)
         gains = self._config
@@ -57,7 +60,19 @@ class SeedController:
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:
-        config = self._config
+        config, loops = self._config, self.loops
+        if loops.active is not Loop.BOTH:
+            if loops.active is Loop.NONE:
+                self._clear()
+                self._observer.step(clamp(dt_s, 0.0, 0.2), state, sent)
+                return ActuatorDemand(now_us), ControlTrace()
+            desired = Desired(
+                desired.psi_rad if Loop.HEADING in loops.active else None,
+                desired.speed_mps if Loop.SPEED in loops.active else None,
+                desired.r_radps,
+                desired.through_water,
+                desired.brake,
+            )
         self._observer.step(clamp(dt_s, 0.0, 0.2), state, sent)
         heading, heading_error = self._heading_loop(dt_s, state, desired)
         speed, speed_error = self._speed_loop(dt_s, state, desired)

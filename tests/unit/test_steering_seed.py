@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from companion.core.loop_control import Loop
 from companion.core.pid import PidGains
 from companion.core.steering import SeedConfig, SteeringConfig, SteeringError, make_controller, manual_demand, mix
 from companion.core.units import KNOT_MPS
@@ -122,3 +123,35 @@ def test_sticks_give_the_whole_yaw_and_never_overflow():
     demand = manual_demand(0, 1.0, 0.5, SteeringConfig(), OTTER)
     assert (demand.thruster_port, demand.thruster_starboard) == pytest.approx((1.0, 0.0))
     assert demand.rudder_starboard_rad == pytest.approx(0.5 * OTTER.rudder.max_rad)
+
+
+def test_abort_is_neutral_at_once_and_stays_until_a_newer_scope_after_rearm():
+    controller = seed()
+    wanted = Desired(0.5, 1.0)
+    controller.loops.enable(Loop.BOTH, 7)
+    assert controller.step(0, DT, state(), wanted, None)[0].thruster_port != 0.0
+    controller.loops.abort()
+    demand, _ = controller.step(0, DT, state(), wanted, None)
+    assert (demand.thruster_port, demand.thruster_starboard, demand.rudder_port_rad) == (0.0, 0.0, 0.0)
+    assert not controller.loops.enable(Loop.BOTH, 8)
+    controller.loops.rearm()
+    assert not controller.loops.enable(Loop.BOTH, 7)
+    assert controller.loops.enable(Loop.BOTH, 8)
+    assert controller.step(0, DT, state(), wanted, None)[0].thruster_port != 0.0
+
+
+def test_late_scopes_are_ignored():
+    loops = seed().loops
+    assert loops.enable(Loop.BOTH, 5)
+    assert not loops.disable(Loop.BOTH, 4)
+    assert loops.active is Loop.BOTH
+    assert loops.disable(Loop.SPEED, 5)
+    assert loops.active is Loop.HEADING
+
+
+def test_heading_loop_alone_leaves_the_speed_alone():
+    controller = seed()
+    controller.loops.disable(Loop.SPEED, 1)
+    demand, trace = controller.step(0, DT, state(), Desired(0.5, 2.0), None)
+    assert demand.thruster_port == pytest.approx(-demand.thruster_starboard)
+    assert trace.speed_error_mps is None
