@@ -148,7 +148,15 @@ class MissionServer:
         outcome = pending.failed or reply
         if outcome.reason:
             self._say(Severity.WARNING, f"{_NAMES[pending.kind]} refused: {outcome.reason}")
-        return [self._ack(pending.sender, pending.mission_type, _RESULTS[outcome.result], now_us, plan_id)]
+        final = self._ack(pending.sender, pending.mission_type, _RESULTS[outcome.result], now_us, plan_id)
+        return [*self._last_again(pending.session), final]
+
+    def _last_again(self, session: Session | None) -> Messages:
+        """After holding, a station that believes itself at the last item but one calls an acknowledgement a mistake (MAVSDK)."""
+        if session is None or not session.held_us:
+            return []
+        last = session.upload.first + session.upload.count - 1
+        return [] if session.held_seq == last else self._ask(session, [last])
 
     def texts(self) -> list[tuple[Severity, str]]:
         """Texts for the operator since the last call."""

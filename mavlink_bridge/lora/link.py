@@ -32,6 +32,8 @@ _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
 _QUIET_PIECES: Final = 6
+_MARGIN: Final = 1.08
+_VESSEL_PAUSE_US: Final = 1_500_000
 _PATIENT_TRIES: Final = 14
 
 
@@ -87,6 +89,7 @@ class CompactLink:
         self._listen_until_us = self._hold_answers_us = 0
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
+        self._slowest_us = 0
         self._greeting = Greeting(profile, rng, now_us)
         self._restore(memory, now_us)
 
@@ -179,6 +182,7 @@ class CompactLink:
             return
         for item in self._outgoing:
             if item.id & 31 == found[0]:
+                self._learn(item, now_us)
                 self._finish(item, found[1])
                 return
 
@@ -310,8 +314,7 @@ class CompactLink:
     def _a_message(self, now_us: int) -> bytes:
         if now_us < self._listen_until_us:
             return b""
-        asked = [item for item in self._outgoing if item.asked and now_us < item.next_us]
-        if asked:
+        if self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
 
@@ -329,16 +332,23 @@ class CompactLink:
                 self._finish(item, Reply(Result.FAILED, "the hour's airtime is used up"))
                 continue
             if item.asked:
-                item.next_us = self.clock.off_us + self._patience_us(item)
+                late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
+                item.off_us, item.late_us = self.clock.off_us, late_us
+                item.quiet_us = self.clock.off_us + self._patience_us(item)
+                # the vessel's states go on between the tries of what it tells the shore
+                item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
             elif self._is_vessel:
                 item.next_us = self.clock.off_us + self._answer_us()
             return frame
         return b""
 
+    def _awaits_answer(self, now_us: int) -> bool:
+        return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
+
     def _a_posted(self, now_us: int) -> bytes:
         if not self._posted or now_us < self._listen_until_us or self._is_receiving(now_us):
             return b""
-        if self._outgoing and any(item.asked and now_us < item.next_us for item in self._outgoing):
+        if self._awaits_answer(now_us):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
         if self._would_meet(len(first.body) + 6, now_us):
@@ -393,9 +403,21 @@ class CompactLink:
 
     def _patience_us(self, item: Outgoing) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
-        base_us = self._answer_us()
+        base_us = max(self._answer_us(), self._slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+
+    def _learn(self, item: Outgoing, now_us: int) -> None:
+        """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
+        if item.tries == 1:
+            took_us = now_us - item.off_us
+        elif now_us < item.off_us:
+            took_us = item.late_us + now_us - item.off_us + self.clock.span_us(item.next_size())
+        else:
+            return
+        seen_us = round(took_us * _MARGIN)
+        if 0 < seen_us <= 4 * self._answer_us():
+            self._slowest_us = max(seen_us, (3 * self._slowest_us + seen_us) // 4)
 
     def _expire(self, now_us: int) -> None:
         for item in [item for item in self._outgoing if now_us >= item.deadline_us]:

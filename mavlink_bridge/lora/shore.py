@@ -44,6 +44,7 @@ from mavlink_bridge.snapshot import Snapshot
 _SYNC_GAP_US: Final = 60_000_000
 _WAY_US: Final = 40_000
 """From the end of a packet to its bytes here: module and serial line."""
+_KEYS_WITHOUT_WORD: Final = 3
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
 
@@ -91,6 +92,8 @@ class ShoreTwin:
         self._keys: dict[int, RadioState] = {}
         self._acknowledge: int | None = None
         self._beacon_us: int | None = None
+        self._station_present = False
+        self._new_keys = 0
         self._pending: dict[int, _Pending] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
         self._texts: list[tuple[Severity, str]] = []
@@ -123,12 +126,11 @@ class ShoreTwin:
         """Serve beacon and synchronisation; call a few times a second."""
         self._collect(now_us)
         beacon_us = round(self.profile.link.beacon_s * 1e6)
-        if (
-            beacon_us
-            and (self._beacon_us is None or now_us - self._beacon_us >= beacon_us)
-            and self.link.heard_us is not None
-        ):
-            self._beacon_us = now_us
+        if not beacon_us or self.link.heard_us is None:
+            return
+        due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
+        if due or station_present != self._station_present:
+            self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
             known = 0 if self._acknowledge is None else 0x40 | self._acknowledge
             self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
 
@@ -242,7 +244,9 @@ class ShoreTwin:
     def _on_key(self, frame: Frame, now_us: int) -> None:
         state = decode_key(frame.body)
         self._keys[mark_of(frame.body)] = state
-        if self._acknowledge is None and self._beacon_us is not None:
+        self._new_keys += 1
+        if self._beacon_us is not None and (self._acknowledge is None or self._new_keys >= _KEYS_WITHOUT_WORD):
+            # a word from here lets the vessel send differences again
             self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
         self._acknowledge = frame.counter & 0x3F
         self._take_state(state, now_us)

@@ -38,6 +38,12 @@ class Outgoing:
     deadline_us: int
     next_us: int = 0
     """When the next frame may be sent; after a question, when the answer is overdue."""
+    off_us: int = 0
+    """When the last question left the air."""
+    late_us: int = 0
+    """How long after the question before it the last one was asked, from the air being free."""
+    quiet_us: int = 0
+    """Until when the answer to the last question may be on its way."""
     tries: int = 0
     """Questions asked so far."""
     asked: bool = False

@@ -146,6 +146,8 @@ class VesselRadio:
         if isinstance(body, PlanError):
             self.link.answer(message.id, Reply(Result.DENIED, f"item {body.seq}: {body.reason}"), now_us)
             return
+        # who orders is there, whatever the beacons said
+        self._beacon_us = now_us
         self._asked[self._next_id] = (message.id, body)
         self._requests.append(Request(self._next_id, body, GATEWAY_SENDER))
         self._next_id += 1
