@@ -19,6 +19,7 @@ from companion.core.lookahead import ClosingRate, Point, StoppingDistance, sampl
 from mavlink_bridge.imc import EstimatedState, Severity
 
 _SLOW_MPS: Final = 0.1
+_UNDER_WAY_MPS: Final = 0.3
 _TRACK_M: Final = 2.0
 _MAP_LATENCY_S: Final = 0.2
 
@@ -112,7 +113,9 @@ class DepthAhead:
             slow_mps = slow_speed_mps(room_m, gradient, stopping_distance_fn, config.reaction_s, speed_mps)
         slow_mps = None if slow_mps is None else max(slow_mps, config.slow_least_mps)
         why = f"closing {closing_mps:.2f} m/s"
-        return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, room_m / closing_mps)
+        # At rest it is the noise, the tide or the heave that closes: no approach to tell of.
+        left_s = room_m / closing_mps if speed_mps > _UNDER_WAY_MPS else None
+        return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, left_s)
 
     def _by_map(
         self,

@@ -28,7 +28,7 @@ _BRAKE_US: Final = 3_000_000
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
 _START_S: Final = 3.0
-"""A sounder that has not spoken yet is not called lost before."""
+"""A sounder may take so long to speak, and the filter to fill, before it is called lost."""
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 
@@ -247,11 +247,11 @@ class DepthGuard:
             return None
         if self.input.out_of_reach and not config.required:
             return None
-        if self.input.gated is not None:
-            return self.input.age_s(now_us)
         assert self._started_us is not None
-        since_s = (now_us - self._started_us) / 1e6
-        return since_s if since_s >= _START_S else None
+        since_start_s = (now_us - self._started_us) / 1e6
+        if since_start_s < _START_S:
+            return None
+        return since_start_s if self.input.gated is None else self.input.age_s(now_us)
 
     def _stops_when_unknown(self) -> bool:
         return self._config.required or self._config.unknown_policy == "stop"

@@ -18,7 +18,8 @@ from sitl.library import load_vessel
 VESSEL = load_vessel("otter")
 START_M = 20.35
 """Water depth at the start: 20 m under the keel."""
-SLOPES = (50, 20, 10, 5, 2)
+SLOPES = (pytest.param(50, marks=pytest.mark.soak), 20, 10, 5, 2)
+"""1:50 takes ten minutes of sailing: ``make soak``; its parity rows stay."""
 REACTIVE = {
     # (speed, 1:n): (coasting, full astern) of the reference's table
     (1.5, 50): (3.93, 3.98),
@@ -106,13 +107,16 @@ def transitions(hours: float, altitude_m: float, heave_m: float) -> tuple[int, i
     return states, stops
 
 
-def test_ten_hours_at_4_15_m_without_a_false_alarm():
+@pytest.mark.parametrize("hours", [1.0, pytest.param(10.0, marks=pytest.mark.soak)])
+def test_ten_hours_at_4_15_m_without_a_false_alarm(hours):
     """Must hold: 0.05 m noise, 1 % outliers, 2 % drop-outs, no heave: 0 false transitions, and no false stop."""
-    assert transitions(10.0, 4.15, 0.0) == (0, 0)
+    assert transitions(hours, 4.15, 0.0) == (0, 0)
 
 
+@pytest.mark.soak
 def test_with_heave_the_count_is_reported(record_property):
     states, stops = transitions(1.0, 4.15, 0.05)
+    print(f"with 0.05 m of heave: {states} transitions and {stops} stopping ticks an hour")
     record_property("transitions_per_hour_with_heave", states)
     record_property("stops_per_hour_with_heave", stops)
     assert states <= 60

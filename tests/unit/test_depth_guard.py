@@ -258,7 +258,8 @@ def test_the_startup_warning_says_what_the_margins_allow():
 )
 def test_policies_for_an_unknown_altitude(policy, required, lost, slow, blind):
     run = Run(SEED.model_copy(update={"unknown_policy": policy, "required": required}))
-    run.feed(5.0)
+    for _ in range(7):
+        run.feed(5.0)
     assert not run.tick().lost
     out = run.tick(after_us=1_000_001)
     assert (out.lost, out.slow_to_mps, out.blind) == (lost, slow, False)
@@ -274,6 +275,14 @@ def test_never_heard_counts_from_the_start():
     assert run.tick(after_us=1).lost
     assert not run.tick(after_us=1_999_999).blind
     assert run.tick(after_us=1).blind
+
+
+def test_the_first_seconds_are_not_called_lost():
+    run = Run(DepthGuardConfig(unknown_policy="warn"))
+    for i in range(12):
+        out = run.tick(after_us=50_000) if i < 6 else run.feed(5.0)
+        assert not out.lost, "the filter fills"
+    assert out.state is OK
 
 
 def test_required_depth_refuses_activation():
@@ -303,7 +312,7 @@ def test_losing_the_bottom_in_deep_water_is_normal_and_at_five_metres_is_not():
 def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
     """Must hold of the issue: the policy slow acts as soon as the reading is stale, 1 s."""
     run = Run(DepthGuardConfig(unknown_policy="slow", input=RAW))
-    for altitude in (6.0, 5.5, 5.0):
+    for altitude in (8.0, 7.5, 7.0, 6.5, 6.0, 5.5, 5.0):
         run.feed(altitude)
     last_us = run.now_us
     while not (out := run.tick(after_us=50_000)).lost:
