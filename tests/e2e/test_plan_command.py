@@ -59,3 +59,15 @@ def test_a_plan_goes_up_comes_back_equal_sails_pauses_and_is_cleared(tmp_path: P
         empty = plan("download", back, *url)
         assert empty.returncode == 0, empty.stderr
         assert read_plan(back.read_bytes()).mission == ()
+
+
+@pytest.mark.e2e
+def test_the_seeds_json_goes_through_the_radio_port_and_is_answered(tmp_path: Path) -> None:
+    seed = tmp_path / "loiter.json"
+    made = plan("make", seed, f"{LAT_DEG},{LON_DEG}", "--radius", 20, "--duration", 60, "--speed", 1.5)
+    assert made.returncode == 0, made.stderr
+    words = ("--set", "radio.protocol=json", "--set", "operator.gcs_required=false")
+    with Sim(tmp_path / "run", instance=47, speed=1.0, arguments=words) as sim:
+        sent = plan("send-json", seed, sim.run_dir / "lora", "--wait", 40)
+    assert sent.returncode == 0, sent.stdout + sent.stderr
+    assert '"result":"accepted"' in sent.stdout
