@@ -111,6 +111,8 @@ class Flight:
     settings: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     """What could not be read."""
+    airtime_limit_s: float | None = None
+    """What the band allows the vessel's radio in an hour; None = no limit, or no radio."""
     gap_s: float | None = None
     """Longest time between two control ticks."""
 

@@ -13,6 +13,7 @@ from companion.io import request_json
 from companion.io.inputs import InputReader, InputsError
 from companion.io.recorder import CONTROL_COLUMNS
 from companion.io.store_content import from_json
+from companion.report.airtime import Airtime
 from companion.report.flight import Event, Flight, Track
 from companion.report.from_tlog import read_tlog
 from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
@@ -198,10 +199,11 @@ def _shown(value: Any) -> str:
     return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
 
 
-def _submitted(reader: InputReader) -> dict[PlanKind, tuple[PlanItem, ...]]:
-    """The last plan of each kind that was handed over inside the process."""
+def _walk(reader: InputReader, airtime: Airtime) -> dict[PlanKind, tuple[PlanItem, ...]]:
+    """Go through the recorded steps once: airtime, and the last plan of each kind handed over inside the process."""
     found: dict[PlanKind, tuple[PlanItem, ...]] = {}
     for step in reader.steps():
+        airtime.take(step)
         for text in step.submitted:
             body = request_json.loads(text)
             if isinstance(body, LoadPlan):
@@ -218,7 +220,7 @@ def _plans(flight: Flight, run_dir: Path) -> None:
         return
     try:
         flight.settings = flight.settings or reader.meta.get("settings", {})
-        plans = {**from_json(reader.store).plans, **_submitted(reader)}
+        plans = {**from_json(reader.store).plans, **_walk(reader, Airtime(flight, reader.meta))}
         if reader.cut:
             flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")
     finally:

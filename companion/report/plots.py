@@ -302,6 +302,21 @@ def draw_links(flight: Flight) -> Any | None:
     return made
 
 
+def draw_airtime(flight: Flight) -> Any | None:
+    """Airtime of the last hour at each transmission, against the band's limit."""
+    spent = flight.series.get("airtime_hour_s")
+    if not spent:
+        return None
+    made, (ax,) = figure(2.2)
+    _line(ax, spent, "vessel's transmissions in the last hour", PALETTE[0], drawstyle="steps-post")
+    if flight.airtime_limit_s is not None:
+        ax.axhline(flight.airtime_limit_s, color="#cf222e", linestyle="--", linewidth=1.2, label="limit of the band")
+    ax.set_ylim(bottom=0)
+    _finish(ax, "airtime, s")
+    _time_axis([ax], flight)
+    return made
+
+
 def draw_power(flight: Flight) -> Any | None:
     """Battery and processor load."""
     names = [
@@ -327,6 +342,7 @@ PLOTS: Final[tuple[tuple[str, str, Callable[[Flight], Any | None]], ...]] = (
     ("Actuators", "What went out to thrusters and rudders.", draw_actuators),
     ("Depth", "Water under the keel, the guard's limit, and the guard's states (shaded).", draw_depth),
     ("Links", "Traffic on each telemetry link.", draw_links),
+    ("Airtime", "What the radio was given to send, by the module's modulation, in a sliding hour.", draw_airtime),
     ("Power and load", "Battery voltage and the share of the tick that was used.", draw_power),
 )
 """Title, caption, drawing; one that has nothing to show returns None."""

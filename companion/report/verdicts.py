@@ -129,6 +129,9 @@ def _health(flight: Flight, limits: Limits) -> Iterator[Verdict]:
     yield Verdict("Messages of error or worse", str(len(bad)), "0", not bad)
     if flight.gap_s is not None:
         yield _at_most("Longest time between ticks", flight.gap_s, limits.gap_s, "s", 3)
+    airtime, allowed = flight.series.get("airtime_hour_s"), flight.airtime_limit_s
+    if airtime and allowed is not None:
+        yield _at_most("Airtime in the fullest hour", max(airtime.known()), allowed, "s", 1)
     for link in flight.links:
         sent = link.frames_out + link.lost_out
         if sent > 20:

@@ -260,3 +260,14 @@ def test_a_browser_shows_it(run_dir, tmp_path):
         colours = image.convert("RGB").getcolors(1 << 24)
     assert colours is not None
     assert len(colours) > 500
+
+
+def test_airtime_of_the_radio_is_counted_against_the_band(run_dir):
+    flight = read_run(run_dir)
+    assert flight.airtime_limit_s == 360.0
+    spent = flight.series["airtime_hour_s"].known()
+    assert spent == sorted(spent)
+    assert 0.1 < spent[-1] < 44.0
+    verdicts = {verdict.name: verdict for verdict in judge(flight, Limits())}
+    assert verdicts["Airtime in the fullest hour"].ok
+    assert "<h2>Airtime</h2>" in page.make_page(flight)
