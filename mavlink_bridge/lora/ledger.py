@@ -77,6 +77,16 @@ class Ledger:
                 return end_us + HOUR_US - now_us
         return None
 
+    def refusal(self, airtime_us: int, priority: Priority, now_us: int, band: str) -> str:
+        """Say in one sentence why a class may not send so much now, and when it may."""
+        need = f"it takes {airtime_us / 1e6:.1f} s of airtime"
+        wait_us = self.wait_us(airtime_us, priority, now_us)
+        if not self.could_ever(airtime_us, priority) or wait_us is None:
+            limit_s = (self.limit_us or 0) / 1e6
+            return f"{need}, and band {band} allows {limit_s:.1f} s an hour, a fifth of it kept for stops"
+        left_s = (self.left_us(priority, now_us) or 0) / 1e6
+        return f"{need}, {left_s:.1f} s are left in this hour; possible in {wait_us / 60e6:.0f} min"
+
     def charge(self, airtime_us: int, end_us: int) -> None:
         """Note a transmission that ends at ``end_us``."""
         self._since_saved_us += airtime_us

@@ -8,13 +8,13 @@ long as a stop would take. All randomness comes in from outside.
 
 from __future__ import annotations
 
-import json
 import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
+from mavlink_bridge.lora import memory as memory_of
 from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer
 from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
 from mavlink_bridge.lora.ledger import Ledger, Priority
@@ -24,9 +24,6 @@ from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.transfer import Inbox, Message, Outgoing, cut, read_reply
 from mavlink_bridge.requests import Reply, Result
 
-_CEILING: Final = 1024
-_RESTART_GAP: Final = 256
-"""More than the window of the receiver's counter, so that nothing of before is mistaken for something of now."""
 _MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
@@ -93,37 +90,23 @@ class CompactLink:
         self._greeting = Greeting(profile, rng, now_us)
         self._restore(memory, now_us)
 
-    # ---- memory -------------------------------------------------------------------------------------------------
+    def _remember(self, now_us: int) -> None:
+        self._ceiling = self._sealer.counter + memory_of.CEILING
+        state = memory_of.Kept(
+            self._ceiling, self._opener.counter, self._next_id, self._greeting.session, self._greeting.other_session
+        )
+        self._save(memory_of.write(state, self.inbox, self.ledger, now_us))
 
     def _restore(self, memory: str, now_us: int) -> None:
-        """Take over the last run's counters, answers and airtime; a damaged memory counts as an hour's airtime spent."""
-        try:
-            kept: dict[str, Any] = json.loads(memory) if memory else {}
-            self._sealer.counter = int(kept.get("tx", 0)) + (_RESTART_GAP if kept else 0)
-            self._opener.counter = int(kept.get("rx", 0))
-            self._next_id = int(kept.get("id", self._next_id)) % 256
-            if kept:
-                self._greeting.session = (int(kept.get("session", 0)) + 1) % SESSIONS
-                self._greeting.other_session = kept.get("other")
-            self.inbox.restore(kept.get("known", []))
-            self.ledger.restore([(int(age), int(spent)) for age, spent in kept.get("air", [])], now_us)
-        except (ValueError, TypeError, AttributeError):
-            self.ledger.charge(self.ledger.limit_us or 0, now_us)
-        self._ceiling = self._sealer.counter
+        """Take over the last run's counters, answers and airtime."""
+        kept = memory_of.read(memory, self.inbox, self.ledger, now_us)
+        if kept is not None:
+            self._sealer.counter = kept.tx + memory_of.RESTART_GAP
+            self._opener.counter = kept.rx
+            self._next_id = kept.next_id % 256
+            self._greeting.session = (kept.session + 1) % SESSIONS
+            self._greeting.other_session = kept.other_session
         self._remember(now_us)
-
-    def _remember(self, now_us: int) -> None:
-        self._ceiling = self._sealer.counter + _CEILING
-        kept = {
-            "tx": self._ceiling,
-            "rx": self._opener.counter,
-            "id": self._next_id,
-            "session": self._greeting.session,
-            "other": self._greeting.other_session,
-            "known": self.inbox.save(),
-            "air": self.ledger.save(now_us),
-        }
-        self._save(json.dumps(kept, separators=(",", ":")))
 
     # ---- in -----------------------------------------------------------------------------------------------------
 
@@ -214,7 +197,7 @@ class CompactLink:
         """
         cost_us = self.cost_us(kind, payload)
         if not self.ledger.allows(cost_us, priority, now_us):
-            raise ValueError(self._refusal(cost_us, priority, now_us))
+            raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))
         if len(self._outgoing) >= _MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
@@ -223,16 +206,6 @@ class CompactLink:
         self._outgoing.append(item)
         self._outgoing.sort(key=lambda other: other.priority)
         return item.id
-
-    def _refusal(self, cost_us: int, priority: Priority, now_us: int) -> str:
-        need = f"it takes {cost_us / 1e6:.1f} s of airtime"
-        rule = self.profile.band_rule
-        wait_us = self.ledger.wait_us(cost_us, priority, now_us)
-        left_s = (self.ledger.left_us(priority, now_us) or 0) / 1e6
-        if not self.ledger.could_ever(cost_us, priority) or wait_us is None:
-            limit_s = (self.ledger.limit_us or 0) / 1e6
-            return f"{need}, and band {rule.name} allows {limit_s:.1f} s an hour, a fifth of it kept for stops"
-        return f"{need}, {left_s:.1f} s are left in this hour; possible in {wait_us / 60e6:.0f} min"
 
     def post(self, kind: Kind, body: bytes, priority: Priority) -> None:
         """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
