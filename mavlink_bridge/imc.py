@@ -27,6 +27,7 @@ from mavlink_bridge.maneuvers import (
     ReturnHome as ReturnHome,
     SetHome as SetHome,
 )
+from mavlink_bridge.value import value
 
 
 class FixType(IntEnum):
@@ -40,7 +41,7 @@ class FixType(IntEnum):
     RTK_FIXED = 6
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class GpsFix:
     """One epoch of a GNSS receiver (IMC GpsFix). Absent fields are None; a position needs a fix of 2-D or better."""
 
@@ -71,7 +72,7 @@ class GpsFix:
         return self.fix_type >= FixType.FIX_2D and self.lat_rad is not None and self.lon_rad is not None
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class EulerAngles:
     """Attitude from the compass (IMC EulerAngles). Each axis has its own validity: None when not measured."""
 
@@ -85,7 +86,7 @@ class EulerAngles:
     """Magnetic variation, east positive, when the compass or the receiver says it; psi = psi_magnetic + variation."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class AngularVelocity:
     """Turn rate about the down axis (IMC AngularVelocity), starboard positive."""
 
@@ -93,7 +94,7 @@ class AngularVelocity:
     r_radps: float
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Distance:
     """One echo-sounder reading (IMC Distance): metres from the transducer to the bottom, before any offset."""
 
@@ -107,7 +108,7 @@ class Distance:
     """0...1, None when the source does not say."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class SupplyVoltage:
     """Battery as seen by the actuator board or another source (IMC Voltage, Current, FuelLevel)."""
 
@@ -118,7 +119,7 @@ class SupplyVoltage:
     """0...1."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class EstimatedState:
     """The vessel's state at a tick (IMC EstimatedState), predicted from the newest measurements.
 
@@ -188,7 +189,7 @@ class PlanState(IntEnum):
     COMPLETE = 5
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class PathControlState:
     """How guidance does on its path (IMC PathControlState). Cross-track positive to starboard of the path."""
 
@@ -205,7 +206,7 @@ class PathControlState:
     orbit_lon_rad: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Desired:
     """What guidance asks of steering (IMC DesiredHeading and DesiredSpeed), with feed-forward.
 
@@ -221,7 +222,7 @@ class Desired:
     """Allow astern thrust to lose way."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class ActuatorDemand:
     """What a controller wants (IMC SetThrusterActuation and SetServoPosition); the gate decides what goes out."""
 
@@ -289,7 +290,7 @@ class LogText:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class ActuatorStatus:
     """What the actuator board says of itself (its status line)."""
 

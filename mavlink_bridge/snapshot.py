@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mavlink_bridge.imc import (
     Action,
@@ -21,9 +21,10 @@ from mavlink_bridge.imc import (
     PlanState,
     SupplyVoltage,
 )
+from mavlink_bridge.value import value
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class LinkHealth:
     """One link's state as shown to the operator."""
 
@@ -38,7 +39,7 @@ class LinkHealth:
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Progress:
     """Where the plan stands. ``seq`` counts canonical items from 0; personas shift it."""
 
@@ -52,7 +53,7 @@ class Progress:
     """Items reached in this tick."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Health:
     """Truth behind the SYS_STATUS bits. None = no such part is fitted."""
 
@@ -69,7 +70,7 @@ class Health:
     prearm_reasons: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class FenceStatus:
     """FENCE_STATUS."""
 
@@ -81,7 +82,7 @@ class FenceStatus:
     """To the nearest edge, positive inside."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class ControlTrace:
     """Why the actuators got what they got: the parcels of both loops, for control.csv and the log."""
 
@@ -97,7 +98,7 @@ class ControlTrace:
     speed_ref_mps: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Snapshot:
     """The vessel at the end of a tick."""
 

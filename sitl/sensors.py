@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import random
 from collections import deque
-from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.value import value
 from sitl import nmea_writer as write
 from sitl.sensor_config import CLASSES, SensorConfig, SensorFaults
 from sitl.truth import Truth, utc_us
@@ -65,7 +65,7 @@ class Due:
         return [round(number * self._period_us) + self._offset_us for number in range(first, latest + 1)]
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Sample:
     """A position as the receiver sees it."""
 

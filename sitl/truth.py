@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
+
+from mavlink_bridge.value import value
 
 SIM_UTC_START_US: Final = 1_767_268_800_000_000
 """2026-01-01T12:00:00Z, microseconds since 1970: the UTC at which simulated time 0 stands."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Truth:
     """The true state of the vessel. North-east-down, radians, the reference point is the one of the vessel model."""
 

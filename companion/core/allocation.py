@@ -7,11 +7,11 @@ heading has priority, as in the seed. Works without rudders, and with one thrust
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from companion.core.hull import ForceModel
 from companion.core.units import clamp
 from companion.core.vessel import VesselConfig, full_ahead_n, full_astern_n
+from mavlink_bridge.value import value
 
 _WEAK = 0.1
 _USEFUL = 0.35
@@ -20,7 +20,7 @@ _SOFT = 0.01
 """Share of full thrust below which the inverse of the propellers' law is a straight line."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Allocation:
     """Commands, and what they will give."""
 

@@ -16,6 +16,8 @@ from typing import Final
 
 from fastcrc import crc8
 
+from mavlink_bridge.value import value
+
 IDS: Final = "mMlL"
 """Wire ids in pin order: thruster 1, thruster 2, rudder 1, rudder 2."""
 WIRE_LOW_US: Final = 1000
@@ -59,7 +61,7 @@ class Version:
     silence_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Status:
     """The unsolicited status line, 10 Hz. Pulse widths in pin order; voltage None when not measured."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from companion.core.depth_config import DepthGuardConfig
@@ -17,6 +17,7 @@ from companion.core.depth_grid import DepthGrid
 from companion.core.depth_input import Altitude, DepthInput
 from companion.core.lookahead import ClosingRate, Point, StoppingDistance, sample, slow_speed_mps, way_ahead
 from mavlink_bridge.imc import EstimatedState, Severity
+from mavlink_bridge.value import value
 
 _SLOW_MPS: Final = 0.1
 _UNDER_WAY_MPS: Final = 0.3
@@ -24,7 +25,7 @@ _TRACK_M: Final = 2.0
 _MAP_LATENCY_S: Final = 0.2
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Look:
     """What looking ahead asks for."""
 

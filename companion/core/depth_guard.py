@@ -8,7 +8,7 @@ grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from companion.core.depth_ahead import DepthAhead
@@ -17,6 +17,7 @@ from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, check_plan
 from companion.core.depth_input import DepthInput
 from companion.core.lookahead import Point, StoppingDistance
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
+from mavlink_bridge.value import value
 
 __all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
@@ -33,7 +34,7 @@ _START_S: Final = 3.0
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class GuardOutput:
     """One tick of the guard."""
 

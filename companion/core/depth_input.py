@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -16,6 +15,7 @@ from pydantic import Field
 
 from companion.core.config import Config, param
 from mavlink_bridge.imc import Distance, EstimatedState
+from mavlink_bridge.value import value
 
 _FAST_SPAN_US: Final = 1_000_000
 _CONSISTENT: Final = 3
@@ -58,7 +58,7 @@ class DepthInputConfig(Config):
     )
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Altitude:
     """One accepted reading, as altitude of the keel."""
 

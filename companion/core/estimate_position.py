@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 from companion.core.estimate_config import POSITION_SIGMA_M, EstimatorConfig
@@ -11,6 +10,7 @@ from companion.core.estimate_filter import PairCovariance
 from companion.core.geo import LocalFrame
 from companion.core.units import wrap_pi
 from mavlink_bridge.imc import GpsFix, Severity
+from mavlink_bridge.value import value
 
 _OUTLIER_SIGMA: Final = 5.0
 _OUTLIERS_MAX: Final = 3
@@ -87,7 +87,7 @@ class FrozenWatch:
         return (fix.t_us - self._since_us) * 1e-6
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Heading:
     """What the position track needs to know of the attitude at one moment. psi None = unknown."""
 
@@ -97,7 +97,7 @@ class Heading:
     theta_rad: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Motion:
     """Predicted position (metres from the origin) and ground velocity."""
 

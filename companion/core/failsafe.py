@@ -14,6 +14,7 @@ from companion.core.failsafe_config import FailsafeConfig, Override, Rule, micro
 from companion.core.failsafe_flags import Flags
 from companion.core.failsafe_table import Clear, Takeover
 from mavlink_bridge.imc import Action, Severity
+from mavlink_bridge.value import value
 
 __all__ = [
     "Entry",
@@ -47,7 +48,7 @@ class Entry:
 _NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class FailsafeMemory:
     """All that the engine remembers between two ticks."""
 
@@ -56,7 +57,7 @@ class FailsafeMemory:
     """Since when a ground station is required without a break."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class FailsafeResult:
     """One tick's decision."""
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, fields
 from typing import Final
 
+from mavlink_bridge.value import value
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+
+@value
 class Flags:
     """What the vehicle knows at this tick. Ages in s; None = never heard or not in use. Levels unless called events."""
 
+    _: KW_ONLY
     armed: bool = False
     autonomous: bool = False
     """The mode in force steers by position or heading (everything but Manual)."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from pydantic import Field
@@ -19,6 +18,7 @@ from companion.core.config import Config, param
 from companion.core.geo import LocalFrame
 from mavlink_bridge.imc import EstimatedState, FenceArea, Severity
 from mavlink_bridge.snapshot import FenceStatus
+from mavlink_bridge.value import value
 
 Point = tuple[float, float]
 
@@ -40,7 +40,7 @@ class FenceConfig(Config):
     """Time to turn against wind and current and hold; the vessel is set by them as long."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class FenceOutput:
     """One tick of the fence."""
 

@@ -8,14 +8,14 @@ by the triangle of velocities. Yaw rate: the derivative of all of it, so that th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from companion.core.units import clamp, wrap_pi
+from mavlink_bridge.value import value
 
 _STEERAGE_MPS = 0.3
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Course:
     """A wanted course over ground and how fast it turns."""
 
@@ -56,7 +56,7 @@ class Integrator:
         return cross_m + gain * self.z_m
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Heading:
     """The triangle of velocities, solved."""
 

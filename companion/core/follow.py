@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from companion.core.config import Config, param
 from companion.core.field import Integrator, approach, triangle
@@ -13,6 +12,7 @@ from companion.core.paths import Projection, Track
 from companion.core.swing import EarlySwing, Wish
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
+from mavlink_bridge.value import value
 
 
 class FollowConfig(Config):
@@ -40,7 +40,7 @@ _AFTER_CORNER_S = 3.0
 _TURN_TAU_S = 0.3
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Followed:
     """One step's result."""
 

@@ -9,13 +9,13 @@ fault here. The eight invariants of architecture-study §4.7 are tested as prope
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 from pydantic import Field
 
 from companion.core.config import Config, param
 from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput
+from mavlink_bridge.value import value
 
 _ALLOWED: Final = (Action.NONE, Action.WARN, Action.HOLD, Action.RETURN)
 _NEUTRAL: Final = (0.0, 0.0, 0.0, 0.0)
@@ -43,7 +43,7 @@ class GateConfig(Config):
     )
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Evidence:
     """What must be true for thrust, gathered in this tick. The defaults say no."""
 

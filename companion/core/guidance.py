@@ -8,7 +8,6 @@ operator is told.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from pydantic import Field
 
@@ -30,6 +29,7 @@ from mavlink_bridge.imc import (
     PathControlState,
     Severity,
 )
+from mavlink_bridge.value import value
 
 
 class GuidanceConfig(Config):
@@ -48,7 +48,7 @@ class GuidanceConfig(Config):
     station: StationConfig = Field(default_factory=StationConfig)
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class GuidanceOutput:
     """One step's result."""
 

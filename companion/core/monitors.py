@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 from pydantic import Field
 
 from companion.core.config import Config, param
 from mavlink_bridge.imc import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
+from mavlink_bridge.value import value
 
 SpeedForThrust = Callable[[float], float]
 """Mean thrust, 0...1, to the steady speed in m/s that it should give."""
@@ -53,7 +53,7 @@ class MonitorConfig(Config):
     """Full rudder, to weigh a rudder's swing."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class MonitorFlags:
     """What the monitors say in this tick; names as in the failsafe table's ``Flags``."""
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from mavlink_bridge.imc import EstimatedState, Goto, Loiter, LoiterKind, Mode, PlanState, Severity
 from mavlink_bridge.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
+from mavlink_bridge.value import value
 
 from .config import Config, param
 from .mission import Leg, Mission, Point, nearest
@@ -265,7 +266,7 @@ class Navigator:
         return Sticks(self._sticks.surge, self._sticks.yaw)
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class _Report:
     arrived: bool
     on_path: bool

@@ -7,15 +7,16 @@ starboard of the path, as everywhere.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from companion.core.units import wrap_pi
+from mavlink_bridge.value import value
 
 Point = tuple[float, float]
 """North and east, m."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Projection:
     """Where a point is relative to a segment: run along it, offset, and the path's course and curvature there."""
 

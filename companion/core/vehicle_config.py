@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mavlink_bridge.imc import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
 from mavlink_bridge.snapshot import LinkHealth
+from mavlink_bridge.value import value
 
 from .config import Config, param
 from .depth_guard import DepthGuardConfig
@@ -48,7 +49,7 @@ class VehicleConfig(Config):
     gate: GateConfig = GateConfig()
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class TickInputs:
     """What the app brings to a tick, besides requests."""
 

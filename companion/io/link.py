@@ -6,11 +6,12 @@ app sees only the events here, so a recorded run can feed it the very same ones.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
+from mavlink_bridge.value import value
 
-@dataclass(frozen=True, slots=True)
+
+@value
 class Opened:
     """A channel came up. ``peer`` is for people."""
 
@@ -18,7 +19,7 @@ class Opened:
     peer: str
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Received:
     """Bytes from a channel, as read. For datagram links each event is one datagram."""
 
@@ -26,7 +27,7 @@ class Received:
     data: bytes
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Closed:
     """A channel went away."""
 
