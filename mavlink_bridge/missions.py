@@ -153,7 +153,7 @@ class MissionServer:
 
     def _last_again(self, session: Session | None) -> Messages:
         """After holding, a station that believes itself at the last item but one calls an acknowledgement a mistake (MAVSDK)."""
-        if session is None or not session.held_us:
+        if session is None or session.held_us in (0, session.storing_us):
             return []
         last = session.upload.first + session.upload.count - 1
         return [] if session.held_seq == last else self._ask(session, [last])
