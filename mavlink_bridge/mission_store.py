@@ -77,7 +77,8 @@ class Session:
     storing_us: int | None = None
     """When the items were complete; None while they come in."""
     held_us: int = 0
-    held_seq: int = 0
+    held_seq: int | None = None
+    """The item asked for last while holding; None: the station never had to be held."""
 
 
 @dataclass(slots=True)

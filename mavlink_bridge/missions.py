@@ -307,8 +307,9 @@ class MissionServer:
             return []
         session.held_us = now_us
         last = session.upload.first + session.upload.count - 1
-        session.held_seq = last if session.held_seq != last or last == session.upload.first else last - 1
-        return self._ask(session, [session.held_seq])
+        asked = last if session.held_seq != last or last == session.upload.first else last - 1
+        session.held_seq = asked
+        return self._ask(session, [asked])
 
     def _ask(self, session: Session, numbers: Sequence[int]) -> Messages:
         system, component = session.sender

@@ -508,10 +508,24 @@ def test_a_gateway_holds_an_upload_open_by_asking_for_the_last_two_in_turn():
     assert len(asked) == 25
     assert set(asked) == {2, 3}
     assert all(left != right for left, right in itertools.pairwise(asked))
-    # the station answers, the server keeps what it has
+    # the station answers, the server keeps what it has; the end comes while the station is at its last item
     assert link.item(point(3), 3) == []
-    assert link.vessel_stores()[0].type == 0
+    answers = [(message.get_type(), getattr(message, "seq", None)) for message in link.vessel_stores()]
+    assert answers[-1][0] == "MISSION_ACK"
+    assert asked[-1] == 3 or answers[0] == ("MISSION_REQUEST_INT", 3)
     assert link.poll(1.0) == []
+
+
+@personas
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_without_holding_the_end_is_one_acknowledgement_and_nothing_else(home_item, count):
+    link = Link(home_item=home_item)
+    link.now_us = 90 * S
+    items = link.wire([point(number) for number in range(count)]) if count else ()
+    link.count(len(items))
+    for seq, item in enumerate(items):
+        link.item(item, seq)
+    assert [message.get_type() for message in link.vessel_stores()] == ["MISSION_ACK"]
 
 
 def test_a_held_single_item_ends_in_an_error_and_a_later_text():
