@@ -285,7 +285,7 @@ def test_at_rest_the_chain_gives_1500_at_all_four_pins(board):
     assert bench.board.pulses_us == pytest.approx(NEUTRAL, abs=TOLERANCE_US)
 
 
-def test_companion_dies_ten_times_out_of_ten(board):
+def test_row_01_companion_dies_ten_times_out_of_ten(board):
     bench = ActuatorBench(board)
     for turn in range(10):
         bench.thrust, bench.alive = 0.0, True
@@ -299,7 +299,7 @@ def test_companion_dies_ten_times_out_of_ten(board):
         assert bench.now_us - silent_since_us <= 550_000
 
 
-def test_companion_sees_a_reset_and_starts_with_neutral(board):
+def test_row_11_companion_sees_a_reset_and_starts_with_neutral(board):
     bench = ActuatorBench(board)
     bench.thrust = 0.5
     bench.run(1.5)
@@ -314,7 +314,7 @@ def test_companion_sees_a_reset_and_starts_with_neutral(board):
     assert any("restarted (external)" in text for text in bench.texts)
 
 
-def test_companion_sees_a_hang_within_350_ms(board):
+def test_row_12_companion_sees_a_hang_within_350_ms(board):
     bench = ActuatorBench(board)
     bench.thrust = 0.5
     bench.run(1.5)
@@ -327,7 +327,7 @@ def test_companion_sees_a_hang_within_350_ms(board):
     assert bench.stopped()
 
 
-def test_port_pulled_and_back(board):
+def test_row_08_port_pulled_and_back(board):
     bench = ActuatorBench(board)
     bench.thrust = 0.5
     bench.run(1.5)
@@ -360,7 +360,7 @@ def test_bytes_wait_for_the_banner_after_a_boot_loader(board):
     assert bench.companion.ready(bench.now_us) == (True, "")
 
 
-def test_noise_never_makes_a_wrong_pulse(board):
+def test_row_14_row_15_noise_never_makes_a_wrong_pulse(board):
     bench = ActuatorBench(board)
     bench.run(1.0)
     rng = random.Random(5)
@@ -382,7 +382,7 @@ def test_noise_never_makes_a_wrong_pulse(board):
     assert len(allowed) >= 5
 
 
-def test_heavy_noise_is_told_and_stops_thrust(board):
+def test_row_14_heavy_noise_is_told_and_stops_thrust(board):
     bench = ActuatorBench(board)
     bench.thrust = 0.5
     bench.run(1.5)
@@ -391,7 +391,7 @@ def test_heavy_noise_is_told_and_stops_thrust(board):
     assert {"garbage", "noise", "silent", "mismatch"} & set(bench.companion.faults(bench.now_us))
 
 
-def test_full_ahead_to_full_astern_changes_no_faster_than_the_limit(board):
+def test_row_20_full_ahead_to_full_astern_changes_no_faster_than_the_limit(board):
     """Row 20, also after the board's own failsafe: thrust comes back at the configured rate."""
     bench = ActuatorBench(board)
     bench.gate.configure(GateConfig(thruster_rate=1.0))
