@@ -112,7 +112,7 @@ def test_a_board_that_runs_on_is_known_by_its_status():
     assert line.ready == (True, "")
 
 
-def test_no_answer_means_level_0_which_needs_consent():
+def test_row_17_no_answer_means_level_0_which_needs_consent():
     line = Line(answers=False).open().tick(80)
     assert line.board.status.level == 0
     assert line.faults == ("level0",)
@@ -221,7 +221,7 @@ def test_a_stale_output_is_neutral():
     assert line.board.encode(old, line.now_us + 50_000) == NEUTRAL
 
 
-def test_a_blocked_port_is_told_within_300_ms_and_nothing_is_queued():
+def test_row_10_a_blocked_port_is_told_within_300_ms_and_nothing_is_queued():
     line = Line().running()
     line.accepts = 0
     line.thrust = 0.5
@@ -279,7 +279,7 @@ def test_silence_is_told_within_350_ms():
     assert line.ready == (False, "actuator board is silent")
 
 
-def test_something_else_at_the_pins_is_told_within_400_ms():
+def test_row_13_something_else_at_the_pins_is_told_within_400_ms():
     line = Line().running().tick(4)
     line.applied = (1700, 1500, 1500, 1500)
     line.tick(7)
@@ -342,7 +342,7 @@ def test_interlock_is_not_ready():
     assert line.ready == (False, "actuator board is in state interlock")
 
 
-def test_wrong_baud_refuses_within_three_seconds_and_says_so():
+def test_row_16_wrong_baud_refuses_within_three_seconds_and_says_so():
     line = Line(answers=False, allow_level0=True).open()
     for _ in range(60):
         line.board.receive(bytes((0x80, 0xF3, 0x1C, 0xFE)), line.now_us)
