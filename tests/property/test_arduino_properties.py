@@ -48,7 +48,7 @@ def configs(draw):
 
 @settings(max_examples=150, deadline=None)
 @given(configs(), ANY, ANY, ANY, ANY, st.integers(1000, 1470), st.integers(1530, 2000))
-def test_every_pulse_is_within_the_bounds(config, a, b, c, d, lower, upper):
+def test_row_19_every_pulse_is_within_the_bounds(config, a, b, c, d, lower, upper):
     config = config.model_copy(update={"lower_us": lower, "upper_us": upper})
     assert all(lower <= pulse <= upper for pulse in to_pulses(ActuatorOutput(0, a, b, c, d, ""), config))
 
@@ -76,7 +76,7 @@ def test_board_lines_do_not_depend_on_how_they_are_cut(pieces, data):
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(PIECES, max_size=30), st.booleans())
-def test_the_board_never_gives_out_a_value_out_of_range(pieces, strict):
+def test_row_19_the_board_never_gives_out_a_value_out_of_range(pieces, strict):
     decoder = Decoder()
     decoder.strict = strict
     for now_us, byte in enumerate(b"".join(pieces)):
