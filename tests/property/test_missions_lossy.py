@@ -134,7 +134,7 @@ OLD = plan(7, 10_000)
     st.sampled_from([(0.5, 5), (1.5, 5), (1.5, 40)]),
     st.sampled_from([BAD, SLOW]),
 )
-def test_an_upload_over_a_bad_link_gives_the_whole_new_plan_or_keeps_the_whole_old_one(
+def test_row_43_an_upload_over_a_bad_link_gives_the_whole_new_plan_or_keeps_the_old(
     seed, count, home_item, patience, weather
 ):
     new = plan(count)
@@ -160,7 +160,7 @@ def test_a_download_over_a_bad_link_is_whole_when_it_ends(seed, count, weather):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_patient_station_gets_its_plan_through_at_30_percent_loss(seed):
+def test_row_43_a_patient_station_gets_its_plan_through_at_30_percent_loss(seed):
     vessel, station = Vessel(OLD), Uploader(plan(25), 1.5, 20)
     lossy.run(station, vessel, BAD, seed)
     assert station.result == MissionResult.ACCEPTED
