@@ -51,7 +51,7 @@ def test_genuine_frames_are_accepted_in_order_and_each_once(vessel):
     assert all(verifier.check(frame, 0) is Verdict.REPLAYED for frame in frames)
 
 
-def test_a_forged_frame_changes_nothing(vessel):
+def test_row_47_a_forged_frame_changes_nothing(vessel):
     # pymavlink stored the time stamp first: one such frame locked the genuine station out until restart
     station, verifier = Station(), Verifier(vessel, SIGNED)
     assert verifier.check(station.frame(), 0).ok
@@ -68,7 +68,7 @@ def test_wrongly_signed_is_refused_even_where_unsigned_is_allowed(vessel):
     assert Verifier(vessel, TRUSTED).check(Station(key=None).frame(), 0) is Verdict.ACCEPTED_UNSIGNED
 
 
-def test_unsigned_and_mavlink_1_frames_are_refused_on_a_signed_link(vessel):
+def test_row_49_unsigned_and_mavlink_1_frames_are_refused_on_a_signed_link(vessel):
     verifier = Verifier(vessel, SIGNED)
     assert verifier.check(Station(key=None).frame(), 0) is Verdict.UNSIGNED
     old = library.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0).pack(
@@ -132,7 +132,7 @@ def test_the_table_is_bounded_and_forgets_only_what_cannot_return(vessel):
     assert not verifier.check(captured, 0).ok
 
 
-def test_time_stamps_survive_a_restart_so_captured_frames_stay_refused(vessel):
+def test_row_48_time_stamps_survive_a_restart_so_captured_frames_stay_refused(vessel):
     station = Station()
     captured = [station.frame() for _ in range(5)]
     assert all(Verifier(vessel, SIGNED).check(frame, 0).ok for frame in captured)
