@@ -44,7 +44,7 @@ def test_a_hundred_waypoints_arrive_exactly():
     assert rig.twin.plans.plan_id(PlanKind.MISSION) == rig.vessel.plans.plan_id(PlanKind.MISSION) != 0
 
 
-def test_the_starved_profile_refuses_and_states_the_airtime():
+def test_row_53_the_starved_profile_refuses_and_states_the_airtime():
     rig = Rig(profile("n-0.1"))
     rig.run(20.0)
     since_us = rig.now_us
@@ -65,7 +65,7 @@ def test_stop_is_short_and_quick():
     assert seconds < 1.5
 
 
-def test_stop_goes_before_a_long_upload():
+def test_row_53_stop_goes_before_a_long_upload():
     rig = settled()
     rig.twin.submit("plan", compiled(survey_items(100)), rig.now_us)
     rig.run(1.3)
@@ -84,7 +84,7 @@ def test_what_the_vessel_refuses_is_refused_with_its_reason():
     assert reply.reason == "no GNSS fix"
 
 
-def test_lost_answers_do_not_execute_twice():
+def test_row_54_lost_answers_do_not_execute_twice():
     rig = settled(loss=0.6, seed=4)
     for number in range(20):
         rig.ask(SetParameter("LOIT_RADIUS", 10.0 + number))
@@ -207,7 +207,7 @@ def test_forged_replayed_and_flipped_frames_are_not_believed():
     assert forged(6000) == 0
 
 
-def test_frames_are_found_in_noise_whole_bytewise_and_in_chunks():
+def test_row_52_frames_are_found_in_noise_whole_bytewise_and_in_chunks():
     rng = random.Random(8)
     sealer = Sealer(KEY, Direction.TO_SHORE)
     stream, sent = b"", []
