@@ -93,7 +93,7 @@ def test_a_json_plan_is_acknowledged_sailed_and_eleven_fields_come_back(ending):
     assert max(errors[10:]) < 2.0
 
 
-def test_a_bad_json_plan_is_refused_with_a_reason():
+def test_row_54_a_bad_json_plan_is_refused_with_a_reason():
     sim = world("radio.protocol=json", "radio.profile=o-10", "operator.gcs_required=false")
     shore, buffer = sim.ground("shore"), bytearray()
     sim.run(8.0)
@@ -208,7 +208,7 @@ def test_an_unplugged_vessel_falls_silent_and_commands_fail(shore):
     assert not shore.sim.snapshot.armed
 
 
-def test_the_vessel_notices_a_lost_gateway(tmp_path):
+def test_row_51_the_vessel_notices_a_lost_gateway(tmp_path):
     shore = Shore(tmp_path)
     shore.run(60.0)
     shore.send(dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
