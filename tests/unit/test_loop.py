@@ -80,7 +80,7 @@ def test_a_stop_flag_ends_it_with_success():
     assert len(app.stopped) == 1
 
 
-def test_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
+def test_row_02_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
     """Fault row 2: a loop that turns without steering is restarted."""
     path = str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
