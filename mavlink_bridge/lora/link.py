@@ -21,7 +21,7 @@ from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.rhythm import Rhythm
-from mavlink_bridge.lora.transfer import Inbox, Message, Outgoing, cut, read_reply
+from mavlink_bridge.lora.transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
 from mavlink_bridge.requests import Reply, Result
 
 _MAX_OUTGOING: Final = 16
@@ -32,14 +32,6 @@ _QUIET_PIECES: Final = 6
 _MARGIN: Final = 1.08
 _VESSEL_PAUSE_US: Final = 1_500_000
 _PATIENT_TRIES: Final = 14
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How a message of ours ended."""
-
-    id: int
-    reply: Reply
 
 
 @dataclass(slots=True)

@@ -18,14 +18,14 @@ from mavlink_bridge.lora.bits import BitsError
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, decode, params_check
 from mavlink_bridge.lora.ledger import Priority
-from mavlink_bridge.lora.link import CompactLink, Outcome
+from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of
 from mavlink_bridge.lora.state_codec import RadioState, decode_batch, decode_delta, decode_key, mark_of
-from mavlink_bridge.lora.transfer import Message
+from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamTable
 from mavlink_bridge.requests import (

@@ -135,6 +135,14 @@ def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
 
 
 @dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a message of ours ended."""
+
+    id: int
+    reply: Reply
+
+
+@dataclass(frozen=True, slots=True)
 class Message:
     """A message that has arrived whole, for the first time."""
 

@@ -13,12 +13,12 @@ from typing import Final
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
 from mavlink_bridge.lora.ledger import Priority
-from mavlink_bridge.lora.link import CompactLink, Outcome
+from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.reporter import Reporter
 from mavlink_bridge.lora.request_codec import RequestCodecError, decode_request, name_codes
-from mavlink_bridge.lora.transfer import Message
+from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError, plan_id
 from mavlink_bridge.port import VehiclePort
