@@ -44,6 +44,7 @@ MIGRATIONS: Final[tuple[str, ...]] = (
 )
 """Step n takes a file from schema n to n + 1; the file's ``user_version`` says where it is."""
 _BUSY_S: Final = 1.0
+CLOSE_WAIT_S: Final = 1.0
 
 
 class AnyStore(Protocol):
@@ -142,9 +143,14 @@ class Store:
         return done
 
     def close(self) -> None:
-        """Finish what is queued and close the file."""
+        """Close the file after what is queued; a shared writer does both before its own end."""
+        assert self._writer is not None
+        if not self._writer.post(self._disconnect, CLOSE_WAIT_S):
+            self._disconnect()
         if self._own_writer is not None:
             self._own_writer.close()
+
+    def _disconnect(self) -> None:
         with self._lock:
             connection, self._connection = self._connection, None
             if connection is not None:

@@ -203,3 +203,15 @@ def test_a_folder_that_cannot_be_written_leaves_it_in_memory(tmp_path):
     assert done[0].ok
     assert "memory only" in done[0].text
     store.close()
+
+
+def test_what_was_submitted_just_before_the_end_is_kept(tmp_path):
+    from companion.io.writer import Writer
+
+    writer = Writer()
+    store = Store(tmp_path / "store.db", writer)
+    for number in range(30):
+        store.submit(SaveCounter("n", number))
+    store.close()
+    assert writer.close()
+    assert content(tmp_path / "store.db").counters == {"n": 29}
