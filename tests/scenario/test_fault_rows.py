@@ -217,13 +217,13 @@ def test_row_36_ground_station_lost_acts_within_5_2_s(voyage, measured):
 
 
 class Heartbeats:
-    """A ground station on the first endpoint that sends nothing but heartbeats."""
+    """A ground station that sends nothing but heartbeats."""
 
-    def __init__(self, trip) -> None:
+    def __init__(self, trip, link="gcs") -> None:
         from pymavlink.dialects.v20 import common
 
         self.trip = trip
-        self.link = trip.world.ground("gcs")
+        self.link = trip.world.ground(link)
         self.maker = common.MAVLink(None, 255, 190)
         self.message = common.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3)
         self.silent = False
@@ -406,3 +406,58 @@ def test_row_64_during_an_upload(voyage):
     trip.world.app.submit(load_plan(PlanKind.MISSION, items), replies.append)
     trip.world.app.submit(Arm(arm=False, force=True))
     assert neutral_after(trip, 0.3) <= 0.15
+
+
+def test_row_34_the_wall_clock_jumps_and_nothing_notices(voyage, measured, monkeypatch):
+    import time
+
+    quiet = under_way(voyage)
+    quiet.run(5.0)
+    real, offset = time.time, [0.0]
+    monkeypatch.setattr(time, "time", lambda: real() + offset[0])
+    trip = under_way(voyage)
+    for jump_s in (7 * 86_400.0, -30 * 365.0 * 86_400.0):
+        offset[0] = jump_s
+        trip.run(2.5)
+    assert trip.snapshot.armed
+    assert (trip.truth.north_m, trip.truth.psi_rad) == (quiet.truth.north_m, quiet.truth.psi_rad), "to the last bit"
+    measured(34, "no difference to the last bit")
+
+
+def test_row_39_one_of_three_stations_leaves(voyage, measured):
+    trip = voyage(*GROUND)
+    stations = [Heartbeats(trip, link) for link in ("gcs", "sdk", "tcp")]
+
+    def run(seconds):
+        end_s = trip.now_s + seconds
+        while trip.now_s < end_s:
+            for station in stations:
+                station.beat()
+            trip.step()
+
+    run(2.0)
+    stations[0].sail(1.5, FAR)
+    run(5.0)
+    stations[1].silent = True
+    run(15.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    assert trip.snapshot.action is Action.NONE
+    measured(39, "nothing happens")
+
+
+def test_row_42_a_station_that_only_beats_does_not_keep_the_sticks_alive(voyage, measured):
+    trip = voyage(*GROUND)
+    station = Heartbeats(trip)
+    station.run(1.5)
+    assert trip.mode(Mode.MANUAL).reason == ""
+    assert trip.ask(Arm(arm=True)).reason == ""
+    for _ in range(20):
+        trip.world.app.submit(ManualInput(0.6, 0.0, 255))
+        station.run(TICK_S)
+    assert not trip.neutral
+    began_s = trip.now_s
+    while not trip.neutral and trip.now_s - began_s < 2.0:
+        station.run(TICK_S)
+    took_s = trip.now_s - began_s
+    assert took_s <= 0.6
+    measured(42, f"{took_s * 1e3:.0f} ms (rule of row 37)")

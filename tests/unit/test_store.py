@@ -158,7 +158,7 @@ def test_an_older_schema_is_migrated_and_keeps_its_content(tmp_path):
     assert notes == [("old",)]
 
 
-def test_a_damaged_row_falls_back_to_its_previous_generation(tmp_path):
+def test_row_58_a_damaged_row_falls_back_to_its_previous_generation(tmp_path):
     path = tmp_path / "store.db"
     fill(path, (SaveParam("A", 1.0), SaveParam("A", 2.0), SaveParam("B", 5.0)))
     connection = sqlite3.connect(path)
