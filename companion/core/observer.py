@@ -28,10 +28,11 @@ class WaterSpeedObserver:
         self._model = model
         self._ahead_n = full_ahead_n(vessel)
         self._astern_n = full_astern_n(vessel)
-        self.reset(0.0)
+        self._clear()
 
-    def reset(self, surge_mps: float) -> None:
-        self.u_mps = surge_mps
+    def _clear(self) -> None:
+        self._started = False
+        self.u_mps = 0.0
         self.v_mps = 0.0
         self.surge_mps: float | None = None
         """Surge over ground, measured, carried by the model."""
@@ -43,6 +44,21 @@ class WaterSpeedObserver:
         self.thrust_n = [0.0, 0.0]
         self._revs = [0.0, 0.0]
         self._rudder_rad = 0.0
+
+    def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
+        """Keep up with the vessel while no loop steers it: the model goes on with what was sent, measurements start anew.
+
+        The very first time the way on is what ground velocity and a known drift say, else none.
+        """
+        if not self._started:
+            self._started = True
+            if state.u_mps is not None and state.psi_rad is not None and state.drift_n_mps is not None:
+                drift_e = state.drift_e_mps or 0.0
+                along = state.drift_n_mps * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
+                self.u_mps = state.u_mps - along
+        elif dt_s > 0.0:
+            self.step(min(dt_s, 0.2), state, sent)
+        self.surge_mps = self.rate_radps = None
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Advance by one tick with what was sent during it; nothing sent is neutral."""

@@ -87,8 +87,12 @@ class SteeringConfig(Config):
 class Controller(Protocol):
     """What every steering law offers. It is stepped once per tick and holds no clock."""
 
-    def reset(self, state: EstimatedState) -> None:
-        """Start afresh, bumplessly, from this state; called when loops are switched on."""
+    def reset(self, state: EstimatedState, dt_s: float = 0.0, sent: ActuatorOutput | None = None) -> None:
+        """Start afresh, bumplessly, from this state; called each tick while the loops are off.
+
+        ``sent`` is what went out during the last ``dt_s``, by an operator's sticks or a failsafe, so that the modelled
+        speed through the water keeps up.
+        """
         ...
 
     def step(

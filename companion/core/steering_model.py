@@ -87,9 +87,9 @@ class ModelController:
         k = int(place)
         return self._omegas[k] + (place - k) * (self._omegas[k + 1] - self._omegas[k])
 
-    def reset(self, state: EstimatedState) -> None:
+    def reset(self, state: EstimatedState, dt_s: float = 0.0, sent: ActuatorOutput | None = None) -> None:
         self._clear()
-        self._observer.reset(state.u_mps or 0.0)
+        self._observer.idle(dt_s, state, sent)
 
     def configure(self, config: SteeringConfig) -> None:
         """Change settings without a bump: the integral takes over what the old gain gave."""

@@ -43,9 +43,9 @@ class SeedController:
         self._last_angles: tuple[float, float] | None = None
         self._last = (0.0, 0.0)
 
-    def reset(self, state: EstimatedState) -> None:
+    def reset(self, state: EstimatedState, dt_s: float = 0.0, sent: ActuatorOutput | None = None) -> None:
         self._clear()
-        self._observer.reset(state.u_mps or 0.0)
+        self._observer.idle(dt_s, state, sent)
 
     def configure(self, config: SteeringConfig) -> None:
         self._config = new = _checked(config.seed)

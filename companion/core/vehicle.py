@@ -237,11 +237,11 @@ class Vehicle:
         self.guided, self.desired, self.trace = None, None, ControlTrace()
         if intent is None:
             self._generation = None
-            self.controller.reset(self.state)
+            self.controller.reset(self.state, dt_s, self._output)
             return None
         if isinstance(intent, Sticks):
             self._generation = None
-            self.controller.reset(self.state)
+            self.controller.reset(self.state, dt_s, self._output)
             return manual_demand(now_us, intent.surge, intent.yaw, self.config.steering, self.vessel)
         desired = self._course(intent) if isinstance(intent, Steer) else self._path(now_us, dt_s, intent)
         slow = self.guard_out.slow_to_mps
@@ -251,7 +251,7 @@ class Vehicle:
             )
         self.desired = desired
         if desired.psi_rad is None and desired.speed_mps is None:
-            self.controller.reset(self.state)
+            self.controller.reset(self.state, dt_s, self._output)
             return None
         demand, self.trace = self.controller.step(now_us, dt_s, self.state, desired, self._output)
         return demand

@@ -7,7 +7,17 @@ import pytest
 from companion.core.geo import LocalFrame
 from companion.core.guidance import Guidance, GuidanceConfig
 from companion.core.station import StationConfig
-from mavlink_bridge.imc import EstimatedState, Goto, Loiter, LoiterDirection, LoiterKind, Severity
+from mavlink_bridge.imc import (
+    ActuatorDemand,
+    Desired,
+    EstimatedState,
+    Goto,
+    Loiter,
+    LoiterDirection,
+    LoiterKind,
+    Severity,
+)
+from mavlink_bridge.snapshot import ControlTrace
 from sitl.control_loop import ORIGIN_RAD, ControlLoop, Setup
 from sitl.library import load_vessel
 from sitl.water import WaterConfig
@@ -187,3 +197,14 @@ def test_without_a_position_nothing_is_steered():
 def test_reference_needs_a_position_to_begin():
     with pytest.raises(ValueError, match="known position"):
         begun(goto(1.0, 1.0), EstimatedState(0))
+
+
+def test_an_idle_vessel_learns_the_drift_that_carries_it():
+    """Nothing steers and the law is reset every tick: what it makes over ground is drift, along the bow too."""
+    run = ControlLoop(Setup(OTTER, WaterConfig(current_mps=0.5, current_to_deg=0.0)))
+    run.place(0.0, 0.0, 0.0)
+    for _ in range(20 * 60):
+        run.controller.reset(run.state, 0.05, run.sent)
+        run.controller.step = lambda *_: (ActuatorDemand(run.now_us), ControlTrace())
+        run.steer(Desired(None, None))
+    assert run.state.drift_n_mps == pytest.approx(0.5, abs=0.05)
