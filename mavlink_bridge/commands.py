@@ -22,6 +22,8 @@ RETRY_US: Final = 1_000_000
 REJUDGE_US: Final = 300_000
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
+NO_PROGRESS: Final = frozenset((176, 300))
+"""DO_SET_MODE and MISSION_START: MAVSDK 4.1 takes IN_PROGRESS to them for the final answer and ends its process at the real one."""
 MAX_REMEMBERED: Final = 64
 
 _RESULT: Final = {
@@ -153,6 +155,8 @@ class CommandServer:
             case.progress_due_us = now_us + PROGRESS_EVERY_US
             if now_us >= case.give_up_us:
                 self._close(case, FAILED)
+            elif case.command.id in NO_PROGRESS:
+                continue
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
 
