@@ -60,14 +60,27 @@ def read_run(run_dir: Path) -> Flight:
 def _about(flight: Flight, run_dir: Path) -> None:
     try:
         about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
+        if not isinstance(about, dict):
+            raise ValueError("holds no object")
     except (OSError, ValueError) as error:
         flight.notes.append(f"run.json: {error}")
-        return
-    settings = about.pop("settings", {})
+        about = {}
+    settings = about.pop("settings", None) or _recorded_settings(run_dir)
     flight.settings = settings if isinstance(settings, dict) else {}
     name = flight.settings.get("system", {}).get("name") if flight.settings else None
     flight.about["vehicle"] = f"{name or 'vessel'}, hull {flight.settings.get('vessel', 'unknown')}"
     flight.about.update({key: str(value) for key, value in about.items() if not isinstance(value, dict | list)})
+
+
+def _recorded_settings(run_dir: Path) -> dict[str, Any]:
+    """The settings in the header of the recorded inputs."""
+    try:
+        reader = InputReader(run_dir / "inputs.bin")
+    except (OSError, InputsError):
+        return {}
+    reader.close()
+    settings = reader.meta.get("settings", {})
+    return settings if isinstance(settings, dict) else {}
 
 
 def _frames(flight: Flight, run_dir: Path) -> None:
@@ -219,7 +232,6 @@ def _plans(flight: Flight, run_dir: Path) -> None:
         flight.notes.append(f"inputs.bin: {getattr(error, 'strerror', None) or error}")
         return
     try:
-        flight.settings = flight.settings or reader.meta.get("settings", {})
         plans = {**from_json(reader.store).plans, **_walk(reader, Airtime(flight, reader.meta))}
         if reader.cut:
             flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")

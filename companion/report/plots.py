@@ -267,16 +267,36 @@ def draw_states(flight: Flight) -> Any | None:
     made, (ax,) = figure(0.6 + 0.42 * len(kinds))
     for row, kind in enumerate(reversed(kinds)):
         _bars(ax, row, flight.spans[kind], flight.duration_s)
+    _name_colours(ax, flight, kinds)
     ax.set_yticks(range(len(kinds)), [kind.replace("_", " ") for kind in reversed(kinds)])
     ax.grid(visible=False, axis="y")
     _time_axis([ax], flight)
     return made
 
 
+def _name_colours(ax: Any, flight: Flight, kinds: list[str]) -> None:
+    """A legend for the rows whose bars are too short to carry their names."""
+    from matplotlib.patches import Patch
+
+    shown: dict[str, str] = {}
+    for kind in kinds:
+        spans = flight.spans[kind]
+        names = sorted({span.value for span in spans})
+        if len(spans) > 8:
+            shown.update({name: _state_colour(name, names) for name in names})
+    if shown:
+        handles = [Patch(color=colour, label=name.lower()) for name, colour in shown.items()]
+        ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=7.5, frameon=False, ncols=10)
+
+
+def _state_colour(name: str, names: list[str]) -> str:
+    return STATE_COLOURS.get(name) or PASTEL[names.index(name) % len(PASTEL)]
+
+
 def _bars(ax: Any, row: int, spans: list[Span], duration_s: float) -> None:
     names = sorted({span.value for span in spans})
     for span in spans[:2000]:
-        colour = STATE_COLOURS.get(span.value) or PASTEL[names.index(span.value) % len(PASTEL)]
+        colour = _state_colour(span.value, names)
         width = max(span.end - span.start, duration_s / 600.0) / 60.0
         ax.broken_barh([(span.start / 60.0, width)], (row - 0.36, 0.72), facecolors=colour, linewidth=0)
         if span.end - span.start > 0.045 * max(duration_s, 1.0):
