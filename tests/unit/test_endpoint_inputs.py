@@ -1,0 +1,144 @@
+"""Sticks, set-points and measurements that come over MAVLink, right ones and absurd ones."""
+
+import math
+
+import pytest
+
+from mavlink_bridge import requests as ask
+from mavlink_bridge.codec import dialect
+from tests.fake_vessel import Bench, Station
+
+NAN = math.nan
+LAT, LON = 411_850_000, -87_060_000
+
+
+@pytest.fixture
+def bench():
+    made = Bench()
+    made.tick()
+    return made
+
+
+def got(bench, kind):
+    bench.tick()
+    return [request.body for request in bench.vessel.handled if isinstance(request.body, kind)]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "z", "r", "surge", "yaw"),
+    [
+        (0, 250, 500, 0, 0.5, 0.25),
+        (0, 0, -1000, -400, -1.0, -0.4),
+        (0, 32767, 32767, 32767, None, None),
+        (300, 100, 32767, 32767, 0.3, 0.1),
+        (0, 30000, -32768, 0, -1.0, 1.0),
+    ],
+)
+def test_sticks(bench, x, y, z, r, surge, yaw):
+    bench.send(dialect.MAVLink_manual_control_message(1, x, y, z, r, 0))
+    sticks = got(bench, ask.ManualInput)
+    assert sticks == ([] if surge is None else [ask.ManualInput(pytest.approx(surge), pytest.approx(yaw), 255)])
+
+
+def test_sticks_for_another_vessel_are_not_ours(bench):
+    bench.send(dialect.MAVLink_manual_control_message(2, 0, 0, 500, 0, 0))
+    assert not got(bench, ask.ManualInput)
+
+
+@pytest.mark.parametrize(
+    ("steer", "throttle", "means"),
+    [(1750, 2000, (1.0, 0.5)), (0, 0, None), (65535, 1500, None), (1500, 100, None), (1100, 900, (-1.0, -0.8))],
+)
+def test_rc_override(bench, steer, throttle, means):
+    bench.send(dialect.MAVLink_rc_channels_override_message(1, 1, steer, 0, throttle, 0, 0, 0, 0, 0))
+    sticks = got(bench, ask.ManualInput)
+    assert [(s.surge, s.yaw) for s in sticks] == ([] if means is None else [pytest.approx(means)])
+
+
+def target(mask, lat=LAT, lon=LON, vx=0.0, vy=0.0, yaw=0.0, frame=6):
+    return dialect.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, frame, mask, lat, lon, 0, vx, vy, 0, 0, 0, 0, yaw, 0
+    )
+
+
+POSITION, VELOCITY, NOTHING = 0b110111111000, 0b110111000111, 0b111111111111
+
+
+def test_guided_positions_and_velocities(bench):
+    bench.send(target(POSITION))
+    bench.send(target(VELOCITY, vx=0.0, vy=2.0))
+    (there,) = got(bench, ask.GuidedTarget)
+    (course,) = got(bench, ask.GuidedHeading)
+    assert math.degrees(there.lat_rad) == pytest.approx(41.185)
+    assert (course.psi_rad, course.speed_mps, course.course, course.stream) == (
+        pytest.approx(math.pi / 2),
+        2.0,
+        True,
+        True,
+    )
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        target(NOTHING),
+        target(POSITION, lat=0, lon=0),
+        target(POSITION, lat=910_000_000),
+        target(POSITION, lat=2**31 - 1, lon=2**31 - 1),
+        target(POSITION, frame=8),
+        target(VELOCITY, vx=NAN),
+        target(VELOCITY, vx=1e9),
+        target(VELOCITY | 1 << 10, vx=0.0, vy=0.0),
+    ],
+)
+def test_absurd_set_points_are_ignored(bench, bad):
+    bench.send(bad)
+    assert not got(bench, (ask.GuidedTarget, ask.GuidedHeading))
+
+
+@pytest.mark.parametrize("psi_deg", [0.0, 90.0, -135.0])
+def test_attitude_set_points_steer(bench, psi_deg):
+    half = math.radians(psi_deg) / 2
+    bench.send(
+        dialect.MAVLink_set_attitude_target_message(
+            0, 1, 1, 7, [math.cos(half), 0.0, 0.0, math.sin(half)], 0, 0, 0, 0.4
+        )
+    )
+    (order,) = got(bench, ask.GuidedHeading)
+    assert order.psi_rad == pytest.approx(math.radians(psi_deg), abs=1e-6)
+    assert order.throttle == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("q", "mask", "thrust"),
+    [([0.0] * 4, 7, 0.0), ([NAN] * 4, 7, 0.0), ([1.0, 0, 0, 0], 7, 5.0), ([1.0, 0, 0, 0], 0x87, 0.0)],
+)
+def test_absurd_attitudes_are_ignored(bench, q, mask, thrust):
+    bench.send(dialect.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0, 0, 0, thrust))
+    assert not got(bench, ask.GuidedHeading)
+
+
+def sonar(current, low=10, high=5000, orientation=25, quality=0):
+    return dialect.MAVLink_distance_sensor_message(0, low, high, current, 1, 0, orientation, 0, signal_quality=quality)
+
+
+def test_another_components_sounder(bench):
+    sounder = Station(1, 155)
+    for message in (sonar(450), sonar(6000), sonar(450, orientation=0), sonar(300, quality=100), sonar(300, quality=1)):
+        bench.send(message, sounder)
+    bench.send(sonar(111), Station(77, 155))
+    readings = [(body.value_m, body.signal_quality) for body in got(bench, ask.DistanceInput)]
+    assert readings == [(4.5, None), (None, None), (3.0, 1.0), (None, 0.0)]
+
+
+def rtcm(flags, data):
+    return dialect.MAVLink_gps_rtcm_data_message(flags, len(data), list(data.ljust(180, b"\0")))
+
+
+def test_corrections_are_put_together(bench):
+    whole = bytes(range(256)) + bytes(150)
+    bench.send(rtcm(0, b"short"))
+    for part in (2, 0, 1):
+        bench.send(rtcm(1 | part << 1 | 5 << 3, whole[180 * part : 180 * part + 180]))
+    bench.send(rtcm(1 | 0 << 1 | 6 << 3, whole[:180]))
+    assert [body.data for body in got(bench, ask.RtcmData)] == [b"short", whole]
