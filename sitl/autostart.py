@@ -69,6 +69,10 @@ class AutoStart:
     def links(self) -> Sequence[Link]:
         return self._world.links
 
+    @property
+    def stop_wanted(self) -> bool:
+        return self._world.stop_wanted
+
     def pump(self, now_us: int) -> None:
         self._world.pump(now_us)
 

@@ -24,8 +24,7 @@ from companion.io.loop import LoopApp
 from companion.io.recorder import Recorder
 from companion.io.recording import Recording
 from companion.io.store import AnyStore
-from companion.io.truth import TRUTH_COLUMNS, truth_row
-from companion.io.truth import Truth as Row
+from companion.io.truth import TRUTH_COLUMNS, Truth as Row, truth_row
 from companion.settings import load_vessel
 from mavlink_bridge.snapshot import Snapshot
 
@@ -116,6 +115,11 @@ class World:
     @property
     def links(self) -> Sequence[Link]:
         return (*self.app.links, *self.surroundings.links)
+
+    @property
+    def stop_wanted(self) -> bool:
+        """A ground station has asked for a reboot or shutdown."""
+        return self.app.stop_wanted
 
     def tick(self, now_us: int = 0, *, late_s: float = 0.0, load: float = 0.0) -> object:
         """Move the world on by one period, then run the vessel's tick.
