@@ -38,6 +38,7 @@ from .io.link import Link
 from .io.store import AnyStore
 from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
+from .security import Keeper
 from .settings import Settings
 from .supervise import Supervisor
 
@@ -95,6 +96,7 @@ class App:
         self.vehicle = Vehicle(settings, vessel)
         self.facade = Facade(settings, self.vehicle.mission, identity)
         self.shared = Shared(self.vehicle.say)
+        self.keeper: Keeper | None = None
         self._watched = Supervisor(self.vehicle.say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
@@ -173,6 +175,8 @@ class App:
         self.snapshot = snapshot
         if self.actuators is not None:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
+        if self.keeper is not None:
+            self.keeper.tick(now_us, snapshot)
         for ground in self.grounds:
             self._watched.call(ground.link.name, now_us, ground.tick, now_us, snapshot)
         self._flush(now_us)

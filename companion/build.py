@@ -12,6 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 from mavlink_bridge.endpoint import Endpoint
 from mavlink_bridge.endpoint_config import Budget, EndpointConfig
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.port import Identity
 
 from .app import App
@@ -26,6 +27,7 @@ from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
 from .ports import ArduinoPort, GroundPort, NmeaPort, PlotterPort
 from .radio import radio_conversation
+from .security import Keeper, mistakes
 from .settings import ConfigError, EndpointSettings, SensorConfig, Settings, load_vessel
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
@@ -52,6 +54,9 @@ def build_app(
 
     ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
     """
+    not_safe = mistakes(settings)
+    if not_safe:
+        raise ConfigError("security", not_safe)
     vessel = vessel or load_vessel(settings.vessel)
     identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
@@ -80,7 +85,8 @@ def build_app(
     app = App(settings, vessel, sensors, actuators, kept, identity)
     app.recorder = recording
     _load_map(app)
-    app.grounds += [_ground(app, item, link) for item, link in grounds]
+    app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us)
+    app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
     if radio is not None:
         app.grounds.append(_radio(app, radio))
     if settings.plotter:
@@ -105,7 +111,7 @@ class _Opener:
         return link if self._recording is None else self._recording.link(link, mavlink=mavlink)
 
 
-def _ground(app: App, item: EndpointSettings, link: Link) -> GroundPort:
+def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link: Link) -> GroundPort:
     config = EndpointConfig(
         name=item.name,
         persona=item.persona,
@@ -116,13 +122,26 @@ def _ground(app: App, item: EndpointSettings, link: Link) -> GroundPort:
         max_rate_hz=float(app.settings.system.tick_hz),
     )
     shared = app.shared
-    return GroundPort(
-        link,
-        "endpoint",
-        lambda channel, peer: Endpoint(
-            config, app.facade, composer=shared.composer, locks=shared.locks, on_station=shared.met
-        ),
-    )
+
+    def met(system_id: int, persona: str) -> None:
+        shared.met(system_id, persona)
+        warning = keeper.met(item.name)
+        if warning:
+            app.vehicle.say(Severity.WARNING, warning)
+
+    def converse(channel: int, peer: str) -> Endpoint:
+        return Endpoint(
+            config,
+            app.facade,
+            composer=shared.composer,
+            locks=shared.locks,
+            signing=keeper.state,
+            link_id=number,
+            on_key=keeper.take_key,
+            on_station=met,
+        )
+
+    return GroundPort(link, "endpoint", converse)
 
 
 def _budget(bytes_per_s: int | None) -> Budget | None:

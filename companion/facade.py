@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import time
 import uuid
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
@@ -125,6 +126,7 @@ def identity_of(settings: Settings, *, reproducible: bool = False) -> Identity:
         version=software_version(),
         os_version=(0, 0, 0) if reproducible else _os_version(),
         name=settings.system.name,
+        started_utc_us=0 if reproducible else time.time_ns() // 1000,
     )
 
 

@@ -75,6 +75,8 @@ class Identity:
     board: int = 0
     git_hash: str = ""
     name: str = "usv-companion"
+    started_utc_us: int = 0
+    """UTC at the start by this computer's clock, a lower bound for signing; 0 = not known."""
 
 
 class VehiclePort(Protocol):

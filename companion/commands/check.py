@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from companion import security
 from companion.commands.check_live import watch
 from companion.core.vessel import stopping_distance_m, top_speed_mps
 from companion.io.link_url import LinkConfigError
@@ -32,7 +33,7 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Print what the configuration means, or every mistake (exit 2)."""
     settings = load(arguments.config, arguments.set, Settings)
-    mistakes = link_mistakes(settings)
+    mistakes = link_mistakes(settings) + security.mistakes(settings)
     try:
         vessel = load_vessel(settings.vessel)
     except ConfigError as error:
@@ -50,6 +51,10 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
     radio = settings.radio
     print(f"  radio       {f'{radio.url}, {radio.protocol}, profile {radio.profile}' if radio.url else 'none'}")
+    key = settings.security.key_file
+    print(f"  signing     {f'key in {key}' if key else 'no key: links on this machine only'}")
+    for name in security.open_doors(settings):
+        print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
     print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")

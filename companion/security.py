@@ -1,0 +1,178 @@
+"""Signing of a vessel's links: one key and one memory of time stamps for all of them, and no open door without a decision.
+
+A link that other machines can reach is served only with signing, or for telemetry alone, or when the configuration says
+``insecure = true``, which every ground station is told. Time stamps come from the store, from this computer's clock at the start and
+from GNSS (forward only, once, while disarmed); they are saved every minute. Source: firmware-reliability §B.3 and row 50.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from mavlink_bridge.imc import Severity
+from mavlink_bridge.signing import UNITS_PER_S, SigningState, units_from_utc
+from mavlink_bridge.snapshot import Snapshot
+
+from .io.keys import KeyFileError, fingerprint, read_key, write_key
+from .io.link_url import LinkConfigError, parse_link_url
+from .io.store import AnyStore
+from .io.store_content import SaveStamp, Together
+from .settings import ConfigError, EndpointSettings, Settings
+
+SAVE_US: Final = 60_000_000
+MAX_GNSS_STEP: Final = 400 * 86_400 * UNITS_PER_S
+"""How far GNSS may move a stamp that is already there: longer than a winter ashore."""
+OWN: Final = "own"
+_ON_THIS_MACHINE: Final = frozenset({"serial", "pty", "mem", "file"})
+
+log = logging.getLogger(__name__)
+
+
+def is_local(url: str) -> bool:
+    """True when only this machine, or what is wired to it, can reach the link. Raises LinkConfigError."""
+    parsed = parse_link_url(url)
+    if parsed.scheme in _ON_THIS_MACHINE:
+        return True
+    if parsed.scheme == "udp-broadcast":
+        return False
+    host, _ = parsed.host_port()
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def mistakes(settings: Settings) -> list[str]:
+    """What must be mended before the links may be opened, each with its key and the mend."""
+    found: list[str] = []
+    key = _key_problem(settings)
+    if key:
+        found.append(f"security.key_file = {settings.security.key_file!r}: {key}")
+    for number, item in enumerate(settings.endpoints):
+        problem = _problem(item, has_key=bool(settings.security.key_file))
+        if problem:
+            found.append(f"endpoints.{number} ({item.name}): {problem}")
+    return found
+
+
+def _key_problem(settings: Settings) -> str:
+    if not settings.security.key_file:
+        return ""
+    try:
+        read_key(Path(settings.security.key_file))
+    except KeyFileError as error:
+        return str(error)
+    return ""
+
+
+def _problem(item: EndpointSettings, *, has_key: bool) -> str:
+    if item.link_class == "signed" and not has_key:
+        return "link_class = \"signed\" needs security.key_file; make a key with 'companion keys make'"
+    try:
+        open_to_others = not is_local(item.url)
+    except LinkConfigError:
+        return ""  # told by the check of links
+    if open_to_others and item.link_class == "trusted" and not item.insecure:
+        return (
+            f'{item.url} can be reached by other machines: set link_class = "signed" with security.key_file, '
+            'link_class = "telemetry" to listen to nobody, or insecure = true'
+        )
+    return ""
+
+
+def open_doors(settings: Settings) -> list[str]:
+    """Names of the endpoints on which anybody may give orders."""
+    return [
+        item.name
+        for item in settings.endpoints
+        if item.insecure and item.link_class == "trusted" and not is_local(item.url)
+    ]
+
+
+class Keeper:
+    """Holds the signing state of a vessel, keeps its stamps in the store, and takes a new key."""
+
+    def __init__(
+        self, settings: Settings, store: AnyStore, say: Callable[[Severity, str], None], started_utc_us: int
+    ) -> None:
+        found = mistakes(settings)
+        if found:
+            raise ConfigError("security", found)
+        self._path = Path(settings.security.key_file) if settings.security.key_file else None
+        self.state = SigningState(read_key(self._path) if self._path else None)
+        self._store = store
+        self._say = say
+        self._doors = tuple(open_doors(settings))
+        self._restore()
+        self.state.advance(started_utc_us)
+        self._base: int | None = None
+        self._saved_us = 0
+        self._gnss_done = False
+        self._warned = False
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        """Let the stamp grow with time, take GNSS time once, save every minute."""
+        if not self._warned:
+            self._warned = True
+            self._warn()
+        if self.state.key is None:
+            return
+        if self._base is None:
+            self._base, self._saved_us = self.state.timestamp - now_us // 10, now_us
+        self.state.timestamp = max(self.state.timestamp, self._base + now_us // 10)
+        if not self._gnss_done and snapshot.utc_us is not None and not snapshot.armed:
+            self._take_gnss(snapshot.utc_us)
+        if now_us - self._saved_us >= SAVE_US:
+            self._saved_us = now_us
+            self._save()
+
+    def met(self, endpoint: str) -> str:
+        """What a station that has just been met on an endpoint must be told; empty when nothing."""
+        return f"Endpoint {endpoint} takes orders from anybody: insecure = true" if endpoint in self._doors else ""
+
+    def take_key(self, key: bytes) -> None:
+        """A new key from a station whose right to it has been checked; kept in the file first."""
+        if self._path is None:
+            return
+        try:
+            write_key(self._path, key, replace=True)
+        except KeyFileError as error:
+            self._say(Severity.ERROR, f"New signing key not taken: {error}")
+            return
+        self.state.key = key
+        self._say(Severity.WARNING, f"New signing key, fingerprint {fingerprint(key)}")
+
+    def _warn(self) -> None:
+        for name in self._doors:
+            log.warning("endpoint %s takes orders from anybody (insecure = true)", name)
+            self._say(Severity.WARNING, self.met(name))
+
+    def _take_gnss(self, utc_us: int) -> None:
+        """GNSS can be spoofed: it moves the stamp forward only, once, and only so far."""
+        self._gnss_done = True
+        stamp = units_from_utc(utc_us)
+        if self.state.timestamp < stamp <= self.state.timestamp + MAX_GNSS_STEP or self.state.timestamp == 0:
+            self._base = (self._base or 0) + stamp - self.state.timestamp
+            self.state.advance(utc_us)
+
+    def _restore(self) -> None:
+        stamps = self._store.snapshot().stamps
+        streams = [[*map(int, name.split("/")), stamp] for name, stamp in stamps.items() if _is_stream(name)]
+        # what was signed or accepted since the last save must not be good again
+        self.state.restore({"timestamp": stamps.get(OWN, 0), "streams": streams}, margin_s=SAVE_US / 1e6)
+
+    def _save(self) -> None:
+        ops = [SaveStamp(OWN, self.state.timestamp)]
+        ops += [SaveStamp("/".join(map(str, stream)), stamp) for stream, stamp in self.state.streams.items()]
+        self._store.submit(Together(tuple(ops)))
+
+
+def _is_stream(name: str) -> bool:
+    parts = name.split("/")
+    return len(parts) == 3 and all(part.isdigit() for part in parts)

@@ -1,0 +1,211 @@
+"""The attack list against the whole vessel on signed links: nothing gets in, the genuine station is not disturbed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import all as library
+
+import config
+from companion import security
+from companion.io.keys import write_key
+from companion.io.store import MemoryStore
+from companion.settings import ConfigError, load
+from mavlink_bridge.codec import Codec, decode, dialect
+from mavlink_bridge.framing import Deframer
+from mavlink_bridge.signing import Signer, SigningState, units_from_utc
+from sitl.settings import SimSettings
+from sitl.world import World
+
+KEY = bytes(range(32))
+ARM_BY_FORCE = dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 21196, 0, 0, 0, 0, 0)
+DISARM_BY_FORCE = dialect.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
+HEARTBEAT = dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+
+
+def settings(tmp_path: Path, *changes: str) -> SimSettings:
+    key = tmp_path / "signing.key"
+    if not key.exists():
+        write_key(key, KEY)
+    found = load(config.path("sim.toml"), [f"security.key_file={key}", *changes], SimSettings)
+    signed = tuple(item.model_copy(update={"link_class": "signed"}) for item in found.endpoints)
+    return found.model_copy(update={"endpoints": signed})
+
+
+class Station:
+    """A ground station; ``key`` None sends unsigned."""
+
+    def __init__(self, world: World, link: str, key: bytes | None = KEY, stamp: int = 0) -> None:
+        self.world, self.link = world, world.ground(link)
+        now = units_from_utc((world.snapshot.utc_us if world.snapshot else 0) or 0)
+        signer = Signer(SigningState(key, stamp or now + 1_000), 9) if key else None
+        self.codec = Codec(255, 190, signer=signer)
+        self.deframer = Deframer()
+        self.acks: list[object] = []
+
+    def send(self, message: object) -> bytes:
+        raw = self.codec.encode(message)
+        self.link.write(0, raw)
+        return raw
+
+    def tick(self, count: int = 5) -> None:
+        for _ in range(count):
+            self.world.step()
+            for event in self.link.poll(self.world.now_us):
+                for frame in self.deframer.receive(getattr(event, "data", b""), self.world.now_us):
+                    message = decode(frame)
+                    if message is not None and message.get_type() == "COMMAND_ACK":
+                        self.acks.append(message)
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> World:
+    world = World(settings(tmp_path), seed=3)
+    for _ in range(100):
+        world.step()
+    return world
+
+
+def armed(world: World) -> bool:
+    assert world.snapshot is not None
+    return world.snapshot.armed
+
+
+def order(station: Station, message: object) -> bytes:
+    """A genuine order that must be answered."""
+    before = len(station.acks)
+    station.send(HEARTBEAT)
+    raw = station.send(message)
+    station.tick()
+    assert len(station.acks) == before + 1
+    return raw
+
+
+def test_the_attack_list_moves_nothing_and_the_genuine_station_is_served(world: World) -> None:
+    genuine = Station(world, "gcs")
+    captured = order(genuine, ARM_BY_FORCE)
+    assert armed(world)
+    order(genuine, DISARM_BY_FORCE)
+    assert not armed(world)
+    thief = {"gcs": Station(world, "gcs", key=b"\xee" * 32), "sdk": Station(world, "sdk", key=b"\xee" * 32)}
+    future = Station(world, "gcs", key=b"\xee" * 32, stamp=(1 << 48) - 1_000)
+    unsigned = Station(world, "gcs", key=None)
+    mav = library.MAVLink(None, 255, 190)
+    downgraded = library.MAVLink_command_long_message(1, 1, 400, 0, 1, 21196, 0, 0, 0, 0, 0).pack(
+        mav, force_mavlink1=True
+    )
+    attacks = {
+        "forged": lambda: thief["gcs"].send(ARM_BY_FORCE),
+        "replayed": lambda: genuine.link.write(0, captured),
+        "replayed on another link": lambda: thief["sdk"].link.write(0, captured),
+        "forged on another link": lambda: thief["sdk"].send(ARM_BY_FORCE),
+        "future-dated": lambda: future.send(ARM_BY_FORCE),
+        "unsigned": lambda: unsigned.send(ARM_BY_FORCE),
+        "MAVLink 1": lambda: genuine.link.write(0, downgraded),
+        "stripped of its signature": lambda: genuine.link.write(0, captured[:-13]),
+    }
+    for name, attack in attacks.items():
+        for _ in range(5):
+            attack()
+            genuine.tick(30)
+            assert not armed(world), name
+        order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
+    order(genuine, ARM_BY_FORCE)
+    assert armed(world)
+
+
+def test_captured_orders_stay_refused_after_a_restart(tmp_path: Path) -> None:
+    store = MemoryStore()
+    first = World(settings(tmp_path), seed=3, store=store)
+    for _ in range(100):
+        first.step()
+    genuine = Station(first, "gcs")
+    captured = order(genuine, ARM_BY_FORCE)
+    order(genuine, DISARM_BY_FORCE)
+    for _ in range(20 * 61):  # the stamps are saved every minute
+        first.step()
+    second = World(settings(tmp_path), seed=3, store=store)
+    link = second.ground("gcs")
+    for _ in range(10):
+        link.write(0, captured)
+        for _ in range(30):
+            second.step()
+        assert not armed(second)
+
+
+def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(world: World) -> None:
+    new = bytes(range(100, 132))
+    genuine = Station(world, "gcs")
+    order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
+    genuine.send(dialect.MAVLink_setup_signing_message(1, 1, list(new), 0))
+    genuine.tick(10)
+    assert Path(world.settings.security.key_file).read_bytes() == new
+    genuine.send(ARM_BY_FORCE)
+    genuine.tick(30)
+    assert not armed(world)
+    stamp = world.app.keeper.state.timestamp + 10_000
+    order(Station(world, "gcs", key=new, stamp=stamp), ARM_BY_FORCE)
+    assert armed(world)
+
+
+def test_a_stranger_cannot_set_a_key(world: World) -> None:
+    for station in (Station(world, "gcs", key=None), Station(world, "gcs", key=b"\x01" * 32)):
+        station.send(dialect.MAVLink_setup_signing_message(1, 1, list(b"\x01" * 32), 0))
+        station.tick(10)
+    assert Path(world.settings.security.key_file).read_bytes() == KEY
+
+
+@pytest.mark.parametrize(
+    ("url", "local"),
+    [
+        ("udp://127.0.0.1:14550", True),
+        ("udp://localhost:14550", True),
+        ("tcp-listen://[::1]:5760", True),
+        ("/dev/ttyUSB0", True),
+        ("pty:/tmp/x", True),
+        ("udp://192.168.1.7:14550", False),
+        ("tcp-listen://:5760", False),
+        ("tcp-listen://0.0.0.0:5760", False),
+        ("udp-listen://:14550", False),
+        ("udp-broadcast://192.168.1.255:14550", False),
+        ("udp://ground.local:14550", False),
+    ],
+)
+def test_which_links_others_can_reach(url: str, local: bool) -> None:
+    assert security.is_local(url) is local
+
+
+def one_endpoint(tmp_path: Path, extra: str, key: str = "") -> SimSettings:
+    text = f'[security]\nkey_file = "{key}"\n[[endpoints]]\nname = "gcs"\nurl = "udp://192.168.1.7:14550"\n{extra}\n'
+    file = tmp_path / "vessel.toml"
+    file.write_text(text)
+    return load(file, [], SimSettings)
+
+
+def test_an_open_door_needs_a_decision(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as refused:
+        World(one_endpoint(tmp_path, ""), seed=1)
+    assert "insecure = true" in refused.value.mistakes[0]
+    for extra in ('link_class = "telemetry"', "insecure = true"):
+        assert security.mistakes(one_endpoint(tmp_path, extra)) == []
+    assert "needs security.key_file" in security.mistakes(one_endpoint(tmp_path, 'link_class = "signed"'))[0]
+    world = World(one_endpoint(tmp_path, "insecure = true"), seed=1)
+    world.run(1.0)
+    assert security.open_doors(world.settings) == ["gcs"]
+
+
+@pytest.mark.parametrize("fault", ["missing", "short", "readable"])
+def test_a_key_that_cannot_be_used_stops_the_start_with_the_reason(tmp_path: Path, fault: str) -> None:
+    key = tmp_path / "signing.key"
+    if fault == "short":
+        key.write_bytes(KEY[:31])
+        key.chmod(0o600)
+    elif fault == "readable":
+        write_key(key, KEY)
+        key.chmod(0o644)
+    found = one_endpoint(tmp_path, 'link_class = "signed"', str(key))
+    with pytest.raises(ConfigError) as refused:
+        World(found, seed=1)
+    word = {"missing": "companion keys make", "short": "31 bytes", "readable": "chmod 600"}[fault]
+    assert word in refused.value.mistakes[0]
