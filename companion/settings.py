@@ -104,6 +104,7 @@ class SecurityConfig(Config):
     """Signing of MAVLink."""
 
     key_file: str = ""
+    """32-byte key of all links with link_class = "signed"; made by 'companion keys make'. Empty = no signing."""
 
 
 class Settings(VehicleConfig):
