@@ -23,7 +23,9 @@ REJUDGE_US: Final = 300_000
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
 NO_PROGRESS: Final = frozenset((176, 300))
-"""DO_SET_MODE and MISSION_START: MAVSDK 4.1 takes IN_PROGRESS to them for the final answer and ends its process at the real one."""
+"""DO_SET_MODE and MISSION_START: MAVSDK 4.1's start_mission takes IN_PROGRESS for the final answer and ends its process at the real one."""
+_QGC: Final = 255
+"""QGroundControl's system id: it waits 1.2 s, and longer only after IN_PROGRESS."""
 MAX_REMEMBERED: Final = 64
 
 _RESULT: Final = {
@@ -80,7 +82,9 @@ class CommandServer:
             return None
         self.copies += 1
         case.last_copy_us = now_us
-        return [ack(command, IN_PROGRESS if case.result is None else case.result)]
+        if case.result is None:
+            return [ack(command, IN_PROGRESS)] if _bears_progress(command) else []
+        return [ack(command, case.result)]
 
     def _is_new(self, case: _Case, sequence: int, now_us: int) -> bool:
         if case.result is None:
@@ -155,10 +159,14 @@ class CommandServer:
             case.progress_due_us = now_us + PROGRESS_EVERY_US
             if now_us >= case.give_up_us:
                 self._close(case, FAILED)
-            elif case.command.id in NO_PROGRESS:
+            elif not _bears_progress(case.command):
                 continue
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
+
+
+def _bears_progress(command: Command) -> bool:
+    return command.id not in NO_PROGRESS or command.sender[0] == _QGC
 
 
 def ack(command: Command, result: int) -> Any:
