@@ -16,6 +16,8 @@ from mavlink_bridge.value import value
 _WEAK = 0.1
 _USEFUL = 0.35
 """Shares of the yaw authority at which rudders begin to be used and are used in full."""
+_KICK = 0.3
+"""Share of full thrust that may be spent on the rudders' flow where there is no other way to turn."""
 _SOFT = 0.01
 """Share of full thrust below which the inverse of the propellers' law is a straight line."""
 
@@ -45,6 +47,8 @@ class Allocator:
     def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float) -> Allocation:
         """Return commands for a total thrust and a yaw moment at a speed through the water."""
         surge_n = clamp(surge_n, -2.0 * self._astern_n, 2.0 * self._ahead_n)
+        if self._differential_n <= 0.0 < self._rudder_max:
+            surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
         slope = self._model.rudder_slope_nm(surge_mps, 0.5 * surge_n, 0.5 * surge_n)
         rudder_rad = self._rudder(yaw_nm, slope)
         by_rudder = 0.5 * slope * math.sin(2.0 * rudder_rad)
@@ -61,6 +65,13 @@ class Allocator:
             by_rudder + 2.0 * self._model.lateral_m * half_n,
             2.0 * each_n,
         )
+
+    def _kick_n(self, yaw_nm: float, surge_mps: float) -> float:
+        """Thrust ahead that gives rudders alone the flow for a moment which they cannot give without; bounded."""
+        still = self._model.rudder_slope_nm(surge_mps, 0.0, 0.0)
+        per_n = self._model.rudder_slope_nm(0.0, 0.5, 0.5)
+        missing = 2.0 * abs(yaw_nm) / math.sin(2.0 * self._rudder_max) - still
+        return clamp(missing / per_n, 0.0, _KICK * 2.0 * self._ahead_n)
 
     def _rudder(self, yaw_nm: float, slope: float) -> float:
         """Rudder angle for the moment; rudders too weak to matter stay amidships instead of working to and fro."""

@@ -24,6 +24,7 @@ _SATURATED_RAD = 0.3
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _POINTS = 8
+_KICKED_RATE = 0.15
 _REFERENCE_RATE = 2.4
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
@@ -45,6 +46,8 @@ class ModelController:
         self._observer = WaterSpeedObserver(vessel, self._handling.model)
         hull = vessel.hull
         self._inertia = hull.m33_kgm2 - hull.m23_kgm**2 / hull.m22_kg
+        # rudders alone turn a resting hull only by the thrust that the allocation adds for them
+        self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
         self._config: ModelConfig = config.model
         self._tune(config.model)
         self._clear()
@@ -166,7 +169,8 @@ class ModelController:
         assert desired.psi_rad is not None
         if self._psi_ref is None:
             self._psi_ref, self._r_ref = psi, rate
-        limit = min(self._config.yaw_rate_limit, 0.95 * self._handling.max_yaw_rate(speed))
+        able = max(0.95 * self._handling.max_yaw_rate(speed), self._least_rate)
+        limit = min(self._config.yaw_rate_limit, able)
         error = wrap_pi(desired.psi_rad - self._psi_ref)
         wanted = clamp(0.5 * _REFERENCE_RATE * error + desired.r_radps, -limit, limit)
         most = self._acceleration

@@ -115,3 +115,13 @@ def test_the_first_call_without_time_behind_it_is_finite():
     demand, _ = controller.step(0, 0.0, state(), Desired(1.0, 2.0), None)
     assert math.isfinite(demand.thruster_port)
     assert math.isfinite(demand.rudder_port_rad)
+
+
+def test_rudder_alone_gets_a_kick_of_thrust_to_turn_from_rest():
+    """Without way on and without differential there is no flow over the rudder: the propeller has to make it."""
+    thruster = OTTER.thruster.model_copy(update={"count": 1, "ahead_n": 239.0, "astern_n": 133.0})
+    run = ControlLoop(Setup(OTTER.model_copy(update={"thruster": thruster})))
+    run.place(0.0, 0.0, 0.0)
+    for _ in range(20 * 30):
+        run.steer(Desired(math.radians(90.0), 0.0))
+    assert math.degrees(run.vessel.psi_rad) == pytest.approx(90.0, abs=6.0)
