@@ -178,8 +178,7 @@ class App:
         if self.keeper is not None:
             self.keeper.tick(now_us, snapshot)
         for ground in self.grounds:
-            self._watched.call(ground.link.name, now_us, ground.tick, now_us, snapshot)
-        self._flush(now_us)
+            self._watched.call(ground.name, now_us, ground.tell, now_us, snapshot)
         if self.recorder is not None:
             self._watched.call("recorder", now_us, self.recorder.tick, snapshot)
         return snapshot
@@ -190,7 +189,7 @@ class App:
         if self.actuators is not None:
             self.actuators.read(now_us)
         for ground in self.grounds:
-            self._watched.call(ground.link.name, now_us, ground.read, now_us)
+            self._watched.call(ground.name, now_us, ground.read, now_us)
         if self.plotter is not None:
             self._watched.call("plotter", now_us, self._send_on, self.plotter, now_us)
         for completion in self.store.completions():
@@ -203,7 +202,7 @@ class App:
 
     def _flush(self, now_us: int) -> None:
         for ground in self.grounds:
-            self._watched.call(ground.link.name, now_us, ground.flush, now_us)
+            self._watched.call(ground.name, now_us, ground.flush, now_us)
 
     def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
         for port in self.sensors:
@@ -217,6 +216,7 @@ class App:
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
             self._say(board.drain_texts())
+        gcs_age_s, radio_age_s = self._heard_s(now_us)
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
             actuator=_NO_BOARD if board is None else board.status,
@@ -225,8 +225,8 @@ class App:
             actuator_faults=() if board is None else board.faults(now_us),
             commanded_us=None if board is None else board.commanded_us,
             links=self._health,
-            gcs_age_s=self._heard_s(now_us, radio=False),
-            radio_age_s=self._heard_s(now_us, radio=True),
+            gcs_age_s=gcs_age_s,
+            radio_age_s=radio_age_s,
             storage_fault=self._storage_fault,
             task_failing=self._watched.failing(now_us),
             late_s=late_s,
@@ -234,15 +234,20 @@ class App:
             plan_ids=self.facade.plans.ids,
         )
 
-    def _heard_s(self, now_us: int, *, radio: bool) -> float | None:
-        heard = [
-            stamp
-            for ground in self.grounds
-            if (ground.kind == "radio") is radio
-            for talk in ground.conversations.values()
-            if (stamp := talk.last_heartbeat_us) is not None
-        ]
-        return (now_us - max(heard)) * 1e-6 if heard else None
+    def _heard_s(self, now_us: int) -> tuple[float | None, float | None]:
+        """Ages of the newest HEARTBEAT over an ordinary link and over the radio, s; None = never heard."""
+        gcs_s = radio_s = None
+        for ground in self.grounds:
+            for talk in ground.conversations.values():
+                stamp = talk.last_heartbeat_us
+                if stamp is None:
+                    continue
+                age_s = (now_us - stamp) * 1e-6
+                if ground.kind == "radio":
+                    radio_s = age_s if radio_s is None or age_s < radio_s else radio_s
+                else:
+                    gcs_s = age_s if gcs_s is None or age_s < gcs_s else gcs_s
+        return gcs_s, radio_s
 
     def _say(self, texts: Sequence[tuple[Severity, str]]) -> None:
         for severity, text in texts:
@@ -269,7 +274,7 @@ class App:
         for answer, body in own:
             self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
-            for talk, request in self._watched.call(ground.link.name, now_us, ground.requests) or ():
+            for talk, request in self._watched.call(ground.name, now_us, ground.requests) or ():
                 self._carry_out(request, self._replying(talk, request), now_us)
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:

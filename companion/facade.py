@@ -73,6 +73,8 @@ class Plans:
         self._mission = mission
         self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
         self._ids = dict.fromkeys(PlanKind, 0)
+        self.ids = (0, 0, 0)
+        """Ids of the plan, the fence and the rally points in force."""
 
     def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
         return self._items[kind]
@@ -81,16 +83,13 @@ class Plans:
         return self._ids[kind]
 
     @property
-    def ids(self) -> tuple[int, int, int]:
-        return self._ids[PlanKind.MISSION], self._ids[PlanKind.FENCE], self._ids[PlanKind.RALLY]
-
-    @property
     def home(self) -> tuple[float, float] | None:
         return self._mission.home
 
     def put(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> None:
         self._items[kind] = items
         self._ids[kind] = plan_id(items) if items else 0
+        self.ids = self._ids[PlanKind.MISSION], self._ids[PlanKind.FENCE], self._ids[PlanKind.RALLY]
 
 
 class Shared:

@@ -36,6 +36,7 @@ class _Counted:
 
     def __init__(self, link: Link, kind: str) -> None:
         self.link = link
+        self.name = link.name
         self.kind = kind
         self.bytes_in = 0
         self.bytes_out = 0
@@ -190,11 +191,16 @@ class GroundPort(_Counted):
         for talk in self.conversations.values():
             talk.tick(now_us, snapshot)
 
+    def tell(self, now_us: int, snapshot: Snapshot) -> None:
+        """Let every conversation speak of this tick, and send what is due."""
+        self.tick(now_us, snapshot)
+        self.flush(now_us)
+
     def flush(self, now_us: int) -> None:
         """Send what is due. A stream peer that takes only part gets the rest first next time; a datagram is all or nothing."""
         for channel, talk in self.conversations.items():
-            waiting = self._backlog.pop(channel, b"")
-            if waiting:
+            waiting = b""
+            if self._backlog and (waiting := self._backlog.pop(channel, b"")):
                 waiting = waiting[self.send(channel, waiting) :]
             while not waiting:
                 data = talk.take(now_us, MTU_BYTES)

@@ -9,13 +9,13 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable
-from typing import Final, ParamSpec, TypeVar
+from typing import Final, TypeVar, TypeVarTuple
 
 from mavlink_bridge.imc import Severity
 
 log = logging.getLogger(__name__)
 
-Arguments = ParamSpec("Arguments")
+Arguments = TypeVarTuple("Arguments")
 Result = TypeVar("Result")
 
 _REST_US: Final = 1_000_000
@@ -35,15 +35,14 @@ class Supervisor:
         self,
         name: str,
         now_us: int,
-        part: Callable[Arguments, Result],
-        *arguments: Arguments.args,
-        **named: Arguments.kwargs,
+        part: Callable[[*Arguments], Result],
+        *arguments: *Arguments,
     ) -> Result | None:
         """Return what the part returns; None while it rests, and when it raises."""
         if self._rest_until_us and now_us < self._rest_until_us.get(name, 0):
             return None
         try:
-            return part(*arguments, **named)
+            return part(*arguments)
         except Exception as error:
             log.exception("%s failed", name)
             self._rest_until_us[name] = now_us + _REST_US
@@ -53,4 +52,6 @@ class Supervisor:
 
     def failing(self, now_us: int) -> bool:
         """True while a part has failed five times within the last minute."""
+        if not self._failures:
+            return False
         return any(len(times) == _FAILURES and now_us - times[0] <= _WINDOW_US for times in self._failures.values())

@@ -192,6 +192,8 @@ class Streams:
 
     def due(self, now_us: int) -> list[int]:
         """Return the ids due at this time and plan their next ones."""
+        if not self._fresh and (not self._queue or self._queue[0][0] > now_us):
+            return []
         for number in self._fresh:
             period_us = self._period_us.get(number)
             if period_us is not None:

@@ -105,6 +105,8 @@ class ArduinoTwin:
     def step(self, now_us: int) -> bytes:
         """Let time pass; return what the board has said since the last call."""
         self._advance(now_us)
+        if not self._tx:
+            return b""
         said = bytes(self._tx)
         self._tx.clear()
         return said
@@ -117,8 +119,10 @@ class ArduinoTwin:
             self._boot(self._silent_until_us, "X")
         if self._hung_us is not None and not self._watchdog(now_us):
             return
-        self._take(self._decoder.silence(now_us), now_us)
-        self._read_estop(now_us)
+        if not self._decoder.strict:
+            self._take(self._decoder.silence(now_us), now_us)
+        if self._pressed != self._input_seen or self._pressed != self._estop:
+            self._read_estop(now_us)
         self._check_silence(now_us)
         if now_us - self._frame_us >= FRAME_US:
             self._frame_us += (now_us - self._frame_us) // FRAME_US * FRAME_US

@@ -90,7 +90,10 @@ class Metrics:
         ]
 
     def _errors(self, seq: int, kind: str) -> ItemErrors:
-        return self.items.setdefault(seq, ItemErrors(kind))
+        errors = self.items.get(seq)
+        if errors is None:
+            errors = self.items[seq] = ItemErrors(kind)
+        return errors
 
     def _loiter(self, item: Loiter, here: tuple[float, float], snapshot: Snapshot) -> None:
         path = snapshot.path

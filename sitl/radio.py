@@ -117,7 +117,7 @@ class Air:
 
     def step(self, now_us: int) -> None:
         """Let everything happen up to ``now_us``. Earlier times are ignored."""
-        while (event := self._next_event()) is not None and event[0] <= now_us:
+        while self._has_work and (event := self._next_event()) is not None and event[0] <= now_us:
             at_us, flight, module = event
             if flight is not None:
                 self._land(flight)
@@ -197,6 +197,10 @@ class Air:
         for _ in range(self._rng.randint(1, 4)):
             spoiled[self._rng.randrange(len(spoiled))] ^= 1 << self._rng.randrange(8)
         return bytes(spoiled)
+
+    @property
+    def _has_work(self) -> bool:
+        return bool(self._flights or self.modules[0].waiting_bytes or self.modules[1].waiting_bytes)
 
     @property
     def is_busy(self) -> bool:

@@ -98,6 +98,8 @@ class RadioModule:
 
     def read(self, now_us: int) -> bytes:
         """What has come out of the serial line by now; with ``split`` a random part of it, the rest at the next read."""
+        if not self._to_host_us or self._to_host_us[0] > now_us:
+            return b""
         count = sum(1 for at_us in self._to_host_us if at_us <= now_us)
         if count > 1 and self._split:
             count = self._rng.randint(1, count)

@@ -52,16 +52,19 @@ class Due:
         self._period_us = 1e6 / hz if hz > 0.0 else 0.0
         self._count = 0
         self._offset_us = offset_us
+        self._not_before_us = 0.0
+        """Before this nothing can be due: a look at it is all that most steps cost."""
 
     def moments(self, now_us: int) -> list[int]:
         """The sample times that have come up to ``now_us``, oldest first; after a long gap only the newest."""
-        if not self._period_us:
+        if not self._period_us or now_us < self._not_before_us:
             return []
         latest = math.floor((now_us - self._offset_us) / self._period_us)
         if latest < self._count:
             return []
         first = self._count if latest - self._count < _BACKLOG_MAX else latest
         self._count = latest + 1
+        self._not_before_us = self._count * self._period_us + self._offset_us - 1.0
         return [round(number * self._period_us) + self._offset_us for number in range(first, latest + 1)]
 
 

@@ -70,6 +70,8 @@ class Water(Still):
         self._gust = [0.0, 0.0]
         self._wander = [0.0]
         self._wave_speed = 0.0
+        self._steady = not (config.current_sigma_mps > 0.0 or config.wind_mps > 0.0)
+        self._published = False
 
     def step(self, dt_s: float) -> None:
         """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter)."""
@@ -85,7 +87,9 @@ class Water(Still):
             self._drift(self._wander, math.radians(config.direction_wander_deg), config.direction_tau_s, dt_s)
         if config.wave_height_m > 0.0:
             self._waves(dt_s)
-        self._publish()
+        if not (self._steady and self._published):
+            self._publish()
+            self._published = True
 
     def _drift(self, values: list[float], sigma: float, tau_s: float, dt_s: float) -> None:
         """Gauss-Markov: exact in mean and variance for any step."""

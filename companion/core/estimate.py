@@ -99,6 +99,8 @@ class Estimator:
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Operator texts since the last call."""
+        if not self._texts:
+            return []
         texts = self._texts[:]
         self._texts.clear()
         return texts
@@ -128,7 +130,7 @@ class Estimator:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
         track = self._heading
         heading_valid = track.valid(now_us)
-        heading = self._attitude_at(now_us)
+        heading = self._attitude_at(now_us, known=heading_valid)
         motion = self._position.predict(now_us, heading) if self._position.valid(now_us) else None
         self._motion = motion
         sog_mps = cog_rad = None
@@ -229,8 +231,9 @@ class Estimator:
             return None
         return math.atan2(motion.ve_mps, motion.vn_mps)
 
-    def _attitude_at(self, t_us: int) -> Heading:
-        if not self._heading.valid(t_us) and not self._heading.bridged(t_us):
+    def _attitude_at(self, t_us: int, known: bool = False) -> Heading:
+        """``known``: the heading has been found valid at this time already."""
+        if not known and not self._heading.valid(t_us) and not self._heading.bridged(t_us):
             return Heading()
         return Heading(
             psi_rad=self._heading.at(t_us),

@@ -100,6 +100,8 @@ class Reversals:
             if side == -self._side:
                 self._times_us.append(now_us)
             self._side = side
+        if not self._times_us:
+            return False
         window_us = round(config.oscillation_window_s * 1e6)
         while self._times_us and now_us - self._times_us[0] > window_us:
             self._times_us.popleft()

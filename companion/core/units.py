@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 
+_PI = math.pi
+_TURN = 2.0 * math.pi
 KNOT_MPS = 1852.0 / 3600.0
 """One international knot in m/s."""
 
 
 def wrap_pi(angle_rad: float) -> float:
     """Wrap to [-pi, pi); +pi maps to -pi (the convention of dune-imc §1.1)."""
-    wrapped = math.fmod(angle_rad + math.pi, 2.0 * math.pi)
+    wrapped = math.fmod(angle_rad + _PI, _TURN)
     if wrapped < 0.0:
-        wrapped += 2.0 * math.pi
-    result = wrapped - math.pi
-    return -math.pi if result >= math.pi else result
+        wrapped += _TURN
+    result = wrapped - _PI
+    return -_PI if result >= _PI else result
 
 
 def wrap_2pi(angle_rad: float) -> float:

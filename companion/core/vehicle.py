@@ -281,7 +281,8 @@ class Vehicle:
             self.navigator.enter(Mode.HOLD, self.state)
 
     def _judge(self, now_us: int, intent: Intent) -> None:
-        fence = self.fence.check(self.state, self._stopping(self.state.sog_mps or 0.0))
+        run_m = self._stopping(self.state.sog_mps or 0.0) if self.fence.enabled else 0.0
+        fence = self.fence.check(self.state, run_m)
         self.fence_status = fence.status
         for severity, text in fence.texts:
             self.say(severity, text)

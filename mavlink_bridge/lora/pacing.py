@@ -44,12 +44,17 @@ class AirClock:
         self.profile = profile
         self.off_us = 0
         """End of what this end last sent."""
+        self._airtimes: dict[int, int] = {}
+        self._gap_us = round(profile.link.gap_ms * 1e3)
 
     def airtime_us(self, size: int) -> int:
         """Airtime of a write, cut into packets as the module does."""
-        whole, rest = divmod(size, PACKET_BYTES)
-        airtime = self.profile.airtime_us
-        return whole * airtime(PACKET_BYTES) + (airtime(rest) if rest else 0)
+        known = self._airtimes.get(size)
+        if known is None:
+            whole, rest = divmod(size, PACKET_BYTES)
+            airtime = self.profile.airtime_us
+            known = self._airtimes[size] = whole * airtime(PACKET_BYTES) + (airtime(rest) if rest else 0)
+        return known
 
     def span_us(self, size: int) -> int:
         """From the write to the end on the air."""
@@ -60,7 +65,7 @@ class AirClock:
 
     def is_free(self, now_us: int, lead_us: int = 0) -> bool:
         """True when a write now keeps the least time off the air; ``lead_us`` is what the write itself takes."""
-        return now_us + lead_us >= self.off_us + round(self.profile.link.gap_ms * 1e3)
+        return now_us + lead_us >= self.off_us + self._gap_us
 
 
 class PlainEndpoint(Protocol):
@@ -123,9 +128,9 @@ class PlainRadio:
         if not self._clock.is_free(now_us) or not self._is_our_turn(now_us):
             return b""
         data = self._next(now_us, limit_bytes)
-        cost_us = self._clock.airtime_us(len(data))
         if not data:
             return b""
+        cost_us = self._clock.airtime_us(len(data))
         if not self._fits(len(data), now_us) or not self.ledger.allows(cost_us, Priority.COMMAND, now_us):
             self._held.appendleft(data)
             return b""
