@@ -7,7 +7,7 @@ sets the vessel moving lifts a latched stop, but never a locked guard or a termi
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from mavlink_bridge.imc import GuardState, Mode, Severity
 from mavlink_bridge.requests import (
@@ -34,11 +34,9 @@ from mavlink_bridge.requests import (
     UnlockGuard,
 )
 
+from .controls import Controls
 from .refusals import motion_refusal, prearm_reasons, target_refusal
 from .vessel import throttle_to_speed, top_speed_mps
-
-if TYPE_CHECKING:
-    from .vehicle import Vehicle
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
@@ -48,7 +46,7 @@ def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
 class Orders:
     """Carries out requests on one vehicle."""
 
-    def __init__(self, vehicle: Vehicle) -> None:
+    def __init__(self, vehicle: Controls) -> None:
         self._vehicle = vehicle
 
     def handle(self, request: Request, now_us: int) -> Reply:

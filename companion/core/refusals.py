@@ -5,20 +5,16 @@ Each answer is one plain sentence, or nothing. These only look; they change noth
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from mavlink_bridge.imc import GuardState
 from mavlink_bridge.requests import LoadPlan
 
 from . import arming, failsafe
+from .controls import Controls
 from .plan_depth import plan_legs
 from .vessel import top_speed_mps
 
-if TYPE_CHECKING:
-    from .vehicle import Vehicle
 
-
-def prearm_reasons(vehicle: Vehicle, now_us: int, *, force: bool = False) -> tuple[str, ...]:
+def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tuple[str, ...]:
     """Return why the vessel must not be armed now; empty when it may."""
     inputs, causes = vehicle.inputs, vehicle.result.causes
     if vehicle.gate.terminated or force:
@@ -45,12 +41,12 @@ def prearm_reasons(vehicle: Vehicle, now_us: int, *, force: bool = False) -> tup
     )
 
 
-def _forced(vehicle: Vehicle) -> tuple[str, ...]:
+def _forced(vehicle: Controls) -> tuple[str, ...]:
     """A forced arm passes over all checks but the actuators' own."""
     return () if vehicle.inputs.actuator_ready else (f"actuators not ready: {vehicle.inputs.actuator_reason}",)
 
 
-def plan_refusal(vehicle: Vehicle, body: LoadPlan) -> str:
+def plan_refusal(vehicle: Controls, body: LoadPlan) -> str:
     """Return why a plan that is sound on the wire is still refused by this vessel, or an empty string."""
     top_mps = top_speed_mps(vehicle.vessel)
     for item in body.plan.maneuvers:
@@ -64,7 +60,7 @@ def plan_refusal(vehicle: Vehicle, body: LoadPlan) -> str:
     return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}"
 
 
-def target_refusal(vehicle: Vehicle, lat_rad: float | None, lon_rad: float | None) -> str:
+def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
     """Return why a guided target is refused (outside the fence), or an empty string."""
     if lat_rad is None or lon_rad is None or not vehicle.fence.enabled or vehicle.estimator.origin is None:
         return ""
@@ -72,7 +68,7 @@ def target_refusal(vehicle: Vehicle, lat_rad: float | None, lon_rad: float | Non
     return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"
 
 
-def motion_refusal(vehicle: Vehicle, now_us: int) -> str:
+def motion_refusal(vehicle: Controls, now_us: int) -> str:
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
     if vehicle.gate.terminated or vehicle.terminating:
         return "terminated: restart to go on"

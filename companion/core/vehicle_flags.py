@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from mavlink_bridge.imc import Mode
 
+from .controls import Controls
 from .failsafe import Flags
 from .monitors import MonitorFlags
-
-if TYPE_CHECKING:
-    from .vehicle import Vehicle
 
 _BOARD_SILENT: Final = frozenset({"lost", "blocked", "silent", "baud", "failsafe"})
 """Faults of the actuator board after which nothing that is sent can be relied on."""
 
 
-def gather(vehicle: Vehicle, now_us: int, seen: MonitorFlags, *, fence_ahead: bool) -> Flags:
+def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, *, fence_ahead: bool) -> Flags:
     """Return this tick's flags."""
     state, inputs, guard = vehicle.state, vehicle.inputs, vehicle.guard_out
     faults = inputs.actuator_faults

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, LogText, PathControlState
 from mavlink_bridge.snapshot import Health, Progress, Snapshot
 
+from .controls import Controls
 from .refusals import prearm_reasons
-
-if TYPE_CHECKING:
-    from .vehicle import Vehicle
 
 _NO_PATH: Final = PathControlState()
 
 
 def picture(
-    vehicle: Vehicle,
+    vehicle: Controls,
     now_us: int,
     demand: ActuatorDemand | None,
     output: ActuatorOutput,

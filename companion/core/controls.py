@@ -1,0 +1,186 @@
+"""The vessel's parts, and what an operator may do with them: arm, stop, set, switch, say.
+
+``vehicle.py`` runs the parts once per tick; ``orders.py`` carries out requests through here. Nothing here takes time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mavlink_bridge.imc import (
+    Action,
+    Desired,
+    Distance,
+    EstimatedState,
+    FenceArea,
+    GuardState,
+    LogText,
+    Mode,
+    PlanSpecification,
+    Severity,
+    SupplyVoltage,
+)
+from mavlink_bridge.requests import DistanceInput
+from mavlink_bridge.snapshot import ControlTrace, FenceStatus
+
+from .depth_guard import DepthGuard, GuardOutput
+from .estimate import Estimator
+from .failsafe import FailsafeMemory, FailsafeResult
+from .fence import Fence
+from .gate import Gate
+from .guidance import Guidance, GuidanceOutput
+from .mission import Mission, Point
+from .monitors import Monitors
+from .navigator import Navigator
+from .steering import make_controller
+from .stopping import braking_distance_m
+from .vehicle_config import TickInputs, VehicleConfig
+from .vessel import VesselConfig, stopping_distance_m
+
+
+class Controls:
+    """Holds the parts and the latest results of each; one method for each thing that an order may change."""
+
+    def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
+        self.config = config
+        self.vessel = vessel
+        self.estimator = Estimator(config.estimate)
+        self.mission = Mission(config.mission)
+        self.navigator = Navigator(config.modes, self.mission)
+        self.guidance = Guidance(config.guidance, vessel)
+        self.controller = make_controller(config.steering.profile, config.steering, vessel)
+        self.guard = DepthGuard(config.depth)
+        self.fence = Fence(config.fence)
+        self.monitors = Monitors(config.monitors)
+        self.gate = Gate(config.gate)
+        self.armed = False
+        self.state = EstimatedState(0)
+        self.memory = FailsafeMemory()
+        self.result = FailsafeResult(self.memory, Action.NONE)
+        self.guard_out = GuardOutput(GuardState.UNKNOWN, None, None, None)
+        self.fence_status = FenceStatus()
+        self._generation: int | None = None
+        self.desired: Desired | None = None
+        self.trace = ControlTrace()
+        self.guided: GuidanceOutput | None = None
+        self._output = self.gate.neutral(0, "start")
+        self.inputs = TickInputs()
+        self._home_by_operator = False
+        self.terminating = self.aborting = self.ordered = self.rearmed = False
+        self._owner: tuple[int, int] | None = None
+        self.ticks = 0
+        self._last_us: int | None = None
+        self._text_number = 0
+        self._texts: list[LogText] = []
+        self._depth_inputs: list[Distance] = []
+        self.say(Severity.INFO, self.guard.startup_warning(self._stopping))
+
+    def configure(self, config: VehicleConfig) -> None:
+        """Take new live settings; a change of gains does not bump the actuators."""
+        old, self.config = self.config, config
+        self.mission.configure(config.mission)
+        self.navigator.configure(config.modes)
+        if config.guidance != old.guidance:
+            self.guidance.configure(config.guidance)
+        if config.steering != old.steering:
+            self.controller.configure(config.steering)
+        if config.estimate != old.estimate:
+            self.estimator.configure(config.estimate)
+        if config.depth != old.depth:
+            self.guard.configure(config.depth)
+        if config.fence != old.fence:
+            self.fence.configure(config.fence)
+        if config.monitors != old.monitors:
+            self.monitors.configure(config.monitors)
+        if config.gate != old.gate:
+            self.gate.configure(config.gate)
+
+    def load_plan(self, plan: PlanSpecification) -> None:
+        self.mission.load(plan)
+
+    def load_fence(self, areas: Sequence[FenceArea]) -> None:
+        self.fence.load(areas)
+
+    def load_rally(self, points: tuple[Point, ...]) -> None:
+        self.mission.rally = points
+
+    def arm(self, now_us: int, sender: int) -> None:
+        """Permit thrust. The caller has asked ``prearm_reasons``."""
+        if not self.armed:
+            self.say(Severity.NOTICE, "armed")
+            self.controller.reset(self.state)
+        self.armed = self.rearmed = True
+        self._set_home_once()
+
+    def disarm(self, why: str, *, abort: bool = False) -> None:
+        """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""
+        if self.armed:
+            self.say(Severity.CRITICAL if abort else Severity.NOTICE, f"disarmed: {why}")
+        self.armed = False
+        if abort:
+            self.aborting = True
+        if self.navigator.mode is not Mode.MANUAL:
+            self.navigator.enter(Mode.HOLD, self.state)
+
+    def terminate(self, why: str) -> None:
+        self.say(Severity.EMERGENCY, why)
+        self.terminating = True
+        self.armed = False
+
+    def operator_acted(self, now_us: int) -> None:
+        """An operator has given an order; latched failsafes look at it in the next tick."""
+        self.ordered = True
+
+    def manual_owner(self, sender: int, now_us: int) -> int:
+        """Return who has the sticks; the sender when they were free."""
+        if self._owner is None or now_us - self._owner[1] > self.config.operator.owner_timeout_s * 1e6:
+            self._owner = (sender, now_us)
+        if self._owner[0] == sender:
+            self._owner = (sender, now_us)
+        return self._owner[0]
+
+    def set_home(self, lat_rad: float | None, lon_rad: float | None) -> str:
+        """Set home to a position or to here; return a refusal or an empty string."""
+        if lat_rad is None or lon_rad is None:
+            lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
+        if lat_rad is None or lon_rad is None:
+            return "no position"
+        self.mission.home = (lat_rad, lon_rad)
+        self._home_by_operator = True
+        return ""
+
+    def enable_fence(self, enable: bool) -> str:
+        self.fence.enable(enable)
+        return ""
+
+    def depth_input(self, body: DistanceInput, now_us: int) -> None:
+        self._depth_inputs.append(Distance(now_us, body.value_m, signal_quality=body.signal_quality))
+
+    @property
+    def guard_state(self) -> GuardState:
+        return self.guard.state
+
+    def unlock_guard(self) -> None:
+        self.guard.unlock_once()
+        self.say(Severity.WARNING, "depth guard unlocked once by the operator")
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Queue a text for every operator."""
+        self._text_number += 1
+        self._texts.append(LogText(self._text_number, self._last_us or 0, severity, text))
+
+    @property
+    def supply(self) -> SupplyVoltage | None:
+        """The battery as the actuator board sees it; None when it does not measure."""
+        status = self.inputs.actuator
+        return None if status.voltage_v is None else SupplyVoltage(status.t_us, status.voltage_v)
+
+    def _set_home_once(self) -> None:
+        state = self.state
+        if self.mission.home is None and state.lat_rad is not None and state.lon_rad is not None:
+            self.mission.home = (state.lat_rad, state.lon_rad)
+
+    def _stopping(self, speed_mps: float) -> float:
+        if self.config.depth.brake:
+            return braking_distance_m(self.vessel, speed_mps)
+        return stopping_distance_m(self.vessel, speed_mps)
