@@ -29,6 +29,7 @@ _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
 _QUIET_PIECES: Final = 6
+_AFTER_ANSWER: Final = 3
 _MARGIN: Final = 1.08
 _VESSEL_PAUSE_US: Final = 1_500_000
 _PATIENT_TRIES: Final = 14
@@ -261,7 +262,7 @@ class CompactLink:
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + 2 * self._longest_us()
+            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:

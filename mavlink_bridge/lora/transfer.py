@@ -105,8 +105,8 @@ class Outgoing:
             return
         lacking = 2 * len(self.parts) - self.arrived - self.sent
         if lacking > 0:
-            self.left = max(lacking // 2, 1)
-        elif self.tries % 2:
+            self.left = max((2 * lacking) // 3, 1)
+        elif self.tries % 3 == 0:
             self.left = 1
 
     def heard_account(self, arrived: int) -> None:
