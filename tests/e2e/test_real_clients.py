@@ -17,7 +17,8 @@ def lines_of(lines: list[dict[str, object]], step: str) -> list[dict[str, object
 
 @pytest.mark.parametrize(("persona", "port", "instance"), [("generic", 14540, 21), ("ardurover", 14550, 22)])
 def test_mavsdk_services(tmp_path: Path, persona: str, port: int, instance: int) -> None:
-    with Sim(tmp_path / "run", instance, speed=1.0) as sim:
+    """Three times real time: a heartbeat a second from the station is then one in 3 s."""
+    with Sim(tmp_path / "run", instance, speed=3.0, arguments=("--set", "operator.gcs_required=false")) as sim:
         lines = client("mavsdk_services.py", f"udpin://0.0.0.0:{sim.port(port)}", persona, str(LAT_DEG), str(LON_DEG))
     assert lines_of(lines, "done")
     assert not lines_of(lines, "complaints")
@@ -64,7 +65,7 @@ def test_qgc_like_client_over_real_links(tmp_path: Path) -> None:
             station.then(station.upload(0, items))
             report = run(where, station)
             assert report.failures == []
-            assert report.finished_s is not None
+            assert report.finished_s is not None, f"{where}: nothing heard; the simulator said\n{sim.log.read_text()}"
             assert report.finished_s < 2.0
             assert len(report.params) > 60
             assert station.result == 0
