@@ -32,12 +32,16 @@ CORPUS: Final = Path(__file__).resolve().parents[1] / "tests" / "data" / "fuzz"
 FRAMES_A_TICK: Final = 60
 """Below the flood limit, so that all are read."""
 LATCHED_TICKS: Final = 100
+WARM_TICKS: Final = 500
+"""After so many ticks of a vessel's life its memory is measured for the first time."""
+IDLE_TICKS: Final = 2_000
+"""A vessel that is not armed for so long has been talked out of it for good: a new one is more interesting."""
 GROWTH_LIMIT_KB: Final = 5_000
 
 
 @dataclass(slots=True)
 class Outcome:
-    """What a run found. ``growth_kb`` counts from the end of the warm-up."""
+    """What a run found. ``growth_kb``: the most that memory grew within one vessel's life, after its warm-up."""
 
     frames: int = 0
     ticks: int = 0
@@ -136,7 +140,8 @@ def fuzz(frames: int, seed: int, corpus: Path = CORPUS, *, keep: bool = True, pr
         outcome.broken += [f"{kept.name}: {what}" for what in [_replay(target, kept.read_bytes())] if what]
     params = [entry.param.name for entry in target.world.app.facade.params.entries]
     maker = FrameMaker(seed, target.accepted(), params)
-    warm, base_kb, latched, started = max(1, frames // 5), 0, 0, time.monotonic()
+    base_kb = latched = idle = lived = 0
+    started = time.monotonic()
     while outcome.frames < frames and len(outcome.broken) < 10:
         batch = [(maker.rng.randrange(len(target.links)), maker.next()) for _ in range(FRAMES_A_TICK)]
         what = target.tick(batch)
@@ -145,22 +150,26 @@ def fuzz(frames: int, seed: int, corpus: Path = CORPUS, *, keep: bool = True, pr
         snapshot = target.world.snapshot
         outcome.armed_ticks += bool(snapshot and snapshot.armed)
         latched = latched + 1 if snapshot and snapshot.terminated else 0
+        idle = 0 if snapshot and snapshot.armed else idle + 1
         if what:
             outcome.broken.append(what)
             if keep:
                 _keep(corpus, batch)
-        if what or latched > LATCHED_TICKS:
+        if what or latched > LATCHED_TICKS or idle > IDLE_TICKS:
             # a terminated vessel stays so until restart, and would answer nothing interesting any more
+            outcome.growth_kb = max(outcome.growth_kb, memory_kb() - base_kb) if base_kb else outcome.growth_kb
             outcome.sent_bytes += target.sent_bytes
-            target, latched = Target(seed + outcome.ticks), 0
+            target, latched, idle, base_kb, lived = Target(seed + outcome.ticks), 0, 0, 0, 0
         maker.may_terminate = outcome.frames > 0.95 * frames
-        if not base_kb and outcome.frames >= warm:
+        lived += 1
+        if lived == WARM_TICKS:
             base_kb = memory_kb()
         if progress and outcome.ticks % 1000 == 0:
             print(
                 f"\r{outcome.frames} frames, {outcome.frames / (time.monotonic() - started):.0f}/s", end="", flush=True
             )
-    outcome.growth_kb = memory_kb() - base_kb
+    if base_kb:
+        outcome.growth_kb = max(outcome.growth_kb, memory_kb() - base_kb)
     outcome.seconds = time.monotonic() - started
     outcome.sent_bytes += target.sent_bytes
     return outcome
