@@ -95,6 +95,8 @@ class Reversals:
 
     def step(self, now_us: int, value: float, config: MonitorConfig) -> bool:
         """``value``: -1...1. True when there were enough reversals within the window."""
+        if not self._times_us and self._side == 0 and -config.oscillation_output <= value <= config.oscillation_output:
+            return False
         if abs(value) > config.oscillation_output:
             side = 1 if value > 0.0 else -1
             if side == -self._side:

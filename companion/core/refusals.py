@@ -10,6 +10,7 @@ from mavlink_bridge.requests import LoadPlan
 
 from . import arming, failsafe
 from .controls import Controls
+from .depth_grid import Leg
 from .plan_depth import plan_legs
 from .vessel import top_speed_mps
 
@@ -61,8 +62,13 @@ def plan_refusal(vehicle: Controls, body: LoadPlan) -> str:
 
 
 def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
-    """Return why a guided target is refused (outside the fence), or an empty string."""
-    if lat_rad is None or lon_rad is None or not vehicle.fence.enabled or vehicle.estimator.origin is None:
+    """Return why a guided target is refused (outside the fence, charted too shallow), or an empty string."""
+    if lat_rad is None or lon_rad is None:
+        return ""
+    shallow = vehicle.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
+    if shallow is not None:
+        return f"the target: {shallow.reason}"
+    if not vehicle.fence.enabled or vehicle.estimator.origin is None:
         return ""
     inside_m = vehicle.fence.distance_m(vehicle.state, vehicle.estimator.origin.to_local(lat_rad, lon_rad))
     return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"

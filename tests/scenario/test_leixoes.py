@@ -12,7 +12,7 @@ from companion.core.depth_grid import build, offset
 from companion.core.geo import LocalFrame
 from companion.core.soundings import dune_reference, parse_dune
 from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Arm, GuidedHeading
+from mavlink_bridge.requests import Arm, GuidedHeading, Reposition
 
 FILE = "leixoes_apdl_bathymetry.ini"
 KEEL_M = 0.35
@@ -48,6 +48,15 @@ def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, harbour)
     assert reply.reason.startswith("item 3: charted depth ")
     assert "at least 4.3 m needed" in reply.reason or "at least 4.4 m needed" in reply.reason
     assert len(trip.world.app.vehicle.mission.plan.maneuvers) == 3, "the old plan is kept"
+
+
+def test_a_guided_target_in_the_shallows_is_refused(voyage, harbour):
+    trip = voyage(*overrides(harbour, START))
+    assert trip.ask(Arm(arm=True)).reason == ""
+    for east_m, refused in ((560.0, True), (100.0, False)):
+        lat, lon = (math.radians(value / 1e7) for value in trip.at(60.0, east_m))
+        reason = trip.ask(Reposition(lat, lon)).reason
+        assert reason.startswith("the target: charted depth") == refused
 
 
 @lru_cache
