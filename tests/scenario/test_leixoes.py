@@ -53,7 +53,7 @@ def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, harbour)
 def test_a_guided_target_in_the_shallows_is_refused(voyage, harbour):
     trip = voyage(*overrides(harbour, START))
     assert trip.ask(Arm(arm=True)).reason == ""
-    for east_m, refused in ((560.0, True), (100.0, False)):
+    for east_m, refused in ((520.0, True), (100.0, False)):
         lat, lon = (math.radians(value / 1e7) for value in trip.at(60.0, east_m))
         reason = trip.ask(Reposition(lat, lon)).reason
         assert reason.startswith("the target: charted depth") == refused
