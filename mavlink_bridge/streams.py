@@ -23,6 +23,7 @@ _COMMON: Final[dict[str, Build]] = {
     "SYSTEM_TIME": system.system_time,
     "GPS_RAW_INT": motion.gps_raw_int,
     "ATTITUDE": motion.attitude,
+    "ATTITUDE_QUATERNION": motion.attitude_quaternion,
     "LOCAL_POSITION_NED": motion.local_position_ned,
     "GLOBAL_POSITION_INT": motion.global_position_int,
     "SERVO_OUTPUT_RAW": system.servo_output_raw,

@@ -5,6 +5,7 @@ Snapshot in, message out, or None when there is nothing true to say.
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
@@ -75,6 +76,23 @@ def attitude(snapshot: Snapshot) -> Message | None:
         roll=state.phi_rad or 0.0,
         pitch=state.theta_rad or 0.0,
         yaw=state.psi_rad or 0.0,
+        rollspeed=0.0,
+        pitchspeed=0.0,
+        yawspeed=state.r_radps or 0.0,
+    )
+
+
+def attitude_quaternion(snapshot: Snapshot) -> Message | None:
+    """ATTITUDE_QUATERNION (w, x, y, z), NED to body, of the same angles as ATTITUDE; for stations that ask for it."""
+    state = snapshot.state
+    half = [(angle or 0.0) / 2.0 for angle in (state.phi_rad, state.theta_rad, state.psi_rad)]
+    (cr, cp, cy), (sr, sp, sy) = map(math.cos, half), map(math.sin, half)
+    return dialect.MAVLink_attitude_quaternion_message(
+        time_boot_ms=boot_ms(snapshot.t_us),
+        q1=cr * cp * cy + sr * sp * sy,
+        q2=sr * cp * cy - cr * sp * sy,
+        q3=cr * sp * cy + sr * cp * sy,
+        q4=cr * cp * sy - sr * sp * cy,
         rollspeed=0.0,
         pitchspeed=0.0,
         yawspeed=state.r_radps or 0.0,

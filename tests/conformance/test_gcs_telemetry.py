@@ -1,12 +1,13 @@
 """Telemetry rates, truthfulness, byte budget, high latency and time (checks 54 to 59)."""
 
 import itertools
+import math
 
 import pytest
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.endpoint_config import Budget, EndpointConfig
-from mavlink_bridge.imc import PlanState, SupplyVoltage
+from mavlink_bridge.imc import EstimatedState, PlanState, SupplyVoltage
 from mavlink_bridge.snapshot import FenceStatus, Health
 from tests.fake_vessel import Bench
 
@@ -88,6 +89,16 @@ def test_check_55_the_budget_holds_over_any_ten_seconds(persona, rate):
     assert len(acks) == 30
     beats = [at for at, m in zip(bench.gcs.times_us, bench.gcs.inbox, strict=True) if m.get_type() == "HEARTBEAT"]
     assert max(later - sooner for sooner, later in itertools.pairwise(beats)) <= 1_500_000
+
+
+def test_check_54_attitude_as_a_quaternion_when_asked(bench):
+    bench.vessel.changes["state"] = EstimatedState(0, phi_rad=0.1, theta_rad=-0.2, psi_rad=2.0)
+    bench.long(511, 31, 100_000)
+    bench.run(1)
+    m = bench.gcs.last("ATTITUDE_QUATERNION")
+    assert math.atan2(2 * (m.q1 * m.q4 + m.q2 * m.q3), 1 - 2 * (m.q3**2 + m.q4**2)) == pytest.approx(2.0, abs=1e-6)
+    assert math.asin(2 * (m.q1 * m.q3 - m.q4 * m.q2)) == pytest.approx(-0.2, abs=1e-6)
+    assert math.atan2(2 * (m.q1 * m.q2 + m.q3 * m.q4), 1 - 2 * (m.q2**2 + m.q3**2)) == pytest.approx(0.1, abs=1e-6)
 
 
 def test_check_56_without_a_fix_nothing_is_invented(bench):
