@@ -15,10 +15,12 @@ _FORGOTTEN: Final = 12
 class Rhythm:
     """Learns the grid from arrivals and says whether a transmission would meet the next state."""
 
-    def __init__(self, period_us: int) -> None:
+    def __init__(self, period_us: int, longest_us: int) -> None:
         self._period_us = period_us
+        self._longest_us = longest_us
+        """How long the longest state takes."""
         self._grid_us: int | None = None
-        self._span_us = 0
+        self._over_us = 0
         self._misses = 0
 
     def heard(self, sent_us: int, span_us: int) -> None:
@@ -28,12 +30,14 @@ class Rhythm:
             if off_us > 2 * _NEAR_US:
                 self._misses += 1
                 return
-        self._grid_us, self._span_us, self._misses = sent_us, span_us, 0
+        self._grid_us, self._over_us, self._misses = sent_us, sent_us + span_us, 0
 
     def meets(self, start_us: int, end_us: int) -> bool:
-        """Whether a transmission of ours would overlap the other end's next state."""
+        """Whether a transmission of ours would overlap a state of the other end, this one or the next."""
         if self._grid_us is None or start_us - self._grid_us > _FORGOTTEN * self._period_us:
             return False
-        since_us = (start_us - self._grid_us - self._span_us - _LATE_US) % self._period_us
-        until_next_us = self._period_us - since_us - self._span_us - _LATE_US - _EARLY_US
-        return end_us - start_us > until_next_us
+        phase_us = (start_us - self._grid_us) % self._period_us
+        is_over = start_us - self._over_us < self._period_us // 2
+        if phase_us < self._longest_us + _LATE_US and not is_over:
+            return True
+        return phase_us + end_us - start_us > self._period_us - _EARLY_US

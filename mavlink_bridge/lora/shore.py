@@ -15,7 +15,7 @@ from typing import Final
 
 from mavlink_bridge.imc import ActuatorOutput, LogText, Severity
 from mavlink_bridge.lora.bits import BitsError
-from mavlink_bridge.lora.frames import Direction, Frame, Kind
+from mavlink_bridge.lora.frames import OVERHEAD, Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, decode, params_check
 from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
@@ -24,7 +24,7 @@ from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of
-from mavlink_bridge.lora.state_codec import RadioState, decode_batch, decode_delta, decode_key, mark_of
+from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch, decode_delta, decode_key, mark_of
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamTable
@@ -79,7 +79,7 @@ class ShoreTwin:
         self.profile = profile
         self.link = CompactLink(profile, key, Direction.TO_VESSEL, rng, memory=memory, save=save, now_us=now_us)
         if profile.link.batch == 1:
-            self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6))
+            self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
