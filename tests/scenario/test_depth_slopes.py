@@ -37,7 +37,13 @@ def slope(n: int) -> Slope:
 
 
 @pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
-@pytest.mark.parametrize(("speed_mps", "n"), REACTIVE, ids=[f"{speed}, 1:{n}" for speed, n in REACTIVE])
+@pytest.mark.parametrize(
+    ("speed_mps", "n"),
+    [
+        pytest.param(*row, marks=[pytest.mark.soak] if row == (1.5, 50) else [], id=f"{row[0]}, 1:{row[1]}")
+        for row in REACTIVE
+    ],
+)
 def test_parity_reproduces_the_reactive_columns(speed_mps, n, brake):
     parity = DepthGuardConfig(rate_look_ahead=False, map_look_ahead=False, brake=brake)
     run = DepthRun(VESSEL, slope(n), speed_mps, parity, delay_s=0.3, noise=QUIET)
@@ -77,8 +83,8 @@ def charted(n: int, origin_rad: tuple[float, float], error_m: float = 0.0) -> De
     )
 
 
-@pytest.mark.parametrize("brake", [False, True], ids=["coast", "astern"])
-@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("brake", [False, pytest.param(True, marks=pytest.mark.soak)], ids=["coast", "astern"])
+@pytest.mark.parametrize("speed_mps", [pytest.param(1.5, marks=pytest.mark.soak), 2.5])
 @pytest.mark.parametrize("n", SLOPES)
 def test_a_map_keeps_the_full_4_m(n, speed_mps, brake):
     """Must hold: lowest true altitude >= 4.0 m with a map, astern brake off and on."""
