@@ -374,7 +374,10 @@ def test_no_brake_when_off_inactive_or_without_way():
     assert run.at_speed(3.0, 2.0).brake
     assert not run.at_speed(3.0, 2.0, active=False).brake
     assert not run.at_speed(3.0, 2.0).brake, "armed again it does not go on"
-    assert not Run(BRAKING).feed(5.0).brake
+    run = Run(BRAKING)
+    run.feed(5.0)
+    out = run.feed(3.0)
+    assert (out.abort, out.brake, out.locked) == (True, False, True), "at an unknown speed it stops without"
 
 
 def test_the_first_tick_can_brake():
