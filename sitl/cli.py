@@ -19,6 +19,7 @@ from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.settings import ConfigError, load, load_vessel
 
+from . import cli_scenario
 from .autostart import AutoStart, PlanError, read_plan_file
 from .gateway import WithGateway, shore_gateway, with_gateway
 from .instance import move_instance
@@ -39,7 +40,7 @@ def register(subparsers: Any) -> None:
         "--speed", default="1", metavar="N|max", help="times real time; 'max' runs in lock-step, in memory"
     )
     parser.add_argument("--duration", type=float, metavar="S", help="end after so many simulated seconds")
-    parser.add_argument("--seed", type=int, default=0, help="of all random sources")
+    parser.add_argument("--seed", type=int, help="of all random sources (default: 0, or what a scenario says)")
     parser.add_argument(
         "--run-dir", type=Path, help="where the run is recorded (default: a new one in record.directory)"
     )
@@ -55,11 +56,15 @@ def register(subparsers: Any) -> None:
         "--gateway", action="store_true", help="start the shore side of the radio too: stations at UDP 14560"
     )
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
+    cli_scenario.add_arguments(parser)
     parser.set_defaults(run=command)
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run the simulator; exit status 0 done, 1 a plan did not start, 2 wrong usage."""
+    if arguments.scenario or arguments.list_scenarios:
+        return cli_scenario.command(arguments)
+    arguments.seed = arguments.seed or 0
     settings, speed = _settings(arguments)
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
     run_dir.mkdir(parents=True, exist_ok=True)

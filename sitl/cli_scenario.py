@@ -1,0 +1,102 @@
+"""``companion sim --scenario`` and ``--list-scenarios``: run, print what was expected and what was found, exit 0 or 1."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import config as shipped
+from companion.settings import ConfigError
+
+from .scenario import Outcome, run
+from .scenario_expect import Finding
+from .scenario_file import library, read_scenario
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the scenario's options to ``companion sim``."""
+    parser.add_argument(
+        "--scenario",
+        metavar="F.toml|NAME",
+        help="run a scenario in lock-step and judge it; exit status 1 when an expectation fails",
+    )
+    parser.add_argument("--list-scenarios", action="store_true", help="list the scenarios that come along")
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Do what was asked. Raises ConfigError with every mistake of a file or of the options."""
+    if arguments.list_scenarios:
+        return list_scenarios(as_json=arguments.json)
+    mistakes = _clashes(arguments)
+    if mistakes:
+        raise ConfigError("--scenario", mistakes)
+    overrides = list(arguments.set)
+    if arguments.arduino:
+        overrides.append(f"world.arduino={arguments.arduino}")
+    base: Path = arguments.config
+    scenario = read_scenario(arguments.scenario, base=base, overrides=tuple(overrides))
+    if arguments.run_dir is not None:
+        arguments.run_dir.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir)
+    wall_s = time.monotonic() - began
+    if arguments.json:
+        print(json.dumps(asdict(outcome) | {"wall_s": round(wall_s, 3)}))
+    else:
+        print("\n".join(table(outcome)))
+        print(f"{outcome.duration_s:.0f} s simulated in {wall_s:.1f} s", end="")
+        print(f"; see it: companion report {arguments.run_dir}" if arguments.run_dir else "")
+    return 0 if outcome.passed else 1
+
+
+def list_scenarios(*, as_json: bool) -> int:
+    """Print the shipped scenarios, one line each."""
+    about = {path.stem: read_scenario(path).text.scenario for path in library()}
+    if as_json:
+        print(json.dumps({name: {"title": item.title, "shows": item.shows} for name, item in about.items()}))
+        return 0
+    width = max(map(len, about))
+    for name, item in about.items():
+        print(f"{name:{width}}  {item.title}")
+    return 0
+
+
+def table(outcome: Outcome) -> list[str]:
+    """The findings as lines; what the vessel said follows when something failed."""
+    rows = [("", "expectation", "found", "limit"), *map(_row, outcome.findings)]
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    lines = [f"{outcome.title} (seed {outcome.seed})"]
+    lines += ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    if not outcome.passed:
+        lines += ["what the vessel said:", *(f"  {text}" for text in outcome.texts)]
+    lines.append("passed" if outcome.passed else "FAILED")
+    return lines
+
+
+def _row(finding: Finding) -> tuple[str, str, str, str]:
+    return "ok" if finding.passed else "FAILED", finding.what, _cell(finding.found), _cell(finding.limit)
+
+
+def _cell(value: Any) -> str:
+    return "nothing" if value is None else f"{value:g}" if isinstance(value, float | int) else str(value)
+
+
+def _clashes(arguments: argparse.Namespace) -> list[str]:
+    """Options that make no sense beside a scenario."""
+    given = {
+        "--plan": arguments.plan is not None,
+        "--start": arguments.start,
+        "--duration": arguments.duration is not None,
+        "--gateway": arguments.gateway,
+        "--world-only": arguments.world_only,
+        "--instance": bool(arguments.instance),
+        "--speed": arguments.speed not in ("1", "max"),
+    }
+    mistakes = [f"{name}: the scenario says it; leave it out" for name, used in given.items() if used]
+    if not arguments.config.is_file():
+        mistakes.append(f"--config {arguments.config}: no such file (shipped: {shipped.path('sim.toml')})")
+    return mistakes
