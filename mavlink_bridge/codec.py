@@ -17,6 +17,7 @@ from mavlink_bridge.framing import INCOMPAT_SIGNED, MARKER_V2, Frame, checksum
 __all__ = ["Codec", "FrameSigner", "Message", "decode", "dialect", "payload"]
 
 _HEADER: Final = struct.Struct("<BBBBBBHB")
+_MARKER: Final = bytes((MARKER_V2,))
 
 Message = Any
 """A message object of the dialect; the library leaves no better type."""
@@ -156,7 +157,7 @@ class Codec:
         )
         covered += body
         self._sequence = (self._sequence + 1) & 0xFF
-        frame = bytes((MARKER_V2,)) + covered + checksum(covered, message_id).to_bytes(2, "little")
+        frame = _MARKER + covered + checksum(covered, message_id).to_bytes(2, "little")
         return frame + self.signer.sign(frame) if self.signer else frame
 
     def decode(self, frame: Frame) -> Message | None:

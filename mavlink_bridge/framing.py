@@ -27,7 +27,7 @@ STALL_US: Final = 500_000
 """Default time limit of an incomplete frame: a longest frame takes 290 ms at 9600 baud."""
 
 _MARKERS: Final = re.compile(rb"[\xfd\xfe]")
-_CRC_EXTRA: Final[dict[int, int]] = {message_id: message.crc_extra for message_id, message in _messages.items()}
+_CRC_EXTRA: Final = {message_id: bytes((message.crc_extra,)) for message_id, message in _messages.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +204,7 @@ class Deframer:
 
 def checksum(covered: bytes, message_id: int) -> int:
     """CRC-16/MCRF4XX of a frame without its marker, checksum and signature, and of the message's CRC_EXTRA byte."""
-    return int(crc16.mcrf4xx(covered + bytes((_CRC_EXTRA[message_id],))))
+    return int(crc16.mcrf4xx(covered + _CRC_EXTRA[message_id]))
 
 
 def _frame(raw: bytes, version: int, header: int, message_id: int, *, signed: bool, known: bool) -> Frame:

@@ -114,12 +114,11 @@ class Composer:
 
     def digest(self, snapshot: Snapshot) -> Digest:
         """What of a snapshot is told at once when it changes; the very same object while nothing of it changed."""
-        self._turn_to(snapshot)
+        if snapshot is not self._snapshot:
+            self._turn_to(snapshot)
         return self._digest or Digest((), (), ())
 
     def _turn_to(self, snapshot: Snapshot) -> None:
-        if snapshot is self._snapshot:
-            return
         self._snapshot = snapshot
         self._cache.clear()
         progress, health = snapshot.progress, snapshot.health
@@ -133,7 +132,8 @@ class Composer:
 
     def compose(self, number: int, snapshot: Snapshot, config: EndpointConfig) -> Packed | None:
         """Return the packed message of this id, None when there is nothing to say or no such stream."""
-        self._turn_to(snapshot)
+        if snapshot is not self._snapshot:
+            self._turn_to(snapshot)
         personal = _PERSONAL_BUILDERS.get(number)
         key: object = number if personal is None else (number, config.persona, config.generic_mode_encoding)
         if key in self._cache:

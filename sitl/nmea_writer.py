@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime, timedelta
+from functools import lru_cache
 from typing import Final
 
 from companion.core.nmea_line import frame
 from companion.core.units import mps_to_knots, wrap_2pi
 
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
+_DAY_MS: Final = 86_400_000
 
 
 def time_fields(utc_us: int) -> tuple[str, str, str, str, str]:
     """(hhmmss.ss, dd, mm, yyyy, ddmmyy), with a third decimal when it is needed, to the nearest millisecond."""
-    moment = _EPOCH + timedelta(milliseconds=(utc_us + 500) // 1000)
-    milliseconds = moment.microsecond // 1000
+    days, millisecond = divmod((utc_us + 500) // 1000, _DAY_MS)
+    second, milliseconds = divmod(millisecond, 1000)
+    minute, second = divmod(second, 60)
+    hour, minute = divmod(minute, 60)
     fraction = f"{milliseconds:03d}" if milliseconds % 10 else f"{milliseconds // 10:02d}"
-    return (
-        f"{moment:%H%M%S}.{fraction}",
-        f"{moment:%d}",
-        f"{moment:%m}",
-        f"{moment:%Y}",
-        f"{moment:%d%m%y}",
-    )
+    return (f"{hour:02d}{minute:02d}{second:02d}.{fraction}", *_date_fields(days))
+
+
+@lru_cache(maxsize=4)
+def _date_fields(days: int) -> tuple[str, str, str, str]:
+    """(dd, mm, yyyy, ddmmyy) of a day since 1970; formatting it anew for each fix costs more than all the rest of it."""
+    moment = _EPOCH + timedelta(days=days)
+    return f"{moment:%d}", f"{moment:%m}", f"{moment:%Y}", f"{moment:%d%m%y}"
 
 
 def zda(talker: str, time: tuple[str, str, str, str, str]) -> bytes:

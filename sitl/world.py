@@ -133,7 +133,7 @@ class World:
         snapshot = self.loop_app.tick(self.now_us)
         self.surroundings.carry_commands()
         for end in self._unused:
-            end.poll(self.now_us)
+            end.discard(self.now_us)
         if isinstance(snapshot, Snapshot):
             self.snapshot = snapshot
             self.metrics.add(truth, snapshot, self.app.vehicle.mission.plan)

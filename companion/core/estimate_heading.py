@@ -61,7 +61,10 @@ class HeadingTrack:
         age_s = self.age_s(now_us)
         if age_s is None:
             return False
-        limit_s = self._patience_s() if self._refused_since_us is None else self.config.heading_hold_s
+        if self._refused_since_us is None:
+            # The shortest patience mostly settles it.
+            return age_s <= self.config.heading_timeout_s + extra_s or age_s <= self._patience_s() + extra_s
+        limit_s = self.config.heading_hold_s
         return age_s <= limit_s + extra_s
 
     def _patience_s(self) -> float:

@@ -96,6 +96,14 @@ class MemLink:
             events.append(Closed(0, self._reason if not self._plugged else "the other end closed"))
         return events
 
+    def discard(self, now_us: int) -> None:
+        """Poll, and throw away what came: a reader who does not listen."""
+        if not self._open or not self._plugged:
+            self.poll(now_us)
+        elif self._inbox:
+            self._inbox.clear()
+            self._size = 0
+
     def write(self, channel: int, data: bytes) -> int:
         peer = self._peer
         if channel != 0 or not self._open or not self._plugged or peer is None or peer._shut or not data:

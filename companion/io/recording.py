@@ -164,8 +164,9 @@ class TlogLink:
     def write(self, channel: int, data: bytes) -> int:
         accepted = self._link.write(channel, data)
         if accepted:
+            keep, stamp_us = self._recording.recorder.frame, self._recording.stamp_us
             for raw in split_frames(data):
-                self._keep(raw)
+                keep(self._number, stamp_us, raw)
         return accepted
 
     def _keep(self, raw: bytes) -> None:
