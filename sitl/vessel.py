@@ -75,13 +75,17 @@ class SimVessel:
             thruster_starboard = thruster_port
         if self._one_rudder:
             rudder_starboard_rad = rudder_port_rad
-        self._turn_propeller(0, thruster_port, dt_s)
-        self._turn_propeller(1, thruster_starboard, dt_s)
-        self._turn_rudder(0, rudder_port_rad, dt_s)
-        self._turn_rudder(1, rudder_starboard_rad, dt_s)
+        share = min(1.0, dt_s / self._thruster_lag_s)
+        self._turn_propeller(0, thruster_port, share)
+        self._turn_propeller(1, thruster_starboard, share)
+        share = min(1.0, dt_s / self._rudder_lag_s) if self._rudder_lag_s > 0.0 else 1.0
+        most_rad = self._rudder_rate * dt_s
+        self._turn_rudder(0, rudder_port_rad, share, most_rad)
+        self._turn_rudder(1, rudder_starboard_rad, share, most_rad)
         self._move(dt_s, water)
 
-    def _turn_propeller(self, side: int, command: float, dt_s: float) -> None:
+    def _turn_propeller(self, side: int, command: float, share: float) -> None:
+        """``share``: how much of the way to the command this step goes."""
         if abs(command) < self._dead_band:
             command = 0.0
         elif command > 1.0:
@@ -89,21 +93,19 @@ class SimVessel:
         elif command < -1.0:
             command = -1.0
         revs = self.revs[side]
-        revs += (command - revs) * min(1.0, dt_s / self._thruster_lag_s)
+        revs += (command - revs) * share
         self.revs[side] = revs
         full = self._ahead_n if revs > 0.0 else self._astern_n
         self.thrust_n[side] = full * revs * abs(revs) * self.thruster_health[side]
 
-    def _turn_rudder(self, side: int, command_rad: float, dt_s: float) -> None:
+    def _turn_rudder(self, side: int, command_rad: float, share: float, most: float) -> None:
         stuck = self.rudder_stuck_rad[side]
         if stuck is not None:
             self.rudder_rad[side] = stuck
             return
-        limit, lag_s = self._rudder_max, self._rudder_lag_s
+        limit = self._rudder_max
         command_rad = limit if command_rad > limit else -limit if command_rad < -limit else command_rad
-        gap = command_rad - self.rudder_rad[side]
-        move = gap * min(1.0, dt_s / lag_s) if lag_s > 0.0 else gap
-        most = self._rudder_rate * dt_s
+        move = (command_rad - self.rudder_rad[side]) * share
         self.rudder_rad[side] += most if move > most else -most if move < -most else move
 
     def _move(self, dt_s: float, water: Conditions) -> None:

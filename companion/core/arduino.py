@@ -44,6 +44,7 @@ class Arduino:
     def __init__(self, config: ActuatorConfig) -> None:
         self.config = config
         self._map = PulseMap(config)
+        self._period_us = round(1e6 / config.frequency_hz)
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
         self._texts: list[tuple[Severity, str]] = []
@@ -83,6 +84,7 @@ class Arduino:
             self._texts.append(rate_text(config))
         self.config = config
         self._map = PulseMap(config)
+        self._period_us = round(1e6 / config.frequency_hz)
         self._due_us = None
         self._frame_of = None
 
@@ -211,7 +213,7 @@ class Arduino:
 
     def _due(self, now_us: int) -> bool:
         """Is a repeat due? The schedule keeps its phase; a late cycle skips what is past and counts it."""
-        period_us = round(1e6 / self.config.frequency_hz)
+        period_us = self._period_us
         due_us = now_us if self._due_us is None else self._due_us
         if now_us < due_us - period_us // 4:
             return False

@@ -61,15 +61,18 @@ class ForceModel:
         y += sway_n
         n += yaw_nm + self.lateral_m * (thrust_port_n - thrust_starboard_n)
         if self.lift > 0.0:
-            for thrust, lateral, delta in (
-                (thrust_port_n, -self.lateral_m, rudder_port_rad),
-                (thrust_starboard_n, self.lateral_m, rudder_starboard_rad),
-            ):
-                force = self._rudder(u - lateral * r, v + self._x_m * r, thrust, delta)
-                across = force * math.cos(delta)
-                x -= abs(force * math.sin(delta))
-                y -= across
-                n -= self._x_m * across
+            at_m, aside = self._x_m, self.lateral_m * r
+            flow = v + at_m * r
+            force = self._rudder(u + aside, flow, thrust_port_n, rudder_port_rad)
+            across = force * math.cos(rudder_port_rad)
+            x -= abs(force * math.sin(rudder_port_rad))
+            y -= across
+            n -= at_m * across
+            force = self._rudder(u - aside, flow, thrust_starboard_n, rudder_starboard_rad)
+            across = force * math.cos(rudder_starboard_rad)
+            x -= abs(force * math.sin(rudder_starboard_rad))
+            y -= across
+            n -= at_m * across
         m22, m23 = self._m22, self._m23
         return x / self._m11, (self._m33 * y - m23 * n) / self._det, (m22 * n - m23 * y) / self._det
 
@@ -77,9 +80,10 @@ class ForceModel:
         """Coriolis and damping forces on the bare hull."""
         xu, xuu, yv, yvv, nr, nrr, nur = self._damping
         m23 = self._m23
-        x = -(xu + xuu * abs(u)) * u + self._m22 * v * r + m23 * r * r
+        speed = abs(u)
+        x = -(xu + xuu * speed) * u + self._m22 * v * r + m23 * r * r
         y = -(yv + yvv * abs(v)) * v - self._m11 * u * r
-        n = -(nr + nrr * abs(r) + nur * abs(u)) * r - self._munk_kg * u * v - m23 * u * r
+        n = -(nr + nrr * abs(r) + nur * speed) * r - self._munk_kg * u * v - m23 * u * r
         for at_m in self._strips_m:
             across = v + at_m * r
             drag = self._strip * abs(across) * across
