@@ -1,10 +1,14 @@
-"""``companion sim --scenario`` and ``--list-scenarios``: run, print what was expected and what was found, exit 0 or 1."""
+"""``companion sim --scenario``, ``--list-scenarios`` and ``--campaign``: run, print what was expected and what was found, exit 0 or 1."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
+import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,6 +16,7 @@ from typing import Any
 import config as shipped
 from companion.settings import ConfigError
 
+from .campaign import read_campaign, run_campaign, summary
 from .scenario import Outcome, run
 from .scenario_expect import Finding
 from .scenario_file import library, read_scenario
@@ -24,6 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="F.toml|NAME",
         help="run a scenario in lock-step and judge it; exit status 1 when an expectation fails",
     )
+    parser.add_argument(
+        "--campaign", type=Path, metavar="F.toml", help="run scenarios x seeds x vessels over all cores, into F.csv"
+    )
     parser.add_argument("--list-scenarios", action="store_true", help="list the scenarios that come along")
 
 
@@ -31,6 +39,8 @@ def command(arguments: argparse.Namespace) -> int:
     """Do what was asked. Raises ConfigError with every mistake of a file or of the options."""
     if arguments.list_scenarios:
         return list_scenarios(as_json=arguments.json)
+    if arguments.campaign is not None:
+        return campaign(arguments.campaign, as_json=arguments.json)
     mistakes = _clashes(arguments)
     if mistakes:
         raise ConfigError("--scenario", mistakes)
@@ -63,6 +73,42 @@ def list_scenarios(*, as_json: bool) -> int:
     for name, item in about.items():
         print(f"{name:{width}}  {item.title}")
     return 0
+
+
+def campaign(path: Path, *, as_json: bool) -> int:
+    """Run a campaign, or what is left of it. Raises ConfigError."""
+    jobs = read_campaign(path)
+    results = path.with_suffix(".csv")
+    began = time.monotonic()
+    with _progress(len(jobs)) as done:
+        rows = run_campaign(jobs, results, done=done)
+    held = sum(row["passed"] == "1" for row in rows)
+    if as_json:
+        told = {
+            "runs": len(rows),
+            "passed": held,
+            "wall_s": round(time.monotonic() - began, 1),
+            "results": str(results),
+        }
+        print(json.dumps(told))
+    else:
+        print("\n".join(summary(rows)))
+        print(f"{held} of {len(rows)} runs hold; every figure is in {results}")
+    return 0 if held == len(rows) else 1
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
+    """A bar on a terminal, when rich is there; nothing elsewhere."""
+    if not sys.stderr.isatty() or importlib.util.find_spec("rich") is None:
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task("campaign", total=total)
+        yield lambda finished, every: bar.update(task, completed=finished)
 
 
 def table(outcome: Outcome) -> list[str]:

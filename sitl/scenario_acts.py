@@ -136,7 +136,7 @@ class Actor:
 
     def _water(self, change: dict[str, float]) -> None:
         water = self._world.surroundings.plant.water
-        water.config = water.config.model_copy(update=change)
+        water.configure(water.config.model_copy(update=change))
 
     def _hold(self, sticks: Sticks) -> None:
         self._sticks = (sticks, self._world.now_us + round(sticks.for_s * 1e6))

@@ -63,15 +63,21 @@ class Water(Still):
 
     def __init__(self, config: WaterConfig, rng: random.Random) -> None:
         super().__init__()
-        self.config = config
         self._rng = rng
         self._t_s = 0.0
         self._current = [0.0, 0.0]
         self._gust = [0.0, 0.0]
         self._wander = [0.0]
         self._wave_speed = 0.0
+        self.configure(config)
+
+    def configure(self, config: WaterConfig) -> None:
+        """Change the conditions from now on; gusts and waves go on from where they are."""
+        self.config = config
         self._steady = not (config.current_sigma_mps > 0.0 or config.wind_mps > 0.0)
         self._published = False
+        if config.wave_height_m <= 0.0:
+            self.wave_height_m = 0.0
 
     def step(self, dt_s: float) -> None:
         """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter)."""
