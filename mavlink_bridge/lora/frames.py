@@ -48,9 +48,10 @@ class Kind(IntEnum):
     INFO = 11
     STOP = 12
     """Id, and a request that makes the vessel stop: goes before everything else."""
-    RAW = 13
-    """Id, and a MAVLink message with a short head."""
     TEXT = 14
+
+
+_KINDS: Final = {kind.value: kind for kind in Kind}
 
 
 class Direction(IntEnum):
@@ -143,9 +144,10 @@ class Opener:
     def _open(self, raw: bytes) -> Frame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
         number = head >> 12
-        if number > Kind.TEXT:
+        kind = _KINDS.get(number)
+        if kind is None:
             return None
-        kind, covered, tag = Kind(number), raw[:-TAG_BYTES], raw[-TAG_BYTES:]
+        covered, tag = raw[:-TAG_BYTES], raw[-TAG_BYTES:]
         for counter in self._candidates(kind, head % _WINDOW, covered):
             if _tag(self._key, self._direction, counter, covered) == tag:
                 self.counter = counter

@@ -27,7 +27,7 @@ from mavlink_bridge.requests import Reply, Result
 _MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
-_RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO, Kind.RAW))
+_RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO))
 _QUIET_PIECES: Final = 6
 _AFTER_ANSWER: Final = 3
 _MARGIN: Final = 1.08

@@ -1,5 +1,6 @@
 """Plans come back from the air bit for bit, whatever they hold, or are refused."""
 
+import contextlib
 import struct
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def rebuilt(plan, sent_near, heard_near, kind=PlanKind.MISSION):
     return got, data
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.lists(items, max_size=12), st.sampled_from(list(PlanKind)))
 def test_every_plan_comes_back_as_the_same_frames(plan, kind):
     got, _ = rebuilt(plan, NEAR, NEAR, kind)
@@ -64,7 +65,7 @@ def test_the_ends_need_not_agree_where_the_vessel_is(plan, north, east):
     assert frames(got) == frames(plan)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.lists(items, min_size=1, max_size=6), st.integers(-(10**9), 10**9))
 def test_far_apart_it_is_refused_or_right_never_wrong(plan, away):
     data = encode_plan(PlanKind.MISSION, plan, NEAR)
@@ -75,16 +76,14 @@ def test_far_apart_it_is_refused_or_right_never_wrong(plan, away):
     assert frames(got) == frames(plan)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.binary(max_size=80))
 def test_noise_never_raises_anything_else(data):
-    try:
+    with contextlib.suppress(PlanCodecError):
         decode_plan(data, NEAR)
-    except PlanCodecError:
-        pass
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(items, min_size=1, max_size=5), st.data())
 def test_a_flipped_bit_is_never_another_plan(plan, data):
     coded = bytearray(encode_plan(PlanKind.MISSION, plan, NEAR))

@@ -64,7 +64,7 @@ def test_a_json_plan_is_acknowledged_sailed_and_eleven_fields_come_back(ending):
     heard += lines_of(shore, sim.now_us, buffer)
     shore.write(0, json.dumps(PLAN).encode() + ending)
     errors = []
-    while sim.now_us < 130e6:
+    while sim.now_us < 95e6:
         sim.run(1.0)
         heard += lines_of(shore, sim.now_us, buffer)
         if sim.snapshot.path.on_path and sim.snapshot.mode is Mode.AUTO:
@@ -215,5 +215,5 @@ def test_row_51_the_vessel_notices_a_lost_gateway(tmp_path):
     shore.run(5.0)
     assert shore.sim.snapshot.armed
     shore.sim.surroundings.radio.air.jammed = True
-    shore.run(200.0)
+    shore.run(120.0)
     assert shore.sim.snapshot.causes

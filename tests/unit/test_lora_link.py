@@ -108,7 +108,7 @@ def test_a_silent_vessel_ends_heartbeats_and_commands():
 def test_after_a_long_silence_the_ends_find_each_other_again():
     rig = settled()
     rig.pair.air.jammed = True
-    rig.run(1800.0)
+    rig.run(700.0)
     rig.pair.air.jammed = False
     rig.run(120.0)
     assert rig.twin.is_fresh(rig.now_us)
