@@ -94,7 +94,8 @@ class PlainRadio:
         self._heard_us: int | None = None
         self._held: deque[bytes] = deque()
         self._turn_used = False
-        sizes = range(profile.max_frame_bytes, _SHORT_BYTES, -1)
+        self._frame_bytes = profile.max_frame_bytes
+        sizes = range(self._frame_bytes, _SHORT_BYTES, -1)
         self._short_bytes = next((size for size in sizes if profile.airtime_us(size) <= _SHORT_US), _SHORT_BYTES)
 
     def receive(self, data: bytes, now_us: int) -> None:
@@ -143,7 +144,7 @@ class PlainRadio:
         """What to send; while the other side waits for an answer, a short frame before a long one that was put off."""
         if self._held and (not self._is_spoken_to(now_us) or len(self._held) == _MAX_HELD):
             return self._held.popleft()
-        room = self._short_bytes if self._is_spoken_to(now_us) else self.profile.max_frame_bytes
+        room = self._short_bytes if self._is_spoken_to(now_us) else self._frame_bytes
         data = self.endpoint.take(now_us, min(limit_bytes, room))
         if self._held and len(data) > self._short_bytes:
             self._held.append(data)
