@@ -174,8 +174,8 @@ def _beside(name: str, folder: Path) -> str:
 def _drop_cut_line(results: Path) -> None:
     """Forget a last row that an interruption cut off: that run is done again."""
     if results.is_file():
-        data = results.read_bytes()
-        results.write_bytes(data[: data.rfind(b"\n") + 1])
+        with results.open("r+b") as file:
+            file.truncate(file.read().rfind(b"\n") + 1)
 
 
 def _finished(results: Path) -> list[dict[str, str]]:
