@@ -36,13 +36,13 @@ class GuidanceConfig(Config):
     """How manoeuvres are sailed."""
 
     acceptance_m: float = param(
-        2.0, "PATH_ACCEPT", "A point without a corner counts as reached within", unit="m", ge=0.2, le=100.0
+        2.0, "WP_RADIUS", "A point without a corner counts as reached within", unit="m", ge=0.2, le=100.0
     )
     corner_cut_m: float = param(
         1.0, "PATH_CUT", "A corner is rounded at most this far inside its legs", unit="m", ge=0.1, le=50.0
     )
     loiter_radius_m: float = param(
-        20.0, "PATH_LOIT_RAD", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
+        20.0, "LOIT_RADIUS", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
     )
     follow: FollowConfig = Field(default_factory=FollowConfig)
     station: StationConfig = Field(default_factory=StationConfig)

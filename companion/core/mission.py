@@ -39,12 +39,6 @@ class MissionConfig(Config):
     """How plans are sailed."""
 
     cruise_speed_mps: float = param(1.5, "CRUISE_SPEED", "Speed when a plan names none", unit="m/s", ge=0.1, le=20.0)
-    acceptance_m: float = param(
-        2.0, "WP_RADIUS", "Distance at which a waypoint counts as reached", unit="m", ge=0.2, le=100.0
-    )
-    loiter_radius_m: float = param(
-        20.0, "LOIT_RADIUS", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
-    )
     approach_factor: float = param(
         4.0, "APPR_FACTOR", "An approach may last this many times its nominal time", unit="", ge=1.5, le=100.0
     )

@@ -71,8 +71,13 @@ def test_the_qgc_like_client_over_udp(tmp_path: Path) -> None:
     with Sim(tmp_path / "run", 17, arguments=NO_GCS) as sim:
         words = [str(sim.port(14550)), str(LAT_DEG), str(LON_DEG), str(LOITER_S), "18"]
         lines = client("qgc_loiter.py", *words)
-    assert [
-        step for step in steps(lines) if step != "retry"
-    ] == ["connected", "uploaded", "mode", "armed", "started", "done"]
+    assert [step for step in steps(lines) if step != "retry"] == [
+        "connected",
+        "uploaded",
+        "mode",
+        "armed",
+        "started",
+        "done",
+    ]
     assert lines[0]["failures"] == []
     assert_circled(sim.run_dir)
