@@ -44,7 +44,9 @@ def test_garbage_on_every_link_is_counted_and_has_no_effect() -> None:
                 world.ground(name).poll(world.now_us)
     assert world.snapshot is not None
     assert world.snapshot.armed
-    assert not [cause for cause in world.snapshot.causes if cause not in ("actuator_noise",)], "a warning of a noisy line is all"
+    assert not [cause for cause in world.snapshot.causes if cause not in ("actuator_noise",)], (
+        "a warning of a noisy line is all"
+    )
     summary = world.metrics.summary()[0]
     assert summary["truth"]["rms_m"] < 0.3
     for port in world.app.ports:

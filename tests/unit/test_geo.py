@@ -21,7 +21,9 @@ def test_round_trip_is_exact_to_a_tenth_of_a_millimetre(lat: float, lon: float, 
 
 
 @given(LATITUDES, LONGITUDES, st.floats(0.0, 10_000.0), LONGITUDES)
-def test_distances_from_the_origin_are_those_of_the_ellipsoid(lat: float, lon: float, run: float, bearing: float) -> None:
+def test_distances_from_the_origin_are_those_of_the_ellipsoid(
+    lat: float, lon: float, run: float, bearing: float
+) -> None:
     north, east = LocalFrame(lat, lon).to_local(*direct(lat, lon, bearing, run))
     assert abs(math.hypot(north, east) - run) < 1e-6
 
