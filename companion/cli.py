@@ -71,7 +71,7 @@ def _parser(word: str) -> argparse.ArgumentParser:
         for name, (_, text) in COMMANDS.items():
             subparsers.add_parser(name, help=text)
         for point in plugins.values():
-            subparsers.add_parser(point.name, help=f"from {point.value.partition(':')[0]}")
+            _register(point.load(), subparsers)
     return parser
 
 
