@@ -37,15 +37,7 @@ def picture(
         desired=vehicle.desired,
         path=vehicle.guided.path if vehicle.guided is not None else _NO_PATH,
         trace=vehicle.trace,
-        progress=Progress(
-            state=vehicle.mission.state,
-            seq=vehicle.mission.seq,
-            total=vehicle.mission.total,
-            mission_id=inputs.plan_ids[0],
-            fence_id=inputs.plan_ids[1],
-            rally_id=inputs.plan_ids[2],
-            reached=reached,
-        ),
+        progress=_progress(vehicle, reached),
         fix=vehicle.estimator.latest_fix,
         attitude=attitude,
         distance=vehicle.estimator.latest_distance,
@@ -54,19 +46,7 @@ def picture(
         guard=vehicle.guard_out.state,
         action=vehicle.result.action,
         causes=vehicle.result.causes,
-        health=Health(
-            gps=vehicle.state.position_valid,
-            heading=vehicle.state.heading_valid,
-            attitude=vehicle.state.phi_rad is not None,
-            depth=None if not vehicle.config.depth.enabled else vehicle.guard_out.altitude_m is not None,
-            actuators=inputs.actuator_ready,
-            battery=None if inputs.actuator.voltage_v is None else "battery_low" not in vehicle.result.causes,
-            logging=not inputs.storage_fault,
-            fence_ok=not vehicle.fence_status.breached,
-            fence_enabled=vehicle.fence.enabled,
-            prearm_ok=not reasons,
-            prearm_reasons=reasons,
-        ),
+        health=_health(vehicle, reasons),
         fence=vehicle.fence_status,
         supply=vehicle.supply,
         actuator=inputs.actuator,
@@ -79,4 +59,34 @@ def picture(
         throttle=0.5 * (output.thruster_port + output.thruster_starboard),
         terminated=vehicle.gate.terminated,
         load=inputs.load,
+    )
+
+
+def _progress(vehicle: Controls, reached: tuple[int, ...]) -> Progress:
+    mission, (mission_id, fence_id, rally_id) = vehicle.mission, vehicle.inputs.plan_ids
+    return Progress(
+        state=mission.state,
+        seq=mission.seq,
+        total=mission.total,
+        mission_id=mission_id,
+        fence_id=fence_id,
+        rally_id=rally_id,
+        reached=reached,
+    )
+
+
+def _health(vehicle: Controls, reasons: tuple[str, ...]) -> Health:
+    inputs = vehicle.inputs
+    return Health(
+        gps=vehicle.state.position_valid,
+        heading=vehicle.state.heading_valid,
+        attitude=vehicle.state.phi_rad is not None,
+        depth=None if not vehicle.config.depth.enabled else vehicle.guard_out.altitude_m is not None,
+        actuators=inputs.actuator_ready,
+        battery=None if inputs.actuator.voltage_v is None else "battery_low" not in vehicle.result.causes,
+        logging=not inputs.storage_fault,
+        fence_ok=not vehicle.fence_status.breached,
+        fence_enabled=vehicle.fence.enabled,
+        prearm_ok=not reasons,
+        prearm_reasons=reasons,
     )
