@@ -194,6 +194,8 @@ class App:
             self._watched.call("plotter", now_us, self._send_on, self.plotter, now_us)
         for completion in self.store.completions():
             self._stored(completion)
+        if self.facade.logs is not None:
+            self._watched.call("logs", now_us, self.facade.logs.collect)
 
     def _send_on(self, plotter: PlotterPort, now_us: int) -> None:
         plotter.read(now_us)

@@ -23,8 +23,10 @@ from .facade import identity_of
 from .io.depth_map import load_depth_map
 from .io.link import Link
 from .io.links import open_link
+from .io.log_archive import AnyArchive, LogArchive
 from .io.recording import Recording
 from .io.store import AnyStore, MemoryStore
+from .logs import Logs
 from .ports import ArduinoPort, GroundPort, NmeaPort, PlotterPort
 from .radio import radio_conversation
 from .security import Keeper, mistakes
@@ -49,9 +51,11 @@ def build_app(
     about: Mapping[str, Any] | None = None,
     vessel: VesselConfig | None = None,
     identity: Identity | None = None,
+    archive: AnyArchive | None = None,
 ) -> App:
     """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header.
 
+    ``archive``: where stations' log downloads come from; a recorded run has one of its own.
     ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
     """
     not_safe = mistakes(settings)
@@ -74,6 +78,10 @@ def build_app(
     kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
+        archive = recording.archive(
+            archive
+            or LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
+        )
         recording.start(
             {
                 **(about or {}),
@@ -84,6 +92,7 @@ def build_app(
         )
     app = App(settings, vessel, sensors, actuators, kept, identity)
     app.recorder = recording
+    app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
     _load_map(app)
     app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us)
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]

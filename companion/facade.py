@@ -17,6 +17,7 @@ from mavlink_bridge.streams import Composer
 
 from . import params
 from .core.mission import Mission
+from .logs import Logs
 from .settings import Settings
 
 
@@ -116,6 +117,7 @@ class Facade:
         self.params = Parameters(settings)
         self.plans = Plans(mission)
         self.identity = identity
+        self.logs: Logs | None = None
 
 
 def identity_of(settings: Settings, *, reproducible: bool = False) -> Identity:

@@ -25,6 +25,7 @@ from companion.io import request_json
 from companion.io.input_replay import Difference, ReplayLinks, ReplayStore
 from companion.io.inputs import InputReader, InputsError, Step
 from companion.io.link import Link
+from companion.io.log_archive import Fetched, ReplayArchive
 from companion.io.recorder import CONTROL_COLUMNS, control_row
 from companion.replay_frames import SentFrames, tell
 from companion.settings import ConfigError, Settings, explain, override
@@ -125,6 +126,7 @@ class _Replay:
         self._step: Step | None = None
         self._links = ReplayLinks(reader)
         self._store = ReplayStore(reader)
+        self._archive = ReplayArchive()
         self._next_link = iter(self._links.links)
         self.outcome = Outcome()
         meta = reader.meta
@@ -134,6 +136,7 @@ class _Replay:
             known_settings(meta["settings"], changes),
             make_link=self._make_link,
             store=self._store,
+            archive=self._archive,
             vessel=_vessel(meta["vessel"]),
             identity=_identity(meta["identity"]),
         )
@@ -153,6 +156,7 @@ class _Replay:
             self._step = step
             self._links.load(step)
             self._store.load(step)
+            self._archive.load([Fetched(*each) for each in step.fetched])
             try:
                 self._perform(step)
             except AppFaultError as error:

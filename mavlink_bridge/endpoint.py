@@ -22,6 +22,7 @@ from mavlink_bridge.identity import greeting
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.inbound import Counters, Inbound
 from mavlink_bridge.local_commands import LOCAL, answer
+from mavlink_bridge.logs import LogServer
 from mavlink_bridge.manual import manual_control, rc_override
 from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
 from mavlink_bridge.modes import from_custom_mode
@@ -87,6 +88,8 @@ class Endpoint:
         self._table = EndpointParams(vehicle.params, stubs)
         self._params = ParamServer(self._table)
         self._files = FileServer(metadata.files(self._table))
+        shelf = vehicle.logs if config.profile == "lan" else None
+        self._logs = LogServer(shelf, 1 if config.has_home_item else 0, self._explain)
         self._missions = MissionServer(
             vehicle.plans,
             home_item=config.has_home_item,
@@ -110,6 +113,7 @@ class Endpoint:
         handlers: dict[int, Callable[[Any, int], None]] = {
             message_id(name): self._on_mission for name in self._missions.handles
         }
+        handlers |= {message_id(name): self._on_log for name in self._logs.handles}
         named: dict[str, Callable[[Any, int], None]] = {
             "HEARTBEAT": self._stations.heartbeat,
             "COMMAND_LONG": self._on_command,
@@ -187,6 +191,8 @@ class Endpoint:
         if self._missions.busy:
             self._answer(self._missions.poll(now_us), urgent=self._is_slow)
             self._after_missions()
+        if self._logs.busy:
+            self._outbox.bulk(self._logs.next)
         return self._outbox.take(now_us, limit_bytes)
 
     def param_changed(self, name: str) -> None:
@@ -333,6 +339,10 @@ class Endpoint:
     def _on_file_transfer(self, message: Any, now_us: int) -> None:
         self._answer(self._files.handle(message))
         self._outbox.bulk(self._files.next)
+
+    def _on_log(self, message: Any, now_us: int) -> None:
+        snapshot = self._speaker.snapshot
+        self._logs.handle(message, now_us, armed=snapshot is None or snapshot.armed)
 
     def _on_data_stream(self, message: Any, now_us: int) -> None:
         if self.config.profile == "lan":

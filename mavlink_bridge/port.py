@@ -6,7 +6,7 @@ Read-only from the bridge's side: every change is asked for as a Request and ans
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from mavlink_bridge.requests import PlanItem, PlanKind
 
@@ -79,6 +79,49 @@ class Identity:
     """UTC at the start by this computer's clock, a lower bound for signing; 0 = not known."""
 
 
+@dataclass(frozen=True, slots=True)
+class LogInfo:
+    """One log that the vessel keeps."""
+
+    size_bytes: int
+    utc_s: int
+    """When it begins, seconds since 1970."""
+
+
+class LogLostError(Exception):
+    """A log that was listed cannot be read any more; the text says why."""
+
+
+class LogShelf(Protocol):
+    """The logs that the vessel keeps. Nothing here waits for a disk: what is not there yet is asked for again later."""
+
+    @property
+    def logs(self) -> tuple[LogInfo, ...]:
+        """As last looked up, oldest first."""
+        ...
+
+    @property
+    def looked(self) -> int:
+        """Number of the last look that is finished; 0 = none yet."""
+        ...
+
+    def look(self) -> int:
+        """Have the logs looked up; return the number that ``looked`` will have reached by then."""
+        ...
+
+    def piece(self, log: int, number: int) -> bytes | None:
+        """Bytes ``number * LOG_PIECE`` onwards of a log, at most LOG_PIECE; None = being fetched. Raises LogLostError."""
+        ...
+
+    def erase(self) -> None:
+        """Delete the logs of earlier runs."""
+        ...
+
+
+LOG_PIECE: Final = 180 * 90
+"""Bytes that are read at a time: whole LOG_DATA messages."""
+
+
 class VehiclePort(Protocol):
     """The vessel as seen from an endpoint."""
 
@@ -90,3 +133,8 @@ class VehiclePort(Protocol):
 
     @property
     def identity(self) -> Identity: ...
+
+    @property
+    def logs(self) -> LogShelf | None:
+        """None: no logs can be had here."""
+        ...

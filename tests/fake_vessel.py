@@ -25,7 +25,7 @@ from mavlink_bridge.imc import (
     Severity,
     SupplyVoltage,
 )
-from mavlink_bridge.port import Identity, ParamInfo
+from mavlink_bridge.port import Identity, LogShelf, ParamInfo
 from mavlink_bridge.requests import ACCEPTED, PlanItem, PlanKind, Reply, Request, Result
 from mavlink_bridge.snapshot import Health, Progress, Snapshot
 from mavlink_bridge.streams import Composer
@@ -87,6 +87,7 @@ class FakeVessel:
     params: FakeParams = field(default_factory=lambda: FakeParams(many_params()))
     plans: FakePlans = field(default_factory=FakePlans)
     identity: Identity = field(default_factory=lambda: Identity(uid=0x1234, version=(0, 1, 0), git_hash="0123456789ab"))
+    logs: LogShelf | None = None
     now_us: int = 1_000_000
     mode: Mode = Mode.HOLD
     armed: bool = False

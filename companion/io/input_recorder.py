@@ -12,6 +12,7 @@ from companion.io.inputs import (
     COMPLETED,
     DONE,
     EVENT,
+    FETCHED,
     KINDS,
     MAGIC,
     OPENED,
@@ -100,6 +101,12 @@ class InputRecorder:
         body = text.encode()
         self._parts.append(DONE.pack(COMPLETED, ok, ticket, len(body)))
         self._parts.append(body)
+
+    def fetched(self, ticket: int, ok: bool, body: bytes) -> None:
+        """Keep what the archive of logs gave."""
+        if self._parts:
+            self._parts.append(DONE.pack(FETCHED, ok, ticket, len(body)))
+            self._parts.append(body)
 
     def told(self, severity: int, text: str) -> None:
         if not self._parts:

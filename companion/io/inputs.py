@@ -3,9 +3,9 @@
 ``inputs.bin`` is a header and then records, each ``length u32, kind u8, body, crc u32`` (little-endian; CRC-32 of kind
 and body). A cut at any byte costs at most the record it falls into. One record is one *step*: a pump, a tick or the
 shutdown, with the time it was called with, what every poll of every link returned, what every write was offered and
-took, the store's completions and the requests of the vessel's own people. The first record is the run's description
-(JSON), the second the store's content (JSON). Written output is kept as length and CRC-32, or whole for a link that
-asks (the actuators' line), so that a replay can compare.
+took, the store's completions, what was fetched of earlier logs, and the requests of the vessel's own people. The first
+record is the run's description (JSON), the second the store's content (JSON). Written output is kept as length and
+CRC-32, or whole for a link that asks (the actuators' line), so that a replay can compare.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ WRITE: Final = struct.Struct("<BBHIIII")
 """what, whole?, link, channel, offered, accepted, crc of the offered bytes."""
 DONE: Final = struct.Struct("<BBqI")
 """what, ok, ticket, length of the text."""
-OPENED, RECEIVED, CLOSED, WROTE, COMPLETED, SUBMITTED, TOLD = 1, 2, 3, 4, 5, 6, 7
+OPENED, RECEIVED, CLOSED, WROTE, COMPLETED, SUBMITTED, TOLD, FETCHED = 1, 2, 3, 4, 5, 6, 7, 8
 _LONGEST: Final = 1 << 26
 
 
@@ -68,6 +68,8 @@ class Step:
     """Requests of the vessel's own people, made before this step (``request_json``)."""
     told: list[tuple[int, str]] = field(default_factory=list)
     """The recorder's own texts: severity, text."""
+    fetched: list[tuple[int, bool, bytes]] = field(default_factory=list)
+    """What the archive of logs gave: ticket, success, body."""
 
 
 def pack_record(kind: int, body: bytes) -> bytes:
@@ -151,9 +153,12 @@ def unpack_step(body: bytes) -> Step:
             data = body[at : at + offered] if keep else None
             at += offered if keep else 0
             step.writes.setdefault(link, []).append(Write(channel, offered, accepted, crc, data))
-        elif what in (COMPLETED, SUBMITTED, TOLD):
+        elif what in (COMPLETED, SUBMITTED, TOLD, FETCHED):
             _, ok, ticket, length = DONE.unpack_from(body, at)
             at += DONE.size + length
+            if what == FETCHED:
+                step.fetched.append((ticket, bool(ok), body[at - length : at]))
+                continue
             text = body[at - length : at].decode()
             if what == COMPLETED:
                 step.completions.append((ticket, bool(ok), text))

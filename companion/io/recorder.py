@@ -61,7 +61,8 @@ class Recorder:
         self.run_dir = run_dir
         self._max_bytes = max_mb << 20
         self._floor_bytes = free_floor_mb << 20
-        self._writer = writer
+        self.writer = self._writer = writer
+        """The process's helper thread, if any."""
         self._texts: list[tuple[Severity, str]] = []
         self._about = dict(about or {})
         self._last: tuple[Any, ...] = ()

@@ -13,13 +13,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from companion.io import request_json
 from companion.io.clock import EARLIEST_UTC_US
 from companion.io.input_recorder import RecordingLink, RecordingStore
 from companion.io.inputs import StepKind
 from companion.io.link import Closed, Link, LinkEvent, Received
+from companion.io.log_archive import AnyArchive, RecordingArchive
 from companion.io.loop import LoopApp
 from companion.io.recorder import Recorder
 from companion.io.store import AnyStore
@@ -28,6 +29,9 @@ from mavlink_bridge.framing import Deframer
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.requests import RequestBody
 from mavlink_bridge.snapshot import Snapshot
+
+_LOG_DATA: Final = b"\x78\x00\x00"
+"""Message id of LOG_DATA: what is downloaded is a log already, and would push this run's own out."""
 
 
 class Recording:
@@ -57,6 +61,10 @@ class Recording:
         """Wrap the store."""
         self._store = store
         return RecordingStore(store, self._inputs)
+
+    def archive(self, archive: AnyArchive) -> AnyArchive:
+        """Wrap the archive of logs."""
+        return RecordingArchive(archive, lambda fetched: self._inputs.fetched(*fetched))
 
     def start(self, meta: Mapping[str, Any]) -> None:
         """Write the recording's header; call when all links and the store are wrapped."""
@@ -166,7 +174,8 @@ class TlogLink:
         if accepted:
             keep, stamp_us = self._recording.recorder.frame, self._recording.stamp_us
             for raw in split_frames(data):
-                keep(self._number, stamp_us, raw)
+                if raw[7:10] != _LOG_DATA:
+                    keep(self._number, stamp_us, raw)
         return accepted
 
     def _keep(self, raw: bytes) -> None:

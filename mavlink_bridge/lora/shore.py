@@ -83,6 +83,8 @@ class ShoreTwin:
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
+        self.logs: None = None
+        """The vessel's logs never cross the radio."""
         self.state: RadioState | None = None
         self.state_us: int | None = None
         """When the newest state was true."""
