@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import random
+import struct
+import zlib
 from pathlib import Path
 
 import pytest
@@ -18,7 +21,9 @@ def lines_of(lines: list[dict[str, object]], step: str) -> list[dict[str, object
 @pytest.mark.parametrize(("persona", "port", "instance"), [("generic", 14540, 21), ("ardurover", 14550, 22)])
 def test_mavsdk_services(tmp_path: Path, persona: str, port: int, instance: int) -> None:
     """Three times real time: a heartbeat a second from the station is then one in 3 s."""
-    with Sim(tmp_path / "run", instance, speed=3.0, arguments=("--set", "operator.gcs_required=false")) as sim:
+    log = earlier_log(tmp_path / "runs")
+    changes = ("--set", "operator.gcs_required=false", "--set", f"record.directory={tmp_path / 'runs'}")
+    with Sim(tmp_path / "run", instance, speed=3.0, arguments=changes) as sim:
         lines = client("mavsdk_services.py", f"udpin://0.0.0.0:{sim.port(port)}", persona, str(LAT_DEG), str(LON_DEG))
     assert lines_of(lines, "done")
     assert not lines_of(lines, "complaints")
@@ -35,12 +40,24 @@ def test_mavsdk_services(tmp_path: Path, persona: str, port: int, instance: int)
     assert bool(lines_of(lines, "mission refused")) is (persona == "ardurover")
     assert lines_of(lines, "mission finished")
     assert lines_of(lines, "takeoff refused")
+    if persona == "generic":
+        assert lines_of(lines, "logs")[0]["first"] == "2026-05-28T20:26:40Z"
+        assert lines_of(lines, "log") == [{**lines_of(lines, "log")[0], "result": "SUCCESS", "crc": zlib.crc32(log)}]
+
+
+def earlier_log(folder: Path) -> bytes:
+    """Put the log of an earlier run there; its content is returned."""
+    content = struct.pack(">Q", 1_780_000_000_000_000) + random.Random(1).randbytes(100_000)
+    (folder / "earlier").mkdir(parents=True)
+    (folder / "earlier" / "mavlink.tlog").write_bytes(content)
+    return content
 
 
 def test_mavproxy_services(tmp_path: Path) -> None:
     folder = tmp_path / "mavproxy"
     folder.mkdir()
-    with Sim(tmp_path / "run", 23, speed=1.0) as sim:
+    log = earlier_log(tmp_path / "runs")
+    with Sim(tmp_path / "run", 23, speed=1.0, arguments=("--set", f"record.directory={tmp_path / 'runs'}")) as sim:
         lines = client(
             "mavproxy_services.py", f"tcp:127.0.0.1:{sim.port(5760)}", str(LAT_DEG), str(LON_DEG), str(folder)
         )
@@ -49,6 +66,7 @@ def test_mavproxy_services(tmp_path: Path) -> None:
     took_s = lines_of(lines, "parameters")[0]["took_s"]
     assert isinstance(took_s, float)
     assert took_s < 2.0
+    assert (folder / "log1.bin").read_bytes() == log
 
 
 def test_qgc_like_client_over_real_links(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ class MavProxy:
             sys.executable,
             program,
             f"--master={master}",
-            "--default-modules=link,param,wp,mode,arm,fence,rally,rc,misc,cmdlong,ftp",
+            "--default-modules=link,param,wp,mode,arm,fence,rally,rc,misc,cmdlong,ftp,log",
             "--nowait",
             "--state-basedir",
             str(folder),

@@ -1,4 +1,4 @@
-"""MAVProxy's own commands one after the other: parameters, waypoints, fence, rally, modes, arming, go-to, return.
+"""MAVProxy's own commands one after the other: parameters, waypoints, fence, rally, logs, modes, arming, go-to, return.
 
 ``mavproxy_services.py MASTER LAT_DEG LON_DEG FOLDER``. Prints one JSON object a line; MAVProxy's output is FOLDER/mavproxy.log.
 """
@@ -54,6 +54,8 @@ def main(master: str, lat: float, lon: float, folder: Path) -> None:
         ("fence list", r"(?i)fence item|Requesting \d+ fence|Saved \d+ fence|POLYGON"),
         (f"rally load {folder / 'rally.txt'}", r"(?i)Loaded \d+ rally"),
         ("rally list", r"(?i)rally"),
+        ("log list", r"Log 1 +numLogs 2"),
+        (f"log download 1 {folder / 'log1.bin'}", r"Finished downloading"),
         ("arm throttle", r"(?i)\barmed\b"),
         ("mode AUTO", r"AUTO>|Mode AUTO"),
         ("mode HOLD", r"HOLD>|Mode HOLD"),

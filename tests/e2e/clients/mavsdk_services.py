@@ -9,15 +9,19 @@ from __future__ import annotations
 import json
 import math
 import sys
+import tempfile
 import threading
 import time
+import zlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from mavsdk import ComponentType, Configuration, LogLevel, Mavsdk, log_subscribe
 from mavsdk.plugins.action import Action, ActionError, OrbitYawBehavior
 from mavsdk.plugins.geofence import Circle, FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.info import Info
+from mavsdk.plugins.log_files import LogFiles, LogFilesResult
 from mavsdk.plugins.manual_control import ManualControl
 from mavsdk.plugins.mission import Mission, MissionError, MissionItem, MissionPlan
 from mavsdk.plugins.mission_raw import MissionItem as RawItem, MissionRaw
@@ -100,6 +104,20 @@ class Client:
             else:
                 raise SystemExit(f"{name} = {value} was taken")
         COMPLAINTS.clear()
+
+    def logs(self) -> None:
+        """MAVSDK counts logs from 0; those of the Rover face begin at 1, as ArduPilot's do, and it takes the last for none."""
+        if self.rover:
+            return
+        files = LogFiles(self.system)
+        entries = files.get_entries()
+        say("logs", sizes=[entry.size_bytes for entry in entries], first=entries[0].date)
+        ends: list[LogFilesResult] = []
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "log"
+            files.download_log_file_async(entries[0], str(path), lambda result, *_: ends.append(result))
+            wait("log downloaded", lambda: bool(ends) and ends[-1] != LogFilesResult.NEXT, 30)
+            say("log", result=ends[-1].name, crc=zlib.crc32(path.read_bytes()))
 
     def fence(self) -> None:
         geofence = Geofence(self.system)
@@ -229,6 +247,7 @@ def main(url: str, persona: str, lat_deg: float, lon_deg: float) -> None:
         client.telemetry_flows,
         client.information,
         client.parameters,
+        client.logs,
         client.fence,
         client.raw_mission,
         client.plain_mission,

@@ -1,0 +1,94 @@
+"""Logs of earlier runs over MAVLink, from the whole vessel: listed, downloaded within the byte budget, and replayed bit for bit."""
+
+from __future__ import annotations
+
+import random
+import struct
+
+import pytest
+
+from companion.replay import replay, summary
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.tlog import iterate
+from tests.fake_vessel import Bench
+from tests.world_station import Helm
+
+BEGIN_S = 1_780_000_000
+
+
+@pytest.fixture
+def log(tmp_path):
+    folder = tmp_path / "runs" / "earlier"
+    folder.mkdir(parents=True)
+    content = struct.pack(">Q", BEGIN_S * 1_000_000) + random.Random(5).randbytes(150_000)
+    (folder / "mavlink.tlog").write_bytes(content)
+    return content
+
+
+def listed(helm):
+    helm.send(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
+    helm.until(lambda: bool(helm.gcs.all("LOG_ENTRY")), 2.0)
+    helm.run(0.2)
+    return {entry.id: (entry.size, entry.time_utc) for entry in helm.gcs.all("LOG_ENTRY")}
+
+
+@pytest.mark.parametrize("persona", ["ardurover", "generic"])
+def test_a_log_comes_whole_while_telemetry_flows_and_the_run_replays(tmp_path, log, persona):
+    run_dir = tmp_path / "runs" / "now"
+    budget = (
+        "endpoints.0.budget_bytes_per_s=60000" if persona == "ardurover" else "endpoints.1.budget_bytes_per_s=60000"
+    )
+    helm = Helm(persona, f"record.directory={tmp_path / 'runs'}", budget, run_dir=run_dir)
+    first = helm.shift
+    found = listed(helm)
+    assert found[first] == (len(log), BEGIN_S)
+    assert set(found) == {first, first + 1}, "the earlier run, then this one"
+    helm.gcs.clear()
+    helm.send(dialect.MAVLink_log_request_data_message(1, 1, first, 0, 0xFFFFFFFF))
+    took_s = helm.until(lambda: sum(m.count for m in helm.gcs.all("LOG_DATA")) >= len(log), 30.0)
+    pieces = sorted((m.ofs, bytes(m.data[: m.count])) for m in helm.gcs.all("LOG_DATA"))
+    assert b"".join(data for _, data in pieces) == log
+    assert took_s > len(log) / 60_000 - 1.0, "no faster than the endpoint's budget"
+    assert took_s < 2.5 * len(log) / 60_000
+    assert len(helm.gcs.all("ATTITUDE")) > 3.0 * took_s, "telemetry takes turns with the download"
+    helm.send(dialect.MAVLink_log_erase_message(1, 1))
+    helm.until(lambda: "Logs of 1 earlier runs erased" in helm.texts(), 2.0)
+    assert set(listed(helm)) >= {first}
+    helm.world.shutdown(helm.world.now_us)
+    kept = [record.frame.message_id for record in iterate((run_dir / "mavlink.tlog").read_bytes())]
+    assert 118 in kept
+    assert 120 not in kept, "a log in a log would push this run's own telemetry out"
+    outcome = replay(run_dir)
+    assert outcome.identical, summary(outcome, 1.0)
+
+
+def test_an_armed_boat_keeps_its_logs(tmp_path, log):
+    helm = Helm("ardurover", f"record.directory={tmp_path / 'runs'}", run_dir=tmp_path / "runs" / "now")
+    helm.run(5.0)
+    assert helm.command(400, 1.0) == 0
+    helm.send(dialect.MAVLink_log_erase_message(1, 1))
+    helm.until(lambda: "not erased while armed" in helm.texts(), 2.0)
+    assert (tmp_path / "runs" / "earlier" / "mavlink.tlog").read_bytes() == log
+    helm.world.shutdown(helm.world.now_us)
+
+
+@pytest.mark.parametrize("profile", ["lora", "high_latency"])
+def test_a_slow_link_says_that_there_are_none(profile):
+    """An honest empty list ends the station's retries; no log crosses the radio."""
+
+    class Forbidden:
+        looked = 1
+
+        def __getattr__(self, name):
+            raise AssertionError(name)
+
+    bench = Bench("ardurover", config=EndpointConfig(profile=profile))
+    bench.vessel.logs = Forbidden()
+    bench.tick()
+    bench.send(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
+    bench.send(dialect.MAVLink_log_request_data_message(1, 1, 1, 0, 90))
+    bench.send(dialect.MAVLink_log_erase_message(1, 1))
+    bench.run(30.0)
+    assert [entry.num_logs for entry in bench.gcs.all("LOG_ENTRY")] == [0]
+    assert not bench.gcs.all("LOG_DATA")
