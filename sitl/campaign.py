@@ -1,37 +1,37 @@
-"""Campaigns: scenarios x seeds x vessels over all cores, one CSV row for each run, resumable, with a summary at the end.
+"""Campaigns: scenarios x seeds x vessels, one CSV row for each run, resumable, with a summary at the end.
 
-Runs are independent processes' work; rows are written by the parent alone as they come in, so that an interruption
-loses no finished run. A run that raises is a row that says so.
+Who does the runs (this computer's cores, a cluster) is handed in; rows are written by this process alone as they come in, so
+that an interruption loses no finished run. A row stands for as long as its scenario, vessel and program are what they were.
 """
 
 from __future__ import annotations
 
 import csv
-import multiprocessing
-import time
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from pydantic import Field, ValidationError
 
 from companion.core.config import Config
 from companion.settings import ConfigError, explain
 
-from .scenario import run_scenario
-from .scenario_file import find, library, read_scenario
+from .campaign_work import COLUMNS, Job, Row, basis_of, over_cores
+from .scenario_file import Scenario, find, library, read_scenario
+
+Work = Callable[[Sequence[Job]], Iterable[Row]]
+"""Does jobs, in any order."""
 
 
 class CampaignText(Config):
     """What is combined."""
 
     scenarios: tuple[str, ...] = ()
-    """Names or files beside the campaign's; empty = all that come along."""
+    """Names, or files beside the campaign's; empty = all that come along."""
     seeds: tuple[int, ...] = Field((1,), min_length=1)
     vessels: tuple[str, ...] = ("",)
-    """Hulls by name or file; empty = each scenario's own."""
+    """Hulls by name, or files beside the campaign's; empty = each scenario's own."""
 
 
 class CampaignFile(Config):
@@ -40,135 +40,81 @@ class CampaignFile(Config):
     campaign: CampaignText
 
 
-@dataclass(frozen=True, slots=True)
-class Job:
-    """One run."""
-
-    scenario: str
-    vessel: str
-    seed: int
-
-    @property
-    def key(self) -> tuple[str, str, str]:
-        """How a row names it."""
-        return self.scenario, self.vessel, str(self.seed)
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """What came of one run, as the CSV has it."""
-
-    scenario: str
-    vessel: str
-    seed: int
-    passed: int
-    distance_m: float
-    wall_s: float
-    failed: str
-    """What did not hold: quantity = found (limit); the findings that held are in ``found``."""
-    found: str
-
-
-COLUMNS = tuple(field.name for field in fields(Row))
-
-
 def read_campaign(path: Path) -> list[Job]:
     """Read a campaign and check every scenario with every vessel. Raises ConfigError with every mistake."""
+    text = _read(path)
+    names = text.scenarios or [item.stem for item in library()]
+    ready: dict[tuple[str, str], tuple[Scenario, str]] = {}
+    mistakes: list[str] = []
+    for name in names:
+        for vessel in text.vessels:
+            hull = _beside(vessel, path)
+            overrides = (f'vessel="{hull}"',) if hull else ()
+            try:
+                scenario = read_scenario(find(_beside(name, path)), overrides=overrides)
+                ready[name, vessel] = scenario, basis_of(scenario)
+            except ConfigError as error:
+                mistakes += [f"{name}: {mistake}" for mistake in error.mistakes]
+    if mistakes:
+        raise ConfigError(str(path), list(dict.fromkeys(mistakes)))
+    return [Job(*names, seed, *made) for names, made in ready.items() for seed in dict.fromkeys(text.seeds)]
+
+
+def _read(path: Path) -> CampaignText:
     try:
-        text = CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8"))).campaign
-    except OSError as error:
+        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8"))).campaign
+    except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
     except ValidationError as error:
         raise ConfigError(str(path), [explain(item) for item in error.errors()]) from None
-    names = [_beside(name, path.parent) for name in text.scenarios] or [item.stem for item in library()]
-    mistakes: list[str] = []
-    for name in names:
-        for vessel in text.vessels:
-            try:
-                read_scenario(find(name), overrides=_overrides(vessel))
-            except ConfigError as error:
-                mistakes += [f"{name}: {mistake}" for mistake in error.mistakes]
-    if mistakes:
-        raise ConfigError(str(path), mistakes)
-    return [Job(name, vessel, seed) for name in names for vessel in text.vessels for seed in text.seeds]
+
+
+def _beside(name: str, campaign: Path) -> str:
+    return str((campaign.parent / name).resolve()) if name.endswith(".toml") else name
 
 
 def run_campaign(
-    jobs: Sequence[Job], results: Path, *, workers: int | None = None, done: Callable[[int, int], None] | None = None
+    jobs: Sequence[Job],
+    results: Path,
+    *,
+    work: Work = over_cores,
+    done: Callable[[int, int], None] | None = None,
 ) -> list[dict[str, str]]:
-    """Run what is not yet in ``results`` and return all rows of these jobs. ``done`` is told (finished, all) after each run."""
-    _drop_cut_line(results)
-    rows = {_key(row): row for row in _finished(results)}
-    missing = [job for job in jobs if job.key not in rows]
+    """Run what is not yet in ``results`` and return all rows of these jobs, in their order.
+
+    ``done`` is told (finished, all) after each run. Raises ConfigError when the file is another table, and what ``work`` raises.
+    """
+    missing = _missing(jobs, results)
+    count = len(jobs) - len(missing)
     if done is not None:
-        done(len(jobs) - len(missing), len(jobs))
-    fresh = not results.is_file() or results.stat().st_size == 0
+        done(count, len(jobs))
     with results.open("a", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS)
-        if fresh:
+        if not file.tell():
             writer.writeheader()
-        for count, row in enumerate(_work(missing, workers), len(jobs) - len(missing) + 1):
+        # the longest first, so that no core is left alone with a long run at the end
+        longest_first = sorted(missing, key=lambda job: -job.ready.text.scenario.duration_s)
+        for row in work(longest_first) if missing else ():
             writer.writerow(asdict(row))
             file.flush()
+            count += 1
             if done is not None:
                 done(count, len(jobs))
-    rows = {_key(row): row for row in _finished(results)}
-    return [rows[job.key] for job in jobs]
+    return finished(jobs, results)
 
 
-def summary(rows: Sequence[dict[str, str]]) -> list[str]:
-    """One line for each scenario and vessel, and what failed."""
-    groups: dict[tuple[str, str], list[dict[str, str]]] = {}
-    for row in rows:
-        groups.setdefault((row["scenario"], row["vessel"] or "own"), []).append(row)
-    width = max((len(name) for name, _ in groups), default=0)
-    lines = []
-    for (name, vessel), group in groups.items():
-        held = sum(row["passed"] == "1" for row in group)
-        lines.append(f"{name:{width}}  {vessel:10}  {held}/{len(group)}")
-        lines += [f"  seed {row['seed']}: {row['failed']}" for row in group if row["passed"] != "1"]
-    return lines
+def _missing(jobs: Sequence[Job], results: Path) -> list[Job]:
+    _drop_cut_line(results)
+    found = {_key(row) for row in _rows(results)}
+    return [job for job in jobs if job.key not in found]
 
 
-def _work(jobs: Sequence[Job], workers: int | None) -> Iterable[Row]:
-    count = min(workers or multiprocessing.cpu_count(), len(jobs))
-    if count <= 1:
-        yield from map(_run, jobs)
-        return
-    # spawned, so that a worker starts the same everywhere and inherits nothing
-    with multiprocessing.get_context("spawn").Pool(count) as pool:
-        yield from pool.imap_unordered(_run, jobs)
-
-
-def _run(job: Job) -> Row:
-    began = time.monotonic()
-    try:
-        outcome = run_scenario(job.scenario, seed=job.seed, overrides=_overrides(job.vessel))
-    except Exception as error:  # a run that breaks is a result too; the others go on
-        failed = " ".join(f"{type(error).__name__}: {error}".split())  # a row is a line
-        return Row(job.scenario, job.vessel, job.seed, 0, 0.0, round(time.monotonic() - began, 2), failed, "")
-    failures = [f"{item.what} = {item.found} ({item.limit})" for item in outcome.findings if not item.passed]
-    found = [f"{item.what} = {item.found}" for item in outcome.findings if item.passed]
-    return Row(
-        job.scenario,
-        job.vessel,
-        job.seed,
-        int(outcome.passed),
-        outcome.distance_m,
-        round(time.monotonic() - began, 2),
-        "; ".join(failures),
-        "; ".join(found),
-    )
-
-
-def _overrides(vessel: str) -> tuple[str, ...]:
-    return (f'vessel="{vessel}"',) if vessel else ()
-
-
-def _beside(name: str, folder: Path) -> str:
-    return str(folder / name) if name.endswith(".toml") else name
+def finished(jobs: Sequence[Job], results: Path) -> list[dict[str, str]]:
+    """Rows of those jobs that are done, in the jobs' order. Raises ConfigError when the file is another table."""
+    rows = {_key(row): row for row in _rows(results)}
+    return [rows[job.key] for job in jobs if job.key in rows]
 
 
 def _drop_cut_line(results: Path) -> None:
@@ -178,13 +124,36 @@ def _drop_cut_line(results: Path) -> None:
             file.truncate(file.read().rfind(b"\n") + 1)
 
 
-def _finished(results: Path) -> list[dict[str, str]]:
-    """Rows of earlier starts."""
-    if not results.is_file():
-        return []
-    with results.open(newline="", encoding="utf-8") as file:
-        return [row for row in csv.DictReader(file) if all(row.get(name) is not None for name in COLUMNS)]
+def _rows(results: Path) -> Iterator[dict[str, str]]:
+    """Rows of earlier starts. Raises ConfigError."""
+    if not results.is_file() or not results.stat().st_size:
+        return
+    with results.open(newline="", encoding="utf-8", errors="replace") as file:
+        reader = csv.DictReader(file)
+        if tuple(reader.fieldnames or ()) != COLUMNS:
+            raise ConfigError(str(results), ["not a table of this version's campaigns; move it away and start again"])
+        yield from (row for row in reader if all(row.get(name) is not None for name in COLUMNS))
 
 
-def _key(row: dict[str, Any]) -> tuple[str, str, str]:
-    return row["scenario"], row["vessel"], row["seed"]
+def _key(row: dict[str, str]) -> tuple[str, str, str, str]:
+    return row["scenario"], row["vessel"], row["seed"], row["basis"]
+
+
+def groups(rows: Sequence[dict[str, str]]) -> dict[tuple[str, str], list[dict[str, str]]]:
+    """Rows by scenario and vessel ("own": the scenario's)."""
+    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows:
+        found.setdefault((row["scenario"], row["vessel"] or "own"), []).append(row)
+    return found
+
+
+def summary(rows: Sequence[dict[str, str]]) -> list[str]:
+    """One line for each scenario and vessel, and what failed."""
+    found = groups(rows)
+    width = max((len(name) for name, _ in found), default=0)
+    lines = []
+    for (name, vessel), group in found.items():
+        held = sum(row["passed"] == "1" for row in group)
+        lines.append(f"{name:{width}}  {vessel:10}  {held}/{len(group)}")
+        lines += [f"  seed {row['seed']}: {row['failed']}" for row in group if row["passed"] != "1"]
+    return lines

@@ -62,7 +62,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run the simulator; exit status 0 done, 1 a plan did not start, 2 wrong usage."""
-    if arguments.scenario or arguments.list_scenarios or arguments.campaign:
+    if arguments.scenario or arguments.list_scenarios or arguments.campaign or arguments.cluster:
         return cli_scenario.command(arguments)
     arguments.seed = arguments.seed or 0
     settings, speed = _settings(arguments)

@@ -16,7 +16,9 @@ from typing import Any
 import config as shipped
 from companion.settings import ConfigError
 
-from .campaign import read_campaign, run_campaign, summary
+from .campaign import Work, finished, read_campaign, run_campaign, summary
+from .campaign_page import make_page
+from .campaign_work import CampaignError, over_cores
 from .scenario import Outcome, run
 from .scenario_expect import Finding
 from .scenario_file import library, read_scenario
@@ -30,7 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="run a scenario in lock-step and judge it; exit status 1 when an expectation fails",
     )
     parser.add_argument(
-        "--campaign", type=Path, metavar="F.toml", help="run scenarios x seeds x vessels over all cores, into F.csv"
+        "--campaign",
+        type=Path,
+        metavar="F.toml",
+        help="run scenarios x seeds x vessels over all cores, into F.csv and F.html",
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="with --campaign: over the Dask cluster there, such as tcp://host:8786"
     )
     parser.add_argument("--list-scenarios", action="store_true", help="list the scenarios that come along")
 
@@ -40,7 +48,9 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.list_scenarios:
         return list_scenarios(as_json=arguments.json)
     if arguments.campaign is not None:
-        return campaign(arguments.campaign, as_json=arguments.json)
+        return campaign(arguments.campaign, cluster=arguments.cluster, as_json=arguments.json)
+    if arguments.cluster is not None:
+        raise ConfigError("--cluster", ["needs --campaign F.toml"])
     mistakes = _clashes(arguments)
     if mistakes:
         raise ConfigError("--scenario", mistakes)
@@ -75,26 +85,40 @@ def list_scenarios(*, as_json: bool) -> int:
     return 0
 
 
-def campaign(path: Path, *, as_json: bool) -> int:
-    """Run a campaign, or what is left of it. Raises ConfigError."""
+def campaign(path: Path, *, cluster: str | None = None, as_json: bool = False) -> int:
+    """Run a campaign, or what is left of it; the table is F.csv, the summary page F.html. Raises ConfigError, MissingExtraError."""
     jobs = read_campaign(path)
-    results = path.with_suffix(".csv")
+    results, page = path.with_suffix(".csv"), path.with_suffix(".html")
     began = time.monotonic()
-    with _progress(len(jobs)) as done:
-        rows = run_campaign(jobs, results, done=done)
+    broken = ""
+    try:
+        with _progress(len(jobs)) as done:
+            rows = run_campaign(jobs, results, work=_work(cluster), done=done)
+    except (CampaignError, KeyboardInterrupt) as error:
+        broken = str(error) or "stopped"
+        rows = finished(jobs, results)
     held = sum(row["passed"] == "1" for row in rows)
+    if rows:
+        page.write_text(make_page(path.stem, rows, len(jobs)), encoding="utf-8")
     if as_json:
-        told = {
-            "runs": len(rows),
-            "passed": held,
-            "wall_s": round(time.monotonic() - began, 1),
-            "results": str(results),
-        }
-        print(json.dumps(told))
-    else:
+        told = {"runs": len(rows), "passed": held, "wall_s": round(time.monotonic() - began, 1)}
+        print(json.dumps(told | {"results": str(results), "page": str(page)}))
+    elif rows:
         print("\n".join(summary(rows)))
-        print(f"{held} of {len(rows)} runs hold; every figure is in {results}")
-    return 0 if held == len(rows) else 1
+        print(f"{held} of {len(rows)} runs hold; every figure is in {results}, the summary in {page}")
+    if broken:
+        print(broken, file=sys.stderr)
+        print(f"{len(rows)} of {len(jobs)} runs are done; the same command goes on with the others", file=sys.stderr)
+    return 0 if held == len(jobs) else 1
+
+
+def _work(cluster: str | None) -> Work:
+    """Who does the runs: this computer's cores, or the cluster at an address."""
+    if cluster is None:
+        return over_cores
+    from .campaign_cluster import over_cluster
+
+    return lambda jobs: over_cluster(jobs, cluster)
 
 
 @contextmanager

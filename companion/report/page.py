@@ -44,19 +44,29 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
             f"<section id=settings><details><summary>Settings in force</summary><pre>{shown}</pre></details></section>"
         )
     links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title, _, _ in drawn)
+    nav = f"<nav>{links}<a href='#events'>Events</a></nav>"
+    return document(flight.title, f"{_head(flight, verdicts)}{nav}{''.join(sections)}")
+
+
+def document(title: str, body: str) -> str:
+    """A whole page in the reports' style around ``body`` (HTML)."""
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(flight.title)}</title><style>{_STYLE}</style></head><body><main>"
-        f"{_head(flight, verdicts)}<nav>{links}<a href='#events'>Events</a></nav>{''.join(sections)}</main></body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body><main>{body}</main></body></html>\n"
     )
+
+
+def chips(held: int, failed: int) -> str:
+    """How much holds and how much does not, in colour."""
+    bad = f'<span class="chip fail">{failed} failed</span>' if failed else ""
+    good = f'<span class="chip pass">{held} within limits</span>' if held else ""
+    return bad + good
 
 
 def _head(flight: Flight, verdicts: Sequence[Verdict]) -> str:
     failed = sum(verdict.ok is False for verdict in verdicts)
     held = sum(verdict.ok is True for verdict in verdicts)
-    chip = f'<span class="chip fail">{failed} failed</span>' if failed else ""
-    chip += f'<span class="chip pass">{held} within limits</span>' if held else ""
     facts = " · ".join(
         html.escape(text)
         for text in (
@@ -67,7 +77,7 @@ def _head(flight: Flight, verdicts: Sequence[Verdict]) -> str:
         )
         if text
     )
-    return f"<h1>{html.escape(flight.title)}</h1><p class=soft>{facts}</p><p>{chip}</p>"
+    return f"<h1>{html.escape(flight.title)}</h1><p class=soft>{facts}</p><p>{chips(held, failed)}</p>"
 
 
 def _summary(flight: Flight, verdicts: Sequence[Verdict]) -> str:
