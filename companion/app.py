@@ -33,6 +33,7 @@ from .core.refusals import plan_refusal
 from .core.vehicle import Vehicle
 from .core.vehicle_config import TickInputs
 from .core.vessel import VesselConfig
+from .depth_keeper import DepthKeeper
 from .facade import Facade, Shared
 from .io.link import Link
 from .io.store import AnyStore
@@ -103,6 +104,7 @@ class App:
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
         self._waiting: dict[int, _Waiting] = {}
         self._own: list[tuple[Answer, RequestBody]] = []
+        self.depths = DepthKeeper(self.vehicle.guard.memory, settings.depth.memory, self._store)
         self.on_submit: Callable[[RequestBody], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
@@ -145,6 +147,7 @@ class App:
         self._neutral(now_us, "shutdown")
         for port in self.ports:
             port.link.close()
+        self.depths.close(now_us)
         self.store.close()
 
     @property
@@ -157,6 +160,11 @@ class App:
     @property
     def links(self) -> tuple[Link, ...]:
         return tuple(port.link for port in self.ports)
+
+    @property
+    def sensed_us(self) -> int | None:
+        """When the first sensor, the one that steers the vessel, last spoke; None = never."""
+        return self.sensors[0].last_rx_us if self.sensors else None
 
     def submit(self, body: RequestBody, answer: Answer = lambda reply: None) -> None:
         """Queue a request of the vessel's own people: the command line, a scenario. Answered at a coming tick."""
@@ -177,6 +185,8 @@ class App:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
         if self.keeper is not None:
             self.keeper.tick(now_us, snapshot)
+        if now_us >= self.depths.due_us:
+            self.depths.save(now_us)
         for ground in self.grounds:
             self._watched.call(ground.name, now_us, ground.tell, now_us, snapshot)
         if self.recorder is not None:
@@ -345,7 +355,7 @@ class App:
 
     # ---- what must last -----------------------------------------------------------------------------------------
 
-    def _store(self, op: StoreOp, answer: Answer, apply: Callable[[], None]) -> None:
+    def _store(self, op: StoreOp, answer: Answer, apply: Callable[[], None] = lambda: None) -> None:
         self._waiting[self.store.submit(op)] = _Waiting(answer, apply)
 
     def _stored(self, done: Completion) -> None:
@@ -376,3 +386,4 @@ class App:
                 self._adopt(plan)
             else:
                 self.vehicle.say(Severity.WARNING, f"stored {kind.name.lower()} left out: {plan.reason}")
+        self._say([(Severity.INFO, text) for text in self.depths.restore(content.depth)])

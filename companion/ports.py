@@ -41,14 +41,14 @@ class _Counted:
         self.bytes_in = 0
         self.bytes_out = 0
         self.open_channels: dict[int, str] = {}
-        self._last_rx_us: int | None = None
+        self.last_rx_us: int | None = None
 
     def events(self, now_us: int) -> list[LinkEvent]:
         events = self.link.poll(now_us)
         for event in events:
             if isinstance(event, Received):
                 self.bytes_in += len(event.data)
-                self._last_rx_us = now_us
+                self.last_rx_us = now_us
             elif isinstance(event, Opened):
                 self.open_channels[event.channel] = event.peer
             else:
@@ -61,7 +61,7 @@ class _Counted:
         return accepted
 
     def summary(self, now_us: int, bad_frames: int, text: str) -> LinkHealth:
-        age = None if self._last_rx_us is None else (now_us - self._last_rx_us) * 1e-6
+        age = None if self.last_rx_us is None else (now_us - self.last_rx_us) * 1e-6
         return LinkHealth(
             name=self.link.name,
             kind=self.kind,

@@ -1,7 +1,8 @@
 """The loop: ticks at a fixed rate, bytes served in between, one way out.
 
 Ticks sit on a fixed grid, so lateness does not add up; a tick that comes more than one period late skips the missed
-ones instead of running them in a burst. Whatever ends the loop (a signal, an exception, the end of a simulation), the
+ones instead of running them in a burst. The grid slides slowly, by a hundredth, until ticks come just after the heading
+sensor has spoken: what it said then reaches the actuators in milliseconds instead of up to a period later. Whatever ends the loop (a signal, an exception, the end of a simulation), the
 app's ``shutdown`` writes neutral last.
 """
 
@@ -22,6 +23,10 @@ from companion.io.notify import Notifier
 
 PUMP_PAUSE_US: Final = 500
 """At least so long between two pumps: a flood of small reads must not take the whole processor."""
+SETTLE_US: Final = 3_000
+"""Where the grid wants its ticks: this long after the last byte of the sensor's burst."""
+SLEW_US: Final = 500
+"""The most that one period is longer or shorter for it."""
 _LATE_KEPT: Final = 2_000
 
 log = logging.getLogger(__name__)
@@ -102,7 +107,8 @@ def run(
     """Drive ``app`` until ``stop`` is raised or ``until_us`` is reached; return the exit status.
 
     An app whose ``stop_wanted`` turns true is shut down. One that has an ``actuator_fresh`` attribute feeds systemd's
-    watchdog only while that is true: a loop that turns without steering is as good as dead. An exception in the app is
+    watchdog only while that is true: a loop that turns without steering is as good as dead. One with a ``sensed_us`` (when
+    its heading sensor last spoke, or None) has its ticks moved to just after that. An exception in the app is
     logged, neutral is written, and the status is 1.
     """
     stats = stats or LoopStats()
@@ -151,13 +157,22 @@ def _turn(
         stats.ticks += 1
         stats.load = (ended_us - now_us) / period_us
         stats.overruns += ended_us - now_us > period_us
-        due_us += period_us
+        due_us += period_us + _slide_us(app, due_us, period_us)
         missed = max(0, (ended_us - due_us) // period_us)
         stats.skipped += missed
         due_us += missed * period_us
         if notifier.watchdog_us and now_us - fed_us >= notifier.watchdog_us // 4 and worked and _steering(app):
             notifier.send("WATCHDOG=1")
             fed_us = now_us
+
+
+def _slide_us(app: LoopApp, due_us: int, period_us: int) -> int:
+    """How much longer the next period is, us, so that ticks follow the sensor's bursts (``sensed_us`` of the app)."""
+    sensed_us: int | None = getattr(app, "sensed_us", None)
+    if sensed_us is None or sensed_us <= due_us - period_us:
+        return 0
+    error_us = (sensed_us + SETTLE_US - due_us + period_us // 2) % period_us - period_us // 2
+    return max(-SLEW_US, min(SLEW_US, error_us))
 
 
 def _steering(app: LoopApp) -> bool:

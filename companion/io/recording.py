@@ -128,6 +128,10 @@ class RecordedApp:
         return bool(getattr(self._app, "actuator_fresh", True))
 
     @property
+    def sensed_us(self) -> int | None:
+        return getattr(self._app, "sensed_us", None)
+
+    @property
     def stop_wanted(self) -> bool:
         return bool(getattr(self._app, "stop_wanted", False))
 

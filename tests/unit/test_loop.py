@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import socket
+
+import pytest
 
 from companion.io.clock import ManualClock
 from companion.io.loop import LoopStats, StopFlag, run
@@ -33,6 +36,26 @@ def test_ticks_sit_on_the_grid():
     assert run(app, clock, StopFlag(), until_us=1_000_000) == 0
     assert app.ticks == list(range(0, 1_000_000, 50_000))
     assert len(app.stopped) == 1
+
+
+@pytest.mark.parametrize("phase_us", range(0, 100_000, 7_000))
+def test_ticks_slide_to_just_after_the_sensor_has_spoken(phase_us):
+    """A sensor at 10 Hz, its clock a little wrong: what it says waits 3 ms for the tick, and no period is 1 % off."""
+    clock = ManualClock()
+    app = App(clock)
+    original = app.tick
+    spoken_us = range(phase_us, 30_000_000, 100_020)
+
+    def tick(now_us, **of_the_loop):
+        app.sensed_us = max((at for at in spoken_us if at <= now_us), default=None)
+        return original(now_us)
+
+    app.tick = tick
+    run(app, clock, StopFlag(), until_us=30_000_000)
+    periods = [after - before for before, after in itertools.pairwise(app.ticks)]
+    assert all(abs(period - 50_000) <= 500 for period in periods)
+    waits = [min(at - said for at in app.ticks if at >= said) for said in spoken_us if 15_000_000 < said < 29_000_000]
+    assert max(waits) <= 3_500
 
 
 def test_a_short_tick_shifts_nothing():
