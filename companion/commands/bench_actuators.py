@@ -28,6 +28,8 @@ from mavlink_bridge.imc import Action, ActuatorDemand
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
 PATIENCE_US: Final = 8_000_000
 """Time for the port to open and the board to answer."""
+LOOK_US: Final = 500_000
+"""A position is held this long before an answer counts: nobody has seen an output move that never got there."""
 WARNING: Final = "Thrusters and rudders will move. Take the propellers off, or keep everybody clear of them."
 
 
@@ -209,7 +211,7 @@ class Bench:
             if step.question:
                 print(f"{step.question} [y/n] ", flush=True)
         if step.question:
-            answer = _typed_line()
+            answer = _typed_line() if now_us - self._since_us >= LOOK_US else ""
             if not answer:
                 return
             if answer.strip().lower() not in ("y", "yes"):
