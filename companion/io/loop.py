@@ -2,8 +2,8 @@
 
 Ticks sit on a fixed grid, so lateness does not add up; a tick that comes more than one period late skips the missed
 ones instead of running them in a burst. The grid slides slowly, by a hundredth, until ticks come just after the heading
-sensor has spoken: what it said then reaches the actuators in milliseconds instead of up to a period later. Whatever ends the loop (a signal, an exception, the end of a simulation), the
-app's ``shutdown`` writes neutral last.
+sensor has spoken: what it said then reaches the actuators in milliseconds instead of up to a period later. Whatever ends
+the loop (a signal, an exception, the end of a simulation), the app's ``shutdown`` writes neutral last.
 """
 
 from __future__ import annotations
