@@ -5,6 +5,8 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
 PYTHON ?= python3
 PYTEST_ARGS ?=
+PYTEST := $(PY) -m pytest -n 2 --dist loadgroup
+NONE_CHOSEN := 5
 
 .PHONY: help setup sim test check bench bench-compare soak fuzz docs lock clean
 
@@ -20,7 +22,10 @@ sim: $(STAMP) ## run the simulated vessel with all its links
 	@$(VENV)/bin/companion sim $(SIM_ARGS)
 
 test: $(STAMP) ## the whole test suite (what CI runs)
-	@$(PY) -m pytest -n 2 --dist loadgroup -m "not soak" $(PYTEST_ARGS)
+	@echo "tests in virtual time ..."
+	@$(PYTEST) -m "not soak and not e2e" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
+	@echo "tests on the real clock, with the machine to themselves ..."
+	@$(PYTEST) -m "e2e and not soak" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
 
 check: $(STAMP) ## format, lint, types, import rules
 	@echo "format ..."  && $(VENV)/bin/ruff format --check .
@@ -37,8 +42,9 @@ bench-compare: $(STAMP) ## compare two benchmark files: make bench-compare OLD=a
 soak: $(STAMP) ## the long runs
 	@$(PY) -m pytest -m soak $(PYTEST_ARGS)
 
-fuzz: $(STAMP) ## structure-aware fuzzing of every byte that a stranger can send
+fuzz: $(STAMP) ## structure-aware, then coverage-guided fuzzing of every byte that a stranger can send
 	@$(PY) -m tools.fuzz $(FUZZ_ARGS)
+	@$(PY) -m tools.fuzz_guided $(FUZZ_GUIDED_ARGS)
 
 docs: $(STAMP) ## write the generated pages of docs/ again
 	@$(PY) -m tools.generate_docs
