@@ -72,7 +72,7 @@ def decoders() -> list[Decoder]:
     return [
         Decoder("nmea", SENTENCES, lambda data: reader.receive(data, next(clock))),
         Decoder("board", BOARD_LINES, lambda data: board.receive(data, next(clock))),
-        Decoder("plan file", [write_plan(plan).encode(), write_wpl(plan).encode()], _read_and_judge, (PlanFileError,)),
+        Decoder("plan file", [write_plan(plan).encode(), write_wpl(plan).encode()], read_and_judge, (PlanFileError,)),
         Decoder("seed json", [seed, b"[" + seed + b"," + seed + b"]"], seed_json.parse, (seed_json.SeedJsonError,)),
         Decoder("json stream", [seed + b"\n"], lambda data: lines.receive(data, next(clock))),
         Decoder("tlog", [log], lambda data: list(tlog.iterate(data))),
@@ -88,7 +88,7 @@ def decoders() -> list[Decoder]:
     ]
 
 
-def _read_and_judge(data: bytes) -> None:
+def read_and_judge(data: bytes) -> None:
     """What a plan file goes through before it sails."""
     plan = read_plan(data)
     compile_items(plan.mission)

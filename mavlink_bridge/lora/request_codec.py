@@ -157,5 +157,11 @@ def _get(reader: BitReader, field: str, kind: Any, resolve: Resolve) -> Any:
         return members[index]
     if field in ("lat_rad", "lon_rad"):
         number = reader.get(32)
-        return math.radians((number - (1 << 32) if number >> 31 else number) / 1e7)
-    return reader.real()
+        angle_deg = (number - (1 << 32) if number >> 31 else number) / 1e7
+        if abs(angle_deg) > (90.0 if field == "lat_rad" else 180.0):
+            raise BitsError("no such place")
+        return math.radians(angle_deg)
+    value = reader.real()
+    if not math.isfinite(value):
+        raise BitsError(f"{field} is no number")
+    return value

@@ -6,6 +6,9 @@ import pytest
 
 from tools.fuzz import CORPUS, fuzz
 from tools.fuzz_decoders import fuzz_decoders
+from tools.fuzz_targets import targets
+
+GUIDED = CORPUS / "guided"
 
 
 def test_hostile_frames_break_no_promise_of_the_vessel(tmp_path):
@@ -18,6 +21,15 @@ def test_hostile_frames_break_no_promise_of_the_vessel(tmp_path):
 
 def test_every_other_decoder_refuses_what_is_wrong_and_raises_nothing_else():
     assert fuzz_decoders(400, seed=3) == []
+
+
+@pytest.mark.parametrize("target", targets(), ids=lambda target: target.name)
+def test_what_coverage_guided_fuzzing_has_kept_breaks_nothing(target):
+    """The corpus of ``tools.fuzz_guided``: inputs that once broke something, and those that reach the most."""
+    for seed in target.seeds:
+        target.play(seed)
+    for kept in sorted((GUIDED / target.name).iterdir()) if (GUIDED / target.name).is_dir() else ():
+        target.play(kept.read_bytes())
 
 
 @pytest.mark.soak
