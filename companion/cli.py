@@ -29,6 +29,7 @@ COMMANDS: Final = {
     "tune": ("companion.commands.tune", "design and check gains"),
     "keys": ("companion.commands.keys", "signing and radio keys"),
     "store": ("companion.commands.store", "export and import what the vessel keeps"),
+    "depth": ("companion.commands.depth", "depth memory and charts: export, import, convert"),
     "explain": ("companion.commands.explain", "tables: failsafe conditions and more"),
     "bench-actuators": ("companion.commands.bench_actuators", "move the actuators on the bench"),
 }

@@ -8,7 +8,6 @@ and every row of control.csv, field by field.
 from __future__ import annotations
 
 import copy
-import csv
 import io
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,14 +17,16 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from companion.app import AppFaultError
+from companion.app import App, AppFaultError
 from companion.build import build_app
 from companion.core.vessel import VesselConfig
+from companion.facade import software_version
 from companion.io import request_json
 from companion.io.input_replay import Difference, ReplayLinks, ReplayStore
 from companion.io.inputs import InputReader, InputsError, Step
 from companion.io.link import Link
 from companion.io.log_archive import Fetched, ReplayArchive
+from companion.io.log_file import parts_of
 from companion.io.recorder import CONTROL_COLUMNS, control_row
 from companion.replay_frames import SentFrames, tell
 from companion.settings import ConfigError, Settings, explain, override
@@ -75,6 +76,8 @@ class Outcome:
     """Differences in all, kept or not."""
     fault: str = ""
     """The app gave up."""
+    versions: str = ""
+    """Who recorded and who replayed it, when it was not the same version."""
 
     @property
     def identical(self) -> bool:
@@ -100,6 +103,8 @@ def replay(
         raise ReplayError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
     try:
         return _Replay(reader, changes, tolerant, on_tick, path.parent).run()
+    except InputsError as error:
+        raise ReplayError(f"{path}: {error}") from None
     finally:
         reader.close()
 
@@ -115,6 +120,8 @@ class _Replay:
         on_tick: Callable[[Snapshot], None] | None,
         run_dir: Path,
     ) -> None:
+        if not _described(reader.meta):
+            raise ReplayError(f"{run_dir}: the recording ends before its own description")
         self._reader = reader
         self._run_dir = run_dir
         self._sent: SentFrames | None = None
@@ -129,18 +136,30 @@ class _Replay:
         self._archive = ReplayArchive()
         self._next_link = iter(self._links.links)
         self.outcome = Outcome()
-        meta = reader.meta
-        if "settings" not in meta:
-            raise ReplayError("the recording ends before its own description")
-        self.app = build_app(
-            known_settings(meta["settings"], changes),
-            make_link=self._make_link,
-            store=self._store,
-            archive=self._archive,
-            vessel=_vessel(meta["vessel"]),
-            identity=_identity(meta["identity"]),
-        )
+        self.app = self._build(reader.meta, changes)
         self.app.recorder = self
+
+    def _build(self, meta: Mapping[str, Any], changes: Sequence[str]) -> App:
+        """The app as it was. Raises ReplayError when this version cannot make it, ConfigError for senseless changes."""
+        settings = known_settings(meta["settings"], changes)
+        try:
+            return build_app(
+                settings,
+                make_link=self._make_link,
+                store=self._store,
+                archive=self._archive,
+                vessel=_vessel(meta["vessel"]),
+                identity=_identity(meta["identity"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise ReplayError(
+                f"what was recorded is none of this program's vessels ({error}); {self.versions}"
+            ) from None
+
+    @property
+    def versions(self) -> str:
+        """Who recorded it, and who replays it."""
+        return f"recorded by version {self._reader.meta.get('version', 'unknown')}, replayed by {own_version()}"
 
     def _make_link(self, name: str, url: str, **options: object) -> Link:
         link = next(self._next_link, None)
@@ -162,12 +181,16 @@ class _Replay:
             except AppFaultError as error:
                 outcome.fault = str(error)
                 break
+            except request_json.NoRequestError as error:
+                raise ReplayError(f"step {step.number}: {error}; {self.versions}") from None
             self._links.finish()
             outcome.steps += 1
             outcome.duration_s = step.now_us * 1e-6
             outcome.writes_compared += sum(len(writes) for writes in step.writes.values())
             self._take_write_differences(step)
         outcome.cut = self._reader.cut
+        if self._reader.meta.get("version", own_version()) != own_version():
+            outcome.versions = self.versions
         return outcome
 
     def _perform(self, step: Step) -> None:
@@ -250,13 +273,12 @@ def nearly(name: str, was: str, now: str) -> bool:
 
 
 def control_rows(run_dir: Path) -> Iterator[list[str]]:
-    """Yield the rows of control.csv and its parts; a last line that was cut is left out."""
-    parts = [path for path in (run_dir / "control.csv", *sorted(run_dir.glob("control-*.csv"))) if path.is_file()]
-    for path in parts:
+    """Yield the rows of control.csv and its parts; what was cut, damaged or written by another version is left out."""
+    for path in parts_of(run_dir / "control.csv"):
         with path.open("rb") as file:
-            whole = (line.decode(errors="replace") for line in file if line.endswith(b"\n"))
-            for row in csv.reader(itertools.islice(whole, 1, None)):
-                if len(row) == len(COLUMNS):
+            for line in itertools.islice(file, 1, None):
+                row = line.decode(errors="replace").rstrip("\n").split(",")
+                if len(row) == len(COLUMNS) and row[1].isdecimal() and line.endswith(b"\n"):
                     yield row
 
 
@@ -266,6 +288,8 @@ def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Se
     Raises ConfigError for changes that make no sense.
     """
     kept = copy.deepcopy({key: value for key, value in data.items() if key in Settings.model_fields})
+    # A program that knew no depth memory had none.
+    kept.setdefault("depth", {}).setdefault("memory", {"enabled": False})
     drop_unknown(Settings, kept)
     mistakes = [mistake for item in overrides if (mistake := override(kept, item))]
     try:
@@ -291,6 +315,21 @@ def drop_unknown(model: type[BaseModel], data: dict[str, Any]) -> None:
             place.pop(item["loc"][-1], None)
 
 
+def _described(meta: Mapping[str, Any]) -> bool:
+    """Whether the first record holds what a replay cannot do without."""
+    links = meta.get("links")
+    return (
+        isinstance(meta.get("settings"), dict)
+        and isinstance(links, list)
+        and all(isinstance(link, dict) and {"name", "datagrams"} <= link.keys() for link in links)
+    )
+
+
+def own_version() -> str:
+    """This program's version, as runs have it."""
+    return ".".join(map(str, software_version()))
+
+
 def _vessel(data: Mapping[str, Any]) -> VesselConfig:
     kept = copy.deepcopy(dict(data))
     drop_unknown(VesselConfig, kept)
@@ -311,6 +350,8 @@ def summary(outcome: Outcome, wall_s: float) -> str:
         f"{outcome.rows_compared} control rows and {outcome.writes_compared} writes compared",
         file=out,
     )
+    if outcome.versions:
+        print(f"{outcome.versions}: a difference may be a change of the program", file=out)
     if outcome.cut:
         print("the recording ends in an unfinished record; everything before it was replayed", file=out)
     if outcome.fault:
@@ -323,5 +364,6 @@ def summary(outcome: Outcome, wall_s: float) -> str:
         for difference in itertools.islice(first.values(), 10):
             print(difference, file=out)
     elif not outcome.fault:
-        print("identical", file=out)
+        compared = outcome.rows_compared or outcome.writes_compared
+        print("identical" if compared else "nothing in it to compare", file=out)
     return out.getvalue().rstrip()

@@ -7,12 +7,13 @@ import contextlib
 import json
 import sqlite3
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from companion.io.recorder import write_json
 from companion.io.store import check, migrate, read_entries, write_entries
-from companion.io.store_content import Entry, StoreContent, content_of, from_json, rows_of, to_json
+from companion.io.store_content import SECTIONS, Entry, StoreContent, content_of, from_json, rows_of, to_json
 
 FORMAT = "usv-companion store 1"
 
@@ -35,7 +36,7 @@ def register(subparsers: Any) -> None:
     load.set_defaults(run=_import)
 
 
-def _read(path: Path) -> StoreContent | None:
+def read_store(path: Path) -> StoreContent | None:
     """Content of a store file, read only; None with a message when it is none."""
     if not path.is_file():
         print(f"{path}: no such store", file=sys.stderr)
@@ -55,7 +56,7 @@ def _read(path: Path) -> StoreContent | None:
 
 
 def _show(arguments: argparse.Namespace) -> int:
-    content = _read(arguments.store)
+    content = read_store(arguments.store)
     if content is None:
         return 1
     for kind, items in content.plans.items():
@@ -70,11 +71,13 @@ def _show(arguments: argparse.Namespace) -> int:
         print(f"counter    {name} = {number}")
     for key, text in content.values.items():
         print(f"value      {key} = {text[:60]}")
+    if content.depth:
+        print(f"depth      {len(content.depth)} tiles; see 'companion depth'")
     return 0
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    content = _read(arguments.store)
+    content = read_store(arguments.store)
     if content is None:
         return 1
     data = {"format": FORMAT, **to_json(content)}
@@ -107,18 +110,23 @@ def _import(arguments: argparse.Namespace) -> int:
         return 1
     entries = [Entry(section, key, body) for (section, key), body in rows.items()]
     if arguments.replace:
-        entries = [
-            Entry(section, "", None) for section in ("plan", "param", "ledger", "stamp", "counter", "value")
-        ] + entries
+        entries = [Entry(section, "", None) for section in SECTIONS] + entries
+    if not write_store(arguments.store, entries):
+        return 1
+    print(f"{arguments.store}: {len(rows)} entries taken over")
+    return 0
+
+
+def write_store(path: Path, entries: Iterable[Entry]) -> bool:
+    """Write rows into a store file in one transaction; False with a message when that cannot be."""
     try:
-        arguments.store.parent.mkdir(parents=True, exist_ok=True)
-        with contextlib.closing(sqlite3.connect(arguments.store, timeout=1.0, isolation_level=None)) as connection:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.closing(sqlite3.connect(path, timeout=1.0, isolation_level=None)) as connection:
             check(connection)
             migrate(connection)
             write_entries(connection, entries)
     except (OSError, sqlite3.Error) as error:
         hint = "; stop the vessel first" if "locked" in str(error) else ""
-        print(f"{arguments.store}: {error}{hint}", file=sys.stderr)
-        return 1
-    print(f"{arguments.store}: {len(rows)} entries taken over")
-    return 0
+        print(f"{path}: {error}{hint}", file=sys.stderr)
+        return False
+    return True

@@ -1,7 +1,7 @@
-"""The guard's look-ahead: what the closing rate and the map ask for, the ladder of texts, and the way back.
+"""The guard's look-ahead: what closing rate, map and own memory ask for, the ladder of texts, and the way back.
 
 Ladder: tell (the limit is near in time), slow (so that stopping fits into the water that is left), stop. The way back is the
-track sailed, since its depth is known.
+track sailed, since its depth is known. Map and memory both warn, and neither contradicts the other: the least depth counts.
 """
 
 from __future__ import annotations
@@ -15,7 +15,17 @@ from typing import Final
 from companion.core.depth_config import DepthGuardConfig
 from companion.core.depth_grid import DepthGrid
 from companion.core.depth_input import Altitude, DepthInput
-from companion.core.lookahead import ClosingRate, Point, StoppingDistance, sample, slow_speed_mps, way_ahead
+from companion.core.depth_memory import DepthMemory
+from companion.core.lookahead import (
+    ClosingRate,
+    PathAhead,
+    Point,
+    StoppingDistance,
+    sample,
+    slow_speed_mps,
+    strays,
+    way_ahead,
+)
 from mavlink_bridge.imc import EstimatedState, Severity
 from mavlink_bridge.value import value
 
@@ -23,6 +33,8 @@ _SLOW_MPS: Final = 0.1
 _UNDER_WAY_MPS: Final = 0.3
 _TRACK_M: Final = 2.0
 _MAP_LATENCY_S: Final = 0.2
+_NO_WORSE_M: Final = 0.1
+"""Two soundings that differ by this may be of the same water."""
 
 
 @value
@@ -38,13 +50,15 @@ class Look:
     left_s: float | None = None
     """Time to the least altitude at this rate."""
     map_least_m: float | None = None
+    """Least altitude that map or memory knows on the way; of the memory only what is too shallow."""
 
 
 class DepthAhead:
-    """Holds the closing rate, the map and the track sailed over good water."""
+    """Holds the closing rate, the map, the memory and the track sailed over good water."""
 
-    def __init__(self, config: DepthGuardConfig) -> None:
+    def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None = None) -> None:
         self.map: DepthGrid | None = None
+        self._memory = memory
         self._config = config
         self._closing = ClosingRate()
         self._good_track: deque[Point] = deque(maxlen=200)
@@ -73,7 +87,7 @@ class DepthAhead:
         state: EstimatedState | None,
         altitude_m: float | None,
         source: DepthInput,
-        path_ahead: Sequence[Point] | None,
+        path_ahead: PathAhead | None,
         stopping_distance_fn: StoppingDistance | None,
     ) -> Look:
         """Look ahead by closing rate and by map; the stricter counts."""
@@ -85,8 +99,13 @@ class DepthAhead:
         if config.rate_look_ahead and altitude_m is not None and self._closing.closing_mps > 0.0:
             now_m = altitude_m - self._closing.closing_mps * source.lag_s(now_us)
             look = self._by_rate(now_m, state.sog_mps or 0.0, stopping_distance_fn)
-        if config.map_look_ahead and self.map is not None:
-            look = self._by_map(look, self.map, state, path_ahead, stopping_distance_fn)
+        if config.map_look_ahead and (self.map is not None or self._memory is not None):
+            speed_mps = state.sog_mps or 0.0
+            reach_m = stopping_distance_fn(speed_mps) + (config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
+            if self._memory is not None:
+                look = self._by_memory(look, self._memory, state, altitude_m, path_ahead, reach_m)
+            if self.map is not None:
+                look = self._by_map(look, self.map, state, path_ahead, reach_m)
         return look
 
     def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
@@ -119,27 +138,59 @@ class DepthAhead:
         return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, left_s)
 
     def _by_map(
-        self,
-        look: Look,
-        grid: DepthGrid,
-        state: EstimatedState,
-        path_ahead: Sequence[Point] | None,
-        stopping_distance_fn: StoppingDistance,
+        self, look: Look, grid: DepthGrid, state: EstimatedState, path_ahead: PathAhead | None, reach_m: float
     ) -> Look:
         config, plane = self._config, grid.plane(state)
         if plane is None:
             return look
-        speed_mps = state.sog_mps or 0.0
-        reach_m = stopping_distance_fn(speed_mps) + (config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
-        ahead = sample(plane, way_ahead(state, path_ahead, reach_m, 0.5 * grid.pitch_m), config.beam_m)
-        if ahead.least_m is None:
+        for way in _ways(state, path_ahead, reach_m, 0.5 * grid.pitch_m):
+            ahead = sample(plane, way, config.beam_m)
+            if ahead.least_m is None:
+                continue
+            least_m = ahead.least_m + config.map_offset_m
+            # From water that the map already calls shallow, the way to deeper water must stay open.
+            leaving = ahead.here_m is not None and ahead.least_m >= ahead.here_m
+            look = self._known(look, least_m, "map", stop=least_m < config.min_altitude_m and not leaving)
+        return look
+
+    def _by_memory(
+        self,
+        look: Look,
+        memory: DepthMemory,
+        state: EstimatedState,
+        altitude_m: float | None,
+        path_ahead: PathAhead | None,
+        reach_m: float,
+    ) -> Look:
+        lat_rad, lon_rad, config = state.lat_rad, state.lon_rad, self._config
+        if lat_rad is None or lon_rad is None:
             return look
-        least_m = ahead.least_m + config.map_offset_m
-        # From water that the map already calls shallow, the way to deeper water must stay open.
-        leaving = ahead.here_m is not None and ahead.least_m >= ahead.here_m
-        if least_m < config.min_altitude_m and not leaving and not look.stop:
-            look = replace(look, stop=True, why=f"map {least_m:.1f} m")
-        return replace(look, map_least_m=least_m)
+        floor_m, cell_m = config.min_altitude_m - config.datum_offset_m, memory.geometry.cell_m
+        if not memory.shoals_near(lat_rad, lon_rad, reach_m + cell_m, floor_m):
+            return look
+        plane = memory.plane(state, math.ceil(config.beam_m / cell_m))
+        for way in _ways(state, path_ahead, reach_m, cell_m):
+            ahead = sample(plane, way, 0.0)
+            if ahead.least_m is None:
+                continue
+            least_m = ahead.least_m + config.datum_offset_m
+            # Amid shoals, measured or remembered, no worse water ahead may bar the way out.
+            known = [
+                known_m for known_m in (altitude_m, _sum(ahead.here_m, config.datum_offset_m)) if known_m is not None
+            ]
+            here_m = min(known, default=math.inf)
+            leaving = here_m < config.min_altitude_m and least_m >= here_m - _NO_WORSE_M
+            look = self._known(look, least_m, "sounded before", stop=not leaving)
+        return look
+
+    @staticmethod
+    def _known(look: Look, least_m: float, source: str, *, stop: bool) -> Look:
+        """Note the least altitude that is known on the way, and stop for it."""
+        if look.map_least_m is None or least_m < look.map_least_m:
+            look = replace(look, map_least_m=least_m)
+        if stop and not look.stop:
+            look = replace(look, stop=True, why=f"{source} {least_m:.1f} m")
+        return look
 
     def _keep_track(self, state: EstimatedState | None, altitude_m: float | None) -> None:
         """Remember where the water was good, every two metres."""
@@ -160,3 +211,16 @@ class DepthAhead:
             return ""
         bearing = math.degrees(math.atan2(east, north)) % 360.0
         return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"
+
+
+def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, step_m: float) -> list[list[Point]]:
+    """The way along the path; and the one straight on, when there is no path or the vessel does not follow it."""
+    path = path_ahead(reach_m) if path_ahead is not None else ()
+    ways = [way_ahead(state, path, reach_m, step_m)]
+    if path and strays(state, path):
+        ways.append(way_ahead(state, None, reach_m, step_m))
+    return ways
+
+
+def _sum(value_m: float | None, offset_m: float) -> float | None:
+    return None if value_m is None else value_m + offset_m

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from companion.core.config import Config, param
 from companion.core.depth_input import DepthInputConfig
+from companion.core.depth_memory import DepthMemoryConfig
 
 
 class DepthMapConfig(Config):
@@ -61,7 +62,7 @@ class DepthGuardConfig(Config):
     unknown_speed_mps: float = Field(0.5, gt=0, le=5)
     """Speed under the policy ``slow``."""
     rate_look_ahead: bool = param(True, "DEPTH_LOOK_RATE", "Stop earlier when the bottom is closing (off: seed parity)")
-    map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use the depth map along the way ahead")
+    map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use depth map and depth memory along the way ahead")
     brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")
     reaction_s: float = Field(0.6, ge=0, le=5)
     """From a reading to less thrust: tick, decision, line and actuators (the filter's lag is reckoned apart)."""
@@ -71,15 +72,23 @@ class DepthGuardConfig(Config):
     """Slow down when this many times the way to stop would use up the water that is left."""
     slow_least_mps: float = Field(0.5, gt=0, le=5)
     """Slower than this is not asked for; the stop follows."""
-    tide_m: float = param(0.0, "DEPTH_TIDE", "Water level above the depth map's datum", unit="m", ge=-20, le=20)
+    tide_m: float = param(
+        0.0, "DEPTH_TIDE", "Water level above the datum of depth map and memory", unit="m", ge=-20, le=20
+    )
     map_sigma_m: float = Field(0.0, ge=0, le=20)
     """Stated uncertainty of the depth map; taken off its depths."""
     beam_m: float = Field(1.1, ge=0, le=50)
     """Width of the vessel; the map is looked at one width to either side."""
     input: DepthInputConfig = Field(default_factory=DepthInputConfig)
     map: DepthMapConfig = Field(default_factory=DepthMapConfig)
+    memory: DepthMemoryConfig = Field(default_factory=DepthMemoryConfig)
+
+    @property
+    def datum_offset_m(self) -> float:
+        """From depth below chart datum to altitude under the keel, m."""
+        return self.tide_m - self.input.keel_depth_m
 
     @property
     def map_offset_m(self) -> float:
-        """From charted depth to altitude under the keel, m."""
-        return self.tide_m - self.input.keel_depth_m - self.map_sigma_m
+        """The same for a charted depth, whose uncertainty comes off."""
+        return self.datum_offset_m - self.map_sigma_m

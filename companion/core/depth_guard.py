@@ -15,7 +15,8 @@ from companion.core.depth_ahead import DepthAhead
 from companion.core.depth_config import DepthGuardConfig
 from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, check_plan
 from companion.core.depth_input import DepthInput
-from companion.core.lookahead import Point, StoppingDistance
+from companion.core.depth_memory import DepthMemory
+from companion.core.lookahead import PathAhead, Point, StoppingDistance
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
 from mavlink_bridge.value import value
 
@@ -94,7 +95,11 @@ class DepthGuard:
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
         self._brake_until_us = -_BRAKE_REST_US
-        self._ahead = DepthAhead(config)
+        self.memory = DepthMemory(config.memory, config.input.sigma_m) if config.memory.enabled else None
+        """What has been sounded, now and on earlier voyages."""
+        self.utc_s = 0
+        """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
+        self._ahead = DepthAhead(config, self.memory)
         self.configure(config)
 
     def configure(self, config: DepthGuardConfig) -> None:
@@ -105,7 +110,12 @@ class DepthGuard:
 
     def measure(self, distance: Distance, state: EstimatedState | None) -> None:
         """Take one echo-sounder reading."""
-        self._ahead.note(self.input.measure(distance, state))
+        passed = self.input.measure(distance, state)
+        self._ahead.note(passed)
+        if self.memory is not None and state is not None:
+            for reading in passed:
+                depth_m = reading.value_m - self._config.datum_offset_m
+                self.memory.note(state, reading.t_us, depth_m, self.utc_s)
 
     def set_map(self, grid: DepthGrid | None) -> None:
         """Use a depth map for the way ahead and for plans; None = none."""
@@ -147,13 +157,13 @@ class DepthGuard:
         now_us: int,
         state: EstimatedState | None,
         loops_active: bool,
-        path_ahead: Sequence[Point] | None = None,
+        path_ahead: PathAhead | None = None,
         stopping_distance_fn: StoppingDistance | None = None,
     ) -> GuardOutput:
         """Evaluate the guard for this tick.
 
-        ``path_ahead``: points (north, east) in m on the way to come. ``stopping_distance_fn``: by coasting, or by braking
-        when ``brake`` is set.
+        ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting, or by
+        braking when ``brake`` is set.
         """
         if self._started_us is None:
             self._started_us = now_us

@@ -85,6 +85,7 @@ class Guidance:
         self._maneuver: Goto | Loiter | None = None
         self._target: Point = (0.0, 0.0)
         self._track: Track | None = None
+        self._onward: Point | None = None
         self._goal_m = math.inf
         self._end_mps: float | None = None
         self._arrived = self._on_path = self._slowed = False
@@ -122,6 +123,8 @@ class Guidance:
         if isinstance(maneuver, Goto):
             start = None if previous is None or maneuver.leg_from_here else frame.to_local(*previous)
             onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
+            round_it = isinstance(following, Loiter) and not _stops(following)
+            self._onward = None if round_it else onward
             self._begin_leg(state, maneuver, start, corner, following, onward, speed_mps)
         elif maneuver.kind is LoiterKind.HOVER:
             self._station.begin(self._target)
@@ -144,6 +147,19 @@ class Guidance:
         if self._track is None or (self._arrived and self._end_mps is not None):
             return self._keep_station(dt_s, state)
         return self._follow(dt_s, state, self._track, speed_mps)
+
+    def path_ahead(self, reach_m: float) -> list[Point]:
+        """The path that is being sailed, ``reach_m`` on from abeam of the vessel: points north and east of the origin.
+
+        Beyond a leg's end it goes on to the next item; to keep station is to go to one point.
+        """
+        track = self._track
+        if track is None or (self._arrived and self._end_mps is not None):
+            return [self._target]
+        points = track.way(reach_m)
+        if not track.closed and self._onward is not None:
+            points.append(self._onward)
+        return points
 
     def _begin_leg(
         self,

@@ -19,6 +19,8 @@ from mavlink_bridge.imc import EstimatedState
 Point = tuple[float, float]
 StoppingDistance = Callable[[float], float]
 """Speed in m/s to the way in m that the vessel still makes once thrust is cut (or astern)."""
+PathAhead = Callable[[float], Sequence[Point]]
+"""How far to look, m, to points (north, east) along the path that is being sailed, from abeam of the vessel on."""
 DepthAt = Callable[[float, float], float | None]
 """(north, east) in the run's plane, m, to the depth or altitude there; None = unknown."""
 
@@ -26,6 +28,10 @@ _WINDOWS: Final = ((1.0, 5.0), (2.0, 4.0), (4.0, 3.5))
 """Length in s, and how many sigma a rate must stand clear of the noise: the short one sees a wall, the long one a slope."""
 _LEAST_READINGS: Final = 4
 _ARC_S: Final = 1.0
+_STEERED_MPS: Final = 0.5
+_JOIN_M, _JOIN_S = 3.0, 1.5
+_ASTRAY_RAD: Final = 0.6
+"""More than a vessel's course differs from the chord of the tightest path that it can sail."""
 
 
 class ClosingRate:
@@ -138,6 +144,20 @@ def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m
         far = (north + left_m * math.cos(course_rad), east + left_m * math.sin(course_rad))
         _march(points, far, left_m, step_m)
     return points
+
+
+def strays(state: EstimatedState, path_ahead: Sequence[Point]) -> bool:
+    """Whether a vessel under way is not about to sail the path: its mean course of the coming second leads elsewhere."""
+    speed_mps, course_rad = state.sog_mps or 0.0, state.cog_rad
+    if speed_mps < _STEERED_MPS or course_rad is None or state.x_m is None or state.y_m is None:
+        return False
+    near_m = max(_JOIN_M, _JOIN_S * speed_mps)
+    for north, east in path_ahead:
+        north, east = north - state.x_m, east - state.y_m
+        if math.hypot(north, east) >= near_m:
+            mean_rad = course_rad + 0.5 * _ARC_S * (state.r_radps or 0.0)
+            return abs(math.remainder(math.atan2(east, north) - mean_rad, 2.0 * math.pi)) > _ASTRAY_RAD
+    return False
 
 
 def _arc(state: EstimatedState, start: Point, length_m: float, step_m: float) -> tuple[list[Point], float | None]:

@@ -15,6 +15,8 @@ from mavlink_bridge.value import value
 Point = tuple[float, float]
 """North and east, m."""
 
+_WAY_POINTS = 200
+
 
 @value
 class Projection:
@@ -152,6 +154,7 @@ class Track:
         self.run_m = 0.0
         """Length of the segments left behind, m."""
         self._along_m: float | None = None
+        self._cross_m = 0.0
 
     @property
     def segment(self) -> Segment:
@@ -186,7 +189,7 @@ class Track:
             else:
                 along = here.along_m + lap * round((self._along_m - here.along_m) / lap)
             here = replace(here, along_m=along)
-        self._along_m = here.along_m
+        self._along_m, self._cross_m = here.along_m, here.cross_m
         return here
 
     def _advance(self) -> bool:
@@ -228,6 +231,29 @@ class Track:
             result.append((max(0.0, distance), self.segments[index].curvature))
             distance += self.segments[index].length_m
         return result
+
+    def way(self, reach_m: float) -> list[Point]:
+        """Points from where the vessel was located last, ``reach_m`` on or to the end; bends in steps of at most 2 m.
+
+        A vessel beside the track is thought to join it at 45 degrees: the way begins that much farther on.
+        """
+        index, along, left = self.index, max(0.0, self._along_m or 0.0) + abs(self._cross_m), reach_m
+        if not (self.closed and len(self.segments) == 1):
+            along = min(along, self.segment.length_m)
+        points: list[Point] = [self.segment.point(along)]
+        while left > 0.0 and len(points) < _WAY_POINTS:
+            segment = self.segments[index]
+            endless = self.closed and len(self.segments) == 1
+            part = left if endless else min(left, max(0.0, segment.length_m - along))
+            steps = max(1, math.ceil(0.5 * part)) if segment.curvature else 1
+            points += [segment.point(along + part * step / steps) for step in range(1, steps + 1)]
+            left -= part
+            index, along = index + 1, 0.0
+            if index == len(self.segments):
+                if not self.closed:
+                    break
+                index = 0
+        return points
 
     def rest_m(self, along_m: float) -> float:
         """Return the way to the end of an open track."""

@@ -79,6 +79,7 @@ class Vehicle(Controls):
         self.state = self.estimator.predict(now_us, self.guard_out.altitude_m)
         utc_us = self.estimator.utc_us(now_us)
         self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
+        self.guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
         self._set_home_once()
 
     def _intent(self, now_us: int) -> Intent:
@@ -128,7 +129,8 @@ class Vehicle(Controls):
 
     def _guard(self, now_us: int, intent: Intent) -> None:
         loops_active = self.armed and intent is not None and not isinstance(intent, Sticks)
-        self.guard_out = self.guard.step(now_us, self.state, loops_active, None, self._stopping)
+        path_ahead = None if self.guided is None else self.guidance.path_ahead
+        self.guard_out = self.guard.step(now_us, self.state, loops_active, path_ahead, self._stopping)
         for severity, text in self.guard_out.texts:
             self.say(severity, text)
         if self.guard_out.abort and self.navigator.mode is not Mode.MANUAL:
@@ -140,6 +142,9 @@ class Vehicle(Controls):
         self.fence_status = fence.status
         for severity, text in fence.texts:
             self.say(severity, text)
+        told = self.plan_fence.step(now_us, self.mission.plan, self.state, self.config.guidance.loiter_radius_m)
+        if told is not None:
+            self.say(*told)
         monitored = self.monitors.step(
             now_us,
             self.state,

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from mavlink_bridge.requests import PlanItem, PlanKind
+
+SECTIONS: Final = ("plan", "param", "ledger", "stamp", "counter", "value", "depth")
+"""Sections of the store, in the order of the fields below."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +28,8 @@ class StoreContent:
     """Newest signing time stamp by stream."""
     counters: Mapping[str, int] = field(default_factory=dict)
     values: Mapping[str, str] = field(default_factory=dict)
+    depth: Mapping[str, str] = field(default_factory=dict)
+    """Tiles of the depth memory, packed, by ``cell size in mm/row/column``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +77,21 @@ class SaveValue:
 
 
 @dataclass(frozen=True, slots=True)
+class SaveDepth:
+    """Tiles of the depth memory as they are now, and keys of tiles that are forgotten."""
+
+    tiles: tuple[tuple[str, bytes], ...]
+    gone: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Together:
     """Several changes that happen all or not at all."""
 
     ops: tuple[StoreOp, ...]
 
 
-StoreOp = SavePlan | SaveParam | ForgetParams | SaveLedger | SaveStamp | SaveCounter | SaveValue | Together
+StoreOp = SavePlan | SaveParam | ForgetParams | SaveLedger | SaveStamp | SaveCounter | SaveValue | SaveDepth | Together
 
 
 class Completion(NamedTuple):
@@ -111,6 +126,9 @@ def entries_of(op: StoreOp) -> list[Entry]:
         return [Entry("counter", op.name, json.dumps(op.value))]
     if isinstance(op, SaveValue):
         return [Entry("value", op.key, json.dumps(op.text))]
+    if isinstance(op, SaveDepth):
+        tiles = [Entry("depth", key, json.dumps(pack_tile(tile))) for key, tile in op.tiles]
+        return [*tiles, *(Entry("depth", key, None) for key in op.gone)]
     return [entry for part in op.ops for entry in entries_of(part)]
 
 
@@ -128,9 +146,7 @@ def apply_entries(rows: dict[tuple[str, str], str], entries: list[Entry]) -> Non
 
 def content_of(rows: Mapping[tuple[str, str], str]) -> tuple[StoreContent, list[str]]:
     """Build the content from (section, key) -> body; what cannot be understood is named and left out."""
-    sections: dict[str, dict[Any, Any]] = {
-        name: {} for name in ("plan", "param", "ledger", "stamp", "counter", "value")
-    }
+    sections: dict[str, dict[Any, Any]] = {name: {} for name in SECTIONS}
     strange: list[str] = []
     for (section, key), body in sorted(rows.items()):
         try:
@@ -138,15 +154,7 @@ def content_of(rows: Mapping[tuple[str, str], str]) -> tuple[StoreContent, list[
             sections[section][name] = value
         except (ValueError, TypeError, KeyError):
             strange.append(f"{section} {key}")
-    content = StoreContent(
-        sections["plan"],
-        sections["param"],
-        sections["ledger"],
-        sections["stamp"],
-        sections["counter"],
-        sections["value"],
-    )
-    return content, strange
+    return StoreContent(*(sections[name] for name in SECTIONS)), strange
 
 
 def _read(section: str, key: str, value: Any) -> tuple[Any, Any]:
@@ -169,7 +177,8 @@ def rows_of(content: StoreContent) -> dict[tuple[str, str], str]:
     ops += [SaveStamp(stream, stamp) for stream, stamp in content.stamps.items()]
     ops += [SaveCounter(name, value) for name, value in content.counters.items()]
     ops += [SaveValue(key, text) for key, text in content.values.items()]
-    return {(entry.section, entry.key): entry.body or "" for op in ops for entry in entries_of(op)}
+    rows = {(entry.section, entry.key): entry.body or "" for op in ops for entry in entries_of(op)}
+    return rows | {("depth", key): json.dumps(text) for key, text in content.depth.items()}
 
 
 def to_json(content: StoreContent) -> dict[str, dict[str, Any]]:
@@ -185,6 +194,19 @@ def from_json(data: Mapping[str, Mapping[str, Any]]) -> StoreContent:
     return content_of(
         {(section, key): json.dumps(value) for section, keys in data.items() for key, value in keys.items()}
     )[0]
+
+
+def pack_tile(tile: bytes) -> str:
+    """A tile of the depth memory as text; most of one is empty."""
+    return base64.b64encode(zlib.compress(tile, 1)).decode()
+
+
+def unpack_tile(text: str, size: int) -> bytes:
+    """The reverse; ``ValueError`` when the text is none. Never makes more than ``size`` bytes."""
+    try:
+        return zlib.decompressobj().decompress(base64.b64decode(text, validate=True), size)
+    except zlib.error as error:
+        raise ValueError(str(error)) from None
 
 
 def _items_text(items: tuple[PlanItem, ...]) -> str:

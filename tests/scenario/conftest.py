@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import config
+from companion.io.store import AnyStore
 from companion.settings import load
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.plan_mapping import load_plan
@@ -27,9 +28,9 @@ MEASURED = Path("build/faults")
 class Voyage:
     """A world with shorthand."""
 
-    def __init__(self, *overrides: str, seed: int = 1) -> None:
+    def __init__(self, *overrides: str, seed: int = 1, store: AnyStore | None = None) -> None:
         settings = load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings)
-        self.world = World(settings, seed)
+        self.world = World(settings, seed, store=store)
         self.texts: list[str] = []
         self.run(2.0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sqlite3
 import time
@@ -13,6 +14,7 @@ from companion.io.store_content import (
     Completion,
     ForgetParams,
     SaveCounter,
+    SaveDepth,
     SaveLedger,
     SaveParam,
     SavePlan,
@@ -21,7 +23,9 @@ from companion.io.store_content import (
     StoreContent,
     Together,
     from_json,
+    pack_tile,
     to_json,
+    unpack_tile,
 )
 from mavlink_bridge.requests import PlanItem, PlanKind
 
@@ -39,6 +43,8 @@ OPS = (
     SaveStamp("1/1/0", 2**47),
     SaveCounter("boots", 7),
     SaveValue("home", "41.18,-8.70"),
+    SaveDepth((("2000/1/-2", b"one" * 9), ("2000/1/-3", b"two"))),
+    SaveDepth((("2000/1/-2", b"three" * 9),), ("2000/1/-3",)),
 )
 EXPECTED = StoreContent(
     {PlanKind.MISSION: ITEMS, PlanKind.RALLY: ITEMS[:1]},
@@ -47,7 +53,16 @@ EXPECTED = StoreContent(
     {"1/1/0": 2**47},
     {"boots": 7},
     {"home": "41.18,-8.70"},
+    {"2000/1/-2": pack_tile(b"three" * 9)},
 )
+
+
+def test_a_packed_tile_comes_back_and_anything_else_is_refused():
+    assert unpack_tile(pack_tile(bytes(4096)), 4096) == bytes(4096)
+    assert len(unpack_tile(pack_tile(bytes(4_000_000)), 4096)) == 4096, "a bomb is cut"
+    for text in ("", "====", "abc", "AAAA", pack_tile(b"x" * 99)[:-8], "é"):
+        with contextlib.suppress(ValueError):
+            assert len(unpack_tile(text, 4096)) < 4096
 
 
 def finish(store: Store, count: int) -> list[Completion]:

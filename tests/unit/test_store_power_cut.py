@@ -18,14 +18,14 @@ from pathlib import Path
 import pytest
 
 from companion.io.store import Store
-from companion.io.store_content import to_json
+from companion.io.store_content import to_json, unpack_tile
 
 HERE = Path(__file__).parent
 CHILD = """
-import sys, time
+import random, sys, time
 from pathlib import Path
 from companion.io.store import Store
-from companion.io.store_content import SaveParam, SavePlan, Together
+from companion.io.store_content import SaveDepth, SaveParam, SavePlan, Together
 from mavlink_bridge.requests import PlanItem, PlanKind
 folder = Path(sys.argv[1])
 def plan(n):
@@ -33,7 +33,8 @@ def plan(n):
 store = Store(folder / "store.db")
 diary = (folder / "diary").open("ab", buffering=0)
 for n in range(3):
-    ticket = store.submit(Together((plan(n), SaveParam("N", n))))
+    depth = SaveDepth(tuple((f"2000/1/{k}", random.Random(k).randbytes(3000) + bytes([n]) * 1096) for k in range(4)))
+    ticket = store.submit(Together((plan(n), SaveParam("N", n), depth)))
     while not (done := store.completions()):
         time.sleep(0.0005)
     assert done[0].ok, done
@@ -140,6 +141,8 @@ def check(folder: Path, files: dict[str, bytes], saved: int) -> None:
         items = content["plan"]["MISSION"]
         assert len(items) == 60
         assert {item[2] for item in items} == {number}
+        assert {unpack_tile(text, 4096)[-1] for text in content["depth"].values()} == {number}
+        assert len(content["depth"]) == 4
 
 
 def test_row_55_every_prefix_of_every_save_leaves_old_or_new(tap_log, tmp_path):

@@ -1,0 +1,168 @@
+"""``companion depth``: look at, export, import and forget what the vessel has sounded; convert charts for it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from companion.commands.depth_convert import add_convert
+from companion.commands.store import read_store, write_store
+from companion.core.depth_grid import metres_per_radian
+from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
+from companion.core.depth_tiles import Cell
+from companion.core.soundings import parse
+from companion.io.depth_store import (
+    SIGMA_M,
+    Sounded,
+    from_geojson,
+    geojson_lines,
+    join_key,
+    memories,
+    restore,
+    soundings_of,
+    xyz_lines,
+)
+from companion.io.store_content import Entry, SaveDepth, StoreContent, entries_of
+
+_MANY = 100_000
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("depth", help="depth memory and charts", description=__doc__)
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    show = actions.add_parser("show", help="say what the vessel remembers of the bottom")
+    show.add_argument("store", type=Path, help="the store, state/companion.db by default configuration")
+    show.set_defaults(run=_show)
+    export = actions.add_parser("export", help="write all soundings as XYZ or GeoJSON")
+    export.add_argument("store", type=Path)
+    export.add_argument("file", type=Path, nargs="?", help="default: standard output")
+    export.add_argument("--format", choices=("xyz", "geojson"), help="default: by the file's name, else xyz")
+    export.set_defaults(run=_export)
+    load = actions.add_parser("import", help="take soundings into a store; the vessel must not be running")
+    load.add_argument("store", type=Path)
+    load.add_argument("file", type=Path, help="an export (.geojson), or XYZ, CSV, DUNE ini: depth positive down")
+    load.add_argument("--order", choices=("lon-lat", "lat-lon"), default="lon-lat", help="columns of an XYZ file")
+    load.add_argument("--cell", type=float, default=2.0, metavar="M", help="as depth.memory.cell_m; default 2")
+    load.set_defaults(run=_import)
+    forget = actions.add_parser("forget", help="forget soundings; the vessel must not be running")
+    forget.add_argument("store", type=Path)
+    what = forget.add_mutually_exclusive_group(required=True)
+    what.add_argument("--near", type=float, nargs=3, metavar=("LAT", "LON", "M"), help="within M metres of a place")
+    what.add_argument("--all", action="store_true")
+    forget.set_defaults(run=_forget)
+    add_convert(actions)
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    content = read_store(arguments.store)
+    if content is None:
+        return 1
+    found = list(soundings_of(content))
+    if not found:
+        print("nothing sounded yet")
+        return 0
+    depths = [each.depth_m for each in found]
+    print(f"places     {len(found)} in {len(content.depth)} tiles, {sum(each.soundings for each in found)} soundings")
+    print(f"depths     {min(depths):.2f} to {max(depths):.2f} m below chart datum")
+    print(f"latitude   {min(each.lat_deg for each in found):.6f} to {max(each.lat_deg for each in found):.6f}")
+    print(f"longitude  {min(each.lon_deg for each in found):.6f} to {max(each.lon_deg for each in found):.6f}")
+    return 0
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    content = read_store(arguments.store)
+    if content is None:
+        return 1
+    path: Path | None = arguments.file
+    form = arguments.format or ("geojson" if path and path.suffix in (".geojson", ".json") else "xyz")
+    lines = (geojson_lines if form == "geojson" else xyz_lines)(soundings_of(content))
+    if path is None:
+        sys.stdout.writelines(lines)
+        return 0
+    try:
+        with path.open("w", encoding="utf-8") as file:
+            file.writelines(lines)
+    except OSError as error:
+        print(f"{path}: {error.strerror}", file=sys.stderr)
+        return 1
+    print(path)
+    return 0
+
+
+def _import(arguments: argparse.Namespace) -> int:
+    try:
+        found = _soundings(arguments.file, arguments.order)
+    except (OSError, ValueError) as error:
+        print(f"{arguments.file}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
+        return 1
+    if not 0.5 <= arguments.cell <= 50.0:
+        print("--cell: 0.5 to 50 m", file=sys.stderr)
+        return 2
+    content = StoreContent()
+    if arguments.store.is_file():
+        held = read_store(arguments.store)
+        if held is None:
+            return 1
+        content = held
+    memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=_MANY), SIGMA_M)
+    restore(memory, content.depth)
+    for each in found:
+        place = memory.geometry.cell_of(math.radians(each.lat_deg), math.radians(each.lon_deg))
+        count = min(each.soundings, 1000)
+        memory.add(place, Cell(count, each.least_m, each.mean_m, _squares(each, count), each.utc_s))
+    if not write_store(arguments.store, _entries(memory)):
+        return 1
+    print(f"{arguments.store}: {len(found)} soundings taken over")
+    return 0
+
+
+def _squares(each: Sounded, count: int) -> float:
+    """The spread that gives the exported depth again."""
+    spread_m = max(0.0, 0.5 * (each.mean_m - each.depth_m))
+    sigma_m = max(SIGMA_M, 0.005 * abs(each.mean_m))
+    return (spread_m * spread_m + 2.0 * sigma_m * sigma_m) * (count - 1) if spread_m else 0.0
+
+
+def _soundings(path: Path, order: Any) -> list[Sounded]:
+    text = path.read_text(encoding="utf-8")
+    if path.suffix in (".geojson", ".json"):
+        return from_geojson(text)
+    return [
+        Sounded(math.degrees(s.lat_rad), math.degrees(s.lon_rad), s.depth_m, s.depth_m, s.depth_m, 1, 0)
+        for s in parse(text, path.name, order)
+    ]
+
+
+def _forget(arguments: argparse.Namespace) -> int:
+    content = read_store(arguments.store)
+    if content is None:
+        return 1
+    if arguments.all:
+        done = write_store(arguments.store, [Entry("depth", "", None)])
+        print(f"{arguments.store}: {len(content.depth)} tiles forgotten")
+        return 0 if done else 1
+    lat, lon = math.radians(arguments.near[0]), math.radians(arguments.near[1])
+    forgotten, entries = 0, []
+    for memory in memories(content):
+        forgotten += memory.forget(lambda at, on: _distance_m(lat, lon, at, on) <= arguments.near[2])
+        entries += _entries(memory)
+    if not write_store(arguments.store, entries):
+        return 1
+    print(f"{arguments.store}: {forgotten} places forgotten")
+    return 0
+
+
+def _distance_m(lat_rad: float, lon_rad: float, other_lat: float, other_lon: float) -> float:
+    per_lat, per_lon = metres_per_radian(lat_rad)
+    return math.hypot((other_lat - lat_rad) * per_lat, (other_lon - lon_rad) * per_lon)
+
+
+def _entries(memory: DepthMemory) -> list[Entry]:
+    changed, gone = memory.take_changes(_MANY)
+    cell_m = memory.geometry.cell_m
+    tiles = tuple((join_key(cell_m, key), tile) for key, tile in changed)
+    return entries_of(SaveDepth(tiles, tuple(join_key(cell_m, key) for key in gone)))

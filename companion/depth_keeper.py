@@ -1,0 +1,72 @@
+"""Keeps the depth memory in the store: takes it back at the start, hands on what is new every few seconds.
+
+The tick only copies the tiles that changed; packing and writing are the store writer's. What could not be written is
+handed on again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from mavlink_bridge.requests import Reply, Result
+
+from .core.depth_memory import DepthMemory, DepthMemoryConfig
+from .core.depth_tiles import TileKey
+from .io.depth_store import join_key, restore
+from .io.store_content import SaveDepth, StoreOp
+
+Keep = Callable[[StoreOp, Callable[[Reply], None]], None]
+"""Stores a change and answers when it is done."""
+_TILES_AT_ONCE: Final = 64
+
+
+class DepthKeeper:
+    """Between a vessel's depth memory (None: there is none) and its store."""
+
+    def __init__(self, memory: DepthMemory | None, config: DepthMemoryConfig, keep: Keep) -> None:
+        self._memory = memory
+        self._keep = keep
+        self._save_us = round(config.save_s * 1e6)
+        self._cell_m = config.cell_m
+        self._busy = False
+        self.due_us = 0
+        """When ``save`` is due."""
+
+    def restore(self, tiles: Mapping[str, str]) -> list[str]:
+        """Take the store's tiles; return what to tell of it."""
+        memory = self._memory
+        if memory is None or not tiles:
+            return []
+        damaged = restore(memory, tiles)
+        texts = [f"Depth memory: {len(memory)} tiles of earlier voyages"] if len(memory) else []
+        return [*texts, f"Depth memory: {damaged} tiles are damaged and left out"] if damaged else texts
+
+    def save(self, now_us: int) -> None:
+        """Hand on what is new; call when it is due. One save at a time: a disk that hangs must not fill the memory."""
+        self.due_us = now_us + self._save_us
+        memory = self._memory
+        if memory is None or self._busy:
+            return
+        changed, gone = memory.take_changes(_TILES_AT_ONCE)
+        if not changed and not gone:
+            return
+        op = SaveDepth(tuple((self._key(key), tile) for key, tile in changed), tuple(map(self._key, gone)))
+
+        def answer(reply: Reply) -> None:
+            self._busy = False
+            if reply.result is not Result.ACCEPTED:
+                memory.put_back([key for key, _ in changed], gone)
+
+        self._busy = True
+        self._keep(op, answer)
+
+    def close(self, now_us: int) -> None:
+        """Hand on the rest, at the end of a run."""
+        if self._memory is not None:
+            self._memory.close_cell()
+            self._busy = False
+            self.save(now_us)
+
+    def _key(self, place: TileKey) -> str:
+        return join_key(self._cell_m, place)

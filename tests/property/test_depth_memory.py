@@ -1,0 +1,159 @@
+"""The depth memory under any voyage: bounded, equal across restarts, shallow rather than deep, and never worse than without."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from companion.core.depth_ahead import DepthAhead
+from companion.core.depth_config import DepthGuardConfig
+from companion.core.depth_grid import Sounding, build, offset
+from companion.core.depth_input import DepthInput, DepthInputConfig
+from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
+from companion.core.depth_tiles import TILE_BYTES, Cell, Geometry
+from companion.depth_keeper import DepthKeeper
+from companion.io.store import MemoryStore
+from mavlink_bridge.imc import EstimatedState
+from mavlink_bridge.requests import ACCEPTED, Reply, Result
+
+HERE = (0.7188, -0.1519)
+CONFIG = DepthMemoryConfig()
+soundings = st.lists(
+    st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(-2.0, 90.0)), min_size=1, max_size=60
+)
+
+
+def at(north_m: float, east_m: float = 0.0, **more) -> EstimatedState:
+    lat, lon = offset(*HERE, north_m, east_m)
+    return EstimatedState(0, lat_rad=lat, lon_rad=lon, x_m=north_m, y_m=east_m, **more)
+
+
+def filled(rows, memory=None) -> DepthMemory:
+    memory = memory or DepthMemory(CONFIG, 0.05)
+    for north_m, east_m, depth_m in rows:
+        memory.note(at(north_m, east_m), 0, depth_m, 1_800_000_000)
+    memory.close_cell()
+    return memory
+
+
+def reborn(memory: DepthMemory) -> DepthMemory:
+    changed, _ = memory.take_changes(10_000)
+    again = DepthMemory(CONFIG, 0.05)
+    assert all(again.restore(key, tile) for key, tile in changed)
+    again.restored()
+    return again
+
+
+@given(soundings, soundings)
+@settings(max_examples=40)
+def test_a_restart_between_two_voyages_changes_nothing(first, second):
+    whole = filled(second, filled(first))
+    before = filled(first)
+    again = filled(second, reborn(before))
+    assert list(again.known()) == list(whole.known())
+
+
+@given(soundings)
+@settings(max_examples=40)
+def test_every_sounding_is_counted_and_the_robust_depth_is_on_the_shallow_side(rows):
+    found = list(filled(rows).known())
+    assert sum(cell.soundings for *_, cell in found) == len(rows)
+    assert min(cell.least_m for *_, cell in found) <= min(depth for *_, depth in rows) + 1e-6
+    for *_, cell in found:
+        assert cell.least_m - 0.001 <= cell.robust_m(0.05) + 1e-4
+        assert cell.robust_m(0.05) <= cell.mean_m + 1e-4
+
+
+@given(soundings, st.integers(16, 20))
+@settings(max_examples=30)
+def test_the_memory_is_bounded_and_forgets_what_is_longest_ago(rows, most):
+    memory = DepthMemory(DepthMemoryConfig(cell_m=0.5, tiles_max=most), 0.05)
+    filled(rows, memory)
+    assert len(memory) <= most
+    _, gone = memory.take_changes(10_000)
+    last = memory.geometry.cell_of(*(offset(*HERE, *rows[-1][:2])))
+    assert (last[0] >> 4, last[1] >> 4) not in gone
+
+
+@given(st.binary(min_size=0, max_size=64), st.integers(0, TILE_BYTES - 1), soundings)
+@settings(max_examples=60)
+def test_damaged_tiles_are_refused_or_harmless(noise, place, rows):
+    ((key, tile), *_), _ = filled(rows).take_changes(10_000)
+    damaged = (tile[:place] + noise + tile[place + len(noise) :])[:TILE_BYTES]
+    memory = DepthMemory(CONFIG, 0.05)
+    if memory.restore(key, damaged):
+        memory.restored()
+        assert all(math.isfinite(cell.robust_m(0.05)) for *_, cell in memory.known())
+        memory.shoals_near(*HERE, 30.0, 4.0)
+    assert not memory.restore(key, damaged[:-1])
+
+
+@given(st.floats(-80.0, 80.0), st.floats(-179.9, 179.9), st.sampled_from((0.5, 2.0, 10.0)))
+@settings(max_examples=60)
+def test_a_cell_is_near_its_place_and_square_anywhere(lat_deg, lon_deg, cell_m):
+    geometry = Geometry(cell_m)
+    lat, lon = math.radians(lat_deg), math.radians(lon_deg)
+    row, column = geometry.cell_of(lat, lon)
+    mid_lat, mid_lon = geometry.centre(row, column)
+    assert abs(mid_lat - lat) * 6.4e6 <= 0.51 * cell_m * 1.01
+    assert abs(mid_lon - lon) * 6.4e6 * math.cos(lat) <= 0.51 * cell_m * 1.02
+    assert geometry.cell_of(mid_lat, mid_lon) == (row, column)
+
+
+@given(st.lists(st.floats(2.0, 9.0), min_size=1, max_size=30), st.lists(st.floats(2.0, 9.0), min_size=1, max_size=30))
+def test_joining_is_the_same_as_having_sounded_it_all_at_once(first, second):
+    def cell(values):
+        mean = sum(values) / len(values)
+        return Cell(len(values), min(values), mean, sum((value - mean) ** 2 for value in values), 1)
+
+    joined, whole = cell(first).joined(cell(second)), cell(first + second)
+    assert joined.mean_m == pytest.approx(whole.mean_m)
+    assert joined.squares == pytest.approx(whole.squares, abs=1e-9)
+    assert joined.least_m == whole.least_m
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 40.0), st.floats(-6.0, 6.0), st.floats(1.0, 9.0)), min_size=1, max_size=25),
+    st.floats(1.0, 9.0),
+    st.floats(0.0, 2.5),
+)
+@settings(max_examples=50)
+def test_own_soundings_never_make_a_chart_deeper(rows, charted_m, speed_mps):
+    """With a memory the look-ahead stops wherever it stops without one, and never knows of more water."""
+    config = DepthGuardConfig(input=DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0))
+    chart = build([Sounding(*offset(*HERE, north, 0.0), charted_m) for north in range(4, 40, 4)], 2.0, 4.0)
+    state = at(0.0, sog_mps=speed_mps, cog_rad=0.0, psi_rad=0.0)
+    looks = []
+    for memory in (None, filled(rows)):
+        ahead = DepthAhead(config, memory)
+        ahead.map = chart
+        looks.append(ahead.look(0, state, 6.0, DepthInput(config.input), None, lambda speed: 2.3 * speed))
+    without, with_it = looks
+    assert with_it.stop >= without.stop
+    if without.map_least_m is not None:
+        assert with_it.map_least_m <= without.map_least_m
+
+
+def test_what_the_store_would_not_take_is_handed_on_again():
+    memory, store = filled([(0.0, 0.0, 5.0)]), MemoryStore()
+    answers = []
+    keeper = DepthKeeper(memory, CONFIG, lambda op, answer: answers.append((op, answer)))
+    keeper.save(0)
+    keeper.save(10_000_000)
+    assert len(answers) == 1, "one at a time"
+    answers[0][1](Reply(Result.FAILED, "no space on the disk"))
+    keeper.save(20_000_000)
+    assert answers[1][0] == answers[0][0]
+    answers[1][1](ACCEPTED)
+    keeper.save(30_000_000)
+    assert len(answers) == 2, "nothing new"
+    store.submit(answers[1][0])
+    store.completions()
+    later = DepthKeeper(again := DepthMemory(CONFIG, 0.05), CONFIG, lambda op, answer: None)
+    assert later.restore({**store.snapshot().depth, "2000/1/1": "AAAA", "500/1/1": "AAAA", "x": ""}) == [
+        "Depth memory: 1 tiles of earlier voyages",
+        "Depth memory: 2 tiles are damaged and left out",
+    ]
+    assert list(again.known()) == list(memory.known())
