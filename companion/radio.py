@@ -10,10 +10,11 @@ from pathlib import Path
 
 import config as shipped
 from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import Budget, EndpointConfig
+from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.lora.json_radio import JsonRadio
 from mavlink_bridge.lora.ledger import Ledger
-from mavlink_bridge.lora.pacing import PlainRadio
+from mavlink_bridge.lora.memory import KeptLedger
+from mavlink_bridge.lora.plain import PlainRadio
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.vessel import VesselRadio
 from mavlink_bridge.missions import MissionTiming
@@ -25,9 +26,9 @@ from .ports import Conversation
 from .settings import ConfigError, Settings, load
 
 MEMORY_KEY = "radio"
-HEARTBEAT_BYTES = 21
-FAST_BEAT_US = 80_000
-"""A HEARTBEAT shorter than this on the air goes out each second, a longer one as seldom as stations bear."""
+"""Counters, answers and airtime of the compact link."""
+AIRTIME_KEY = "radio-airtime"
+"""Airtime of the plain and JSON protocols."""
 Converse = Callable[[int, str], Conversation]
 
 
@@ -72,28 +73,41 @@ def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore
 def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore) -> Conversation:
     """The protocol's object."""
     protocol, system = settings.radio.protocol, settings.system
-    if protocol == "json":
-        return JsonRadio(profile, system.name, Ledger(profile.hour_us))
-    if protocol == "mavlink":
-        budget = Budget(profile.modulation.bit_rate / 8.0, 300)
-        config = EndpointConfig(
-            name="radio",
-            system_id=system.system_id,
-            profile="lora",
-            budget=budget,
-            heartbeat_s=1.0 if profile.airtime_us(HEARTBEAT_BYTES) < FAST_BEAT_US else 2.5,
+    values = store.snapshot().values
+    if protocol == "compact":
+        return VesselRadio(
+            profile,
+            read_key(settings.radio.key_file),
+            vehicle,
+            _rng(settings),
+            memory=values.get(MEMORY_KEY, ""),
+            save=lambda text: _save(store, MEMORY_KEY, text),
         )
-        timing = MissionTiming(retry_us=1_500_000, window=1)
-        return PlainRadio(Endpoint(config, vehicle, timing=timing), profile)
-    return VesselRadio(
-        profile,
-        read_key(settings.radio.key_file),
-        vehicle,
-        random.Random(f"radio/{system.system_id}"),
-        memory=store.snapshot().values.get(MEMORY_KEY, ""),
-        save=lambda text: _save(store, text),
+    ledger = KeptLedger(profile.hour_us, values.get(AIRTIME_KEY, ""), lambda text: _save(store, AIRTIME_KEY, text))
+    if protocol == "json":
+        return JsonRadio(profile, system.name, ledger)
+    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger)
+
+
+def plain_radio(
+    profile: RadioProfile,
+    vehicle: VehiclePort,
+    rng: random.Random,
+    *,
+    system_id: int = 1,
+    ledger: Ledger | None = None,
+) -> PlainRadio:
+    """Return the ``mavlink`` protocol: an ordinary endpoint that a ``PlainRadio`` lets speak."""
+    config = EndpointConfig(name="radio", system_id=system_id, profile="lora", heartbeat_s=1.0)
+    timing = MissionTiming(retry_us=1_500_000, window=1)
+    return PlainRadio(
+        lambda make: Endpoint(config, vehicle, timing=timing, make_outbox=make), profile, rng, ledger=ledger
     )
 
 
-def _save(store: AnyStore, text: str) -> None:
-    store.submit(SaveValue(MEMORY_KEY, text))
+def _rng(settings: Settings) -> random.Random:
+    return random.Random(f"radio/{settings.system.system_id}")
+
+
+def _save(store: AnyStore, key: str, text: str) -> None:
+    store.submit(SaveValue(key, text))

@@ -26,7 +26,7 @@ from mavlink_bridge.logs import LogServer
 from mavlink_bridge.manual import manual_control, rc_override
 from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
 from mavlink_bridge.modes import from_custom_mode
-from mavlink_bridge.outbox import Outbox
+from mavlink_bridge.outbox import MakeOutbox, Outbox
 from mavlink_bridge.params import EndpointParams, ParamServer
 from mavlink_bridge.port import VehiclePort
 from mavlink_bridge.requests import PlanKind, Reply, Request, RequestBody, Result
@@ -51,7 +51,7 @@ class Endpoint:
 
     ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``timing`` is of uploads; ``link_id`` marks this
     link's signatures; ``on_key`` takes a new signing key that a station may set; ``tap`` sees each valid frame in and each
-    frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona).
+    frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona); ``make_outbox``: a slow link has its own.
     """
 
     def __init__(
@@ -67,6 +67,7 @@ class Endpoint:
         on_key: Callable[[bytes], None] | None = None,
         tap: Callable[[bytes], None] | None = None,
         on_station: Callable[[int, str], None] | None = None,
+        make_outbox: MakeOutbox = Outbox,
     ) -> None:
         self.config = config
         self.vehicle = vehicle
@@ -80,7 +81,7 @@ class Endpoint:
         self._tap = tap
         self._on_station = on_station
         self._inbound = Inbound(config, self._verifier, tap)
-        self._outbox = Outbox(config.limits, self._seal, overhead_bytes=12 + (SIGNATURE_LEN if signs else 0))
+        self._outbox = make_outbox(config.limits, self._seal, 12 + (SIGNATURE_LEN if signs else 0))
         self.streams = Streams(config)
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
         self._commands = CommandServer(config.give_up_s)
@@ -185,6 +186,11 @@ class Endpoint:
 
         A single frame that is longer than the limit is handed out alone.
         """
+        self.poll(now_us)
+        return self._outbox.take(now_us, limit_bytes)
+
+    def poll(self, now_us: int) -> None:
+        """Serve the timers."""
         self._now_us = now_us
         if self._commands.waiting:
             self._answer(self._commands.poll(now_us), urgent=True)
@@ -193,7 +199,6 @@ class Endpoint:
             self._after_missions()
         if self._logs.busy:
             self._outbox.bulk(self._logs.next)
-        return self._outbox.take(now_us, limit_bytes)
 
     def param_changed(self, name: str) -> None:
         """Tell this link's stations of a parameter that somebody else changed."""

@@ -217,3 +217,7 @@ class Outbox:
                 return packed
             self._bulk.popleft()
         return None
+
+
+MakeOutbox = Callable[[Budget, Seal, int], Outbox]
+"""Budget, frame maker, bytes that framing adds."""

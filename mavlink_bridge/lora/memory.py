@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -56,3 +57,26 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> Kept | None:
         ledger.charge(ledger.limit_us or 0, now_us)
         return None
     return kept
+
+
+class KeptLedger(Ledger):
+    """A ledger that outlives a restart: ``keep`` is called with a text, ``memory`` is that text."""
+
+    def __init__(self, limit_us: int | None, memory: str, keep: Callable[[str], None], now_us: int = 0) -> None:
+        super().__init__(limit_us)
+        self._keep: Callable[[str], None] | None = None
+        if memory:
+            self._take_over(memory, now_us)
+        self._keep = keep
+
+    def _take_over(self, memory: str, now_us: int) -> None:
+        """A damaged text counts as an hour's airtime spent."""
+        try:
+            self.restore([(int(age_s), int(spent_us)) for age_s, spent_us in json.loads(memory)], now_us)
+        except (ValueError, TypeError):
+            self.charge(self.limit_us or 0, now_us)
+
+    def charge(self, airtime_us: int, end_us: int) -> None:
+        super().charge(airtime_us, end_us)
+        if self._keep is not None and self.should_be_saved:
+            self._keep(json.dumps(self.save(end_us), separators=(",", ":")))

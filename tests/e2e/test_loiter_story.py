@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from tests.e2e.sim import LAT_DEG, LON_DEG, Sim, circle_rms_m, client
 
 LOITER_S = 100.0
@@ -53,7 +51,6 @@ def test_mavproxy_over_tcp(tmp_path: Path) -> None:
     assert_circled(sim.run_dir)
 
 
-@pytest.mark.soak
 def test_mavsdk_through_the_radio(tmp_path: Path) -> None:
     """MAVSDK opens the shore modem's serial port; the air carries 5.5 kbit/s, in real time."""
     with Sim(tmp_path / "run", 13, speed=1.0) as sim:

@@ -1,0 +1,222 @@
+"""What waits on a link so slow that each packet counts: nothing twice, answers before everything else.
+
+Stations repeat a question after half a second whatever the link is. So an answer that waits already is not queued again, a newer
+answer of a dialogue takes the place of the older one, and an answer that was on its way when the question was repeated
+is not given again: the copies crossed. Replies, the HEARTBEAT and the rest are handed out apart, since each has its own moment.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from typing import Final
+
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.endpoint_config import Budget
+from mavlink_bridge.outbox import Bulk, Outbox, Seal
+from mavlink_bridge.wire import Packed
+
+HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+COMMAND_ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
+_MISSION_ACK: Final[int] = dialect.MAVLINK_MSG_ID_MISSION_ACK
+_MISSION_REQUESTS: Final = frozenset(
+    (dialect.MAVLINK_MSG_ID_MISSION_REQUEST, dialect.MAVLINK_MSG_ID_MISSION_REQUEST_INT)
+)
+_MISSION_ITEM: Final[int] = dialect.MAVLINK_MSG_ID_MISSION_ITEM_INT
+_MISSION_COUNT: Final[int] = dialect.MAVLINK_MSG_ID_MISSION_COUNT
+_NEWS: Final = frozenset((dialect.MAVLINK_MSG_ID_STATUSTEXT, dialect.MAVLINK_MSG_ID_MISSION_ITEM_REACHED))
+"""What the vessel says by itself, though it comes as an answer."""
+_KIND_AT: Final = {_MISSION_ACK: 3, _MISSION_ITEM: 37, _MISSION_COUNT: 4, **dict.fromkeys(_MISSION_REQUESTS, 4)}
+"""Where mission_type stands in the payload; a trimmed payload ends before it, and then it is 0."""
+_ASKED_BYTES: Final = {COMMAND_ACK: 44, _MISSION_ACK: 49, _MISSION_ITEM: 16, _MISSION_COUNT: 14}
+"""Size of the frame that such a reply answers."""
+_OTHER_ASKED: Final = 44
+_MAX_WAITING: Final = 64
+_KEPT: Final = 32
+Key = tuple[object, ...]
+
+
+class SlowOutbox(Outbox):
+    """``way_us`` tells how long so many bytes take from a write here to the last byte there; ``clock`` the present time."""
+
+    def __init__(
+        self,
+        budget: Budget,
+        seal: Seal,
+        overhead_bytes: int = 12,
+        *,
+        way_us: Callable[[int], int],
+        clock: Callable[[], int],
+    ) -> None:
+        super().__init__(budget, seal, overhead_bytes)
+        self._frame = seal
+        self._way_us = way_us
+        self._clock = clock
+        self._urgent_replies: OrderedDict[Key, Packed] = OrderedDict()
+        """Of dialogues whose other side counts half seconds."""
+        self._replies: OrderedDict[Key, Packed] = OrderedDict()
+        """What else was asked for."""
+        self._news: deque[Packed] = deque(maxlen=_MAX_WAITING)
+        self._beat: Packed | None = None
+        self._arrives_us: OrderedDict[Packed, int] = OrderedDict()
+        self._streams: dict[object, Packed] = {}
+        self._lists: deque[Bulk] = deque()
+
+    # ---- in -----------------------------------------------------------------------------------------------------
+
+    def urgent(self, packed: Packed) -> None:
+        if packed.message_id == HEARTBEAT:
+            self._beat = packed
+            return
+        if packed.message_id == _MISSION_ACK:
+            kind = _key(packed)[1]
+            for number in _MISSION_REQUESTS:
+                self._urgent_replies.pop((number, kind), None)
+        self._reply(packed, self._urgent_replies)
+
+    def answer(self, packed: Packed) -> None:
+        if packed.message_id in _NEWS:
+            if packed not in self._news:
+                self._news.append(packed)
+        else:
+            self._reply(packed, self._replies)
+
+    def telemetry(self, key: object, packed: Packed) -> None:
+        self._streams[key] = packed
+
+    def forget(self, key: object) -> None:
+        self._streams.pop(key, None)
+
+    def bulk(self, source: Bulk) -> None:
+        if source not in self._lists:
+            self._lists.append(source)
+
+    def _reply(self, packed: Packed, shelf: OrderedDict[Key, Packed]) -> None:
+        if self._crossed(packed):
+            return
+        key = _key(packed)
+        if key in shelf or len(shelf) < _MAX_WAITING:
+            shelf[key] = packed
+        else:
+            self.dropped += 1
+
+    def _crossed(self, packed: Packed) -> bool:
+        """Whether the question was sent before the answer given last could have arrived."""
+        arrives_us = self._arrives_us.get(packed)
+        if arrives_us is None:
+            return False
+        return self._clock() - self._way_us(_ASKED_BYTES.get(packed.message_id, _OTHER_ASKED)) < arrives_us
+
+    # ---- out ----------------------------------------------------------------------------------------------------
+
+    @property
+    def _shelf(self) -> OrderedDict[Key, Packed]:
+        """The replies that go next."""
+        return self._urgent_replies or self._replies
+
+    @property
+    def replies_wait(self) -> bool:
+        return bool(self._shelf)
+
+    @property
+    def first_reply(self) -> Packed | None:
+        """The reply that goes next."""
+        return next(iter(self._shelf.values()), None)
+
+    @property
+    def is_urgent(self) -> bool:
+        """Whether the reply that goes next is one of a dialogue: another question will follow it."""
+        return bool(self._urgent_replies)
+
+    @property
+    def beat(self) -> Packed | None:
+        """The HEARTBEAT that waits."""
+        return self._beat
+
+    @property
+    def news_wait(self) -> bool:
+        """Whether anything but replies and HEARTBEAT waits."""
+        return bool(self._news or self._streams or self._lists)
+
+    def reply_size(self, limit_bytes: int) -> int:
+        """Bytes that ``take_replies`` would return."""
+        total = 0
+        for packed in self._shelf.values():
+            size = len(packed.payload) + self.overhead_bytes
+            if total and total + size > limit_bytes:
+                break
+            total += size
+        return total
+
+    def take_replies(self, now_us: int, limit_bytes: int) -> bytes:
+        """Frames of replies, as many as the limit holds, at least one."""
+        taken: list[Packed] = []
+        size, shelf = 0, self._shelf
+        while shelf:
+            first = next(iter(shelf.values()))
+            size += len(first.payload) + self.overhead_bytes
+            if taken and size > limit_bytes:
+                break
+            taken.append(first)
+            shelf.popitem(last=False)
+        data = b"".join(self._frame(packed) for packed in taken)
+        for packed in taken:
+            self._arrives_us.pop(packed, None)
+            self._arrives_us[packed] = now_us + self._way_us(len(data))
+        while len(self._arrives_us) > _KEPT:
+            self._arrives_us.popitem(last=False)
+        self.sent_bytes += len(data)
+        return data
+
+    def drop_replies(self) -> None:
+        """Give up what waits, as when the hour has no room for it: by the time it has, nobody waits any more."""
+        self.dropped += len(self._shelf)
+        self._shelf.clear()
+
+    def take_beat(self) -> bytes:
+        """The HEARTBEAT's frame."""
+        beat, self._beat = self._beat, None
+        data = b"" if beat is None else self._frame(beat)
+        self.sent_bytes += len(data)
+        return data
+
+    def take_news(self, now_us: int, limit_bytes: int) -> bytes:
+        """Frames of what the vessel says by itself, the HEARTBEAT apart: as many as the limit holds, at least one."""
+        frames: list[bytes] = []
+        size = 0
+        while (packed := self._next_news(now_us)) is not None:
+            size += len(packed.payload) + self.overhead_bytes
+            if frames and size > limit_bytes:
+                self._news.appendleft(packed)
+                break
+            frames.append(self._frame(packed))
+        data = b"".join(frames)
+        self.sent_bytes += len(data)
+        return data
+
+    def _next_news(self, now_us: int) -> Packed | None:
+        if self._news:
+            return self._news.popleft()
+        if self._streams:
+            return self._streams.pop(next(iter(self._streams)))
+        while self._lists:
+            packed = self._lists[0](now_us)
+            if packed is not None:
+                self._lists.rotate(-1)
+                return packed
+            self._lists.popleft()
+        return None
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """All of it in order of importance, for a caller without manners of its own."""
+        return self.take_replies(now_us, limit_bytes) or self.take_beat() or self.take_news(now_us, limit_bytes)
+
+
+def _key(packed: Packed) -> Key:
+    """What a newer reply replaces: the same step of a plan's dialogue, the same command's acknowledgement to the same station."""
+    if packed.message_id == COMMAND_ACK:
+        return COMMAND_ACK, packed.payload[:2], packed.payload[8:]
+    place = _KIND_AT.get(packed.message_id)
+    if place is None:
+        return packed
+    return packed.message_id, packed.payload[place] if len(packed.payload) > place else 0
