@@ -162,11 +162,9 @@ class DepthAhead:
         path_ahead: PathAhead | None,
         reach_m: float,
     ) -> Look:
-        lat_rad, lon_rad, config = state.lat_rad, state.lon_rad, self._config
-        if lat_rad is None or lon_rad is None:
-            return look
+        config = self._config
         floor_m, cell_m = config.min_altitude_m - config.datum_offset_m, memory.geometry.cell_m
-        if not memory.shoals_near(lat_rad, lon_rad, reach_m + cell_m, floor_m):
+        if not memory.shoals_near(state, reach_m + cell_m, floor_m):
             return look
         plane = memory.plane(state, math.ceil(config.beam_m / cell_m))
         for way in _ways(state, path_ahead, reach_m, cell_m):

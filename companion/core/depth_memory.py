@@ -23,6 +23,9 @@ _PROVEN: Final = 2.0
 """Sigma of the mean by which a cell must be too shallow before it stops anybody."""
 
 
+_CLEAR_M: Final = 48.0
+
+
 class DepthMemoryConfig(Config):
     """What is remembered of the bottom."""
 
@@ -51,8 +54,11 @@ class DepthMemory:
         self._count, self._least_m, self._mean_m, self._squares, self._last_s = 0, 0.0, 0.0, 0.0, 0
         self._floor_m = -math.inf
         self._shoals: dict[TileKey, dict[CellKey, float]] = {}
-        self._around: list[dict[CellKey, float]] = []
+        self._around: list[tuple[int, dict[CellKey, float]]] = []
+        """Shoals of the tiles around, each with the row of its tile."""
         self._centre: tuple[int, int, int] | None = None
+        self._clear: tuple[float, float, float] | None = None
+        """North, east and radius of water in which nothing shallow is known, m."""
 
     def __len__(self) -> int:
         """Tiles held."""
@@ -65,10 +71,11 @@ class DepthMemory:
         lat_rad, lon_rad = state.lat_rad, state.lon_rad
         if lat_rad is None or lon_rad is None or not math.isfinite(depth_m):
             return
-        ago_s = (state.t_us - t_us) * 1e-6
-        per_lat, per_lon = metres_per_radian(lat_rad)
-        lat_rad -= (state.vx_mps or 0.0) * ago_s / per_lat
-        lon_rad -= (state.vy_mps or 0.0) * ago_s / per_lon
+        if t_us != state.t_us:
+            ago_s = (state.t_us - t_us) * 1e-6
+            per_lat, per_lon = metres_per_radian(lat_rad)
+            lat_rad -= (state.vx_mps or 0.0) * ago_s / per_lat
+            lon_rad -= (state.vy_mps or 0.0) * ago_s / per_lon
         cell = self.geometry.cell_of(lat_rad, lon_rad)
         if cell != self._open:
             self.close_cell()
@@ -111,7 +118,8 @@ class DepthMemory:
             self._changed.pop(oldest, None)
             self._forget_shoals(oldest)
             self._gone.append(oldest)
-        self._forget_shoals(key)
+        self._shoals[key] = {}
+        self._centre = None
         if key in self._gone:
             self._gone.remove(key)
         tile = self._tiles[key] = bytearray(TILE_BYTES)
@@ -119,33 +127,55 @@ class DepthMemory:
 
     # ---- looking ahead ------------------------------------------------------------------------------------------
 
-    def shoals_near(self, lat_rad: float, lon_rad: float, reach_m: float, floor_m: float) -> bool:
+    def shoals_near(self, state: EstimatedState, reach_m: float, floor_m: float) -> bool:
         """Whether any cell is known with less than ``floor_m`` (below datum) in the tiles within ``reach_m``.
 
-        Cheap while the vessel stays in one tile. Selects the cells that ``shoal_at`` answers for.
+        Selects the cells that ``shoal_at`` answers for. Costs next to nothing where the water around is clear.
         """
         if floor_m != self._floor_m:
-            self._floor_m, self._centre = floor_m, None
+            self._floor_m, self._clear, self._centre = floor_m, None, None
             self._shoals.clear()
+        clear, x_m, y_m = self._clear, state.x_m, state.y_m
+        if x_m is None or y_m is None or state.lat_rad is None or state.lon_rad is None:
+            return False
+        if clear is not None and abs(x_m - clear[0]) + abs(y_m - clear[1]) + reach_m <= clear[2]:
+            return False
+        for wide_m in (reach_m, reach_m + _CLEAR_M):
+            clear_m = self._clear_m(state.lat_rad, state.lon_rad, wide_m)
+            if clear_m <= reach_m:
+                return True
+            self._clear = x_m, y_m, clear_m
+        return False
+
+    def _clear_m(self, lat_rad: float, lon_rad: float, reach_m: float) -> float:
+        """How far it is at least to the nearest shoal, or to where the tiles within ``reach_m`` end, m."""
         geometry = self.geometry
         row, column = geometry.cell_of(lat_rad, lon_rad)
-        centre = (row >> 4, column >> 4, int(reach_m // geometry.tile_m))
+        rings = int(reach_m // geometry.tile_m) + 1
+        centre = (*tile_of((row, column)), rings)
         if centre != self._centre:
             self._centre = centre
             around = geometry.tiles_around(lat_rad, lon_rad, reach_m)
-            self._around = [self._shoals_of(key) for key in sorted(around) if key in self._tiles]
-        return any(self._around)
+            self._around = [(key[0], self._shoals_of(key)) for key in sorted(around) if key in self._tiles]
+        nearest = round(rings * geometry.tile_m / geometry.cell_m) + 1
+        for tile_row, shoals in self._around:
+            if shoals:
+                middle = column if tile_row == centre[0] else geometry.column_of(lon_rad, tile_row)
+                nearest = min(nearest, *(max(abs(down - row), abs(across - middle)) for down, across in shoals))
+        return (nearest - 1) * geometry.cell_m
 
     def shoal_at(self, lat_rad: float, lon_rad: float, cells_aside: int = 1) -> float | None:
         """Least depth below datum known in the cell of a place and ``cells_aside`` around it; None = nothing shallow.
 
         Only depths below the floor of the last ``shoals_near`` are told.
         """
-        row, column = self.geometry.cell_of(lat_rad, lon_rad)
+        geometry = self.geometry
+        row, _ = geometry.cell_of(lat_rad, lon_rad)
         least_m: float | None = None
-        for shoals in self._around:
+        for tile_row, shoals in self._around:
             if not shoals:
                 continue
+            column = geometry.column_of(lon_rad, tile_row)
             for down in range(row - cells_aside, row + cells_aside + 1):
                 for across in range(column - cells_aside, column + cells_aside + 1):
                     depth_m = shoals.get((down, across))
@@ -178,12 +208,13 @@ class DepthMemory:
         depth_m = found.robust_m(sigma_m)
         if depth_m + _PROVEN * sigma_m / math.sqrt(found.soundings) < self._floor_m:
             shoals[cell] = depth_m
+            self._clear = None
         else:
             shoals.pop(cell, None)
 
     def _forget_shoals(self, key: TileKey) -> None:
         self._shoals.pop(key, None)
-        self._centre = None
+        self._clear = self._centre = None
 
     # ---- keeping and giving -------------------------------------------------------------------------------------
 
@@ -217,7 +248,7 @@ class DepthMemory:
             del self._tiles[key]
             self._gone.append(key)
         self._shoals.clear()
-        self._centre = None
+        self._clear = self._centre = None
 
     def known(self) -> Iterator[tuple[float, float, Cell]]:
         """Every sounded cell: latitude and longitude of its middle in rad, and what is known, from south to north."""

@@ -86,6 +86,10 @@ class Geometry:
         row = math.floor(lat_rad / self.dlat_rad)
         return row, math.floor(lon_rad / self.dlon_rad(row >> _SHIFT))
 
+    def column_of(self, lon_rad: float, tile_row: int) -> int:
+        """Column of a longitude among the cells of a row of tiles."""
+        return math.floor(lon_rad / self.dlon_rad(tile_row))
+
     def centre(self, row: int, column: int) -> tuple[float, float]:
         """Latitude and longitude of a cell's middle, rad."""
         return (row + 0.5) * self.dlat_rad, (column + 0.5) * self.dlon_rad(row >> _SHIFT)

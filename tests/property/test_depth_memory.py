@@ -55,6 +55,30 @@ def test_a_restart_between_two_voyages_changes_nothing(first, second):
     assert list(again.known()) == list(whole.known())
 
 
+@given(
+    soundings,
+    st.lists(st.tuples(st.floats(-150.0, 150.0), st.floats(-150.0, 150.0)), max_size=25),
+    st.floats(1.0, 40.0),
+)
+@settings(max_examples=60)
+def test_no_shoal_within_reach_is_overlooked_wherever_the_vessel_comes_from(rows, track, reach_m):
+    """Against asking every cell: the short cuts that make it cheap leave nothing out, and new soundings count at once."""
+    memory = filled(rows[: len(rows) // 2])
+    for number, (north_m, east_m) in enumerate([*track, (0.0, 0.0), (rows[0][0], rows[0][1])]):
+        if number == len(track) // 2:
+            filled(rows[len(rows) // 2 :], memory)
+        state, near = at(north_m, east_m), []
+        for lat, lon, cell in memory.known():
+            sigma_m = max(0.05, 0.005 * abs(cell.mean_m))
+            shallow = cell.robust_m(sigma_m) + 2.0 * sigma_m / math.sqrt(cell.soundings) < 4.0 - 1e-3
+            away_m = math.hypot((lat - state.lat_rad) * 6378137.0, (lon - state.lon_rad) * 6378137.0 * math.cos(lat))
+            near += [(lat, lon, cell.robust_m(sigma_m))] if shallow and away_m < reach_m - 3.0 else []
+        found = memory.shoals_near(state, reach_m, 4.0)
+        assert found or not near
+        for lat, lon, depth_m in near:
+            assert memory.shoal_at(lat, lon, 1) <= depth_m + 1e-6
+
+
 @given(soundings)
 @settings(max_examples=40)
 def test_every_sounding_is_counted_and_the_robust_depth_is_on_the_shallow_side(rows):
@@ -86,7 +110,7 @@ def test_damaged_tiles_are_refused_or_harmless(noise, place, rows):
     if memory.restore(key, damaged):
         memory.restored()
         assert all(math.isfinite(cell.robust_m(0.05)) for *_, cell in memory.known())
-        memory.shoals_near(*HERE, 30.0, 4.0)
+        memory.shoals_near(at(0.0), 30.0, 4.0)
     assert not memory.restore(key, damaged[:-1])
 
 

@@ -1,0 +1,139 @@
+"""``companion depth``: what the vessel has sounded comes out as XYZ and GeoJSON, goes in again, and can be forgotten."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from companion.cli import main
+from companion.commands.store import write_store
+from companion.core.depth_grid import offset
+from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
+from companion.core.soundings import parse_xyz
+from companion.io.depth_store import join_key, soundings_of
+from companion.io.store import Store
+from companion.io.store_content import SaveDepth, SaveParam, entries_of
+from mavlink_bridge.imc import EstimatedState
+
+HERE = (0.7188, -0.1519)
+
+
+@pytest.fixture
+def store(tmp_path):
+    """A store with soundings every metre along 100 m, a slope from 10 to 5 m, 3 readings each."""
+    memory = DepthMemory(DepthMemoryConfig(), 0.05)
+    for i in range(300):
+        lat, lon = offset(*HERE, i / 3.0, 0.0)
+        memory.note(EstimatedState(0, lat_rad=lat, lon_rad=lon), 0, 10.0 - i / 60.0, 1_800_000_000 + i)
+    memory.close_cell()
+    tiles = tuple((join_key(2.0, key), tile) for key, tile in memory.take_changes(100)[0])
+    path = tmp_path / "companion.db"
+    assert write_store(path, [*entries_of(SaveDepth(tiles)), *entries_of(SaveParam("DEPTH_MIN", 3.0))])
+    return path
+
+
+def content(path):
+    store = Store(path)
+    store.close()
+    assert store.warnings == ()
+    return store.snapshot()
+
+
+def test_xyz_is_what_a_chart_program_and_the_vessel_itself_read(store, tmp_path, capsys):
+    assert main(["depth", "export", str(store)]) == 0
+    text = capsys.readouterr().out
+    found = parse_xyz(text)
+    assert 50 <= len(found) <= 60
+    assert all(5.0 <= each.depth_m <= 10.0 for each in found)
+    assert math.degrees(HERE[0]) < math.degrees(found[0].lat_rad) + 1e-4
+    first = text.splitlines()[1].split()
+    assert int(first[3]) >= 3
+    assert float(first[4]) <= float(first[2]) + 0.01, "the shallowest"
+    assert first[5].startswith("2027-01-15T08:")
+    assert main(["depth", "export", str(store), str(tmp_path / "a.xyz")]) == 0
+    assert (tmp_path / "a.xyz").read_text() == text
+
+
+def test_geojson_is_valid_and_comes_back_without_loss(store, tmp_path, capsys):
+    path = tmp_path / "a.geojson"
+    assert main(["depth", "export", str(store), str(path)]) == 0
+    data = json.loads(path.read_text())
+    assert data["type"] == "FeatureCollection"
+    lon, lat = data["features"][0]["geometry"]["coordinates"]
+    assert lon == pytest.approx(math.degrees(HERE[1]), abs=1e-4)
+    assert lat == pytest.approx(math.degrees(HERE[0]), abs=1e-4)
+    assert set(data["features"][0]["properties"]) == {"depth_m", "least_m", "mean_m", "soundings", "last"}
+    other = tmp_path / "other.db"
+    assert main(["depth", "import", str(other), str(path)]) == 0
+    before, after = list(soundings_of(content(store))), list(soundings_of(content(other)))
+    assert len(before) == len(after)
+    for was, now in zip(before, after, strict=True):
+        assert now.lat_deg == was.lat_deg
+        assert (now.soundings, now.utc_s) == (was.soundings, was.utc_s)
+        assert now.depth_m == pytest.approx(was.depth_m, abs=0.02)
+        assert now.least_m == pytest.approx(was.least_m, abs=0.011)
+    assert main(["depth", "show", str(other)]) == 0
+    assert "300 soundings" in capsys.readouterr().out
+
+
+def test_an_import_adds_to_what_is_there(store, tmp_path):
+    (tmp_path / "more.xyz").write_text("-8.70 41.18 3.5\n-8.70 41.18 3.7\n")
+    before = len(list(soundings_of(content(store))))
+    assert main(["depth", "import", str(store), str(tmp_path / "more.xyz")]) == 0
+    after = list(soundings_of(content(store)))
+    assert len(after) == before + 1
+    new = next(each for each in after if each.lat_deg < 41.1805)
+    assert (new.soundings, new.least_m, new.mean_m) == (2, 3.5, pytest.approx(3.6))
+    assert content(store).params == {"DEPTH_MIN": 3.0}, "nothing else is touched"
+
+
+def test_forgetting_a_place_or_all(store, capsys):
+    lat, lon = (math.degrees(value) for value in offset(*HERE, 50.0, 0.0))
+    before = {each[:2] for each in soundings_of(content(store))}
+    assert main(["depth", "forget", str(store), "--near", str(lat), str(lon), "10"]) == 0
+    after = {each[:2] for each in soundings_of(content(store))}
+    assert after < before
+    assert 9 <= len(before - after) <= 11
+    assert all(abs(place[0] - lat) < 1e-4 for place in before - after)
+    assert main(["depth", "forget", str(store), "--all"]) == 0
+    assert not content(store).depth
+    assert content(store).params == {"DEPTH_MIN": 3.0}
+    assert main(["depth", "show", str(store)]) == 0
+    assert "nothing sounded yet" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.geojson", "[]", "FeatureCollection"),
+        ("a.geojson", '{"features": [{}]}', "feature 0"),
+        (
+            "a.geojson",
+            '{"features": [{"geometry": {"coordinates": [200, 0]}, "properties": {"depth_m": 1}}]}',
+            "feature 0",
+        ),
+        ("a.geojson", "{", "a.geojson"),
+        ("a.xyz", "1 2\n", "line 1"),
+        ("none.xyz", None, "No such file"),
+    ],
+)
+def test_bad_files_change_nothing_and_are_told(store, tmp_path, capsys, name, text, said):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    before = content(store)
+    assert main(["depth", "import", str(store), str(tmp_path / name)]) == 1
+    assert said in capsys.readouterr().err
+    assert content(store) == before
+
+
+def test_wrong_stores_and_targets_are_told(store, tmp_path, capsys):
+    for words in (["show", "none.db"], ["export", "none.db"], ["forget", "none.db", "--all"]):
+        assert main(["depth", *words]) == 1
+        assert "no such store" in capsys.readouterr().err
+    (tmp_path / "noise.db").write_bytes(b"noise" * 100)
+    (tmp_path / "a.xyz").write_text("-8.7 41.2 5\n")
+    assert main(["depth", "import", str(tmp_path / "noise.db"), str(tmp_path / "a.xyz")]) == 1
+    assert main(["depth", "export", str(store), str(tmp_path / "none" / "a.xyz")]) == 1
+    assert main(["depth", "import", str(store), str(tmp_path / "a.xyz"), "--cell", "0.1"]) == 2

@@ -1,0 +1,200 @@
+"""Charts as GeoTIFF and NetCDF become the vessel's soundings: sign, unit, datum, nodata and coordinate system are right or asked for."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.cli import main
+from companion.core.geo import LocalFrame
+from companion.core.soundings import parse_xyz
+from companion.io.depth_map import load_depth_map
+
+rasterio = pytest.importorskip("rasterio", reason="the extra 'charts' is not installed")
+numpy = pytest.importorskip("numpy")
+
+copy_chart = pytest.importorskip("rasterio.shutil").copy
+pytestmark = pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
+WEST, NORTH, STEP = -8.71, 41.19, 0.0001
+HEIGHTS = [[-5.0, -6.004, -9999.0], [-2.0, 3.0, 50.0]]
+"""Two rows from the north; nodata and land in it."""
+RADIUS_M = 6378137.0
+MERCATOR = math.degrees(-968000.0 / RADIUS_M), math.degrees(math.atan(math.sinh(5040000.0 / RADIUS_M)))
+"""Longitude and latitude of a point, by the projection's own formula."""
+
+
+def geotiff(path, values=HEIGHTS, *, crs="EPSG:4326", origin=(WEST, NORTH), step=STEP, dtype="float32", **more):
+    data = numpy.array(values, dtype=dtype)
+    unit, scale, offset = more.pop("unit", None), more.pop("scale", 1.0), more.pop("offset", 0.0)
+    tags, description = more.pop("tags", {}), more.pop("description", None)
+    options = {
+        "driver": "GTiff",
+        "height": data.shape[0],
+        "width": data.shape[1],
+        "count": 1,
+        "dtype": dtype,
+        "crs": crs,
+        "transform": rasterio.transform.from_origin(*origin, step, step),
+        "nodata": -9999,
+    }
+    with rasterio.open(path, "w", **{**options, **more}) as chart:
+        chart.write(data, 1)
+        chart.update_tags(1, **tags)
+        if description:
+            chart.set_band_description(1, description)
+        if unit:
+            chart.units = (unit,)
+        chart.scales, chart.offsets = (scale,), (offset,)
+    return path
+
+
+def convert(chart, out, *options):
+    return main(["depth", "convert", str(chart), str(out), *options])
+
+
+def depths(path):
+    return [(math.degrees(s.lon_rad), math.degrees(s.lat_rad), s.depth_m) for s in parse_xyz(path.read_text())]
+
+
+def test_heights_become_depths_at_the_middle_of_their_cells(tmp_path):
+    chart = geotiff(tmp_path / "chart.tif", compress="lzw")
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "up", "--dry", "10") == 0
+    assert depths(tmp_path / "out.xyz") == [
+        (pytest.approx(WEST + 0.5 * STEP), pytest.approx(NORTH - 0.5 * STEP), 5.0),
+        (pytest.approx(WEST + 1.5 * STEP), pytest.approx(NORTH - 0.5 * STEP), 6.0),
+        (pytest.approx(WEST + 0.5 * STEP), pytest.approx(NORTH - 1.5 * STEP), 2.0),
+        (pytest.approx(WEST + 1.5 * STEP), pytest.approx(NORTH - 1.5 * STEP), -3.0),
+    ], "to the shallow centimetre; nodata and high land are left out"
+
+
+def test_the_sign_is_read_or_asked_for_and_never_guessed(tmp_path, capsys):
+    plain = geotiff(tmp_path / "plain.tif")
+    assert convert(plain, tmp_path / "out.xyz") == 1
+    assert "--positive up or --positive down" in capsys.readouterr().err
+    assert not list(tmp_path.glob("*out*")), "no half file"
+    for number, said in enumerate(
+        ({"tags": {"positive": "down"}}, {"description": "Depth"}, {"tags": {"standard_name": "sea_floor_depth"}})
+    ):
+        chart = geotiff(tmp_path / f"{number}.tif", [[5.0, 6.0]], **said)
+        assert convert(chart, tmp_path / "out.xyz") == 0
+        assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [5.0, 6.0]
+    chart = geotiff(tmp_path / "up.tif", [[-5.0]], tags={"long_name": "Elevation relative to sea level"})
+    assert convert(chart, tmp_path / "out.xyz") == 0
+    assert depths(tmp_path / "out.xyz")[0][2] == 5.0
+    both = geotiff(tmp_path / "both.tif", [[5.0]], tags={"long_name": "height or depth"})
+    assert convert(both, tmp_path / "out.xyz") == 1
+
+
+def test_datum_unit_scale_and_a_second_nodata_value(tmp_path, capsys):
+    chart = geotiff(tmp_path / "a.tif", [[500, 999, 7]], dtype="int16", scale=0.1, offset=1.0, unit="ft", nodata=7)
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--datum", "-2", "--nodata", "999") == 0
+    assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [pytest.approx(51.0 * 0.3048 - 2.0, abs=0.01)]
+    strange = geotiff(tmp_path / "b.tif", [[5.0]], unit="furlong")
+    assert convert(strange, tmp_path / "out.xyz", "--positive", "down") == 1
+    assert "--unit" in capsys.readouterr().err
+    assert convert(strange, tmp_path / "out.xyz", "--positive", "down", "--unit", "dm") == 0
+    assert depths(tmp_path / "out.xyz")[0][2] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("crs", "origin", "place"),
+    [
+        ("EPSG:32629", (525000.0, 4559000.0), (-8.7017, 41.1820)),
+        ("EPSG:3857", (-968000.0, 5040000.0), MERCATOR),
+        ("EPSG:4258", (-8.7, 41.18), (-8.7, 41.18)),
+    ],
+    ids=["UTM", "web mercator", "ETRS89"],
+)
+def test_projected_charts_end_up_where_they_belong(tmp_path, crs, origin, place):
+    step = 1e-5 if crs == "EPSG:4258" else 1.0
+    chart = geotiff(tmp_path / "c.tif", [[5.0]], crs=crs, origin=origin, step=step)
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down") == 0
+    ((lon, lat, _),) = depths(tmp_path / "out.xyz")
+    north, east = LocalFrame(math.radians(place[1]), math.radians(place[0])).to_local(
+        math.radians(lat), math.radians(lon)
+    )
+    assert math.hypot(north, east) < 30.0
+
+
+def test_without_a_coordinate_system_it_asks_for_one(tmp_path, capsys):
+    chart = geotiff(tmp_path / "c.tif", [[5.0]], crs=None)
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down") == 1
+    assert "--crs" in capsys.readouterr().err
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--crs", "EPSG:4326") == 0
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--crs", "nonsense") == 1
+    with (
+        pytest.warns(rasterio.errors.NotGeoreferencedWarning),
+        rasterio.open(
+            tmp_path / "nowhere.tif", "w", driver="GTiff", height=1, width=1, count=1, dtype="float32", crs="EPSG:4326"
+        ) as nowhere,
+    ):
+        nowhere.write(numpy.array([[5.0]], dtype="float32"), 1)
+    assert convert(tmp_path / "nowhere.tif", tmp_path / "out.xyz", "--positive", "down") == 1
+    assert "not georeferenced" in capsys.readouterr().err
+
+
+def test_netcdf_by_its_attributes_and_variables(tmp_path, capsys):
+    tif = geotiff(tmp_path / "a.tif", [[-5.0, -9999.0], [-7.0, -8.0]], tags={"long_name": "elevation"}, unit="m")
+    copy_chart(tif, tmp_path / "chart.nc", driver="netCDF")
+    assert convert(tmp_path / "chart.nc", tmp_path / "out.xyz", "--positive", "up") == 0
+    assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [5.0, 7.0, 8.0]
+    with rasterio.open(tmp_path / "two.tif", "w", **{**_profile(tif), "count": 2}) as two:
+        two.write(numpy.array([[[5.0, 5.0], [5.0, 5.0]], [[6.0, 6.0], [6.0, 6.0]]], dtype="float32"))
+    copy_chart(tmp_path / "two.tif", tmp_path / "two.nc", driver="netCDF")
+    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down") == 1
+    assert "--variable: Band1, Band2" in capsys.readouterr().err
+    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down", "--variable", "Band3") == 1
+    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down", "--variable", "Band2") == 0
+    assert {depth for *_, depth in depths(tmp_path / "out.xyz")} == {6.0}
+
+
+def _profile(path):
+    with rasterio.open(path) as chart:
+        return chart.profile
+
+
+def test_thinning_keeps_the_shallowest_and_the_box_cuts(tmp_path):
+    values = [[5.0 + ((7 * i + 3 * j) % 11) for j in range(40)] for i in range(40)]
+    chart = geotiff(tmp_path / "a.tif", values, step=1e-5)
+    assert convert(chart, tmp_path / "all.xyz", "--positive", "down") == 0
+    assert convert(chart, tmp_path / "thin.xyz", "--positive", "down", "--thin", "10") == 0
+    full, thin = depths(tmp_path / "all.xyz"), depths(tmp_path / "thin.xyz")
+    assert len(full) == 1600
+    assert len(thin) < 40
+    assert {depth for *_, depth in thin} == {5.0}
+    box = ["--box", str(NORTH - 1e-4), str(WEST), str(NORTH), str(WEST + 1e-4)]
+    assert convert(chart, tmp_path / "box.xyz", "--positive", "down", *box) == 0
+    assert len(depths(tmp_path / "box.xyz")) == 100
+
+
+def test_the_compact_grid_is_what_the_vessel_reads(tmp_path):
+    chart = geotiff(tmp_path / "a.tif", [[5.0] * 20 for _ in range(20)], step=1e-4)
+    assert convert(chart, tmp_path / "out.depth", "--positive", "down", "--pitch", "5", "--spread", "8") == 0
+    grid = load_depth_map(tmp_path / "out.depth")
+    assert grid.depth_at(math.radians(NORTH - 10e-4), math.radians(WEST + 10e-4)) == 5.0
+    assert grid.depth_at(math.radians(NORTH + 10e-4), math.radians(WEST + 10e-4)) is None
+
+
+def test_mistakes_are_told_in_a_line(tmp_path, capsys):
+    chart = geotiff(tmp_path / "a.tif", [[-9999.0]])
+    (tmp_path / "noise.tif").write_bytes(b"II*\x00" + bytes(100))
+    for arguments, said in (
+        ((tmp_path / "none.tif", tmp_path / "o.xyz"), "no such file"),
+        ((tmp_path / "noise.tif", tmp_path / "o.xyz"), "noise.tif"),
+        ((chart, tmp_path / "o.xyz"), "no depth in it"),
+        ((chart, tmp_path / "o.depth"), "no depth in it"),
+        ((chart, tmp_path / "o.xyz", "--band", "2"), "no band 2"),
+        ((chart, tmp_path / "none" / "o.xyz"), "No such file"),
+    ):
+        assert convert(*arguments, "--positive", "down") == 1
+        told = capsys.readouterr().err
+        assert said in told
+        assert "Traceback" not in told
+    assert convert(chart, tmp_path / "o.tif") == 2
+
+
+def test_without_the_extra_the_install_line_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert convert(tmp_path / "a.tif", tmp_path / "o.xyz") == 2
+    assert 'pip install "usv-companion[charts]"' in capsys.readouterr().err
