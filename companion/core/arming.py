@@ -34,6 +34,7 @@ def reasons(
     gcs_heard: bool = False,
     plan_needed: bool = False,
     plan_loaded: bool = False,
+    plan_refusal: str = "",
 ) -> tuple[str, ...]:
     """Return all reasons against arming; empty = may arm.
 
@@ -63,6 +64,7 @@ def reasons(
         found.append((depth_required and not altitude_known, "water depth unknown, and depth.required is set"))
         found.append((fence is not None and fence.breached, "outside the fence"))
         found.append((mode is Mode.AUTO and plan_needed and not plan_loaded, "no plan loaded"))
+        found.append((mode is Mode.AUTO and bool(plan_refusal), f"plan: {plan_refusal}"))
     else:
         holding_causes = [cause for cause in holding_causes if BY_NAME[cause].takeover is Takeover.NEVER]
     found.extend((True, f"failsafe: {BY_NAME[cause].text}") for cause in holding_causes)

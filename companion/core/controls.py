@@ -32,6 +32,7 @@ from .guidance import Guidance, GuidanceOutput
 from .mission import Mission, Point
 from .monitors import Monitors
 from .navigator import Navigator
+from .plan_fence import PlanFence
 from .steering import make_controller
 from .stopping import braking_distance_m
 from .vehicle_config import TickInputs, VehicleConfig
@@ -51,6 +52,7 @@ class Controls:
         self.controller = make_controller(config.steering.profile, config.steering, vessel)
         self.guard = DepthGuard(config.depth)
         self.fence = Fence(config.fence)
+        self.plan_fence = PlanFence(self.fence)
         self.monitors = Monitors(config.monitors)
         self.gate = Gate(config.gate)
         self.armed = False

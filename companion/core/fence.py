@@ -140,6 +140,11 @@ class Fence:
         self._switched = on
 
     @property
+    def version(self) -> object:
+        """Equal as long as the areas mean the same."""
+        return self._areas, self._config.union
+
+    @property
     def enabled(self) -> bool:
         """Whether the fence acts: switched on and not empty."""
         on = self._config.enabled if self._switched is None else self._switched

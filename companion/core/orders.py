@@ -35,7 +35,7 @@ from mavlink_bridge.requests import (
 )
 
 from .controls import Controls
-from .refusals import motion_refusal, prearm_reasons, target_refusal
+from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
 from .vessel import throttle_to_speed, top_speed_mps
 
 
@@ -75,19 +75,26 @@ class Orders:
         return ACCEPTED
 
     def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
-        return _reply(self._vehicle.navigator.enter(body.mode, self._vehicle.state))
+        return self._enter(body.mode)
+
+    def _enter(self, mode: Mode) -> Reply:
+        """Change mode; a plan that would leave the fence is not sailed."""
+        vehicle = self._vehicle
+        refusal = start_refusal(vehicle) if mode is Mode.AUTO else ""
+        return _reply(refusal or vehicle.navigator.enter(mode, vehicle.state))
 
     def start_plan(self, body: StartPlan, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
         if not vehicle.armed:
             return Reply(Result.REJECTED_NOW, "not armed")
         first = body.first if body.first else (0 if vehicle.navigator.mode is not Mode.AUTO else None)
-        refusal = vehicle.navigator.enter(Mode.AUTO, vehicle.state) if vehicle.navigator.mode is not Mode.AUTO else ""
+        refusal = start_refusal(vehicle, first)
+        if not refusal and vehicle.navigator.mode is not Mode.AUTO:
+            refusal = vehicle.navigator.enter(Mode.AUTO, vehicle.state)
         return _reply(refusal or vehicle.mission.start(first, body.last))
 
     def pause(self, body: PausePlan, sender: int, now_us: int) -> Reply:
-        mode = Mode.HOLD if body.pause else Mode.AUTO
-        return _reply(self._vehicle.navigator.enter(mode, self._vehicle.state))
+        return self._enter(Mode.HOLD if body.pause else Mode.AUTO)
 
     def set_current(self, body: SetCurrent, sender: int, now_us: int) -> Reply:
         return _reply(self._vehicle.mission.set_current(body.seq, reset=body.reset), Result.DENIED)

@@ -5,7 +5,7 @@ Each answer is one plain sentence, or nothing. These only look; they change noth
 
 from __future__ import annotations
 
-from mavlink_bridge.imc import GuardState
+from mavlink_bridge.imc import GuardState, Mode, PlanState
 from mavlink_bridge.requests import LoadPlan
 
 from . import arming, failsafe
@@ -39,6 +39,7 @@ def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tu
         gcs_heard=inputs.gcs_age_s is not None or inputs.radio_age_s is not None,
         plan_needed=True,
         plan_loaded=bool(vehicle.mission.total),
+        plan_refusal=start_refusal(vehicle, from_here=False) if vehicle.navigator.mode is Mode.AUTO else "",
     )
 
 
@@ -59,6 +60,13 @@ def plan_refusal(vehicle: Controls, body: LoadPlan) -> str:
     legs = plan_legs(body.plan.maneuvers, here, vehicle.config.guidance.loiter_radius_m)
     shallow = vehicle.guard.check_plan(legs)
     return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}"
+
+
+def start_refusal(vehicle: Controls, first: int | None = None, *, from_here: bool = True) -> str:
+    """Return why the plan must not be sailed from item ``first`` (None: where it stands) on, or an empty string."""
+    if first is None:
+        first = 0 if vehicle.mission.state is PlanState.COMPLETE else vehicle.mission.seq
+    return vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
 
 
 def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | None) -> str:

@@ -7,7 +7,17 @@ import math
 import pytest
 
 from mavlink_bridge.imc import Action, Mode
-from mavlink_bridge.requests import Arm, PlanItem, PlanKind, Reposition
+from mavlink_bridge.requests import (
+    Arm,
+    EnableFence,
+    PausePlan,
+    PlanItem,
+    PlanKind,
+    Reposition,
+    Result,
+    SetMode,
+    StartPlan,
+)
 
 WEATHER = (
     "world.water.current_mps=0.5",
@@ -22,8 +32,8 @@ WEATHER = (
 def test_row_60_nothing_crosses_the_fence(voyage, measured, speed_mps, weather):
     """Fault row 60, and must hold: no overshoot at 1.5 and 2.5 m/s (ArduRover 2.2 and 4.1 m)."""
     trip = voyage(*weather)
-    assert trip.circle_fence(60.0).reason == ""
     trip.sail(speed_mps, (100.0, 0.0))
+    assert trip.circle_fence(60.0).reason == "", "after the start, which it would refuse"
     furthest_m = 0.0
     for _ in range(20 * 75):
         trip.step()
@@ -63,8 +73,8 @@ def test_an_operator_sails_back_inside(voyage):
 
 def test_a_plan_that_passes_an_exclusion_is_held_before_it(voyage):
     trip = voyage()
-    assert trip.circle_fence(15.0, 60.0, 0.0, inclusion=False).reason == ""
     trip.sail(2.0, (120.0, 0.0))
+    assert trip.circle_fence(15.0, 60.0, 0.0, inclusion=False).reason == ""
     nearest_m = math.inf
     for _ in range(20 * 60):
         trip.step()
@@ -75,9 +85,11 @@ def test_a_plan_that_passes_an_exclusion_is_held_before_it(voyage):
 
 def test_clearing_the_fence_frees_the_vessel(voyage):
     trip = voyage()
+    trip.sail(1.5, (80.0, 0.0))
     assert trip.circle_fence(40.0).reason == ""
-    trip.sail(1.5, (80.0, 0.0), after_s=60.0)
+    trip.run(60.0)
     assert trip.snapshot.mode is Mode.HOLD
+    assert trip.mode(Mode.AUTO).reason == "item 1 is 40 m outside the fence"
     assert trip.upload(PlanKind.FENCE, []).reason == ""
     assert trip.mode(Mode.AUTO).reason == ""
     trip.until(lambda: trip.distance_m > 70.0, 60.0)
@@ -87,7 +99,7 @@ def test_clearing_the_fence_frees_the_vessel(voyage):
 def test_an_order_to_go_on_does_not_cross_either(voyage):
     trip = voyage(*WEATHER)
     assert trip.circle_fence(60.0).reason == ""
-    trip.sail(1.5, (100.0, 0.0))
+    trip.sail(1.5, (58.8, 0.0))
     furthest_m = 0.0
     for second in range(120):
         trip.run(1.0)
@@ -96,3 +108,40 @@ def test_an_order_to_go_on_does_not_cross_either(voyage):
             trip.mode(Mode.AUTO)
     assert trip.texts.count("Fence ahead: HOLD") >= 2
     assert furthest_m < 60.0
+
+
+def test_a_plan_that_leads_out_is_taken_told_and_not_started(voyage):
+    """Stations send the plan first and the fence after it: neither upload is refused, the start is."""
+    trip = voyage()
+    assert trip.plan(1.5, (20.0, 0.0), (100.0, 0.0)).reason == ""
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.circle_fence(60.0).reason == ""
+    trip.run(2.0)
+    assert not any("outside the fence" in text for text in trip.texts), "a better fence may be on its way"
+    trip.run(3.0)
+    told = "Plan: item 2 is 40 m outside the fence; it will not be started"
+    assert trip.texts.count(told) == 1
+    for order in (StartPlan(0), SetMode(Mode.AUTO), PausePlan(pause=False)):
+        reply = trip.ask(order)
+        assert reply.result is Result.REJECTED_NOW
+        assert reply.reason == "item 2 is 40 m outside the fence"
+    trip.run(5.0)
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.distance_m < 3.0
+    assert trip.circle_fence(120.0).reason == ""
+    assert trip.ask(StartPlan(0)).reason == ""
+    trip.until(lambda: trip.distance_m > 10.0, 60.0)
+    assert trip.texts.count(told) == 1
+
+
+def test_a_vessel_in_auto_is_not_armed_for_a_plan_that_leads_out(voyage):
+    trip = voyage()
+    assert trip.plan(1.5, (20.0, 0.0), (100.0, 0.0)).reason == ""
+    assert trip.mode(Mode.AUTO).reason == ""
+    assert trip.circle_fence(60.0).reason == ""
+    trip.run(1.0)
+    assert "plan: item 2 is 40 m outside the fence" in trip.ask(Arm(arm=True)).reason
+    assert "plan: item 2 is 40 m outside the fence" in trip.snapshot.health.prearm_reasons
+    assert trip.ask(EnableFence(enable=False)).reason == ""
+    trip.run(0.2)
+    assert trip.ask(Arm(arm=True)).reason == ""
