@@ -204,6 +204,9 @@ class PathControlState:
     """Signed, clockwise positive, while circling (ORBIT_EXECUTION_STATUS)."""
     orbit_lat_rad: float | None = None
     orbit_lon_rad: float | None = None
+    eight: tuple[float, float, float] | None = None
+    """While sailing a figure-eight about the target: loop radius (m, positive: the first loop along the axis is clockwise),
+    distance between the loops' centres (m), axis (rad from north)."""
 
 
 @value

@@ -37,6 +37,7 @@ _COMMON: Final[dict[str, Build]] = {
     "HOME_POSITION": motion.home_position,
     "EXTENDED_SYS_STATE": system.extended_sys_state,
     "ORBIT_EXECUTION_STATUS": motion.orbit_execution_status,
+    "FIGURE_EIGHT_EXECUTION_STATUS": motion.figure_eight_execution_status,
     "SYS_STATUS": system.sys_status,
     "WATER_DEPTH": motion.water_depth,
 }

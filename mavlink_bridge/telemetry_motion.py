@@ -207,6 +207,24 @@ def orbit_execution_status(snapshot: Snapshot) -> Message | None:
     )
 
 
+def figure_eight_execution_status(snapshot: Snapshot) -> Message | None:
+    """FIGURE_EIGHT_EXECUTION_STATUS, major radius positive with the north loop clockwise; None when not sailing an eight."""
+    path = snapshot.path
+    if path.eight is None or path.target_lat_rad is None or path.target_lon_rad is None:
+        return None
+    radius_m, length_m, bearing_rad = path.eight
+    return dialect.MAVLink_figure_eight_execution_status_message(
+        time_usec=snapshot.t_us,
+        major_radius=math.copysign(0.5 * length_m + abs(radius_m), radius_m),
+        minor_radius=abs(radius_m),
+        orientation=math.remainder(bearing_rad, math.tau),
+        frame=_FRAME_GLOBAL,
+        x=rad_to_degE7(path.target_lat_rad),
+        y=rad_to_degE7(path.target_lon_rad),
+        z=0.0,
+    )
+
+
 def home_position(snapshot: Snapshot) -> Message | None:
     """HOME_POSITION; None before a home is known."""
     if snapshot.home_lat_rad is None or snapshot.home_lon_rad is None:

@@ -86,6 +86,7 @@ class Guidance:
         self._target: Point = (0.0, 0.0)
         self._track: Track | None = None
         self._onward: Point | None = None
+        self._eight: tuple[float, float, float] | None = None
         self._goal_m = math.inf
         self._end_mps: float | None = None
         self._arrived = self._on_path = self._slowed = False
@@ -213,6 +214,8 @@ class Guidance:
             segments = figure_eight(self._target, radius, length, bearing, sense)
         else:
             segments = circle(self._target, radius, sense)
+        eight = loiter.kind is LoiterKind.FIGURE_EIGHT
+        self._eight = (sense * radius, length, bearing) if eight else None
         self._track = Track(segments, closed=True)
         self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
         self._follower.integrator.z_m = 0.0
@@ -293,6 +296,7 @@ class Guidance:
         assert maneuver is not None
         loiter = isinstance(maneuver, Loiter)
         circling = loiter and isinstance(track.segment, Arc)
+        about_it = isinstance(maneuver, Loiter) and maneuver.kind is LoiterKind.CIRCULAR
         segment = track.segment
         radius = segment.sense * segment.radius_m if circling and isinstance(segment, Arc) else None
         distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
@@ -304,8 +308,9 @@ class Guidance:
             target_lon_rad=maneuver.lon_rad,
             on_path=self._on_path if loiter else abs(here.cross_m) < self._config.acceptance_m,
             orbit_radius_m=radius,
-            orbit_lat_rad=maneuver.lat_rad if circling else None,
-            orbit_lon_rad=maneuver.lon_rad if circling else None,
+            orbit_lat_rad=maneuver.lat_rad if about_it else None,
+            orbit_lon_rad=maneuver.lon_rad if about_it else None,
+            eight=self._eight if loiter else None,
         )
 
     def _bearing(self, state: EstimatedState) -> float:

@@ -44,6 +44,20 @@ def test_check_20_negative_radius_circles_counter_clockwise(persona):
     assert helm.gcs.last("ORBIT_EXECUTION_STATUS").radius == pytest.approx(-20.0, abs=0.1)
 
 
+def test_check_45_an_eight_is_reported_as_one_and_not_as_a_circle(persona):
+    helm = Helm(persona)
+    x, y = helm.at(0, 40)
+    start(helm, (3, 35, -60.0, 20.0, 0.0, 0.5, x, y, 0.0))
+    helm.until(lambda: helm.world.snapshot.path.on_path, 90)
+    helm.gcs.clear()
+    helm.run(20.0)
+    told = helm.gcs.all("FIGURE_EIGHT_EXECUTION_STATUS")
+    assert len(told) >= 19, "once a second, on the straight parts too"
+    assert (told[0].major_radius, told[0].minor_radius, told[0].x, told[0].y) == (-60.0, 20.0, x, y)
+    assert told[0].orientation == pytest.approx(0.5)
+    assert not helm.gcs.all("ORBIT_EXECUTION_STATUS"), "the arcs of an eight have other centres"
+
+
 def test_check_28_an_upload_under_way_gives_no_kick(persona):
     """The rule: the new plan takes over at the same item; propulsion does not jump while it is stored."""
     helm = Helm(persona)
