@@ -9,7 +9,8 @@ import random
 import pytest
 
 from companion.core.depth_input import Altitude
-from companion.core.lookahead import ClosingRate, sample, slow_speed_mps, way_ahead
+from companion.core.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
+from companion.core.paths import Line, Track, circle, fillet, racetrack
 from companion.core.stopping import braking_distance_m
 from companion.core.vessel import stopping_distance_m
 from mavlink_bridge.imc import EstimatedState
@@ -140,3 +141,70 @@ def test_braking_is_shorter_than_coasting():
     for speed, measured in ((1.5, 0.8), (2.5, 1.5)):
         assert measured - 0.1 < braking_distance_m(vessel, speed) < measured + 0.5
         assert braking_distance_m(vessel, speed) < stopping_distance_m(vessel, speed)
+
+
+@pytest.mark.parametrize(
+    ("state", "path", "astray"),
+    [
+        ({}, [(0.0, 0.0), (10.0, 0.0)], False),
+        ({}, [(0.0, 0.0), (0.0, 10.0)], True),
+        ({"r_radps": 0.5}, [(1.0, 0.0), (3.0, 3.0)], False),
+        ({"cog_rad": math.pi - 0.1}, [(-10.0, 1.0)], False),
+        ({"cog_rad": math.pi}, [(10.0, 0.0)], True),
+        ({"sog_mps": 0.4}, [(0.0, 10.0)], False),
+        ({}, [(0.0, 2.0)], False),
+        ({"sog_mps": None}, [(0.0, 10.0)], False),
+        ({"cog_rad": None}, [(0.0, 10.0)], False),
+        ({"x_m": None}, [(0.0, 10.0)], False),
+    ],
+    ids=[
+        "on it",
+        "not turning with it",
+        "turning with it",
+        "across the cut",
+        "away from it",
+        "hardly under way",
+        "at its end",
+        "no speed",
+        "no course",
+        "no position",
+    ],
+)
+def test_a_vessel_that_does_not_follow_its_path_is_astray(state, path, astray):
+    assert strays(at(**state), path) is astray
+
+
+def walk(track, north, east, reach_m):
+    track.locate(north, east)
+    points = track.way(reach_m)
+    return points, sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+
+
+def test_the_way_along_a_track_is_on_it_as_long_as_asked_and_ends_with_it():
+    corner = fillet((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), 1.0, 3.0, 10.0)
+    legs = Track(
+        (Line((0.0, 0.0), corner.point(0.0)), corner, Line(corner.point(corner.length_m), (20.0, 20.0))), closed=False
+    )
+    points, length_m = walk(legs, 10.0, 0.0, 18.0)
+    assert points[0] == pytest.approx((10.0, 0.0))
+    assert length_m == pytest.approx(18.0, abs=0.2)
+    assert all(
+        abs(n - 20.0) < 1e-6 or abs(e) < 1e-6 or math.dist((n, e), corner.centre) - corner.radius_m < 1e-6
+        for n, e in points
+    )
+    points, _ = walk(legs, 10.0, 3.0, 5.0)
+    assert points[0] == pytest.approx((13.0, 0.0)), "a vessel aside joins at 45 degrees"
+    points, _ = walk(legs, 20.0, 18.0, 50.0)
+    assert points[-1] == pytest.approx((20.0, 20.0))
+
+
+@pytest.mark.parametrize(
+    "shape", [circle((0.0, 0.0), 10.0, 1), racetrack((0.0, 0.0), 5.0, 20.0, 0.3, -1)], ids=["circle", "racetrack"]
+)
+def test_the_way_round_a_closed_track_goes_on_and_on(shape):
+    track = Track(shape, closed=True)
+    start = shape[0].point(0.0)
+    points, length_m = walk(track, *start, 1.5 * track.lap_m)
+    assert length_m == pytest.approx(1.5 * track.lap_m, rel=0.02)
+    assert max(math.dist(a, b) for a, b in itertools.pairwise(points)) <= 20.001
+    assert min(math.dist(start, point) for point in points[len(points) // 3 :]) < 2.1
