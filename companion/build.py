@@ -75,6 +75,7 @@ def build_app(
     grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
     plain = settings.radio.protocol == "mavlink"
     radio = opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None
+    plotter = opener.open("plotter", settings.plotter) if settings.plotter else None
     kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
@@ -98,8 +99,8 @@ def build_app(
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
     if radio is not None:
         app.grounds.append(_radio(app, radio))
-    if settings.plotter:
-        app.plotter = PlotterPort(opener.open("plotter", settings.plotter))
+    if plotter is not None:
+        app.plotter = PlotterPort(plotter)
     return app
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import Step
+from companion.io.log_file import parts_of
 from mavlink_bridge import tlog
 from mavlink_bridge.codec import decode
 from mavlink_bridge.framing import Deframer, Frame
@@ -23,9 +24,7 @@ class SentFrames:
 
     def __init__(self, run_dir: Path, system_id: int) -> None:
         self._found: dict[tuple[int, int], list[Frame]] = {}
-        for path in (run_dir / "mavlink.tlog", *sorted(run_dir.glob("mavlink-*.tlog"))):
-            if not path.is_file():
-                continue
+        for path in parts_of(run_dir / "mavlink.tlog"):
             for record in tlog.iterate(path.read_bytes()):
                 if record.frame.system == system_id:
                     self._found.setdefault((record.link & 3, record.t_us), []).append(record.frame)

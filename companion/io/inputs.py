@@ -129,7 +129,10 @@ class InputReader:
         while (record := self._record()) is not None:
             if record[0] != RECORD_STEP:
                 continue
-            step = unpack_step(record[1])
+            try:
+                step = unpack_step(record[1])
+            except (struct.error, LookupError, ValueError) as error:
+                raise InputsError(f"step {expected} is none that this version knows ({error})") from None
             if step.number != expected:
                 self.cut = True  # records are missing: what follows would not replay
                 return

@@ -22,6 +22,20 @@ MAX_BUFFER: Final = 8 << 20
 EAGER_FLUSH: Final = 256 << 10
 
 
+def parts_of(path: Path) -> list[Path]:
+    """The parts of a file of a run that are there, the oldest first."""
+    return [part for part in (path, *sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"))) if part.is_file()]
+
+
+def sync_folder(folder: Path) -> None:
+    """Force the names in a folder to the disk. Raises OSError."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
 class LogFile:
     """An append-only file with bounded size.
 
@@ -114,6 +128,8 @@ class LogFile:
                 self._rotate()
             if self._fd < 0:
                 self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+                if sync:
+                    sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes
                 if self._header and os.fstat(self._fd).st_size == 0:
                     data = self._header + data
             view = memoryview(data)

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from companion.io.input_recorder import InputRecorder
-from companion.io.log_file import EAGER_FLUSH, LogFile
+from companion.io.log_file import EAGER_FLUSH, LogFile, sync_folder
 from companion.io.writer import Writer
 from mavlink_bridge import tlog
 from mavlink_bridge.imc import ActuatorDemand, Severity
@@ -72,6 +72,7 @@ class Recorder:
         self._low_found = False
         with self._guarded():
             run_dir.mkdir(parents=True, exist_ok=True)
+            set_aside(run_dir)
             write_json(run_dir / "run.json", self._about)
         limit = self._max_bytes // _SHARES
         self._tlog = self._file("mavlink.tlog", max_bytes=limit)
@@ -183,6 +184,22 @@ class _Guard(contextlib.AbstractContextManager[None]):
         return False
 
 
+_RUN_FILES: Final = ("run.json", "inputs.bin", "mavlink*.tlog", "events*.jsonl", "control*.csv", "truth*.csv")
+
+
+def set_aside(run_dir: Path) -> None:
+    """Move an earlier run's files into ``earlier-N``: two runs in one file could be neither replayed nor reported."""
+    if not any((run_dir / name).exists() for name in ("run.json", "inputs.bin")):
+        return
+    found = [path for name in _RUN_FILES for path in sorted(run_dir.glob(name))]
+    number = 1
+    while (place := run_dir / f"earlier-{number}").exists():
+        number += 1
+    place.mkdir()
+    for path in found:
+        path.rename(place / path.name)
+
+
 def drop_oldest_parts(run_dir: Path, limit: int) -> None:
     """Delete rotated parts, oldest first, until the run's files are below ``limit`` bytes. First parts stay."""
     sizes = {path: path.stat() for path in run_dir.iterdir() if path.is_file()}
@@ -286,8 +303,4 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    sync_folder(path.parent)

@@ -12,14 +12,19 @@ import json
 from typing import Any, Final, cast
 
 from mavlink_bridge import imc, requests
+from mavlink_bridge.plan_rules import Cmd
 from mavlink_bridge.requests import RequestBody
 
-_KNOWN: Final[dict[str, type]] = {
+_KNOWN: Final[dict[str, type]] = {"Cmd": Cmd} | {
     name: found
     for module in (imc, requests)
     for name, found in vars(module).items()
     if isinstance(found, type) and (dataclasses.is_dataclass(found) or issubclass(found, enum.Enum))
 }
+
+
+class NoRequestError(ValueError):
+    """A text that is no request, or one that only another version knows."""
 
 
 def dumps(body: RequestBody) -> str:
@@ -28,15 +33,17 @@ def dumps(body: RequestBody) -> str:
 
 
 def loads(text: str) -> RequestBody:
-    """Read a request body. Raises ValueError for anything that is none."""
+    """Read a request body. Raises NoRequestError for anything that is none."""
     try:
         return cast(RequestBody, _object(json.loads(text)))
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"not a request: {error}") from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise NoRequestError(f"not a request: {error}") from error
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, enum.Enum):
+        if type(value).__name__ not in _KNOWN and isinstance(value, int):
+            return int(value)  # a number by a name that nobody could read again
         return {"enum": type(value).__name__, "name": value.name}
     if dataclasses.is_dataclass(value):
         fields = {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}

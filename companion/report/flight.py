@@ -38,9 +38,11 @@ class Track:
     lon: list[float] = field(default_factory=list)
 
     def add(self, t_s: float, lat_deg: float, lon_deg: float) -> None:
-        self.t.append(t_s)
-        self.lat.append(lat_deg)
-        self.lon.append(lon_deg)
+        """Add a position; what is none (a damaged line) is left out."""
+        if abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0:
+            self.t.append(t_s)
+            self.lat.append(lat_deg)
+            self.lon.append(lon_deg)
 
     def __bool__(self) -> bool:
         return len(self.t) > 1

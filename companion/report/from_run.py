@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterator
@@ -11,11 +10,12 @@ from typing import Any, Final
 
 from companion.io import request_json
 from companion.io.inputs import InputReader, InputsError
+from companion.io.log_file import parts_of
 from companion.io.recorder import CONTROL_COLUMNS
 from companion.io.store_content import from_json
 from companion.report.airtime import Airtime
 from companion.report.flight import Event, Flight, Track
-from companion.report.from_tlog import read_tlog
+from companion.report.from_tlog import LONGEST_GAP_S, read_tlog
 from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
 
 _COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
@@ -85,11 +85,11 @@ def _recorded_settings(run_dir: Path) -> dict[str, Any]:
 
 def _frames(flight: Flight, run_dir: Path) -> None:
     """Links and plans from the telemetry log; everything else is better known from control.csv."""
-    path = run_dir / "mavlink.tlog"
-    if not path.is_file():
+    parts = parts_of(run_dir / "mavlink.tlog")
+    if not parts:
         flight.notes.append("no telemetry log")
         return
-    log = read_tlog(path, numbered=True)
+    log = read_tlog(*parts, numbered=True)
     flight.links, flight.plan, flight.fence, flight.rally = log.links, log.plan, log.fence, log.rally
     names = [str(item.get("name")) for item in flight.settings.get("endpoints", [])]
     if flight.settings.get("radio", {}).get("url"):
@@ -105,16 +105,19 @@ def _frames(flight: Flight, run_dir: Path) -> None:
             flight.series[name] = log.series[name]
 
 
-def _rows(path: Path, columns: int) -> Iterator[list[str]]:
-    """Rows of a CSV file, its header and a line that was cut left out."""
-    with path.open(encoding="utf-8", errors="replace", newline="") as file:
-        for number, row in enumerate(csv.reader(file)):
-            if number and len(row) == columns:
-                yield row
+def _rows(paths: list[Path], columns: int) -> Iterator[list[str]]:
+    """Rows of a table and its parts; headers, a line that was cut and a row of another table are left out."""
+    for path in paths:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            next(file, None)
+            for line in file:
+                row = line.rstrip("\n").split(",")
+                if len(row) == columns and line.endswith("\n"):
+                    yield row
 
 
 def _control(flight: Flight, run_dir: Path) -> None:
-    parts = [path for path in (run_dir / "control.csv", *sorted(run_dir.glob("control-*.csv"))) if path.is_file()]
+    parts = parts_of(run_dir / "control.csv")
     if not parts:
         flight.notes.append("no control.csv: nothing of the control loops is shown")
         return
@@ -123,24 +126,24 @@ def _control(flight: Flight, run_dir: Path) -> None:
     last_s: float | None = None
     gap_s = 0.0
     last_states: list[str] = []
-    for path in parts:
-        for row in _rows(path, len(_COLUMNS)):
-            try:
-                t_s = float(row[0])
-                for series, at in wanted:
-                    series.t.append(t_s)
-                    series.v.append(float(row[at]) if row[at] else math.nan)
-                if row[_AT["lat_deg"]] and row[_AT["lon_deg"]]:
-                    track.add(t_s, float(row[_AT["lat_deg"]]), float(row[_AT["lon_deg"]]))
-            except ValueError:
-                continue
-            states = [row[_AT["armed"]], row[_AT["item"]], *(row[_AT[name]] for name in _STATES)]
-            if states != last_states:
-                _say_states(flight, t_s, row)
-                last_states = states
-            if last_s is not None and t_s - last_s > gap_s:
-                gap_s = t_s - last_s
-            last_s = t_s
+    for row in _rows(parts, len(_COLUMNS)):
+        try:
+            t_s = _after(last_s, row[0])
+            values = [float(row[at]) if row[at] else math.nan for _, at in wanted]
+            if row[_AT["lat_deg"]] and row[_AT["lon_deg"]]:
+                track.add(t_s, float(row[_AT["lat_deg"]]), float(row[_AT["lon_deg"]]))
+        except ValueError:
+            continue  # a damaged line
+        for (series, _), value in zip(wanted, values, strict=True):
+            series.t.append(t_s)
+            series.v.append(value)
+        states = [row[_AT["armed"]], row[_AT["item"]], *(row[_AT[name]] for name in _STATES)]
+        if states != last_states:
+            _say_states(flight, t_s, row)
+            last_states = states
+        if last_s is not None and t_s - last_s > gap_s:
+            gap_s = t_s - last_s
+        last_s = t_s
     if last_s is not None:
         flight.duration_s = last_s
         flight.gap_s = gap_s
@@ -149,6 +152,14 @@ def _control(flight: Flight, run_dir: Path) -> None:
     if track:
         flight.tracks["estimate"] = track
     flight.series = {name: series for name, series in flight.series.items() if series}
+
+
+def _after(last_s: float | None, text: str) -> float:
+    """A row's time. Raises ValueError for one that cannot follow ``last_s``: damage."""
+    t_s = float(text)
+    if not 0.0 <= t_s - (last_s or 0.0) < LONGEST_GAP_S:
+        raise ValueError(text)
+    return t_s
 
 
 def _say_states(flight: Flight, t_s: float, row: list[str]) -> None:
@@ -160,21 +171,23 @@ def _say_states(flight: Flight, t_s: float, row: list[str]) -> None:
 
 
 def _truth(flight: Flight, run_dir: Path) -> None:
-    path = run_dir / "truth.csv"
-    if not path.is_file():
+    parts = parts_of(run_dir / "truth.csv")
+    if not parts:
         return
     from companion.io.truth import TRUTH_COLUMNS
 
     columns = TRUTH_COLUMNS.split(",")
     at = {name: index for index, name in enumerate(columns)}
     track = Track()
+    t_s: float | None = None
     names = ("depth_m", "altitude_m", "heading_deg", "sog_mps")
-    for row in _rows(path, len(columns)):
+    for row in _rows(parts, len(columns)):
         try:
-            t_s = float(row[0])
+            t_s = _after(t_s, row[0])
+            values = [float(row[at[name]]) for name in names]
             track.add(t_s, float(row[at["lat_deg"]]), float(row[at["lon_deg"]]))
-            for name in names:
-                flight.of(f"true_{name}").add(t_s, float(row[at[name]]))
+            for name, value in zip(names, values, strict=True):
+                flight.of(f"true_{name}").add(t_s, value)
         except ValueError:
             continue
     if track:
@@ -182,10 +195,10 @@ def _truth(flight: Flight, run_dir: Path) -> None:
 
 
 def _events(flight: Flight, run_dir: Path) -> None:
-    for path in (run_dir / "events.jsonl", *sorted(run_dir.glob("events-*.jsonl"))):
-        if not path.is_file():
-            flight.notes.append("no events.jsonl")
-            continue
+    parts = parts_of(run_dir / "events.jsonl")
+    if not parts:
+        flight.notes.append("no events.jsonl")
+    for path in parts:
         with path.open(encoding="utf-8", errors="replace") as file:
             for line in file:
                 try:
@@ -212,16 +225,14 @@ def _shown(value: Any) -> str:
     return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
 
 
-def _walk(reader: InputReader, airtime: Airtime) -> dict[PlanKind, tuple[PlanItem, ...]]:
+def _walk(reader: InputReader, airtime: Airtime, found: dict[PlanKind, tuple[PlanItem, ...]]) -> None:
     """Go through the recorded steps once: airtime, and the last plan of each kind handed over inside the process."""
-    found: dict[PlanKind, tuple[PlanItem, ...]] = {}
     for step in reader.steps():
         airtime.take(step)
         for text in step.submitted:
             body = request_json.loads(text)
             if isinstance(body, LoadPlan):
                 found[body.kind] = body.items
-    return found
 
 
 def _plans(flight: Flight, run_dir: Path) -> None:
@@ -231,10 +242,14 @@ def _plans(flight: Flight, run_dir: Path) -> None:
     except (OSError, InputsError) as error:
         flight.notes.append(f"inputs.bin: {getattr(error, 'strerror', None) or error}")
         return
+    plans: dict[PlanKind, tuple[PlanItem, ...]] = {}
     try:
-        plans = {**from_json(reader.store).plans, **_walk(reader, Airtime(flight, reader.meta))}
+        plans.update(from_json(reader.store).plans)
+        _walk(reader, Airtime(flight, reader.meta), plans)
         if reader.cut:
             flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")
+    except (InputsError, ValueError) as error:
+        flight.notes.append(f"inputs.bin: {error}")
     finally:
         reader.close()
     flight.plan = flight.plan or plans.get(PlanKind.MISSION, ())

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from companion.report.flight import Event, Flight, LinkStats, Track
 from mavlink_bridge import tlog
@@ -17,13 +17,17 @@ from mavlink_bridge.mission_wire import item_from_message
 from mavlink_bridge.modes import FACES
 from mavlink_bridge.requests import PlanItem
 
+LONGEST_GAP_S: Final = 86_400.0
+"""A longer time between two lines or frames is damage, not a pause."""
+_FAR_US: Final = round(LONGEST_GAP_S * 1e6)
 
-def read_tlog(path: Path, *, numbered: bool = False) -> Flight:
-    """Read a log; the vehicle is the autopilot component heard most often.
+
+def read_tlog(path: Path, *more: Path, numbered: bool = False) -> Flight:
+    """Read a log, and the parts that it goes on in; the vehicle is the autopilot component heard most often.
 
     ``numbered``: the log is one of ours, whose stamps carry link numbers; others have noise there.
     """
-    records = list(tlog.iterate(path.read_bytes()))
+    records = plausible([record for part in (path, *more) for record in tlog.iterate(part.read_bytes())])
     vehicle = find_vehicle(records)
     flight = Flight(path.stem, path.name)
     if not records:
@@ -31,6 +35,17 @@ def read_tlog(path: Path, *, numbered: bool = False) -> Flight:
         return flight
     _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(records)
     return flight
+
+
+def plausible(records: list[tlog.Record]) -> list[tlog.Record]:
+    """Leave out records with a damaged stamp (nothing guards it): far from the one before and from the one after."""
+    kept: list[tlog.Record] = []
+    for number, record in enumerate(records):
+        before = kept[-1].t_us if kept else None
+        after = records[number + 1].t_us if number + 1 < len(records) else before
+        if any(near is not None and abs(record.t_us - near) < _FAR_US for near in (before, after)):
+            kept.append(record)
+    return kept or records[:1]
 
 
 def find_vehicle(records: list[tlog.Record]) -> tuple[int, int] | None:
@@ -74,7 +89,7 @@ class _Reader:
 
     def read(self, records: list[tlog.Record]) -> None:
         for record in records:
-            self.t_s = max(self.t_s, (record.t_us - self.start_us) * 1e-6) if record.t_us >= self.start_us else self.t_s
+            self._go_on(record.t_us)
             self._count(record)
             message = decode(record.frame)
             if message is not None:
@@ -83,11 +98,19 @@ class _Reader:
         flight.duration_s = self.t_s
         flight.links = [self._links[number] for number in sorted(self._links)]
         flight.plan, flight.fence, flight.rally = (self._plan(kind) for kind in range(3))
-        start = datetime.fromtimestamp(self.start_us / 1e6, UTC)
+        start = datetime.fromtimestamp(self.start_us / 1e6, UTC)  # by the clock that was right in the end
         flight.about["start"] = start.strftime("%Y-%m-%d %H:%M:%S UTC")
         flight.about["frames"] = str(len(records))
         for kind in flight.spans.values():
             kind[-1].end = max(kind[-1].end, kind[-1].start)
+
+    def _go_on(self, t_us: int) -> None:
+        """Time goes forward only, and no jump is a pause: a clock that was set in the middle of the run."""
+        t_s = (t_us - self.start_us) * 1e-6
+        if abs(t_s - self.t_s) > LONGEST_GAP_S:
+            self.start_us += round((t_s - self.t_s) * 1e6)
+        else:
+            self.t_s = max(self.t_s, t_s)
 
     def _count(self, record: tlog.Record) -> None:
         frame = record.frame

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 
 import pytest
 
 import config as shipped
-from companion.io.inputs import InputReader
+from companion.cli import main
+from companion.io.inputs import (
+    CRC,
+    HEAD,
+    MAGIC,
+    RECORD_META,
+    RECORD_STEP,
+    RECORD_STORE,
+    STEP_HEAD,
+    InputReader,
+    pack_record,
+)
 from companion.replay import ReplayError, known_settings, replay, summary
 from companion.settings import ConfigError, load
 from mavlink_bridge.requests import Arm
+from sitl.scenario import run_scenario
 from sitl.settings import SimSettings
 from sitl.world import World
 
@@ -49,6 +62,16 @@ def test_a_replay_is_identical(run_dir):
     assert outcome.ticks == outcome.rows_compared == 600
     assert outcome.writes_compared > 600
     assert not outcome.cut
+
+
+def test_a_scenario_and_a_run_with_a_plotter_replay_too(tmp_path):
+    run_scenario("sounder-drop-out", run_dir=tmp_path / "scenario")
+    assert replay(tmp_path / "scenario").identical
+    settings = load(shipped.path("sim.toml"), ("plotter=udp://127.0.0.1:10110",), SimSettings)
+    world = World(settings, 1, run_dir=tmp_path / "plotter")
+    world.run(3.0)
+    world.shutdown(world.now_us)
+    assert replay(tmp_path / "plotter").identical
 
 
 def test_equal_seeds_give_equal_recordings(run_dir, tmp_path):
@@ -111,3 +134,48 @@ def test_keys_that_an_older_program_knew_are_left_out(run_dir):
     assert known_settings(recorded, ["depth.min_altitude_m=5"]).depth.min_altitude_m == 5.0
     with pytest.raises(ConfigError):
         known_settings(recorded, ["depth.abolished_m=5"])
+
+
+def changed(run_dir, folder, change):
+    """The recording with another description."""
+    raw = (run_dir / "inputs.bin").read_bytes()
+    length, _ = HEAD.unpack_from(raw, len(MAGIC))
+    start = len(MAGIC) + HEAD.size
+    meta = json.loads(raw[start : start + length])
+    change(meta)
+    path = folder / "inputs.bin"
+    path.write_bytes(MAGIC + pack_record(RECORD_META, json.dumps(meta).encode()) + raw[start + length + CRC.size :])
+    return path
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda meta: meta.pop("vessel"),
+        lambda meta: meta.pop("identity"),
+        lambda meta: meta["identity"].update(colour="red"),
+        lambda meta: meta.update(links=meta["links"][:1]),
+        lambda meta: meta.update(links="none"),
+        lambda meta: meta.update(settings=None),
+        lambda meta: meta.update(vessel=7),
+    ],
+)
+def test_a_recording_that_this_version_cannot_run_is_one_clear_message(run_dir, tmp_path, change, capsys):
+    assert main(["replay", str(changed(run_dir, tmp_path, change))]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_recording_of_another_version_says_so(run_dir, tmp_path):
+    outcome = replay(changed(run_dir, tmp_path, lambda meta: meta.update(version="0.0.9")))
+    assert "recorded by version 0.0.9" in summary(outcome, 1.0)
+
+
+def test_a_step_of_a_later_version_is_said_and_not_guessed(run_dir, tmp_path):
+    step = STEP_HEAD.pack(9, 0, 0, 0.0, 0.0, 0)
+    path = tmp_path / "inputs.bin"
+    raw = (run_dir / "inputs.bin").read_bytes()
+    length, _ = HEAD.unpack_from(raw, len(MAGIC))
+    description = raw[: len(MAGIC) + HEAD.size + length + CRC.size]
+    path.write_bytes(description + pack_record(RECORD_STORE, b"{}") + pack_record(RECORD_STEP, step))
+    with pytest.raises(ReplayError, match="none that this version knows"):
+        replay(path)

@@ -16,6 +16,7 @@ from companion.io.store import MemoryStore
 from companion.io.store_content import SaveCounter, SaveParam, StoreContent, to_json
 from mavlink_bridge.imc import FenceArea, Goto, Loiter, LoiterDirection, LoiterKind, Mode, PlanSpecification
 from mavlink_bridge.requests import Arm, LoadPlan, Orbit, PlanItem, PlanKind, RtcmData, SetMode, StartPlan
+from sitl.scenario_file import library as scenarios, read_scenario
 
 
 class EchoApp:
@@ -195,6 +196,12 @@ def test_a_change_finishes_in_the_same_step_as_recorded(tmp_path):
 )
 def test_requests_of_the_vessels_own_people_survive_json(body):
     assert request_json.loads(request_json.dumps(body)) == body
+
+
+@pytest.mark.parametrize("name", [path.stem for path in scenarios()])
+def test_the_plans_of_every_scenario_survive_json(name):
+    for body in read_scenario(name).plans:
+        assert repr(request_json.loads(request_json.dumps(body))) == repr(body)
 
 
 @pytest.mark.parametrize("text", ['{"class": "Popen", "fields": {}}', '{"class": "Arm", "fields": {"leg": 1}}', "{}"])

@@ -180,6 +180,22 @@ def test_parts_rotate_and_the_oldest_go(tmp_path):
     assert lines[-1].split(",")[1] == "19999"
 
 
+def test_an_earlier_run_in_the_same_directory_is_set_aside(tmp_path):
+    for number in range(3):
+        recorder = Recorder(tmp_path, about={"number": number})
+        recorder.tick(snapshot(number + 1))
+        recorder.close(1_000_000)
+    assert [
+        json.loads((tmp_path / place / "run.json").read_text())["number"] for place in ("earlier-1", "earlier-2", ".")
+    ] == [
+        0,
+        1,
+        2,
+    ]
+    for place in ("earlier-1", "earlier-2", "."):
+        assert (tmp_path / place / "control.csv").read_text().count("t_s,") == 1
+
+
 def test_first_parts_are_never_deleted(tmp_path):
     for name in ("control.csv", "control-001.csv", "inputs.bin"):
         (tmp_path / name).write_bytes(bytes(1000))

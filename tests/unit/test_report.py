@@ -271,3 +271,52 @@ def test_airtime_of_the_radio_is_counted_against_the_band(run_dir):
     verdicts = {verdict.name: verdict for verdict in judge(flight, Limits())}
     assert verdicts["Airtime in the fullest hour"].ok
     assert "<h2>Airtime</h2>" in page.make_page(flight)
+
+
+def test_a_damaged_stamp_and_a_clock_that_is_set_do_not_stretch_the_run(tmp_path):
+    path = tmp_path / "boat.tlog"
+    records = list(tlog.iterate(foreign_log()))
+    raw = [tlog.pack(record.t_us, 0, record.frame.raw) for record in records]
+    raw[7] = b"\xff\xff\xff\xff\xff\xff\xff\xf0" + raw[7][8:]
+    raw[0] = bytes(8) + raw[0][8:]
+    path.write_bytes(b"".join(raw))
+    assert read_tlog(path).duration_s == pytest.approx(19.0)
+    year_us = 365 * 86_400_000_000
+    for number, record in enumerate(records):
+        raw[number] = tlog.pack(record.t_us + (year_us if number > 40 else 0), 0, record.frame.raw)
+    path.write_bytes(b"".join(raw))
+    flight = read_tlog(path)
+    assert 17.0 <= flight.duration_s <= 19.0
+    assert "Links" in page.make_page(flight)
+
+
+def test_a_damaged_line_costs_only_itself(run_dir, tmp_path):
+    shutil.copytree(run_dir, tmp_path / "run")
+    path = tmp_path / "run" / "control.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    lines[200] = lines[200].replace(",", ",inf,", 1)
+    lines[300] = "9e99" + lines[300]
+    lines[400] = lines[400].replace("41.", "4e1853.", 1)
+    lines[500] = "\0" * 300_000 + "\n"
+    path.write_text("".join(lines))
+    flight = read_run(tmp_path / "run")
+    assert flight.duration_s == pytest.approx(44.0, abs=0.1)
+    assert "Summary" in page.make_page(flight)
+
+
+def test_a_long_run_is_read_with_all_its_parts(run_dir, tmp_path):
+    shutil.copytree(run_dir, tmp_path / "run")
+    for name in ("control.csv", "truth.csv"):
+        path = tmp_path / "run" / name
+        lines = path.read_text().splitlines(keepends=True)
+        path.write_text("".join(lines[:300]))
+        path.with_name(f"{path.stem}-001.csv").write_text("".join([lines[0], *lines[300:]]))
+    log = tmp_path / "run" / "mavlink.tlog"
+    data = log.read_bytes()
+    at = next(at for at in range(len(data) // 2, len(data)) if data[at + 8] == 0xFD and data[at : at + 2] == data[:2])
+    log.write_bytes(data[:at])
+    log.with_name("mavlink-001.tlog").write_bytes(data[at:])
+    whole, parts = read_run(run_dir), read_run(tmp_path / "run")
+    assert parts.tracks == whole.tracks
+    assert parts.series == whole.series
+    assert [link.frames_out for link in parts.links] == [link.frames_out for link in whole.links]
