@@ -18,7 +18,7 @@ else
     echo "set-up 1/3: $venv is there"
 fi
 bar=off; [ -t 1 ] && bar=on
-echo "set-up 2/3: installing the locked packages (about 80, some 1.3 GB on disk; a few minutes the first time)"
+echo "set-up 2/3: installing the locked packages (about 90, some 1.8 GB on disk; a few minutes the first time)"
 "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar "$bar" --require-hashes -r requirements.lock \
     | { grep -E --line-buffered '^(Collecting|Installing|Successfully)' || true; } \
     | awk '/^Collecting/ { n++; printf "  %d %s\n", n, $2; fflush(); next } { print "  " substr($0, 1, 60); fflush() }'
