@@ -17,8 +17,9 @@ from companion.commands import plan_link
 from companion.commands.plan_draw import ascii_map, svg_map
 from companion.commands.plan_explain import explain, refusals
 from companion.commands.plan_json import send_json
-from companion.commands.plan_log import plan_from_tlog
+from companion.commands.plan_log import params_from_tlog, plan_from_run, plan_from_tlog
 from companion.core.vessel import top_speed_mps
+from companion.io.log_file import parts_of
 from companion.settings import ConfigError, Settings, load, load_vessel
 from mavlink_bridge import seed_json
 from mavlink_bridge.imc import ChangeSpeed, Goto, Loiter, LoiterDirection, LoiterKind
@@ -46,9 +47,9 @@ def _register_files(actions: Any) -> None:
     convert = _add(actions, "convert", _convert, "read a plan file of any format, write .plan, .txt (WPL 110) or .json")
     convert.add_argument("file", type=Path)
     convert.add_argument("out", type=Path)
-    extract = _add(actions, "extract", _extract, "take the plans out of a telemetry log")
-    extract.add_argument("file", type=Path, metavar="F.tlog")
-    extract.add_argument("out", type=Path)
+    extract = _add(actions, "extract", _extract, "take the plans, or the parameters, out of a telemetry log or a run")
+    extract.add_argument("file", type=Path, metavar="F.tlog|RUN_DIR")
+    extract.add_argument("out", type=Path, help="a plan file; or F.params for the vehicle's parameters")
     make = _add(actions, "make", _make, "write a plan of waypoints or one loiter")
     make.add_argument("out", type=Path)
     make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
@@ -189,15 +190,29 @@ def _convert(arguments: argparse.Namespace) -> int:
 
 
 def _extract(arguments: argparse.Namespace) -> int:
+    source: Path = arguments.file
     try:
-        plan = plan_from_tlog(arguments.file.read_bytes())
+        if arguments.out.suffix == ".params":
+            return _extract_params(source, arguments.out)
+        plan = plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
     except OSError as error:
-        raise ConfigError(str(arguments.file), [error.strerror or str(error)]) from None
+        raise ConfigError(str(source), [error.strerror or str(error)]) from None
     if not (plan.mission or plan.fence or plan.rally):
         print(f"{arguments.file}: no complete plan was transferred in this log", file=sys.stderr)
         return 1
     write_file(plan, arguments.out)
     print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    return 0
+
+
+def _extract_params(source: Path, out: Path) -> int:
+    parts = parts_of(source / "mavlink.tlog") if source.is_dir() else [source]
+    text = params_from_tlog(b"".join(part.read_bytes() for part in parts))
+    if not text:
+        print(f"{source}: no vehicle told its parameters in this log", file=sys.stderr)
+        return 1
+    out.write_text(text, encoding="utf-8")
+    print(f"{out}: {text.count(chr(10)) - 1} parameters")
     return 0
 
 

@@ -1,10 +1,14 @@
-"""Plans out of a telemetry log: the last complete transfer of each kind, up or down, to or from any vehicle."""
+"""What was transferred, out of a telemetry log: the last complete plan of each kind, up or down, and the parameters, of any vehicle."""
 
 from __future__ import annotations
 
 import math
+import struct
+from pathlib import Path
 from typing import Any
 
+from companion.io.log_file import parts_of
+from companion.report.from_run import read_run
 from mavlink_bridge import tlog
 from mavlink_bridge.codec import decode, dialect
 from mavlink_bridge.mission_wire import home_problem, item_from_message, kind_of, without_home
@@ -61,6 +65,45 @@ def plan_from_tlog(data: bytes) -> PlanFile:
             if items is not None:
                 plans[kind] = items
     return _plan_file(plans, ardupilot=ardupilot)
+
+
+def plan_from_run(run_dir: Path) -> PlanFile:
+    """A run's plans: what came over its links, else what its own people or its store gave it."""
+    data = b"".join(part.read_bytes() for part in parts_of(run_dir / "mavlink.tlog"))
+    sent = plan_from_tlog(data)
+    if sent.mission or sent.fence or sent.rally:
+        return sent
+    flight = read_run(run_dir)
+    return PlanFile(flight.plan, flight.fence, flight.rally, None, "run directory")
+
+
+def params_from_tlog(data: bytes) -> str:
+    """Every parameter that a vehicle told of itself, its last value, as QGroundControl's parameter file; empty without any."""
+    found: dict[tuple[int, int, str], tuple[float, int]] = {}
+    bytewise: set[int] = set()
+    for record in tlog.iterate(data):
+        if record.frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+            if record.frame.payload.ljust(6, b"\0")[5] == dialect.MAV_AUTOPILOT_PX4:
+                bytewise.add(record.frame.system)
+        elif record.frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+            message = decode(record.frame)
+            if message is not None:
+                key = (record.frame.system, record.frame.component, message.param_id)
+                found[key] = message.param_value, message.param_type
+    lines = [
+        f"{system}\t{component}\t{name}\t{_number(value, kind, system in bytewise)}\t{kind}"
+        for (system, component, name), (value, kind) in sorted(found.items())
+    ]
+    return "\n".join(["# Vehicle-Id Component-Id Name Value Type", *lines, ""]) if lines else ""
+
+
+def _number(value: float, kind: int, bytewise: bool) -> str:
+    """A value in words; PX4 puts the bytes of a whole number into the field, others its value."""
+    if kind == dialect.MAV_PARAM_TYPE_REAL32 or not math.isfinite(value):
+        return f"{value:.9g}"
+    if bytewise and kind == dialect.MAV_PARAM_TYPE_INT32:
+        return str(struct.unpack("<i", struct.pack("<f", value))[0])
+    return str(round(value))
 
 
 def _plan_file(plans: dict[PlanKind, tuple[PlanItem, ...]], *, ardupilot: bool) -> PlanFile:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 import pytest
 
+from companion.cli import main
 from mavlink_bridge import tlog
 from mavlink_bridge.codec import Codec, decode, dialect
 from mavlink_bridge.framing import Deframer
@@ -33,6 +35,32 @@ def test_every_message_of_a_recorded_log_is_read(shared_data, name):
     )
     assert kinds[dialect.MAVLINK_MSG_ID_HEARTBEAT] == beats
     assert all(decode(record.frame) is not None for record in records[:: max(1, count // 2_000)])
+
+
+@pytest.mark.parametrize("name", ["crawler_real_type10_generic_82s.tlog", "robosub_real_mav2.tlog"])
+def test_fields_have_the_values_that_pymavlink_reads(shared_data, name):
+    records = list(tlog.iterate((shared_data / "mavlink" / name).read_bytes()))
+    reader = dialect.MAVLink(None)
+    reader.robust_parsing = True
+    theirs = reader.parse_buffer(b"".join(record.frame.raw for record in records))
+    assert len(theirs) == len(records)
+    for record, message in zip(records, theirs, strict=True):
+        ours = decode(record.frame).to_dict()  # knows more extension fields
+        assert repr({name: ours[name] for name in message.to_dict()}) == repr(message.to_dict())
+
+
+PARAMS = {"ardusub_qgc_2023-05-04": 887, "crawler_real_type10_generic_82s": 4, "dronekit_copter_mav1_radio": 491}
+PARAMS |= {"robosub_real_mav2": 885, "vtol_plane_sitl_mav1": 1053}
+
+
+@pytest.mark.parametrize("name", PARAMS)
+def test_parameters_are_taken_out_of_a_log(shared_data, tmp_path, name):
+    """As many as the vehicle says that it has (PARAM_VALUE.param_count), but the crawler's, whose log has four of 120."""
+    out = tmp_path / "out.params"
+    assert main(["plan", "extract", str(shared_data / "mavlink" / f"{name}.tlog"), str(out)]) == 0
+    lines = [line.split("\t") for line in out.read_text().splitlines()[1:]]
+    assert len({line[2] for line in lines}) == PARAMS[name]
+    assert all(len(line) == 5 and math.isfinite(float(line[3])) for line in lines)
 
 
 @pytest.mark.parametrize("name", LOGS)

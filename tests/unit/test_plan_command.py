@@ -14,6 +14,8 @@ from mavlink_bridge.mission_wire import item_to_message, with_home
 from mavlink_bridge.plan_mapping import compile_items
 from mavlink_bridge.planfile import read_plan
 from mavlink_bridge.requests import PlanItem, PlanKind
+from sitl.scenario import run_scenario
+from sitl.scenario_file import read_scenario
 
 PLACE = "41.1852,-8.7060"
 
@@ -97,6 +99,15 @@ def test_a_plan_is_taken_out_of_a_log(tmp_path, ardupilot):
     assert (found.home_rad is not None) == ardupilot
     log.write_bytes(log.read_bytes()[:200])
     assert plan("extract", log, tmp_path / "none.plan") == 1
+
+
+def test_a_run_gives_the_plan_that_its_own_people_loaded(tmp_path):
+    run_scenario("sounder-drop-out", run_dir=tmp_path / "run")
+    assert plan("extract", tmp_path / "run", tmp_path / "out.plan") == 0
+    scenario = read_scenario("sounder-drop-out")
+    found = read_plan((tmp_path / "out.plan").read_bytes())
+    assert [item.x for item in found.mission] == [item.x for item in scenario.plans[0].items]
+    assert plan("extract", tmp_path / "run", tmp_path / "none.params") == 1
 
 
 @pytest.mark.parametrize(
