@@ -29,6 +29,7 @@ from mavlink_bridge.requests import (
 )
 from mavlink_bridge.snapshot import LinkHealth, Snapshot
 
+from .core.gain_check import gains_problem
 from .core.refusals import plan_refusal
 from .core.vehicle import Vehicle
 from .core.vehicle_config import TickInputs
@@ -330,9 +331,12 @@ class App:
 
     def _set_parameter(self, body: SetParameter, answer: Answer) -> None:
         try:
-            self.facade.params.change(body.name, body.value)
+            wanted = self.facade.params.change(body.name, body.value).steering
+            problem = "" if wanted == self.settings.steering else gains_problem(wanted, self.vehicle.vessel)
         except ValueError as error:
-            answer(Reply(Result.DENIED, str(error)))
+            problem = str(error)
+        if problem:
+            answer(Reply(Result.DENIED, problem))
             return
         self._store(SaveParam(body.name, body.value), answer, lambda: self._reconfigure(body.name, body.value))
 
@@ -380,6 +384,9 @@ class App:
             except ValueError as error:
                 self.vehicle.say(Severity.WARNING, f"stored parameter left out: {error}")
         self.vehicle.configure(self.settings)
+        problem = gains_problem(self.settings.steering, self.vehicle.vessel)
+        if problem:
+            self.vehicle.say(Severity.CRITICAL, f"Steering: {problem}")
         for kind, items in content.plans.items():
             plan = load_plan(kind, items)
             if isinstance(plan, LoadPlan):

@@ -41,7 +41,8 @@ class MonitorConfig(Config):
     drift_alarm_m: float = Field(5.0, gt=0, le=1000)
     """Drift since a failsafe stop at which the alarm is given; again at each doubling."""
     oscillation_reversals: int = Field(5, ge=3, le=50)
-    oscillation_window_s: float = Field(2.0, gt=0, le=20)
+    oscillation_window_s: float = Field(3.0, gt=0, le=20)
+    """A rudder or thruster loop that is unstable swings with about nine times its delay: 1.3 s."""
     oscillation_output: float = Field(0.5, gt=0, le=1)
     """Share of full output that a swing must reach on both sides."""
     late_s: float = Field(0.2, gt=0, le=5)

@@ -111,6 +111,20 @@ class ModelController:
         damping = 2.0 * self._config.heading_damping * omega * self._inertia
         return kp, self._config.heading_integral * kp, max(damping - linear, 0.0)
 
+    @property
+    def inertia(self) -> float:
+        """Yaw inertia that the law reckons with, kg m^2."""
+        return self._inertia
+
+    @property
+    def top_mps(self) -> float:
+        """Top speed through the water."""
+        return self._handling.top_mps
+
+    def yaw_damping(self, speed_mps: float) -> float:
+        """Linear yaw damping at a speed, Nm/(rad/s)."""
+        return self._handling.yaw_damping(speed_mps)[0]
+
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps
 

@@ -68,8 +68,14 @@ def test_drift_while_stopped():
 
 
 def test_row_59_oscillation():
-    """Five reversals beyond half output within two seconds."""
+    """Five reversals beyond half output within two seconds; three is the default, which sees slower hulls too."""
     watch = Watch()
+    seen = [watch.step(0.55, thrust=0.6 * (-1) ** i, sog=2.0).oscillating for i in range(7)]
+    assert seen == [False] * 5 + [True, True]
+    assert not watch.step(3.05, thrust=0.0, sog=2.0).oscillating
+    for i in range(12):
+        assert not watch.step(0.8, thrust=0.9 * (-1) ** i, sog=2.0).oscillating, "slower than that"
+    watch = Watch(oscillation_window_s=2.0)
     seen = [watch.step(0.25, thrust=0.6 * (-1) ** i, sog=2.0).oscillating for i in range(7)]
     assert seen == [False] * 5 + [True, True]
     assert not watch.step(2.05, thrust=0.0, sog=2.0).oscillating
