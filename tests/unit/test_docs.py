@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
-from companion import params
+from companion import cli, params
 from companion.cli import COMMANDS
 from companion.settings import Settings
+from mavlink_bridge import imc, requests
+from mavlink_bridge.codec import dialect
 from tools import from_dune, generate_docs
 from tools.schema_text import keys, texts_of
 
@@ -47,11 +50,42 @@ def test_dune_modules_and_tasks_exist():
     assert {item.task for item in from_dune.SETTINGS} == {task.name for task in from_dune.TASKS}
 
 
+@pytest.mark.parametrize("item", from_dune.MESSAGES, ids=lambda item: item.name)
+def test_a_dune_message_has_its_form_inside_and_on_the_wire(item):
+    places = {"imc": imc, "requests": requests}
+    for module, name in re.findall(r"`(imc|requests)\.(\w+)", item.here):
+        assert hasattr(places[module], name), name
+    commands = {entry.name for entry in dialect.enums["MAV_CMD"].values()}
+    for name in re.findall(r"\b[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+\b", item.mavlink):
+        spoken = {f"MAV_CMD_{prefix}{name}" for prefix in ("", "NAV_", "DO_")} & commands
+        assert spoken or hasattr(dialect, f"MAVLINK_MSG_ID_{name}"), name
+
+
+COMMAND = re.compile(r"^(?:\S*/)?companion ([a-z][^#]*?)(?:\s{2,}.*|\s*#.*|\s*\|.*)?$", re.MULTILINE)
+
+
+def written_commands():
+    for page in [*sorted(DOCS.glob("*.md")), REPO / "README.md"]:
+        for block in re.findall(r"^```\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE):
+            yield from ((page.name, words) for words in COMMAND.findall(block))
+
+
+@pytest.mark.parametrize(("page", "words"), list(written_commands()))
+def test_a_command_in_the_pages_is_understood(page, words):
+    """Every option and sub-command that a page shows exists, with as many words as it needs."""
+    words = shlex.split(re.sub(r"\b(?:RUN_DIR|RUN|FILE|F)\b", "x", words))
+    arguments = cli._parser(words[0]).parse_args(words)
+    assert hasattr(arguments, "run")
+
+
 @pytest.mark.parametrize("page", [*sorted(DOCS.glob("*.md")), REPO / "README.md"], ids=lambda page: page.name)
 def test_links_and_paths_in_the_pages_exist(page):
     text = page.read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)#:]+)\)", text):
+    for target, heading in re.findall(r"\]\(([^)#:]+)(?:#([^)]*))?\)", text):
         assert (page.parent / target).exists(), f"{page.name}: {target}"
+        if heading:
+            titles = re.findall(r"^#+ (.*)$", (page.parent / target).read_text(encoding="utf-8"), flags=re.MULTILINE)
+            assert heading in [re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles], heading
 
 
 @pytest.mark.parametrize("page", [*sorted(DOCS.glob("*.md")), REPO / "README.md"], ids=lambda page: page.name)
