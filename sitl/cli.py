@@ -23,7 +23,7 @@ from . import cli_scenario
 from .autostart import AutoStart, PlanError, read_plan_file
 from .gateway import WithGateway, shore_gateway, with_gateway
 from .instance import move_instance
-from .settings import SimSettings
+from .settings import SimSettings, on_this_computer
 from .surroundings import Surroundings
 from .world import World
 
@@ -123,7 +123,10 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         overrides.insert(0, "operator.gcs_required=false")
     if arguments.arduino:
         overrides.append(f"world.arduino={arguments.arduino}")
-    settings = move_instance(load(arguments.config, overrides, SimSettings), arguments.instance)
+    settings = load(arguments.config, overrides, SimSettings)
+    if not arguments.world_only:  # a separate vessel looks for its world where its own file says
+        settings = on_this_computer(settings)
+    settings = move_instance(settings, arguments.instance)
     mistakes = link_mistakes(settings)
     speed: float | None = None
     if arguments.speed != "max":

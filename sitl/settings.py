@@ -8,6 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from companion.core.config import Config
+from companion.io.link_url import LinkConfigError, parse_link_url
 from companion.settings import Settings
 
 from .bottom import BottomConfig
@@ -43,3 +44,32 @@ class SimSettings(Settings):
     """The vessel's settings plus the world's."""
 
     world: WorldConfig = WorldConfig()
+
+
+def on_this_computer(settings: SimSettings) -> SimSettings:
+    """A boat's settings for the simulator: what hangs on its ports and its network is simulated on this computer.
+
+    A serial device becomes a pty in the run's directory, named after the link, and a sensor's or board's address in a network
+    becomes this computer's own. What is there already (``RUN_DIR``, 127.0.0.1) stays.
+    """
+
+    def place(name: str, url: str) -> str:
+        try:
+            link = parse_link_url(url)
+            options = f"?{url.partition('?')[2]}" if "?" in url else ""
+            if link.scheme == "serial" and not link.where.startswith("RUN_DIR/"):
+                return f"serial:RUN_DIR/{name}{options}"
+            if link.scheme == "tcp" and not link.host_port()[0].startswith(("127.", "localhost", "::1")):
+                return f"tcp://127.0.0.1:{link.host_port()[1]}{options}"
+        except LinkConfigError:
+            pass  # said with the other mistakes
+        return url
+
+    board, radio = settings.actuators, settings.radio
+    return settings.model_copy(
+        update={
+            "sensors": tuple(item.model_copy(update={"url": place(item.name, item.url)}) for item in settings.sensors),
+            "actuators": board.model_copy(update={"url": place("arduino", board.url)}) if board.url else board,
+            "radio": radio.model_copy(update={"url": place("lora-vessel", radio.url)}) if radio.url else radio,
+        }
+    )

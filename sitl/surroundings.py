@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from companion.core.vessel import VesselConfig
 from companion.io.link import Link, Received
+from companion.io.link_url import LinkConfigError
 from companion.io.links import open_link
 from companion.radio import load_radio
 
@@ -22,7 +23,7 @@ from .truth import Truth
 
 
 def counterpart(url: str) -> str:
-    """Return the URL that serves what ``url`` connects to. Raises ValueError for one that no simulator can serve."""
+    """Return the URL that serves what ``url`` connects to. Raises LinkConfigError for one that no simulator can serve."""
     scheme, _, rest = url.partition(":")
     if scheme == "tcp":
         return f"tcp-listen:{rest}"
@@ -32,7 +33,7 @@ def counterpart(url: str) -> str:
         return url
     if scheme == "udp-listen":
         return f"udp:{rest}"
-    raise ValueError(f"the simulator cannot serve {url}: use tcp://, serial:RUN_DIR/... or mem:")
+    raise LinkConfigError(f"the simulator cannot serve {url}: use tcp://, serial:RUN_DIR/... or mem:")
 
 
 @dataclass(slots=True)

@@ -1,0 +1,53 @@
+"""A boat's own file in the simulator: what hangs on its ports is simulated, and nothing of the computer's is touched."""
+
+from __future__ import annotations
+
+import json
+
+import config as shipped
+from companion.cli import main
+from companion.settings import load
+from sitl.settings import SimSettings, on_this_computer
+
+BOAT = """
+store = ""
+[[sensors]]
+name = "gps"
+url = "tcp://192.168.2.5:3000?silence=5"
+[[sensors]]
+name = "sounder"
+url = "/dev/ttyUSB1?baud=4800"
+[actuators]
+url = "serial:/dev/ttyACM0?baud=115200"
+[radio]
+url = "serial:/dev/ttyUSB0?baud=9600"
+"""
+
+
+def test_ports_and_addresses_of_a_boat_become_this_computers(tmp_path):
+    path = tmp_path / "boat.toml"
+    path.write_text(BOAT)
+    settings = on_this_computer(load(path, (), SimSettings))
+    assert [item.url for item in settings.sensors] == [
+        "tcp://127.0.0.1:3000?silence=5",
+        "serial:RUN_DIR/sounder?baud=4800",
+    ]
+    assert settings.actuators.url == "serial:RUN_DIR/arduino?baud=115200"
+    assert settings.radio.url == "serial:RUN_DIR/lora-vessel?baud=9600"
+
+
+def test_what_is_simulated_already_stays():
+    settings = load(shipped.path("sim.toml"), (), SimSettings)
+    assert on_this_computer(settings) == settings
+
+
+def test_a_boats_file_sails_in_the_simulator(tmp_path, capsys):
+    words = ["sim", "--config", str(shipped.path("boat.toml")), "--set", "store=", "--speed", "max", "--duration", "3"]
+    assert main([*words, "--json", "--run-dir", str(tmp_path / "run")]) == 0
+    assert json.loads(capsys.readouterr().out)["duration_s"] == 3.0
+
+
+def test_a_file_of_recorded_sentences_cannot_be_simulated_and_says_so(tmp_path, capsys):
+    words = ["sim", "--config", str(shipped.path("replay-nmea.toml")), "--speed", "max", "--duration", "3"]
+    assert main([*words, "--run-dir", str(tmp_path / "run")]) == 2
+    assert "cannot serve file:" in capsys.readouterr().err
