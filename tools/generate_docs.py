@@ -16,7 +16,7 @@ from companion import params
 from companion.core.failsafe import failsafe_table_markdown
 from companion.settings import Settings
 from mavlink_bridge.imc_table import imc_table_markdown
-from tools import boat_scenarios, from_dune
+from tools import boat_scenarios, fault_matrix, from_dune
 from tools.schema_text import Key, keys
 
 REPO = Path(__file__).resolve().parents[1]
@@ -98,6 +98,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "IMC.md": imc,
     "FROM-DUNE.md": dune,
     "BOAT-SCENARIOS.md": boat_scenarios.page,
+    "FAULTS.md": fault_matrix.page,
 }
 """Pages that are generated as a whole."""
 PARTS: dict[str, Callable[[], str]] = {"SAFETY.md": failsafe_table_markdown}

@@ -134,12 +134,27 @@ class Controls:
         self.ordered = True
 
     def manual_owner(self, sender: int, now_us: int) -> int:
-        """Return who has the sticks; the sender when they were free."""
-        if self._owner is None or now_us - self._owner[1] > self.config.operator.owner_timeout_s * 1e6:
+        """Return who has the sticks; the sender when they were free. A change of hands is told to everybody."""
+        owner = self._owner
+        if owner is None or now_us - owner[1] > self.config.operator.owner_timeout_s * 1e6:
+            self._hand_over(sender, now_us)
+        elif owner[0] == sender:
             self._owner = (sender, now_us)
-        if self._owner[0] == sender:
-            self._owner = (sender, now_us)
+        assert self._owner is not None
         return self._owner[0]
+
+    def take_sticks(self, sender: int, now_us: int) -> None:
+        """Another station orders manual control: it need not wait when the sticks of the one before have stopped."""
+        owner = self._owner
+        stopped = owner is not None and now_us - owner[1] > self.config.modes.manual_timeout_s * 1e6
+        if sender and stopped:
+            self._hand_over(sender, now_us)
+
+    def _hand_over(self, sender: int, now_us: int) -> None:
+        before = self._owner
+        self._owner = (sender, now_us)
+        if before is not None and before[0] != sender:
+            self.say(Severity.NOTICE, f"ground station {sender} has the sticks now, not {before[0]}")
 
     def set_home(self, lat_rad: float | None, lon_rad: float | None) -> str:
         """Set home to a position or to here; return a refusal or an empty string."""

@@ -75,6 +75,8 @@ class Orders:
         return ACCEPTED
 
     def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
+        if body.mode is Mode.MANUAL:
+            self._vehicle.take_sticks(sender, now_us)
         return self._enter(body.mode)
 
     def _enter(self, mode: Mode) -> Reply:

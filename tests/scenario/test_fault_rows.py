@@ -21,6 +21,8 @@ from mavlink_bridge.requests import (
 
 FAR = (300.0, 0.0)
 TICK_S = 0.05
+SET_MODE, MANUAL, HOLD = 176, 0.0, 4.0
+"""MAV_CMD_DO_SET_MODE, and modes as the persona ardurover numbers them."""
 
 
 def under_way(voyage, *overrides, speed_mps=1.5, seed=1):
@@ -443,6 +445,99 @@ def test_row_39_one_of_three_stations_leaves(voyage, measured):
     assert trip.snapshot.mode is Mode.AUTO
     assert trip.snapshot.action is Action.NONE
     measured(39, "nothing happens")
+
+
+class Sticks(Heartbeats):
+    """A ground station with a joystick: heartbeats, and sticks at 10 Hz while it has a surge to give."""
+
+    def __init__(self, trip, link, system_id) -> None:
+        super().__init__(trip, link)
+        from pymavlink.dialects.v20 import common
+
+        self.maker = common.MAVLink(None, system_id, 190)
+        self.make = common
+        self.surge = None
+
+    def beat(self) -> None:
+        super().beat()
+        if self.surge is not None and not self.silent and round(self.trip.now_s / TICK_S) % 2 == 0:
+            self.send(self.make.MAVLink_manual_control_message(1, round(1000 * self.surge), 0, 500, 0, 0))
+
+    def command(self, number, *params) -> None:
+        self.send(self.make.MAVLink_command_long_message(1, 1, number, 0, *params, *[0.0] * (7 - len(params))))
+
+    def send(self, message) -> None:
+        self.link.write(0, message.pack(self.maker))
+        self.maker.seq = (self.maker.seq + 1) % 256
+
+
+def driven(voyage, *overrides):
+    """A vessel under the sticks of station 255, with 254 watching, both by real MAVLink; and a function that runs them."""
+    trip = voyage(*GROUND, *overrides)
+    owner, observer = Sticks(trip, "gcs", 255), Sticks(trip, "tcp", 254)
+
+    def run(seconds, until=None):
+        began_s = trip.now_s
+        while trip.now_s - began_s < seconds and not (until and until()):
+            owner.beat()
+            observer.beat()
+            trip.step()
+        return trip.now_s - began_s
+
+    run(2.0)
+    assert trip.mode(Mode.MANUAL).reason == ""
+    assert trip.ask(Arm(arm=True)).reason == ""
+    owner.surge = 0.6
+    run(3.0)
+    assert not trip.neutral
+    return trip, owner, observer, run
+
+
+def test_row_40_the_owner_of_the_sticks_leaves_and_an_observer_stays(voyage, measured):
+    trip, owner, observer, run = driven(voyage)
+    observer.command(SET_MODE, 1.0, MANUAL)
+    observer.surge = -1.0
+    run(1.0)
+    assert trip.board.pulses_us[0] > 1600.0, "the observer's sticks are not obeyed while the owner is there"
+    observer.surge, owner.silent = None, True
+    took_s = run(5.2, until=lambda: trip.neutral)
+    assert trip.neutral
+    assert took_s <= 0.7, "0.6 s after the last stick"
+    run(10.0)
+    assert trip.neutral, "the observer's heartbeats keep no thrust alive"
+    assert trip.snapshot.action is Action.STOP
+    observer.surge = 0.5
+    run(1.0)
+    assert trip.board.pulses_us[0] > 1550.0, "now it may drive"
+    assert any("ground station 254 has the sticks now, not 255" in text for text in trip.texts), "announced"
+    owner.silent = False
+    run(1.0)
+    observer.silent = True
+    run(1.0, until=lambda: trip.neutral)
+    assert trip.neutral, "who comes back does not snatch them"
+    measured(40, f"neutral {took_s * 1e3:.0f} ms after the owner fell silent; the observer may take over")
+
+
+def test_row_40_the_observer_takes_over_at_once_by_an_explicit_order(voyage):
+    trip, owner, observer, run = driven(voyage)
+    owner.silent = True
+    run(0.8)
+    observer.command(SET_MODE, 1.0, MANUAL)
+    observer.surge = 0.8
+    took_s = run(3.0, until=lambda: trip.board.pulses_us[0] > 1550.0)
+    assert took_s < 1.5, "sooner than the sticks become free by themselves"
+    observer.command(SET_MODE, 1.0, HOLD)
+    run(1.0)
+    assert trip.snapshot.mode is Mode.HOLD
+
+
+def test_row_40_without_the_observer_it_is_row_36_and_a_listener_is_no_contact(voyage):
+    """An endpoint of class telemetry hears nobody: who only listens there is no ground station in contact."""
+    trip, owner, _, run = driven(voyage, "endpoints.2.link_class=telemetry")
+    owner.silent = True
+    took_s = run(7.0, until=lambda: "gcs_lost" in trip.snapshot.causes)
+    assert took_s <= 5.3
+    assert trip.neutral
 
 
 def test_row_42_a_station_that_only_beats_does_not_keep_the_sticks_alive(voyage, measured):
