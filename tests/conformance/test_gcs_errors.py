@@ -1,4 +1,4 @@
-"""Hostile and broken input (checks 63 to 67); check 68 is the LoRa gateway's."""
+"""Hostile and broken input (checks 63 to 67); check 68, the LoRa gateway's, is in tests/scenario/test_radio_protocols.py."""
 
 import random
 

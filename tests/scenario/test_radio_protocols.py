@@ -108,7 +108,7 @@ def test_row_54_a_bad_json_plan_is_refused_with_a_reason():
 class Shore:
     """A gateway at the simulated shore modem, and a ground station at its only endpoint, in virtual time."""
 
-    def __init__(self, tmp_path: Path, *overrides: str) -> None:
+    def __init__(self, tmp_path: Path, *overrides: str, persona: str = "ardurover") -> None:
         settings = load(config.path("sim.toml"), [*MEMORY, "radio.profile=o-10", *overrides], SimSettings)
         settings = with_gateway(settings, tmp_path)
         self.sim = World(settings, 1)
@@ -116,7 +116,7 @@ class Shore:
         gateway_settings = GatewaySettings(
             profile=settings.radio.profile,
             key_file=str(simulation_key(tmp_path)),
-            endpoints=(EndpointSettings(name="gcs", url="mem:gcs"),),
+            endpoints=(EndpointSettings(name="gcs", url="mem:gcs", persona=persona),),
         )
         self.gateway = Gateway(
             gateway_settings,
@@ -195,7 +195,10 @@ def test_a_command_is_in_progress_then_what_the_vessel_said(shore):
     assert shore.sim.snapshot.armed
 
 
-def test_an_unplugged_vessel_falls_silent_and_commands_fail(shore):
+@pytest.mark.parametrize("persona", ["ardurover", "generic"])
+def test_check_68_an_unplugged_vessel_falls_silent_stays_readable_and_accepts_nothing(tmp_path, persona):
+    shore = Shore(tmp_path, persona=persona)
+    shore.run(60.0)
     shore.sim.surroundings.radio.air.jammed = True
     cut_us = shore.sim.now_us
     stale_us = shore.gateway.profile.link.stale_after_s * 1e6
@@ -203,7 +206,15 @@ def test_an_unplugged_vessel_falls_silent_and_commands_fail(shore):
     assert shore.of("HEARTBEAT")[-1][0] <= cut_us + stale_us + 100_000
     shore.send(dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
     shore.run(20.0)
-    assert [message.result for _, message in shore.of("COMMAND_ACK") if message.command == 400][-1] == 4
+    results = [message.result for _, message in shore.of("COMMAND_ACK") if message.command == 400]
+    assert results[-1] == 4
+    assert 0 not in results
+    shore.send(dialect.MAVLink_param_request_list_message(1, 1))
+    shore.send(dialect.MAVLink_mission_request_list_message(1, 1, 0))
+    shore.run(1.0)
+    params = [message for _, message in shore.of("PARAM_VALUE")]
+    assert len({message.param_id for message in params}) == params[0].param_count > 60
+    assert shore.of("MISSION_COUNT")
     assert any("nothing from the vessel" in message.text for _, message in shore.of("STATUSTEXT"))
     assert not shore.sim.snapshot.armed
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from tools.boat_scenarios import TABLE, test_names as names_of_all
@@ -21,3 +23,8 @@ def test_the_list_is_whole():
     scenarios = [name for row in ROWS for name in row.names.split(", ")]
     assert len(scenarios) >= 100
     assert len(scenarios) == len(set(scenarios))
+
+
+def test_each_of_the_68_checks_of_a_ground_station_is_a_test():
+    found = {int(number) for name in NAMES for number in re.findall(r"check_(\d\d)_", f"{name}_")}
+    assert found == set(range(1, 69))
