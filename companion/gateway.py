@@ -106,6 +106,7 @@ class Gateway:
             rng or random.Random(secrets.randbits(64)),
             memory=self.store.snapshot().values.get(MEMORY_KEY, ""),
             save=self._save,
+            system_id=settings.system_id,
         )
         self.modem = modem or make_link("modem", settings.url)
         self.grounds = [self._ground(item, make_link(item.name, item.url)) for item in settings.endpoints]
@@ -187,7 +188,7 @@ class Gateway:
         if isinstance(request.body, LoadPlan) or crosses(request.body):
             owner = (id(talk), request.id)
             self._owners[owner] = (talk, request)
-            self.twin.submit(owner, request.body, now_us)
+            self.twin.submit(owner, request.body, now_us, request.origin)
         elif request.reply:
             reason = f"{type(request.body).__name__} does not cross the radio link"
             talk.reply(request.id, Reply(Result.DENIED, reason), now_us)

@@ -82,6 +82,7 @@ def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePor
             _rng(settings),
             memory=values.get(MEMORY_KEY, ""),
             save=lambda text: _save(store, MEMORY_KEY, text),
+            system_id=system.system_id,
         )
     ledger = KeptLedger(profile.hour_us, values.get(AIRTIME_KEY, ""), lambda text: _save(store, AIRTIME_KEY, text))
     if protocol == "json":

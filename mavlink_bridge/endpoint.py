@@ -29,7 +29,7 @@ from mavlink_bridge.modes import from_custom_mode
 from mavlink_bridge.outbox import MakeOutbox, Outbox
 from mavlink_bridge.params import EndpointParams, ParamServer
 from mavlink_bridge.port import VehiclePort
-from mavlink_bridge.requests import PlanKind, Reply, Request, RequestBody, Result
+from mavlink_bridge.requests import Origin, PlanKind, Reply, Request, RequestBody, Result
 from mavlink_bridge.sensor_input import RtcmAssembler, distance
 from mavlink_bridge.signing import POLICIES, Signer, SigningState, Verifier, setup_refusal
 from mavlink_bridge.snapshot import Snapshot
@@ -253,11 +253,11 @@ class Endpoint:
             else:
                 self._outbox.answer(packed(message))
 
-    def _ask(self, body: RequestBody, sender: int, reply: bool = True) -> int:
+    def _ask(self, body: RequestBody, sender: int, reply: bool = True, origin: Origin | None = None) -> int:
         request_id = self._next_id
         self._next_id += 1
         if len(self._requests) < _MAX_REQUESTS:
-            self._requests.append(Request(request_id, body, sender, reply))
+            self._requests.append(Request(request_id, body, sender, reply, origin))
         return request_id
 
     def _explain(self, reason: str) -> None:
@@ -304,7 +304,8 @@ class Endpoint:
             outcome = self._commands.take_up(command, sequence, self._context(), now_us)
             self._finish(outcome)
             if outcome.body is not None:
-                self._commands.asked(outcome.case, self._ask(outcome.body, command.sender[0]))
+                origin = Origin(message.get_msgId(), message.get_payload(), command.sender, self.config.has_home_item)
+                self._commands.asked(outcome.case, self._ask(outcome.body, command.sender[0], origin=origin))
 
     def _local(self, command: Command, sequence: int, now_us: int, *, is_copy: bool) -> None:
         """Commands without effect on the vessel may run again for a copy, whose first answer was lost."""

@@ -242,6 +242,18 @@ RequestBody = (
 
 
 @dataclass(frozen=True, slots=True)
+class Origin:
+    """The message that a request came in, word for word: for a link that carries it on instead of what it was taken to mean."""
+
+    message_id: int
+    payload: bytes
+    source: tuple[int, int]
+    """System and component of the ground station."""
+    home_item: bool = False
+    """Whether the station counts a home item before the mission's first."""
+
+
+@dataclass(frozen=True, slots=True)
 class Request:
     """A body with its return address. ``id`` is unique within one endpoint; ``reply`` False = nobody waits."""
 
@@ -250,3 +262,5 @@ class Request:
     sender: int
     """System id of the ground station."""
     reply: bool = True
+    origin: Origin | None = None
+    """Of a COMMAND_LONG or COMMAND_INT."""

@@ -20,6 +20,7 @@ from mavlink_bridge.port import Identity, ParamInfo
 from mavlink_bridge.requests import (
     Arm,
     LoadPlan,
+    Origin,
     PausePlan,
     PlanKind,
     Reply,
@@ -84,12 +85,15 @@ class BookVessel:
     north_m: float = 0.0
     east_m: float = 0.0
     executed: list[tuple[int, RequestBody]] = field(default_factory=list)
+    origins: list[Origin | None] = field(default_factory=list)
+    """The commands that these came in, as rebuilt here."""
     neutral_us: int | None = None
     refuse: str = ""
 
     def handle(self, request: Request, now_us: int) -> Reply:
         body = request.body
         self.executed.append((now_us, body))
+        self.origins.append(request.origin)
         if self.refuse:
             return Reply(Result.DENIED, self.refuse)
         if isinstance(body, LoadPlan):
@@ -239,11 +243,11 @@ class Rig:
             self.step()
         self.run(40.0)
 
-    def ask(self, body: RequestBody, limit_s: float = 100.0) -> tuple[float, Reply]:
+    def ask(self, body: RequestBody, limit_s: float = 100.0, origin: Origin | None = None) -> tuple[float, Reply]:
         """Submit a request as a station would; return the seconds until its answer, and the answer."""
         owner = object()
         start_us = self.now_us
-        self.twin.submit(owner, body, self.now_us)
+        self.twin.submit(owner, body, self.now_us, origin)
         while self.now_us - start_us < limit_s * 1e6:
             self.step()
             for at_us, whose, reply in self.replies:

@@ -15,6 +15,7 @@ from typing import Final
 
 from mavlink_bridge.imc import ActuatorOutput, LogText, Severity
 from mavlink_bridge.lora.bits import BitsError
+from mavlink_bridge.lora.command_codec import encode_command
 from mavlink_bridge.lora.frames import OVERHEAD, Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, decode, params_check
 from mavlink_bridge.lora.ledger import Priority
@@ -31,6 +32,7 @@ from mavlink_bridge.port import Identity, ParamTable
 from mavlink_bridge.requests import (
     Arm,
     LoadPlan,
+    Origin,
     PlanItem,
     PlanKind,
     Reply,
@@ -75,8 +77,10 @@ class ShoreTwin:
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
+        system_id: int = 1,
     ) -> None:
         self.profile = profile
+        self._address = (system_id, 1)
         self.link = CompactLink(profile, key, Direction.TO_VESSEL, rng, memory=memory, save=save, now_us=now_us)
         if profile.link.batch == 1:
             self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
@@ -147,20 +151,23 @@ class ShoreTwin:
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
-    def submit(self, owner: Hashable, body: RequestBody, now_us: int) -> None:
-        """Take a request; its answer comes by ``replies`` under ``owner``. An equal one that is on its way already is joined."""
+    def submit(self, owner: Hashable, body: RequestBody, now_us: int, origin: Origin | None = None) -> None:
+        """Take a request; its answer comes by ``replies`` under ``owner``. An equal one that is on its way already is joined.
+
+        ``origin``: the command that it came in, which then crosses the air itself.
+        """
         for pending in self._pending.values():
             if pending.body == body:
                 pending.owners.append(owner)
                 return
         try:
-            number = self._send(body, now_us)
+            number = self._send(body, now_us, origin)
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
         self._pending[number] = _Pending(body, [owner])
 
-    def _send(self, body: RequestBody, now_us: int) -> int:
+    def _send(self, body: RequestBody, now_us: int, origin: Origin | None) -> int:
         settings = self.profile.link
         if isinstance(body, LoadPlan):
             payload = encode_plan(body.kind, body.items, self._near_e7())
@@ -170,7 +177,7 @@ class ShoreTwin:
         stop = makes_it_stop(body)
         return self.link.submit(
             Kind.STOP if stop else Kind.ORDER,
-            encode_request(body),
+            encode_request(body) if origin is None else encode_command(origin, self._address),
             Priority.STOP if stop else Priority.COMMAND,
             now_us,
             round(settings.command_s * 1e6),

@@ -10,10 +10,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from mavlink_bridge.command_table import Context
+from mavlink_bridge.lora.bits import BitsError
+from mavlink_bridge.lora.command_codec import decode_command, is_command
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
 from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
+from mavlink_bridge.lora.orders import meaning_of
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.reporter import Reporter
@@ -24,6 +28,8 @@ from mavlink_bridge.plan_rules import PlanError, plan_id
 from mavlink_bridge.port import VehiclePort
 from mavlink_bridge.requests import (
     LoadPlan,
+    Origin,
+    PlanKind,
     Reply,
     Request,
     RequestBody,
@@ -53,8 +59,10 @@ class VesselRadio:
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
+        system_id: int = 1,
     ) -> None:
         self.profile = profile
+        self._address = (system_id, 1)
         self.vehicle = vehicle
         self.link = CompactLink(profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us)
         self._reporter = Reporter(profile, self.link)
@@ -138,18 +146,24 @@ class VesselRadio:
         if message.kind is Kind.INFO:
             self.link.answer(message.id, self._send_wanted(message.payload, now_us), now_us)
             return
+        origin = None
         try:
-            body = self._request_in(message)
-        except (PlanCodecError, RequestCodecError) as error:
+            if message.kind in (Kind.ORDER, Kind.STOP) and is_command(message.payload):
+                origin = decode_command(message.payload, self._address)
+            body = self._request_in(message) if origin is None else self._meaning_of(origin)
+        except (PlanCodecError, RequestCodecError, BitsError) as error:
             self.link.answer(message.id, Reply(Result.FAILED, str(error)), now_us)
             return
         if isinstance(body, PlanError):
-            self.link.answer(message.id, Reply(Result.DENIED, f"item {body.seq}: {body.reason}"), now_us)
+            body = Reply(Result.DENIED, f"item {body.seq}: {body.reason}")
+        if isinstance(body, Reply):
+            self.link.answer(message.id, body, now_us)
             return
         # who orders is there, whatever the beacons said
         self._beacon_us = now_us
         self._asked[self._next_id] = (message.id, body)
-        self._requests.append(Request(self._next_id, body, GATEWAY_SENDER))
+        sender = GATEWAY_SENDER if origin is None else origin.source[0]
+        self._requests.append(Request(self._next_id, body, sender, origin=origin))
         self._next_id += 1
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
@@ -159,6 +173,16 @@ class VesselRadio:
         if message.kind in (Kind.ORDER, Kind.STOP):
             return decode_request(message.payload, self._names.get)
         raise RequestCodecError("this version does not know such a message")
+
+    def _meaning_of(self, origin: Origin) -> RequestBody | Reply:
+        snapshot = self._snapshot
+        context = Context(
+            home_item=origin.home_item,
+            plan_length=len(self.vehicle.plans.items(PlanKind.MISSION)),
+            plan_seq=snapshot.progress.seq if snapshot else 0,
+            psi_rad=snapshot.state.psi_rad if snapshot else None,
+        )
+        return meaning_of(origin, context, self._address)
 
     def _near_e7(self) -> tuple[int, int] | None:
         state = self._snapshot.state if self._snapshot else None
