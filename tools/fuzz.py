@@ -13,12 +13,15 @@ import gc
 import hashlib
 import logging
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import config
+from companion.io.log_archive import LogArchive
+from companion.logs import Logs
 from companion.settings import load
 from mavlink_bridge.endpoint import Endpoint
 from mavlink_bridge.extensions import messages as all_messages
@@ -65,11 +68,22 @@ class Target:
         names = [settings.name for settings in self.world.settings.endpoints]
         self.links = [self.world.ground(name) for name in names]
         self._deframers = [Deframer() for _ in names]
+        self._give_logs()
         self.sent_bytes = 0
         for _ in range(2):
             for link in self.links:
                 link.poll(0)
             self.world.step()
+
+    def _give_logs(self) -> None:
+        """Something to list, download and erase."""
+        self._folder = tempfile.TemporaryDirectory()
+        folder = Path(self._folder.name)
+        for name in ("earlier", "now"):
+            (folder / name).mkdir()
+            (folder / name / "mavlink.tlog").write_bytes(bytes(50_000))
+        app = self.world.app
+        app.facade.logs = Logs(LogArchive(folder, folder / "now"), app.vehicle.say)
 
     def endpoint(self) -> Endpoint:
         """One of the vessel's endpoints, for its list of accepted messages."""
