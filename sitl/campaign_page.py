@@ -148,12 +148,12 @@ def _shown(value: Any) -> str:
 def _picture(items: Sequence[Quantity]) -> str:
     """How much of each limit every run used: a row of dots for each expectation with a number."""
     from companion.report import plots
-    from companion.report.chart import PALETTE
+    from companion.report.chart import PALETTE, figure
 
     shown = [item for item in items if item.used]
     if not shown or len(shown[0].used) < 2:
         return ""
-    made, (ax,) = plots.figure(0.7 + 0.3 * len(shown))
+    made, (ax,) = figure(0.7 + 0.3 * len(shown))
     most = 1.2
     for row, item in enumerate(reversed(shown)):
         shares = [min(share, 2.0) for share in item.used]

@@ -11,6 +11,7 @@ from pathlib import Path
 import config as shipped
 from companion.report import plots
 from companion.report.from_run import read_run
+from companion.report.map_plot import draw_map
 from companion.settings import load
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, RequestBody, StartPlan
@@ -59,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         sail(Path(folder) / "run")
         flight = read_run(Path(folder) / "run")
-    for name, draw in (("loiter", plots.draw_map), ("control", plots.draw_control)):
+    for name, draw in (("loiter", draw_map), ("control", plots.draw_control)):
         made = draw(flight)
         if made is None:
             print(f"nothing to draw for {name}", file=sys.stderr)

@@ -41,11 +41,12 @@ def command(arguments: argparse.Namespace) -> int:
     if importlib.util.find_spec("matplotlib") is None:
         raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
     from companion.report import page, plots
+    from companion.report.map_plot import draw_map
 
     output = arguments.output or default_output(arguments.source)
     output.write_text(page.make_page(flight, limits), encoding="utf-8")
     if arguments.picture:
-        made = plots.draw_map(flight)
+        made = draw_map(flight)
         if made is not None:
             arguments.picture.write_bytes(plots.as_png(made))
     for verdict in judge(flight, limits):

@@ -32,7 +32,7 @@ def register(subparsers: Any) -> None:
     drawn.add_argument("-o", "--output", type=Path, default=Path("tune"), metavar="DIR")
     drawn.add_argument("--speed", type=float, default=1.5, metavar="MPS")
     found = actions.add_parser("identify", help="K and T from a recorded step, turn or zig-zag")
-    found.add_argument("record", type=Path, metavar="F.csv")
+    found.add_argument("record", type=Path, metavar="F.csv|RUN_DIR")
     found.add_argument(
         "--columns", nargs=3, metavar=("TIME", "INPUT", "RATE"), help="names, when they are not known ones"
     )

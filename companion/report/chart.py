@@ -1,13 +1,14 @@
-"""Colours, and the plan as shapes to draw."""
+"""Colours, an empty figure, and the plan as shapes to draw."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 from companion.report.flight import Flight
 from mavlink_bridge.requests import PlanItem
 
+WIDTH_IN: Final = 9.6
 PALETTE: Final = ("#0969da", "#bc4c00", "#1a7f37", "#cf222e", "#8250df", "#0a7ea4", "#9a6700")
 PASTEL: Final = ("#b6e3ff", "#ffd8b5", "#aceebb", "#ffced3", "#e2c5ff", "#b3f0ff", "#fae17d")
 STATE_COLOURS: Final = {
@@ -81,3 +82,16 @@ def _fence(items: tuple[PlanItem, ...], shapes: Shapes) -> None:
         elif item.command in (_FENCE_CIRCLE_IN, _FENCE_CIRCLE_OUT):
             kind = "inclusion" if item.command == _FENCE_CIRCLE_IN else "exclusion"
             shapes.circles.append((lat, lon, item.param1, kind))
+
+
+def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:
+    """A figure without any window system behind it, and its axes."""
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    axes = made.subplots(rows, 1, squeeze=False, **options)
+    found = [row[0] for row in axes]
+    for ax in found:
+        ax.grid(True, color="#d8dee4", linewidth=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+    return made, found

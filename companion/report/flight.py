@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -43,6 +44,11 @@ class Track:
             self.t.append(t_s)
             self.lat.append(lat_deg)
             self.lon.append(lon_deg)
+
+    def at(self, t_s: float) -> tuple[float, float]:
+        """The position at a time: the first that is not earlier, else the last."""
+        index = min(bisect.bisect_left(self.t, t_s), len(self.t) - 1)
+        return self.lat[index], self.lon[index]
 
     def __bool__(self) -> bool:
         return len(self.t) > 1

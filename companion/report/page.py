@@ -9,6 +9,7 @@ from typing import Final
 
 from companion.report import plots
 from companion.report.flight import Event, Flight
+from companion.report.story import tell, weightiest
 from companion.report.verdicts import Limits, Verdict, clock, judge
 
 MAX_EVENTS: Final = 1500
@@ -33,7 +34,7 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
     """The whole report."""
     verdicts = judge(flight, limits or Limits())
     drawn = [(title, caption, made) for title, caption, draw in plots.PLOTS if (made := draw(flight)) is not None]
-    sections = [_summary(flight, verdicts)]
+    sections = [_summary(flight, verdicts), _story(flight.events)]
     sections += [_section(title, caption, plots.as_svg(made)) for title, caption, made in drawn]
     sections.append(_events(flight.events))
     if flight.plan:
@@ -44,7 +45,7 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
             f"<section id=settings><details><summary>Settings in force</summary><pre>{shown}</pre></details></section>"
         )
     links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title, _, _ in drawn)
-    nav = f"<nav>{links}<a href='#events'>Events</a></nav>"
+    nav = f"<nav><a href='#story'>What happened</a>{links}<a href='#events'>Events</a></nav>"
     return document(flight.title, f"{_head(flight, verdicts)}{nav}{''.join(sections)}")
 
 
@@ -70,10 +71,13 @@ def _head(flight: Flight, verdicts: Sequence[Verdict]) -> str:
     facts = " · ".join(
         html.escape(text)
         for text in (
+            f"scenario {flight.about['scenario']}" if "scenario" in flight.about else "",
+            f"seed {flight.about['seed']}" if "seed" in flight.about else "",
             flight.about.get("vehicle", ""),
             flight.about.get("start", ""),
             clock(flight.duration_s),
             flight.source,
+            f"version {flight.about['version']}" if "version" in flight.about else "",
         )
         if text
     )
@@ -88,6 +92,21 @@ def _summary(flight: Flight, verdicts: Sequence[Verdict]) -> str:
     )
     notes = "".join(f"<p class=soft>Note: {html.escape(note)}.</p>" for note in flight.notes)
     return f"<section id=summary><h2>Summary</h2><table><tr><th>What<th>Found<th>Limit<th></tr>{rows}</table>{notes}</section>"
+
+
+def _story(events: Sequence[Event]) -> str:
+    moments = tell(events)
+    shown = weightiest(moments)
+    rows = "".join(
+        f"<tr class={html.escape(item.severity)}><td class=n>{clock(item.t_s)}<td>{html.escape(item.text)}"
+        for item in shown
+    )
+    more = f", and {len(moments) - len(shown)} of less weight" if len(moments) > len(shown) else ""
+    caption = f"The turning points{more}; everything is under Events."
+    return (
+        f"<section id=story><h2>What happened</h2><p class=soft>{caption}</p>"
+        f"<table><tr><th>Time<th></tr>{rows}</table></section>"
+    )
 
 
 def _section(title: str, caption: str, svg: str) -> str:

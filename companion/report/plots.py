@@ -8,26 +8,10 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from companion.report.chart import PALETTE, PASTEL, STATE_COLOURS, plan_shapes
-from companion.report.flight import Flight, Series, Span, Track, thin
-from companion.report.verdicts import offset_m, split_cross_track
-
-WIDTH_IN: Final = 9.6
-FLAT_M: Final = 0.3
-"""A bottom with less relief than this is not worth colours."""
-
-
-def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:
-    """A figure without any window system behind it, and its axes."""
-    from matplotlib.figure import Figure
-
-    made = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    axes = made.subplots(rows, 1, squeeze=False, **options)
-    found = [row[0] for row in axes]
-    for ax in found:
-        ax.grid(True, color="#d8dee4", linewidth=0.6)
-        ax.spines[["top", "right"]].set_visible(False)
-    return made, found
+from companion.report.chart import PALETTE, PASTEL, STATE_COLOURS, figure
+from companion.report.flight import Flight, Series, Span, thin
+from companion.report.map_plot import draw_map
+from companion.report.verdicts import split_cross_track
 
 
 def as_svg(made: Any) -> str:
@@ -72,101 +56,6 @@ def _time_axis(axes: Sequence[Any], flight: Flight) -> None:
     axes[-1].set_xlabel("time, minutes")
     for ax in axes:
         ax.set_xlim(0, max(flight.duration_s, 1.0) / 60.0)
-
-
-# ---- the map ------------------------------------------------------------------------------------------------------
-
-
-def draw_map(flight: Flight) -> Any | None:
-    """Track over plan and fence, coloured by depth where depth is known, else by mode."""
-    track = flight.tracks.get("truth") or flight.tracks.get("estimate")
-    shapes = plan_shapes(flight)
-    if not track and not shapes.points:
-        return None
-    lat0, lon0 = (track.lat[0], track.lon[0]) if track else shapes.points[0][:2]
-    made, (ax,) = figure(6.2)
-
-    def place(lat: float, lon: float) -> tuple[float, float]:
-        north, east = offset_m(lat0, lon0, lat, lon)
-        return east, north
-
-    _draw_plan(ax, shapes, place)
-    if track:
-        _draw_depth(made, ax, flight, place)
-        _draw_track(ax, flight, place)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("east, m")
-    ax.set_ylabel("north, m")
-    ax.legend(loc="best", fontsize=8, framealpha=0.85)
-    ax.set_title(f"0, 0 is {lat0:.6f}°, {lon0:.6f}°", fontsize=8, color="#57606a", loc="right")
-    return made
-
-
-def _draw_plan(ax: Any, shapes: Any, place: Callable[[float, float], tuple[float, float]]) -> None:
-    from matplotlib.patches import Circle
-
-    for polygon, inclusion in shapes.polygons:
-        points = [place(*corner) for corner in [*polygon, polygon[0]]]
-        ax.plot(
-            [x for x, _ in points],
-            [y for _, y in points],
-            color="#1a7f37" if inclusion else "#cf222e",
-            linestyle="--",
-            linewidth=1.3,
-            label="fence, stay inside" if inclusion else "fence, keep out",
-        )
-    for lat, lon, radius, kind in shapes.circles:
-        colour = {"inclusion": "#1a7f37", "exclusion": "#cf222e"}.get(kind, "#8250df")
-        ax.add_patch(Circle(place(lat, lon), radius, fill=False, edgecolor=colour, linestyle="--", linewidth=1.2))
-    route = [place(lat, lon) for lat, lon, _ in shapes.points]
-    if route:
-        ax.plot(
-            [x for x, _ in route], [y for _, y in route], color="#8250df", linestyle=":", linewidth=1.2, label="plan"
-        )
-        ax.plot([x for x, _ in route], [y for _, y in route], "o", color="#8250df", markersize=5)
-        for (x, y), (_, _, label) in zip(route, shapes.points, strict=True):
-            ax.annotate(label, (x, y), textcoords="offset points", xytext=(6, 6), fontsize=8, color="#6639ba")
-
-
-def _draw_depth(made: Any, ax: Any, flight: Flight, place: Callable[[float, float], tuple[float, float]]) -> None:
-    depth = flight.series.get("true_depth_m") or flight.series.get("altitude_m") or flight.series.get("depth_m")
-    track = flight.tracks.get("truth") or flight.tracks.get("estimate")
-    if not depth or not track:
-        return
-    step = max(1, len(track.t) // 700)
-    where, colours, at = [], [], 0
-    for index in range(0, len(track.t), step):
-        while at + 1 < len(depth.t) and depth.t[at + 1] <= track.t[index]:
-            at += 1
-        if not math.isnan(depth.v[at]):
-            where.append(place(track.lat[index], track.lon[index]))
-            colours.append(depth.v[at])
-    if where and max(colours) - min(colours) > FLAT_M:
-        dots = ax.scatter(
-            [x for x, _ in where], [y for _, y in where], c=colours, cmap="viridis_r", s=26, alpha=0.55, linewidths=0
-        )
-        name = "depth, m" if "true_depth_m" in flight.series else "water under the keel, m"
-        made.colorbar(dots, ax=ax, label=name, shrink=0.7, pad=0.01)
-
-
-def _draw_track(ax: Any, flight: Flight, place: Callable[[float, float], tuple[float, float]]) -> None:
-    if "truth" in flight.tracks:
-        x, y = _curve(flight.tracks["truth"], place)
-        ax.plot(x, y, color="#57606a", linewidth=2.2, alpha=0.6, label="track (truth)")
-    if "estimate" in flight.tracks:
-        x, y = _curve(flight.tracks["estimate"], place)
-        ax.plot(x, y, color="#0969da", linewidth=1.0, label="track (estimate)")
-        ax.plot(x[0], y[0], ">", color="#1a7f37", markersize=9, label="start")
-        ax.plot(x[-1], y[-1], "s", color="#cf222e", markersize=7, label="end")
-
-
-def _curve(track: Track, place: Callable[[float, float], tuple[float, float]]) -> tuple[list[float], list[float]]:
-    step = max(1, len(track.t) // 4000)
-    points = [place(track.lat[index], track.lon[index]) for index in range(0, len(track.t), step)]
-    return [x for x, _ in points], [y for _, y in points]
-
-
-# ---- curves over time ---------------------------------------------------------------------------------------------
 
 
 def draw_path(flight: Flight) -> Any | None:
@@ -342,7 +231,7 @@ def draw_power(flight: Flight) -> Any | None:
     names = [
         (name, label)
         for name, label in (("voltage_v", "battery, V"), ("load", "load, share"))
-        if flight.series.get(name)
+        if any(flight.of(name).known())
     ]
     if not names:
         return None

@@ -36,8 +36,10 @@ KNOWN_COLUMNS = (
 def read_columns(path: Path, columns: Sequence[str] | None = None) -> tuple[list[float], list[float], list[float]]:
     """Return (seconds, input, yaw rate in rad/s) of a CSV file; degrees are converted by the column's name.
 
-    Raises ValueError when the columns are not there.
+    Of a run's directory it is truth.csv, or control.csv of a real vessel. Raises ValueError when the columns are not there.
     """
+    if path.is_dir():
+        path = path / ("truth.csv" if (path / "truth.csv").is_file() else "control.csv")
     with path.open(newline="", encoding="utf-8") as file:
         rows = csv.DictReader(file)
         names = list(rows.fieldnames or ())

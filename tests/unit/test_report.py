@@ -13,8 +13,8 @@ import pytest
 import config as shipped
 from companion.cli import main
 from companion.io.clock import EARLIEST_UTC_US
-from companion.report import page, plots
-from companion.report.flight import Event, Flight, Series, percentile, rms, thin
+from companion.report import map_plot, page, plots, story
+from companion.report.flight import Event, Flight, Series, Track, percentile, rms, thin
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
 from companion.report.verdicts import Limits, clock, judge, offset_m
@@ -320,3 +320,32 @@ def test_a_long_run_is_read_with_all_its_parts(run_dir, tmp_path):
     assert parts.tracks == whole.tracks
     assert parts.series == whole.series
     assert [link.frames_out for link in parts.links] == [link.frames_out for link in whole.links]
+
+
+def test_the_story_tells_each_moment_in_a_line(run_dir):
+    moments = story.tell(read_run(run_dir).events)
+    assert any("armed" in moment.text and "plan not started → active" in moment.text for moment in moments)
+    assert "What happened" in page.make_page(read_run(run_dir))
+
+
+def test_the_story_keeps_what_weighs_most_in_its_order():
+    events = [Event(float(second), "text", f"said {second}", "NOTICE") for second in range(100)]
+    events += [Event(50.2, "text", "Position lost: STOP", "CRITICAL"), Event(50.2, "action", "NONE → STOP")]
+    events.append(Event(20.0, "text", "of no weight", "INFO"))
+    moments = story.tell(events)
+    assert len(moments) == 100
+    assert moments[50] == story.Moment(50.0, "said 50; Position lost: STOP; failsafe action none → stop", "CRITICAL")
+    kept = story.weightiest(moments, 3)
+    assert [moment.t_s for moment in kept] == [0.0, 1.0, 50.0]
+
+
+def test_the_map_shows_where_a_failsafe_acted_and_is_not_lost_in_a_wide_fence():
+    flight = Flight("x", "file", 100.0)
+    for second in range(100):
+        flight.tracks.setdefault("estimate", Track()).add(float(second), 41.0 + second * 1e-5, -8.0)
+        flight.say("action", float(second), "NONE" if second < 50 else "STOP")
+    flight.fence = (PlanItem(5003, 0, 20_000.0, 0, 0, 0, 410000000, -80000000, 0),)
+    made = map_plot.draw_map(flight)
+    ax = made.axes[0]
+    assert "STOP, 1 min" in [text.get_text() for text in ax.texts]
+    assert ax.get_ylim()[1] - ax.get_ylim()[0] < 300.0

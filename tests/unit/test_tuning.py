@@ -158,3 +158,10 @@ def test_the_command_checks_and_writes(tmp_path, capsys):
         "rootlocus.png",
         "sisotool.png",
     ]
+
+
+def test_a_run_directory_is_its_truth_or_a_real_vessels_control(tmp_path):
+    (tmp_path / "control.csv").write_text("t_s,rudder_port_deg,yaw_rate_dps\n1.0,10.0,2.0\n")
+    assert read_columns(tmp_path)[0] == [1.0]
+    (tmp_path / "truth.csv").write_text("t_s,rudder_port_deg,yaw_rate_dps\n2.0,10.0,2.0\n")
+    assert read_columns(tmp_path)[0] == [2.0]
