@@ -12,6 +12,8 @@ from companion.report.verdicts import offset_m
 
 FLAT_M: Final = 0.3
 """A bottom with less relief than this is not worth colours."""
+WIDE: Final = 2.0
+"""A fence so many times as wide as track and plan is left outside."""
 SHAPE: Final = 1.45
 """Width over height of the map."""
 Place = Callable[[float, float], tuple[float, float]]
@@ -54,7 +56,17 @@ def _extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, f
             found += [(x - radius, y - radius), (x + radius, y + radius)]
     for track in flight.tracks.values():
         found += [place(min(track.lat), min(track.lon)), place(max(track.lat), max(track.lon))]
-    return found
+    fence = [place(*corner) for polygon, _ in shapes.polygons for corner in polygon]
+    for lat, lon, radius, kind in shapes.circles:
+        if kind != "loiter":
+            x, y = place(lat, lon)
+            fence += [(x - radius, y - radius), (x + radius, y + radius)]
+    return found + fence if _size(found + fence) <= WIDE * _size(found) else found
+
+
+def _size(points: Sequence[tuple[float, float]]) -> float:
+    """The longer side of the box around points, m."""
+    return max(max(axis) - min(axis) for axis in zip(*points, strict=True))
 
 
 def _frame(ax: Any, points: Sequence[tuple[float, float]]) -> None:
