@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from companion.core.fence import Fence, FenceConfig
 from companion.core.geo import inverse
+from companion.core.guidance import GuidanceConfig
+from companion.core.plan_fence import PlanFence, Trespass
 from mavlink_bridge import imc
 from mavlink_bridge.mission_wire import command_name, describe
 from mavlink_bridge.plan_mapping import compile_items, load_plan
@@ -21,7 +24,21 @@ def refusals(plan: PlanFile, limits: PlanLimits) -> list[str]:
         result = load_plan(kind, plan.items(kind), limits)
         if isinstance(result, PlanError):
             texts.append(f"{name} {describe(result, None)}")
-    return texts
+    return texts or [f"{found.text}: it is not started" for found in trespasses(plan, limits)]
+
+
+def trespasses(plan: PlanFile, limits: PlanLimits) -> tuple[Trespass, ...]:
+    """Items that lead out of the plan's own fence."""
+    fence, loaded = Fence(FenceConfig()), load_plan(PlanKind.FENCE, plan.fence, limits)
+    compiled = compile_items(plan.mission, limits).plan
+    first = next((item for item in compiled.maneuvers if isinstance(item, imc.Goto | imc.Loiter)), None)
+    if isinstance(loaded, PlanError) or first is None:
+        return ()
+    fence.load(loaded.fence)
+    check = PlanFence(fence)
+    about = imc.EstimatedState(0, origin_lat_rad=first.lat_rad, origin_lon_rad=first.lon_rad)
+    check.step(0, compiled, about, GuidanceConfig().loiter_radius_m)
+    return check.trespasses()
 
 
 def _at(plan: PlanFile, error: PlanError) -> PlanItem | None:

@@ -87,14 +87,18 @@ class PlanFence:
         self._told = found
         return Severity.WARNING, f"Plan: {found.text}; it will not be started"
 
+    def trespasses(self) -> tuple[Trespass, ...]:
+        """Everything that is wrong with the plan, in its order. Finishes the check."""
+        self._go_on(len(self._plan.maneuvers) * 2 + 1)
+        return tuple(self._found)
+
     def refusal(self, state: EstimatedState, first: int, *, from_here: bool = True) -> str:
         """Return why the plan must not be started at item ``first``, or an empty string. Finishes the check.
 
         ``from_here``: look at the way that leads there too.
         """
-        self._go_on(len(self._plan.maneuvers) * 2 + 1)
         back = min((item.target_seq for item in self._plan.maneuvers if isinstance(item, Jump)), default=first)
-        for found in self._found:
+        for found in self.trespasses():
             if found.seq >= min(first, back):
                 return found.text
         return self._approach(state, first) if from_here else ""

@@ -12,7 +12,7 @@ from mavlink_bridge import tlog
 from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.mission_wire import item_to_message, with_home
 from mavlink_bridge.plan_mapping import compile_items
-from mavlink_bridge.planfile import read_plan
+from mavlink_bridge.planfile import PlanFile, read_plan, write_plan
 from mavlink_bridge.requests import PlanItem, PlanKind
 from sitl.scenario import run_scenario
 from sitl.scenario_file import read_scenario
@@ -66,6 +66,17 @@ def test_check_lists_everything_that_the_vessel_would_refuse(tmp_path, capsys):
     refused = capsys.readouterr().err
     assert "item 0 (NAV_TAKEOFF)" in refused
     assert "item 2 (DO_SET_SERVO)" in refused
+
+
+def test_check_holds_a_plan_against_its_own_fence(tmp_path, capsys):
+    points = [PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, 411_852_000 + n * 5_000, -87_060_000, 0.0) for n in range(3)]
+    fence = PlanItem(5003, 0, 70.0, 0.0, 0.0, 0.0, 411_852_000, -87_060_000, 0.0)
+    file = tmp_path / "out.plan"
+    file.write_text(write_plan(PlanFile(tuple(points), (fence,))))
+    assert plan("check", file) == 1
+    assert capsys.readouterr().err == "REFUSED item 2 is 41 m outside the fence: it is not started\n"
+    file.write_text(write_plan(PlanFile(tuple(points[:2]), (fence,))))
+    assert plan("check", file) == 0
 
 
 def test_plans_convert_between_formats(tmp_path):
