@@ -57,9 +57,9 @@ def command(arguments: argparse.Namespace) -> int:
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
     if arguments.status:
-        from companion.commands.status import StatusView, Watched
+        from companion.commands.status import StatusView, Watched, airtime_of
 
-        driven = Watched(driven, StatusView())
+        driven = Watched(driven, StatusView(airtime=airtime_of(app.grounds)))
     try:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:

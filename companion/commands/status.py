@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib.util
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, TextIO
 
 from companion.io.link import Link
 from companion.io.loop import LoopApp
+from companion.ports import GroundPort
 from mavlink_bridge.imc import Action, GuardState, LogText, PlanState, Severity
+from mavlink_bridge.lora.ledger import Ledger
 from mavlink_bridge.snapshot import LinkHealth, Snapshot
 
 SCREEN_PERIOD_US: Final = 250_000
@@ -22,17 +24,25 @@ _NONE: Final = "–"
 class StatusView:
     """Shows snapshots: ``update`` with each, ``close`` at the end. On a terminal with rich a live table, else plain lines.
 
-    ``speed`` is how many simulated seconds pass in a real one; the view's own pace is in real time.
+    ``speed`` is how many simulated seconds pass in a real one; the view's own pace is in real time. ``airtime`` is asked
+    what the radio's hour holds.
     """
 
-    def __init__(self, out: TextIO | None = None, *, plain: bool | None = None, speed: float = 1.0) -> None:
+    def __init__(
+        self,
+        out: TextIO | None = None,
+        *,
+        plain: bool | None = None,
+        speed: float = 1.0,
+        airtime: Callable[[int], str] | None = None,
+    ) -> None:
         self._out = out or sys.stdout
         rich_here = importlib.util.find_spec("rich") is not None
         self.plain = (not self._out.isatty() or not rich_here) if plain is None else plain
         self._period_us = round((LINE_PERIOD_US if self.plain else SCREEN_PERIOD_US) * max(speed, 1.0))
         self._due_us = 0
         self._texts: list[LogText] = []
-        self._airtime: str = ""
+        self._airtime = airtime or (lambda now_us: "")
         self._live: Any = None
 
     def update(self, snapshot: Snapshot) -> None:
@@ -49,10 +59,6 @@ class StatusView:
             self._print(line(snapshot))
         else:
             self._show(snapshot)
-
-    def note_airtime(self, text: str) -> None:
-        """What the radio's ledger says, e.g. '12.3 of 360 s this hour'."""
-        self._airtime = text
 
     def close(self) -> None:
         """Give the terminal back."""
@@ -71,11 +77,26 @@ class StatusView:
         from rich.console import Console
         from rich.live import Live
 
-        table = screen(snapshot, self._texts, self._airtime)
+        table = screen(snapshot, self._texts, self._airtime(snapshot.t_us))
         if self._live is None:
             self._live = Live(table, console=Console(file=self._out), auto_refresh=False, transient=False)
             self._live.start()
         self._live.update(table, refresh=True)
+
+
+def airtime_of(grounds: Sequence[GroundPort]) -> Callable[[int], str]:
+    """What the radio has sent in the last hour and may send, in words; empty without a radio, or before it is open."""
+
+    def told(now_us: int) -> str:
+        for port in grounds:
+            for talk in port.conversations.values():
+                ledger = getattr(talk, "ledger", None)
+                if isinstance(ledger, Ledger):
+                    limit = "" if ledger.limit_us is None else f" of {ledger.limit_us * 1e-6:.0f} s"
+                    return f"{ledger.used_us(now_us) * 1e-6:.1f}{limit or ' s'} in this hour"
+        return ""
+
+    return told
 
 
 class Watched:

@@ -66,7 +66,7 @@ def _extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, f
 
 def _size(points: Sequence[tuple[float, float]]) -> float:
     """The longer side of the box around points, m."""
-    return max(max(axis) - min(axis) for axis in zip(*points, strict=True))
+    return float(max(max(axis) - min(axis) for axis in zip(*points, strict=True)))
 
 
 def _frame(ax: Any, points: Sequence[tuple[float, float]]) -> None:

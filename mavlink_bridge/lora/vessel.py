@@ -15,7 +15,7 @@ from mavlink_bridge.lora.bits import BitsError
 from mavlink_bridge.lora.command_codec import decode_command, is_command
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
-from mavlink_bridge.lora.ledger import Priority
+from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.orders import meaning_of
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
@@ -118,6 +118,11 @@ class VesselRadio:
     def param_changed(self, name: str) -> None:
         """Look again at once at what the shore should be told."""
         self._checked_us = None
+
+    @property
+    def ledger(self) -> Ledger:
+        """Airtime of the last hour."""
+        return self.link.ledger
 
     @property
     def bad_frames(self) -> int:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import dataclasses
 import io
 import math
+import re
 
 import pytest
 
-from companion.commands.status import StatusView, Watched, line, rows
+import config as shipped
+from companion.cli import main
+from companion.commands.status import StatusView, Watched, airtime_of, line, rows
+from companion.settings import load
 from mavlink_bridge.imc import (
     Action,
     ActuatorOutput,
@@ -22,6 +26,8 @@ from mavlink_bridge.imc import (
     Severity,
 )
 from mavlink_bridge.snapshot import LinkHealth, Progress, Snapshot
+from sitl.settings import SimSettings
+from sitl.world import World
 
 
 def snapshot(t_us=0, **changes):
@@ -133,3 +139,15 @@ def test_a_watched_app_shows_its_ticks_and_hides_nothing():
     assert app.done
     assert watched.stop_wanted
     assert "item 3/5" in out.getvalue()
+
+
+@pytest.mark.parametrize("protocol", ["mavlink", "compact", "json"])
+def test_the_airtime_of_every_kind_of_radio_is_shown(protocol, tmp_path):
+    key = tmp_path / "radio.key"
+    assert main(["keys", "make", str(key)]) == 0
+    wanted = (f"radio.protocol={protocol}", f"radio.key_file={key}", "radio.profile=o-10")
+    world = World(load(shipped.path("sim.toml"), wanted, SimSettings), 1)
+    world.run(20.0)
+    told = airtime_of(world.app.grounds)(world.now_us)
+    assert re.fullmatch(r"\d+\.\d of 360 s in this hour", told)
+    assert airtime_of([])(0) == ""
