@@ -13,7 +13,7 @@ import config as shipped
 from companion.build import in_run_dir
 from companion.commands.check import link_mistakes
 from companion.commands.run import describe, new_run_dir
-from companion.commands.status import StatusView, Watched
+from companion.commands.status import StatusView, Watched, airtime_of
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.store import AnyStore, MemoryStore, Store
@@ -92,7 +92,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.gateway:
         driven = WithGateway(driven, shore_gateway(world.settings, arguments.instance, run_dir))
     if speed is not None and not arguments.json and sys.stdout.isatty():
-        driven = Watched(driven, StatusView(speed=speed))
+        driven = Watched(driven, StatusView(speed=speed, airtime=airtime_of(world.app.grounds)))
     status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
     wall_s = time.monotonic() - began
     if arguments.json:
