@@ -10,6 +10,7 @@ import logging
 import random
 import secrets
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -18,10 +19,12 @@ from pydantic import Field
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.endpoint import Endpoint
 from mavlink_bridge.endpoint_config import EndpointConfig
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import crosses
 from mavlink_bridge.lora.shore import ShoreTwin
+from mavlink_bridge.lora.shore_memory import Picture, read as read_picture, write as write_picture
 from mavlink_bridge.missions import MissionTiming
 from mavlink_bridge.port import Identity
 from mavlink_bridge.requests import LoadPlan, Reply, Request, Result, SetParameter
@@ -35,11 +38,13 @@ from .io.store import AnyStore, MemoryStore
 from .io.store_content import SaveValue
 from .ports import Conversation, GroundPort
 from .radio import load_radio, read_key
-from .settings import EndpointSettings, Settings, load
+from .security import Keeper
+from .settings import EndpointSettings, SecurityConfig, Settings, load
 
 log = logging.getLogger(__name__)
 
 MEMORY_KEY: Final = "gateway"
+PICTURE_KEY: Final = "gateway-twin"
 PERIOD_US: Final = 50_000
 RATES_HZ: Final = {
     "ATTITUDE": 1.0,
@@ -57,7 +62,8 @@ RATES_HZ: Final = {
 """What the radio's states are shown as; what they do not tell, actuators for one, is not shown."""
 _LOCAL_US: Final = 1_000_000
 _PRESENT_US: Final = 3_500_000
-_SLOWER_US: Final = 5_000_000
+_PICTURE_US: Final = 10_000_000
+"""The last state is kept this often; what changes of plans and parameters at once."""
 
 
 class GatewaySettings(Config):
@@ -79,6 +85,8 @@ class GatewaySettings(Config):
     entity_label: str = ""
     """The original's Entity Label: labels the log."""
     endpoints: tuple[EndpointSettings, ...] = (EndpointSettings(name="gcs", url="udp://127.0.0.1:14550"),)
+    security: SecurityConfig = SecurityConfig()
+    """Signing between gateway and ground stations; its key has nothing to do with the radio's."""
 
 
 class Gateway:
@@ -92,10 +100,14 @@ class Gateway:
         modem: Link | None = None,
         store: AnyStore | None = None,
         rng: random.Random | None = None,
+        started_utc_us: int = 0,
     ) -> None:
         self.settings = settings
         self.profile: RadioProfile = load_radio(settings.profile)
         self.store = store or MemoryStore()
+        self.keeper = Keeper(
+            settings, self.store, lambda severity, text: self._say(severity.value, text), started_utc_us
+        )
         vessel = load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings()
         self.twin = ShoreTwin(
             self.profile,
@@ -109,14 +121,22 @@ class Gateway:
             system_id=settings.system_id,
         )
         self.modem = modem or make_link("modem", settings.url)
-        self.grounds = [self._ground(item, make_link(item.name, item.url)) for item in settings.endpoints]
+        self.grounds: list[GroundPort] = []
+        for number, item in enumerate(settings.endpoints):
+            self.grounds.append(self._ground(number, item, make_link(item.name, item.url)))
         self._owners: dict[tuple[int, int], tuple[Conversation, Request]] = {}
         self._ticks = 0
         self._local_us: int | None = None
         self._was_fresh = False
+        self._started_utc_us = started_utc_us
+        self._kept: Picture | None = None
+        self._kept_us = 0
+        picture = read_picture(self.store.snapshot().values.get(PICTURE_KEY, ""))
+        if picture is not None:
+            self.twin.restore(picture, started_utc_us, 0)
         self._now_us = 0
 
-    def _ground(self, item: EndpointSettings, link: Link) -> GroundPort:
+    def _ground(self, number: int, item: EndpointSettings, link: Link) -> GroundPort:
         config = EndpointConfig(
             name=item.name,
             persona=item.persona,
@@ -128,7 +148,24 @@ class Gateway:
         )
         upload_us = round(self.profile.link.upload_s * 1e6)
         timing = MissionTiming(hold_us=400_000, store_us=upload_us + 2_000_000)
-        return GroundPort(link, "endpoint", lambda channel, peer: Endpoint(config, self.twin, timing=timing))
+
+        def met(system_id: int, persona: str) -> None:
+            warning = self.keeper.met(item.name)
+            if warning:
+                self._say(Severity.WARNING.value, warning)
+
+        def converse(channel: int, peer: str) -> Endpoint:
+            return Endpoint(
+                config,
+                self.twin,
+                timing=timing,
+                signing=self.keeper.state,
+                link_id=number,
+                on_key=self.keeper.take_key,
+                on_station=met,
+            )
+
+        return GroundPort(link, "endpoint", converse)
 
     def _save(self, text: str) -> None:
         self.store.submit(SaveValue(MEMORY_KEY, text))
@@ -161,6 +198,7 @@ class Gateway:
         self._ticks += 1
         self.twin.tick(now_us, station_present=self._station_present(now_us))
         snapshot = self.twin.snapshot(now_us, self._ticks)
+        self.keeper.tick(now_us, snapshot)
         for ground in self.grounds:
             if snapshot is not None:
                 ground.tick(now_us, snapshot)
@@ -168,16 +206,30 @@ class Gateway:
         if self._local_us is None or now_us - self._local_us >= _LOCAL_US:
             self._local_us = now_us
             self._local_values(now_us)
+        self._keep_picture(now_us)
         self.store.completions()
         self.pump(now_us)
         return self
 
     def shutdown(self, now_us: int) -> None:
+        self._keep_picture(now_us, at_once=True)
         for link in self.links:
             link.close()
         self.store.close()
 
     # ---- inside -------------------------------------------------------------------------------------------------
+
+    def _keep_picture(self, now_us: int, *, at_once: bool = False) -> None:
+        """Store what is known of the vessel, when it is worth it."""
+        if not at_once and now_us % _LOCAL_US >= PERIOD_US:
+            return
+        picture = self.twin.picture(self._started_utc_us + now_us if self._started_utc_us else 0, now_us)
+        kept = self._kept
+        changed = kept is None or replace(picture, state=kept.state, state_utc_us=kept.state_utc_us) != kept
+        due = picture.state is not None and now_us - self._kept_us >= _PICTURE_US
+        if (changed or due or at_once) and picture != kept:
+            self._kept, self._kept_us = picture, now_us
+            self.store.submit(SaveValue(PICTURE_KEY, write_picture(picture)))
 
     def _transmit(self, now_us: int) -> None:
         frame = self.twin.take(now_us)

@@ -11,7 +11,7 @@ import ipaddress
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.signing import UNITS_PER_S, SigningState, units_from_utc
@@ -21,7 +21,7 @@ from .io.keys import KeyFileError, fingerprint, read_key, write_key
 from .io.link_url import LinkConfigError, parse_link_url
 from .io.store import AnyStore
 from .io.store_content import SaveStamp, Together
-from .settings import ConfigError, EndpointSettings, Settings
+from .settings import ConfigError, EndpointSettings, SecurityConfig
 
 SAVE_US: Final = 60_000_000
 MAX_GNSS_STEP: Final = 400 * 86_400 * UNITS_PER_S
@@ -30,6 +30,15 @@ OWN: Final = "own"
 _ON_THIS_MACHINE: Final = frozenset({"serial", "pty", "mem", "file"})
 
 log = logging.getLogger(__name__)
+
+
+class Secured(Protocol):
+    """A configuration with links to ground stations: the vessel's, or a gateway's."""
+
+    @property
+    def security(self) -> SecurityConfig: ...
+    @property
+    def endpoints(self) -> tuple[EndpointSettings, ...]: ...
 
 
 def is_local(url: str) -> bool:
@@ -48,7 +57,7 @@ def is_local(url: str) -> bool:
         return False
 
 
-def mistakes(settings: Settings) -> list[str]:
+def mistakes(settings: Secured) -> list[str]:
     """What must be mended before the links may be opened, each with its key and the mend."""
     found: list[str] = []
     key = _key_problem(settings)
@@ -61,7 +70,7 @@ def mistakes(settings: Settings) -> list[str]:
     return found
 
 
-def _key_problem(settings: Settings) -> str:
+def _key_problem(settings: Secured) -> str:
     if not settings.security.key_file:
         return ""
     try:
@@ -86,7 +95,7 @@ def _problem(item: EndpointSettings, *, has_key: bool) -> str:
     return ""
 
 
-def open_doors(settings: Settings) -> list[str]:
+def open_doors(settings: Secured) -> list[str]:
     """Names of the endpoints on which anybody may give orders."""
     return [
         item.name
@@ -96,10 +105,10 @@ def open_doors(settings: Settings) -> list[str]:
 
 
 class Keeper:
-    """Holds the signing state of a vessel, keeps its stamps in the store, and takes a new key."""
+    """Holds the signing state of a vessel or a gateway, keeps its stamps in the store, and takes a new key."""
 
     def __init__(
-        self, settings: Settings, store: AnyStore, say: Callable[[Severity, str], None], started_utc_us: int
+        self, settings: Secured, store: AnyStore, say: Callable[[Severity, str], None], started_utc_us: int
     ) -> None:
         found = mistakes(settings)
         if found:
@@ -116,8 +125,8 @@ class Keeper:
         self._gnss_done = False
         self._warned = False
 
-    def tick(self, now_us: int, snapshot: Snapshot) -> None:
-        """Let the stamp grow with time, take GNSS time once, save every minute."""
+    def tick(self, now_us: int, snapshot: Snapshot | None) -> None:
+        """Let the stamp grow with time, take GNSS time once, save every minute. ``snapshot`` None: nothing is heard from the vessel."""
         if not self._warned:
             self._warned = True
             self._warn()
@@ -126,8 +135,9 @@ class Keeper:
         if self._base is None:
             self._base, self._saved_us = self.state.timestamp - now_us // 10, now_us
         self.state.timestamp = max(self.state.timestamp, self._base + now_us // 10)
-        if not self._gnss_done and snapshot.utc_us is not None and not snapshot.armed:
-            self._take_gnss(snapshot.utc_us)
+        utc_us = None if snapshot is None or snapshot.armed else snapshot.utc_us
+        if not self._gnss_done and utc_us is not None:
+            self._take_gnss(utc_us)
         if now_us - self._saved_us >= SAVE_US:
             self._saved_us = now_us
             self._save()

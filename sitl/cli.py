@@ -21,7 +21,7 @@ from companion.settings import ConfigError, load, load_vessel
 
 from . import cli_scenario
 from .autostart import AutoStart, PlanError, read_plan_file
-from .gateway import WithGateway, shore_gateway, with_gateway
+from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .instance import move_instance
 from .settings import SimSettings, on_this_computer
 from .surroundings import Surroundings
@@ -196,9 +196,13 @@ def _serve_world(
     )
     for link in surroundings.links:
         print(f"  {link.name:16} {link.describe()}", flush=True)
+    if arguments.gateway:
+        print(f"the gateway is here; the vessel needs: {vessel_words(placed)}", flush=True)
     clock = SystemClock(float(arguments.speed))
     with (run_dir / "board.csv").open("w", encoding="utf-8") as pins:
-        world = WorldOnly(surroundings, pins)
+        world: LoopApp = WorldOnly(surroundings, pins)
+        if arguments.gateway:
+            world = WithGateway(world, shore_gateway(placed, arguments.instance, run_dir))
         return run(world, clock, stop, period_us=1_000_000 // settings.system.tick_hz, until_us=until_us)
 
 

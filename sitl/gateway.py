@@ -36,6 +36,14 @@ def with_gateway(settings: AnySettings, run_dir: Path) -> AnySettings:
     return settings.model_copy(update={"radio": radio})
 
 
+def vessel_words(settings: Settings) -> str:
+    """What a separate ``companion run`` needs to talk to this gateway."""
+    radio = settings.radio
+    wanted = {"protocol": radio.protocol, "profile": radio.profile, "key_file": Path(radio.key_file).resolve()}
+    words = [f"--set radio.{key}={value}" for key, value in wanted.items()]
+    return " ".join([*words, f"--set system.system_id={settings.system.system_id}"])
+
+
 def shore_gateway(settings: Settings, instance: int, run_dir: Path, *, modem: Link | None = None) -> Gateway:
     """Build the gateway on the simulated shore modem's serial port (or on ``modem``)."""
     port = PORT + 10 * instance

@@ -31,11 +31,11 @@ def command(arguments: argparse.Namespace) -> int:
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)
-    gateway = Gateway(settings, store=store)
+    clock = SystemClock()
+    gateway = Gateway(settings, store=store, started_utc_us=clock.utc_us() or 0)
     profile = gateway.profile
     label = settings.entity_label or profile.entity_label or settings.name
     log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
     stop = StopFlag().install()
-    clock = SystemClock()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from mavlink_bridge.imc import ActuatorOutput, LogText, Severity
@@ -24,7 +24,8 @@ from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_p
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
 from mavlink_bridge.lora.rhythm import Rhythm
-from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of
+from mavlink_bridge.lora.shore_memory import Picture, heard_us
+from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_status
 from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch, decode_delta, decode_key, mark_of
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_rules import plan_id
@@ -110,6 +111,25 @@ class ShoreTwin:
         self._sync_id: int | None = None
         self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
         """Plans whose upload was given up without the vessel's word."""
+        self._verified = False
+        """Whether the vessel has said since the start what it has."""
+
+    def picture(self, utc_us: int, now_us: int) -> Picture:
+        """What is known, for the next start. ``utc_us``: the calendar now, 0 = unknown."""
+        age_us = 0 if self.state_us is None else now_us - self.state_us
+        plans = {kind: self.plans.items(kind) for kind in PlanKind}
+        home_e7, state_utc_us = self.plans.home_e7, utc_us - age_us if utc_us else 0
+        return Picture(plans, dict(self._unsure), self.params.known, home_e7, self.state, state_utc_us)
+
+    def restore(self, picture: Picture, utc_us: int, now_us: int) -> None:
+        """Take over an earlier run's picture. The vessel is asked at its first word whether it still holds."""
+        for kind, items in picture.plans.items():
+            self.plans.put(kind, items)
+        self.plans.home_e7 = picture.home_e7
+        self._unsure = dict(picture.unsure)
+        self.params.restore(picture.params)
+        if picture.state is not None:
+            self.state, self.state_us = picture.state, heard_us(picture, utc_us, now_us)
 
     # ---- radio side ---------------------------------------------------------------------------------------------
 
@@ -198,7 +218,9 @@ class ShoreTwin:
         if self.state is None or self.state_us is None or not self.is_fresh(now_us):
             return None
         reached, self._reached = tuple(self._reached), []
-        return snapshot_of(self.state, self.state_us, tick, self._neutral, self.plans, reached=reached, texts=texts)
+        # a state of before the start is shown with the time of the start; its age is told apart
+        heard = max(self.state_us, 0)
+        return snapshot_of(self.state, heard, tick, self._neutral, self.plans, reached=reached, texts=texts)
 
     def say(self, severity: Severity, text: str, now_us: int) -> None:
         """Queue a text of the gateway's own; the same one at most every 10 s."""
@@ -269,12 +291,12 @@ class ShoreTwin:
         newest = self.state
         if newest is not None:
             # the difference carries no status: what a later key told stands
-            state = _with_status(state, newest)
+            state = with_status(state, newest)
         self._take_state(state, now_us)
 
     def _take_state(self, state: RadioState, now_us: int) -> None:
         self.state, self.state_us = state, now_us
-        if state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
+        if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
             self._want(Wanted.INFO, now_us)
 
     def _want(self, wanted: Wanted, now_us: int) -> None:
@@ -311,6 +333,7 @@ class ShoreTwin:
 
     def _on_info(self, info: Info, now_us: int) -> None:
         """Compare what the vessel has with what is kept here, and ask for what differs."""
+        self._verified = True
         self.plans.home_e7 = info.home_e7
         wanted = Wanted(0)
         for kind, flag in WANTED_PLAN.items():
@@ -363,15 +386,3 @@ class ShoreTwin:
         elif isinstance(body, Arm) and body.arm and self.profile.link.beacon_s == 0.0:
             text = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
             self.say(Severity.WARNING, text, now_us)
-
-
-def _with_status(state: RadioState, newest: RadioState) -> RadioState:
-    """Position, speed, heading and depth of one, the status of the other."""
-    return replace(
-        newest,
-        lat_rad=state.lat_rad,
-        lon_rad=state.lon_rad,
-        sog_mps=state.sog_mps,
-        psi_rad=state.psi_rad,
-        alt_m=state.alt_m,
-    )

@@ -45,6 +45,15 @@ class CachedParams:
     def _with_value(self, info: ParamInfo) -> ParamInfo:
         return replace(info, value=self._values[info.name]) if info.name in self._values else info
 
+    @property
+    def known(self) -> dict[str, float]:
+        """What the vessel told or accepted."""
+        return dict(self._values)
+
+    def restore(self, values: Mapping[str, float]) -> None:
+        """Take over ``known`` of an earlier run; names that this software does not have are left out."""
+        self._values = {name: value for name, value in values.items() if self._table.get(name) is not None}
+
     def put(self, name: str, value: float) -> None:
         """Note a value that the vessel has accepted, as a REAL32."""
         self._values[name] = struct.unpack("<f", struct.pack("<f", value))[0]
@@ -141,6 +150,18 @@ def snapshot_of(
         home_lat_rad=home[0] if home else None,
         home_lon_rad=home[1] if home else None,
         texts=texts,
+    )
+
+
+def with_status(state: RadioState, newest: RadioState) -> RadioState:
+    """Position, speed, heading and depth of one, the status of the other."""
+    return replace(
+        newest,
+        lat_rad=state.lat_rad,
+        lon_rad=state.lon_rad,
+        sog_mps=state.sog_mps,
+        psi_rad=state.psi_rad,
+        alt_m=state.alt_m,
     )
 
 
