@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from companion.commands.check_live import watch
 from companion.core.vessel import stopping_distance_m, top_speed_mps
 from companion.io.link_url import LinkConfigError
 from companion.io.links import check_link
+from companion.radio import load_radio, read_key
 from companion.settings import ConfigError, Settings, load, load_vessel
 
 
@@ -32,8 +34,14 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Print what the configuration means, or every mistake (exit 2)."""
+    from companion.commands import check_gateway
+
+    if check_gateway.is_gateway(arguments.config):
+        return check_gateway.check(arguments.config, arguments.set)
     settings = load(arguments.config, arguments.set, Settings)
+    radio = settings.radio
     mistakes = link_mistakes(settings) + security.mistakes(settings)
+    mistakes += mistakes_of(lambda: load_radio(radio.profile)) if radio.url else []
     try:
         vessel = load_vessel(settings.vessel)
     except ConfigError as error:
@@ -49,8 +57,10 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  actuators   {settings.actuators.url or 'none: the vessel cannot be armed'}")
     for endpoint in settings.endpoints:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
-    radio = settings.radio
     print(f"  radio       {f'{radio.url}, {radio.protocol}, profile {radio.profile}' if radio.url else 'none'}")
+    if radio.url and radio.protocol == "compact":
+        for problem in mistakes_of(lambda: read_key(radio.key_file)):
+            print(f"  NOT YET     {problem}")
     key = settings.security.key_file
     print(f"  signing     {f'key in {key}' if key else 'no key: links on this machine only'}")
     for name in security.open_doors(settings):
@@ -70,6 +80,11 @@ def link_mistakes(settings: Settings) -> list[str]:
     wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
     wanted.append(("radio.url", settings.radio.url, None))
     wanted.append(("plotter", settings.plotter, None))
+    return wrong_links(wanted)
+
+
+def wrong_links(wanted: Iterable[tuple[str, str, int | None]]) -> list[str]:
+    """What is wrong with links, each as (key, address, baud rate)."""
     mistakes = []
     for key, url, baud in wanted:
         if not url:
@@ -79,3 +94,12 @@ def link_mistakes(settings: Settings) -> list[str]:
         except LinkConfigError as error:
             mistakes.append(f"{key} = {url!r}: {error}")
     return mistakes
+
+
+def mistakes_of(read: Callable[[], object]) -> list[str]:
+    """What a part of the configuration says when it is read."""
+    try:
+        read()
+    except ConfigError as error:
+        return list(error.mistakes)
+    return []

@@ -1,0 +1,51 @@
+"""``companion check`` of a gateway's configuration: told by its keys from a vessel's."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+from companion import security
+from companion.commands.check import mistakes_of, wrong_links
+from companion.radio import load_radio, read_key
+from companion.settings import ConfigError, Settings, load
+
+_OWN = ("url", "vessel_config", "key_file", "profile")
+"""Keys at the top of a gateway's file that no vessel's has."""
+_VESSELS = ("sensors", "actuators", "vessel", "steering")
+
+
+def is_gateway(path: Path) -> bool:
+    """Whether a file speaks of a gateway. An unreadable one does not; reading it as a vessel's tells why."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return any(key in data for key in _OWN) and not any(key in data for key in _VESSELS)
+
+
+def check(path: Path, overrides: Sequence[str]) -> int:
+    """Print what a gateway's configuration means. Raises ConfigError with every mistake."""
+    from companion.gateway import GatewaySettings
+
+    settings = load(path, overrides, GatewaySettings)
+    wanted = [("url", settings.url, None)]
+    wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
+    mistakes = [*wrong_links(wanted), *security.mistakes(settings)]
+    mistakes += mistakes_of(lambda: load_radio(settings.profile))
+    if settings.vessel_config:
+        mistakes += mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
+    if mistakes:
+        raise ConfigError(str(path), mistakes)
+    profile = load_radio(settings.profile)
+    print(f"{path}: good, a gateway's")
+    print(f"  modem       {settings.url}")
+    print(f"  radio       {profile.title}; {profile.band_rule.title}")
+    for endpoint in settings.endpoints:
+        print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
+    print(f"  vessel      {settings.name} (system id {settings.system_id})")
+    print(f"  parameters  from {settings.vessel_config or 'their defaults: vessel_config spares the radio'}")
+    for problem in mistakes_of(lambda: read_key(settings.key_file)):
+        print(f"  NOT YET     {problem}")
+    return 0
