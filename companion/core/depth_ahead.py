@@ -15,6 +15,7 @@ from typing import Final
 from companion.core.depth_config import DepthGuardConfig
 from companion.core.depth_grid import DepthGrid
 from companion.core.depth_input import Altitude, DepthInput
+from companion.core.depth_lost import LostBottom
 from companion.core.depth_memory import DepthMemory
 from companion.core.lookahead import (
     ClosingRate,
@@ -33,6 +34,13 @@ _SLOW_MPS: Final = 0.1
 _UNDER_WAY_MPS: Final = 0.3
 _TRACK_M: Final = 2.0
 _MAP_LATENCY_S: Final = 0.2
+_WAIT_M: Final = 0.015
+_WAIT_S: Final = 0.1
+"""Water that a stop may cost while it is confirmed, and how long waiting for the next look takes at most."""
+_LEAK_MPS: Final = 0.03
+"""So fast is a wait forgotten while no stop is asked for."""
+_BLIND_WARN: Final = 3.0
+"""Without a sounder the limit counts as near this many times earlier than it is told of otherwise."""
 _NO_WORSE_M: Final = 0.1
 """Two soundings that differ by this may be of the same water."""
 
@@ -49,6 +57,8 @@ class Look:
     closing_mps: float = 0.0
     left_s: float | None = None
     """Time to the least altitude at this rate."""
+    blind: bool = False
+    """The sounder is silent, and the bottom was closing."""
     map_least_m: float | None = None
     """Least altitude that map or memory knows on the way; of the memory only what is too shallow."""
 
@@ -61,8 +71,12 @@ class DepthAhead:
         self._memory = memory
         self._config = config
         self._closing = ClosingRate()
+        self._lost = LostBottom()
         self._good_track: deque[Point] = deque(maxlen=200)
-        self._stopping = self._warned = False
+        self._stopping = self._warned = self._blind = False
+        self._looked_us = 0
+        self._waited_m = 0.0
+        """Water that waiting for a stop to be confirmed has cost."""
 
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings."""
@@ -96,9 +110,8 @@ class DepthAhead:
         look = Look(config.min_altitude_m)
         if state is None or stopping_distance_fn is None:
             return look
-        if config.rate_look_ahead and altitude_m is not None and self._closing.closing_mps > 0.0:
-            now_m = altitude_m - self._closing.closing_mps * source.lag_s(now_us)
-            look = self._by_rate(now_m, state.sog_mps or 0.0, stopping_distance_fn)
+        if config.rate_look_ahead:
+            look = self._by_sounder(look, now_us, state.sog_mps or 0.0, altitude_m, source, stopping_distance_fn)
         if config.map_look_ahead and (self.map is not None or self._memory is not None):
             speed_mps = state.sog_mps or 0.0
             reach_m = stopping_distance_fn(speed_mps) + (config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
@@ -117,13 +130,44 @@ class DepthAhead:
         elif look.left_s < warn_s and not self._warned:
             self._warned = True
             texts.append((Severity.WARNING, f"Bottom closing: depth limit in {max(look.left_s, 0.0):.0f} s"))
+        if look.blind and not self._blind:
+            texts.append((Severity.WARNING, "Sounder lost while the bottom closes: going slow"))
+        self._blind = look.blind
         if stopping and not self._stopping:
             texts.append((Severity.WARNING, f"Shallow water ahead ({look.why}): stopping{self._way_back(state)}"))
         self._stopping = stopping
         return texts
 
-    def _by_rate(self, now_m: float, speed_mps: float, stopping_distance_fn: StoppingDistance) -> Look:
+    def _by_sounder(
+        self,
+        look: Look,
+        now_us: int,
+        speed_mps: float,
+        altitude_m: float | None,
+        source: DepthInput,
+        stopping_distance_fn: StoppingDistance,
+    ) -> Look:
+        """By the closing rate that is measured, or that was when the sounder fell silent."""
         config, closing_mps = self._config, self._closing.closing_mps
+        if altitude_m is not None:
+            now_m = altitude_m - closing_mps * source.lag_s(now_us)
+            self._lost.seen(now_us, now_m, self._closing.likely_mps, speed_mps)
+            if closing_mps > 0.0:
+                look = self._by_rate(now_m, closing_mps, speed_mps, stopping_distance_fn)
+            return self._confirmed(look, now_us)
+        reckoned = self._lost.reckon(now_us, speed_mps)
+        if reckoned is None or source.out_of_reach or config.unknown_policy == "ignore":
+            return look
+        look = self._by_rate(*reckoned, speed_mps, stopping_distance_fn)
+        if look.left_s is None or look.left_s > _BLIND_WARN * config.warn_s:
+            return replace(look, left_s=None)
+        slow_mps = min(config.unknown_speed_mps, look.slow_to_mps or config.unknown_speed_mps)
+        return replace(look, slow_to_mps=slow_mps, why="sounder lost over a closing bottom", blind=True)
+
+    def _by_rate(
+        self, now_m: float, closing_mps: float, speed_mps: float, stopping_distance_fn: StoppingDistance
+    ) -> Look:
+        config = self._config
         run_s = stopping_distance_fn(speed_mps) / speed_mps if speed_mps > _SLOW_MPS else 0.0
         limit_m = config.min_altitude_m + closing_mps * (run_s + config.reaction_s)
         room_m = now_m - config.min_altitude_m
@@ -136,6 +180,15 @@ class DepthAhead:
         # At rest it is the noise, the tide or the heave that closes: no approach to tell of.
         left_s = room_m / closing_mps if speed_mps > _UNDER_WAY_MPS else None
         return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, left_s)
+
+    def _confirmed(self, look: Look, now_us: int) -> Look:
+        """Hold a stop back for as long as waiting costs next to no water: heave and noise go away by then, a slope does not."""
+        dt_s, self._looked_us = min((now_us - self._looked_us) * 1e-6, _WAIT_S), now_us
+        if not look.stop:
+            self._waited_m = max(0.0, self._waited_m - _LEAK_MPS * dt_s)
+            return look
+        self._waited_m += look.closing_mps * dt_s
+        return look if self._waited_m + look.closing_mps * _WAIT_S >= _WAIT_M else replace(look, stop=False)
 
     def _by_map(
         self, look: Look, grid: DepthGrid, state: EstimatedState, path_ahead: PathAhead | None, reach_m: float

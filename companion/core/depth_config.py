@@ -58,9 +58,11 @@ class DepthGuardConfig(Config):
     )
     required: bool = param(False, "DEPTH_REQUIRED", "No arming and no going on without a water depth")
     unknown_policy: Literal["ignore", "warn", "slow", "stop"] = "warn"
-    """When the altitude is unknown: nothing (the seed), tell, tell and go slow, or tell and stop after 5 s."""
+    """When the altitude is unknown: nothing (the seed), tell, tell and go slow, or tell and stop after 5 s.
+
+    Unless it is nothing: over a bottom that was closing the vessel goes slow at once, and stops where the limit would be."""
     unknown_speed_mps: float = Field(0.5, gt=0, le=5)
-    """Speed under the policy ``slow``."""
+    """Speed under the policy ``slow``, and over a bottom that was closing when the sounder fell silent."""
     rate_look_ahead: bool = param(True, "DEPTH_LOOK_RATE", "Stop earlier when the bottom is closing (off: seed parity)")
     map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use depth map and depth memory along the way ahead")
     brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")

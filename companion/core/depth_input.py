@@ -21,6 +21,11 @@ _FAST_SPAN_US: Final = 1_000_000
 _CONSISTENT: Final = 3
 _FORGET_US: Final = 5_000_000
 _GAPS: Final = 4
+_FAR_SHARE: Final = 0.8
+_SURE_US: Final = 5_000_000
+"""So long must the bottom be heard nearer than the end of the range before it counts as found."""
+_BREAK_US: Final = 2_500_000
+"""A silence that starts this anew; a sounder of 1 Hz may miss one reading."""
 
 
 class DepthInputConfig(Config):
@@ -81,7 +86,7 @@ class DepthInput:
         self._filtered_m: float | None = None
         self._middle_us = 0
         self._stale_us = 0
-        self._good_share: float | None = None
+        self._reach = _Reach()
         self.configure(config)
 
     def configure(self, config: DepthInputConfig) -> None:
@@ -105,8 +110,7 @@ class DepthInput:
         if passed:
             self._filter()
         if passed and distance.value_m is not None:
-            limit_m = self._range_max(distance)
-            self._good_share = distance.value_m / limit_m
+            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * self._range_max(distance))
         return passed
 
     def altitude_m(self, now_us: int) -> float | None:
@@ -125,8 +129,11 @@ class DepthInput:
 
     @property
     def out_of_reach(self) -> bool:
-        """True when the last believed reading was near the end of the range: losing the bottom there is normal."""
-        return self._good_share is not None and self._good_share > 0.8
+        """True when the bottom was near the end of the range: losing it there is normal.
+
+        A few echoes from above it (fish, a second echo) do not count as having found it again, nor far ones as deep water.
+        """
+        return self._reach.far
 
     def _convert(self, distance: Distance, state: EstimatedState | None) -> Altitude | None:
         config = self._config
@@ -207,6 +214,27 @@ class DepthInput:
         newest = window[-full:]
         share_us = _FAST_SPAN_US * max(len(newest) - 1, 1) // (full - 1)
         return full if newest[-1].t_us - newest[0].t_us <= share_us else _CONSISTENT
+
+
+class _Reach:
+    """Whether the bottom is at the far end of the range. Changes when the readings have said so for some time."""
+
+    def __init__(self) -> None:
+        self.far = False
+        self._heard_us: int | None = None
+        self._since_us: int | None = None
+
+    def note(self, t_us: int, far: bool) -> None:
+        if self._heard_us is None:
+            self.far = far
+        gap = self._heard_us is not None and t_us - self._heard_us > _BREAK_US
+        self._heard_us = t_us
+        if far == self.far:
+            self._since_us = None
+        elif self._since_us is None or gap:
+            self._since_us = t_us
+        elif t_us - self._since_us >= _SURE_US:
+            self.far, self._since_us = far, None
 
 
 def _lower_median(values: list[float]) -> float:

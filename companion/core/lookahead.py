@@ -40,6 +40,8 @@ class ClosingRate:
     def __init__(self) -> None:
         self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in _WINDOWS]
         self._closing_mps = 0.0
+        self.likely_mps = 0.0
+        """As fast as this, one sigma on the shallow side; 0 unless it is proven that the bottom closes."""
 
     @property
     def closing_mps(self) -> float:
@@ -50,15 +52,18 @@ class ClosingRate:
         """Start again: after a gap or a confirmed jump the line would bridge what was never measured."""
         for line in self._lines:
             line.clear()
-        self._closing_mps = 0.0
+        self._closing_mps = self.likely_mps = 0.0
 
     def add(self, reading: Altitude, sigma_m: float) -> None:
         """Take one gated reading; ``sigma_m``: its noise."""
-        closing_mps = 0.0
+        closing_mps = likely_mps = 0.0
         for line in self._lines:
             line.add(reading.t_us, round(reading.value_m * 1e6))
-            closing_mps = max(closing_mps, line.proven_fall(sigma_m))
-        self._closing_mps = closing_mps
+            fall_mps, doubt_mps = line.fall(sigma_m)
+            proven_mps = fall_mps - line.sigmas * doubt_mps
+            if proven_mps > closing_mps:
+                closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
+        self._closing_mps, self.likely_mps = closing_mps, likely_mps
 
 
 class _Line:
@@ -69,7 +74,7 @@ class _Line:
 
     def __init__(self, window_us: int, sigmas: float) -> None:
         self._window_us = window_us
-        self._sigmas = sigmas
+        self.sigmas = sigmas
         self._readings: deque[tuple[int, int]] = deque()
         self._t0_us = 0
         self.clear()
@@ -92,14 +97,14 @@ class _Line:
         self._a += sign * value_um
         self._ta += sign * t_us * value_um
 
-    def proven_fall(self, sigma_m: float) -> float:
-        """Rate of fall less its uncertainty, m/s; 0 with too few readings."""
+    def fall(self, sigma_m: float) -> tuple[float, float]:
+        """Rate of fall and its uncertainty (1 sigma), m/s; zeros with too few readings."""
         count = len(self._readings)
         spread = count * self._tt - self._t * self._t
         if count < _LEAST_READINGS or spread <= 0:
-            return 0.0
+            return 0.0, 0.0
         slope_mps = (count * self._ta - self._t * self._a) / spread
-        return -slope_mps - self._sigmas * sigma_m / math.sqrt(spread / count * 1e-12)
+        return -slope_mps, sigma_m / math.sqrt(spread / count * 1e-12)
 
 
 def slow_speed_mps(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import dataclass
 
 import pytest
 
@@ -71,6 +72,24 @@ def test_the_closing_rate_keeps_3_85_m_for_many_seeds(n, speed_mps, brake, slow)
         assert run.lowest_altitude_m() >= 3.85
 
 
+@dataclass(frozen=True, slots=True)
+class SilentBelow(Noise):
+    """A sounder that falls silent for good where there is less water than this below it."""
+
+    silent_m: float = 5.15
+
+    def read(self, rng: random.Random, true_m: float) -> float | None:
+        return None if true_m < self.silent_m else Noise.read(self, rng, true_m)
+
+
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", SLOPES)
+def test_a_sounder_lost_at_five_metres_closing_costs_no_more_water(n, speed_mps):
+    """Must hold: acted on in 1 s (test_guard_voyages); and if the slope goes on as it did, no less water than otherwise."""
+    lost = DepthRun(VESSEL, slope(n), speed_mps, DepthGuardConfig(map_look_ahead=False), noise=SilentBelow(), seed=7)
+    assert lost.lowest_altitude_m() >= 3.85
+
+
 def charted(n: int, origin_rad: tuple[float, float], error_m: float = 0.0) -> DepthGrid:
     """Soundings of the slope every 4 m, in a band 24 m wide around the 4 m contour."""
     bottom = slope(n)
@@ -126,3 +145,4 @@ def test_with_heave_the_count_is_reported(record_property):
     record_property("transitions_per_hour_with_heave", states)
     record_property("stops_per_hour_with_heave", stops)
     assert states <= 60
+    assert stops <= 20, "188 before a stop was confirmed"

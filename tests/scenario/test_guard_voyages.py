@@ -80,3 +80,26 @@ def test_a_sounder_lost_at_five_metres_slows_and_stops_as_configured(voyage):
     trip.faults.depth_no_bottom = True
     took_s = trip.until(lambda: (trip.snapshot.desired.speed_mps or 9.0) <= 0.5, 2.0)
     assert took_s <= 1.0, "must hold"
+
+
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("gradient", [0.02, 0.05, 0.1])
+def test_a_sounder_lost_at_five_metres_closing_is_acted_on_within_a_second_by_default(voyage, gradient, speed_mps):
+    """Must hold, with the default policy: slow at once, stopped where the limit would be."""
+    trip = voyage(
+        "world.bottom.mounds=[]",
+        f"world.bottom.depth_m={5.35 + 40.0 * gradient}",
+        f"world.bottom.slope.gradient={gradient}",
+        "world.bottom.slope.bearing_deg=0",
+        "world.bottom.slope.start_m=10",
+    )
+    trip.sail(speed_mps, (400.0, 0.0))
+    trip.until(lambda: trip.truth.depth_m - KEEL_M < 5.0 or trip.snapshot.mode is Mode.HOLD, 90.0)
+    if trip.snapshot.mode is Mode.HOLD:
+        return  # it had stopped already
+    trip.faults.depth_silent = True
+    took_s = trip.until(
+        lambda: trip.snapshot.action >= Action.HOLD or (trip.snapshot.desired.speed_mps or 9.0) <= 0.5, 2.0
+    )
+    assert took_s <= 1.0
+    assert least_altitude(trip, 60.0) >= 3.85

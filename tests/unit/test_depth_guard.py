@@ -531,3 +531,28 @@ def test_an_output_says_nothing_it_was_not_told():
     alarms = (out.abort, out.stop_ahead, out.shallow, out.locked, out.lost, out.blind, out.brake)
     assert not any(alarms)
     assert (out.slow_to_mps, out.map_least_m, out.suggestion, out.closing_mps, out.texts) == (None, None, None, 0.0, ())
+
+
+@pytest.mark.parametrize(("echo_s", "stops"), [(0.1, False), (3.0, False), (7.0, True)], ids=["one", "fish", "bottom"])
+def test_a_false_echo_over_unfathomable_water_does_not_stop_with_the_policy_stop(echo_s, stops):
+    """Out in deep water, where losing the bottom is normal; what is heard for long is the bottom, and losing it counts."""
+    guard = DepthGuard(DepthGuardConfig(unknown_policy="stop"))
+    state = at(0.0, 2.0)
+    now_us, out = 0, None
+
+    def go(seconds, distance_m):
+        nonlocal now_us, out
+        for _ in range(round(seconds * 10)):
+            now_us += 100_000
+            if distance_m is not None:
+                guard.measure(Distance(now_us, distance_m), state)
+            out = guard.step(now_us, state, True, None, lambda speed: 2.3 * speed)
+
+    go(10.0, 95.0)
+    go(60.0, None)
+    assert not out.lost
+    go(echo_s, 30.0)
+    go(20.0, None)
+    assert out.lost == stops
+    assert out.blind == stops
+    assert not out.abort

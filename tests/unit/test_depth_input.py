@@ -200,10 +200,30 @@ def test_old_and_repeated_readings_change_nothing():
     assert chain.altitude_m(now) == 5.0
 
 
-def test_out_of_reach_is_judged_by_the_last_good_reading():
-    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1}))
+def hear(chain, start_s, seconds, value_m, period_s=0.5):
+    """Readings of one distance, the first at ``start_s``; return the time of the next."""
+    for i in range(round(seconds / period_s)):
+        chain.measure(Distance(round((start_s + i * period_s) * 1e6), value_m, range_max_m=50.0), None)
+    return start_s + seconds
+
+
+@pytest.mark.parametrize("period_s", [0.1, 0.5, 1.0])
+def test_out_of_reach_changes_when_the_bottom_has_been_heard_elsewhere_for_five_seconds(period_s):
+    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}))
     assert not chain.out_of_reach
-    chain.measure(Distance(0, 41.0, range_max_m=50.0), None)
+    t_s = hear(chain, 0.0, 1.0, 41.0, period_s)
+    assert chain.out_of_reach, "the first that is heard"
+    t_s = hear(chain, t_s + 10.0, 3.0, 20.0, period_s)
+    assert chain.out_of_reach, "fish"
+    t_s = hear(chain, t_s + 4.0, 4.0, 20.0, period_s)
+    assert chain.out_of_reach, "more fish"
+    t_s = hear(chain, t_s + 10.0, 4.0, 20.0, period_s)
+    t_s = hear(chain, t_s, 5 * period_s, 41.0, period_s)
+    t_s = hear(chain, t_s, 4.0, 20.0, period_s)
+    assert chain.out_of_reach, "the bottom itself, in between"
+    t_s = hear(chain, t_s, 2.0 + period_s, 40.0, period_s)
+    assert not chain.out_of_reach
+    t_s = hear(chain, t_s, 4.5, 41.0, period_s)
+    assert not chain.out_of_reach, "a second echo is not deep water"
+    hear(chain, t_s, 2.0, 41.0, period_s)
     assert chain.out_of_reach
-    chain.measure(Distance(10_000_000, 40.0, range_max_m=50.0), None)
-    assert not chain.out_of_reach
