@@ -15,15 +15,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+from tools.figures import row
+
 REPO = Path(__file__).resolve().parents[1]
 COMPANION = Path(sys.executable).parent / "companion"
 SCENARIOS = ("gnss-outage", "ground-station-lost", "heading-flip", "sounder-drop-out")
 RUNS = int(os.environ.get("CAMPAIGN_RUNS", "200"))
-
-
-def row(name: str, value: float, unit: str, bar: float | None = None, *, at_least: bool = False) -> dict[str, Any]:
-    holds = None if bar is None else (value >= bar if at_least else value <= bar)
-    return {"name": name, "value": round(value, 3), "unit": unit, "bar": bar, "holds": holds}
 
 
 def run() -> list[dict[str, Any]]:

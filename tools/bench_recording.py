@@ -15,6 +15,7 @@ from companion.io.truth import Truth, truth_row
 from companion.settings import load
 from sitl.settings import SimSettings
 from sitl.world import World
+from tools.figures import row
 
 TICKS = 4000
 RUNS = 3
@@ -46,7 +47,7 @@ def run() -> list[dict[str, Any]]:
 
         cost = _best(tick)
         recorder.close(0)
-    return [_row("recorder: cost of a tick, three endpoints and truth", cost, "us", 30.0)]
+    return [row("recorder: cost of a tick, three endpoints and truth", cost, "us", 30.0)]
 
 
 def _best(step: Callable[[int], None]) -> float:
@@ -57,10 +58,6 @@ def _best(step: Callable[[int], None]) -> float:
             step(number)
         found.append((time.process_time() - began) / TICKS * 1e6)
     return min(found)
-
-
-def _row(name: str, value: float, unit: str, bar: float) -> dict[str, Any]:
-    return {"name": name, "value": round(value, 2), "unit": unit, "bar": bar, "holds": value <= bar}
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from companion.io.link import Received
 from companion.replay import replay
 from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.framing import Deframer
+from tools.figures import row
 
 REPO = Path(__file__).resolve().parents[1]
 COMPANION = Path(sys.executable).parent / "companion"
@@ -31,11 +32,6 @@ INSTANCE = 41
 WATCH_S = 10.0
 SIM_S = 600.0
 PERIOD_S = 0.05
-
-
-def row(name: str, value: float, unit: str, bar: float | None = None, *, at_least: bool = False) -> dict[str, Any]:
-    holds = None if bar is None else (value >= bar if at_least else value <= bar)
-    return {"name": name, "value": round(value, 4), "unit": unit, "bar": bar, "holds": holds}
 
 
 def run() -> list[dict[str, Any]]:
