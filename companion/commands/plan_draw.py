@@ -115,7 +115,10 @@ def ascii_map(plan: PlanFile) -> str:
     for seq, place in shapes.stops:
         put(place, str(seq % 10))
     lines = ["  " + "".join(row).rstrip() for row in sheet]
-    return "\n".join([*lines, f"  north up, one letter is {metres:.1f} m wide"])
+    marks = [("digits items", shapes.stops), (". the way", shapes.stops[1:]), ("o a loiter", shapes.rings)]
+    marks += [("# fence", shapes.fences), ("R rally point", shapes.rally)]
+    legend = ", ".join(text for text, shown in marks if shown)
+    return "\n".join([*lines, f"  north up, one letter is {metres:.1f} m wide; {legend}"])
 
 
 def _line(put: Put, points: Points, metres: float, letter: str) -> None:
