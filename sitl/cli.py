@@ -23,7 +23,7 @@ from . import cli_scenario
 from .autostart import AutoStart, PlanError, read_plan_file
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .instance import move_instance
-from .settings import SimSettings, on_this_computer
+from .settings import STATION_SPEED, SimSettings, at_speed, on_this_computer
 from .surroundings import Surroundings
 from .world import World
 
@@ -146,7 +146,7 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         mistakes.append(f"--duration {arguments.duration}: must be more than 0 s")
     if mistakes:
         raise ConfigError(str(arguments.config), mistakes)
-    return settings, speed
+    return at_speed(settings, speed), speed
 
 
 def _plan(arguments: argparse.Namespace) -> Any:
@@ -218,6 +218,9 @@ def _greet(world: World, run_dir: Path, speed: float | None) -> None:
                 print(
                     "           the shore side of a compact link is 'companion gateway', or 'companion sim --gateway'"
                 )
+        if speed > STATION_SPEED and settings.operator.gcs_required:
+            silence_s = settings.failsafe.gcs_timeout_s
+            print(f"  time runs {speed:g} times as fast: a ground station counts as lost after {silence_s:.0f} s of it")
         print("  Ctrl-C ends it, neutral first")
     sys.stdout.flush()
 

@@ -40,6 +40,10 @@ class WorldConfig(Config):
         return math.radians(self.latitude_deg), math.radians(self.longitude_deg)
 
 
+STATION_SPEED = 2.0
+"""Faster than this a ground station's heartbeats, one a real second, are too far apart for the vessel's time-out of 5 s."""
+
+
 class SimSettings(Settings):
     """The vessel's settings plus the world's."""
 
@@ -73,3 +77,14 @@ def on_this_computer(settings: SimSettings) -> SimSettings:
             "radio": radio.model_copy(update={"url": place("lora-vessel", radio.url)}) if radio.url else radio,
         }
     )
+
+
+def at_speed(settings: SimSettings, speed: float | None) -> SimSettings:
+    """Settings for a simulation ``speed`` times as fast as real time (None: in lock-step, no station can follow).
+
+    The vessel counts its own seconds, and a ground station sends a heartbeat in each real one: the time-out grows with the speed.
+    """
+    if speed is None or speed <= STATION_SPEED:
+        return settings
+    timeout_s = min(settings.failsafe.gcs_timeout_s * speed / STATION_SPEED, 120.0)
+    return settings.model_copy(update={"failsafe": settings.failsafe.model_copy(update={"gcs_timeout_s": timeout_s})})

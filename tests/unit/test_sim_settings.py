@@ -7,7 +7,7 @@ import json
 import config as shipped
 from companion.cli import main
 from companion.settings import load
-from sitl.settings import SimSettings, on_this_computer
+from sitl.settings import SimSettings, at_speed, on_this_computer
 
 BOAT = """
 store = ""
@@ -51,3 +51,13 @@ def test_a_file_of_recorded_sentences_cannot_be_simulated_and_says_so(tmp_path, 
     words = ["sim", "--config", str(shipped.path("replay-nmea.toml")), "--speed", "max", "--duration", "3"]
     assert main([*words, "--run-dir", str(tmp_path / "run")]) == 2
     assert "cannot serve file:" in capsys.readouterr().err
+
+
+def test_a_station_keeps_up_with_a_simulation_that_runs_faster():
+    settings = load(shipped.path("sim.toml"), (), SimSettings)
+    for speed in (None, 0.5, 1.0, 2.0):
+        assert at_speed(settings, speed) == settings
+    for speed in (3.0, 8.0, 40.0):
+        heartbeat_s = speed  # of the vessel's time, one real second apart
+        assert at_speed(settings, speed).failsafe.gcs_timeout_s >= 2.5 * heartbeat_s, "not even a warning"
+    assert at_speed(settings, 1000.0).failsafe.gcs_timeout_s == 120.0
