@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
+import shutil
+import subprocess
 import time
 from pathlib import Path
 
@@ -20,6 +23,7 @@ from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
 from sitl.settings import SimSettings
 from sitl.world import World
+from tests.conftest import require
 
 FAULTS = ("gnss_silent", "heading_silent", "depth_silent", "no_fix", "frozen", "rate_silent", "depth_no_bottom")
 SHARES = ("cut_share", "flip_share", "loss_share")
@@ -110,6 +114,28 @@ def check(run_dir: Path, minutes: float) -> tuple[float, float]:
     return spent_s, outcome.duration_s / spent_s
 
 
+WATCH = """<!doctype html><body><script>
+const began = performance.now(), frame = document.createElement("iframe");
+frame.style = "width:1100px;height:6000px";
+frame.onload = () => { frame.getBoundingClientRect(); document.title = "opened in " + (performance.now() - began); };
+frame.src = "REPORT";
+document.body.appendChild(frame);
+</script></body>"""
+
+
+def opening_s(report: Path) -> float:
+    """How long a browser takes to open a page, without its own start."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    require(browser is not None, "chromium")
+    watch = report.with_name("watch.html")
+    watch.write_text(WATCH.replace("REPORT", report.name))
+    words = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={report.parent}/profile", "--dump-dom"]
+    done = subprocess.run([browser, *words, watch.as_uri()], capture_output=True, text=True, timeout=60, check=True)
+    found = re.search(r"opened in ([\d.]+)", done.stdout)
+    assert found, "the page was not opened"
+    return float(found[1]) / 1000.0
+
+
 def test_ten_minutes_of_trouble_replay_bit_for_bit(tmp_path):
     _, speed = check(tmp_path, 10)
     print(f"replayed at {speed:.0f} times real time")
@@ -125,4 +151,7 @@ def test_two_hours_of_trouble_replay_bit_for_bit_and_report(tmp_path):
     if target := os.environ.get("KEEP_REPORT"):
         Path(target).write_text(page)
     assert len(page) < 5_000_000
+    report = tmp_path / "report.html"
+    report.write_text(page)
+    assert opening_s(report) < 2.0
     assert speed >= 500
