@@ -33,8 +33,8 @@ def configuration() -> str:
         "environment variable is read. `companion check FILE` says what a file means and lists every mistake at once, each with its",
         "key and the mend. `config/boat.toml` and `config/sim.toml` are commented examples; what they leave out has the default below.",
         "",
-        "Paths are relative to where the program is started (with the service: `/var/lib/usv-companion`). In any text `CONFIG_DIR` stands for",
-        "the folder of this file, and in the address of a link `RUN_DIR` for the directory in which the run is recorded.",
+        "Paths are relative to where the program is started (with the service: `/var/lib/usv-companion`). In any text `CONFIG_DIR` stands"
+        " for\nthe folder of this file, and in the address of a link `RUN_DIR` for the directory in which the run is recorded.",
         "",
         "A key with a *parameter* is also a MAVLink parameter of that name; what a ground station stores there stands before the file.",
         "",
