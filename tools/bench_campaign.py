@@ -19,7 +19,7 @@ from tools.figures import row
 
 REPO = Path(__file__).resolve().parents[1]
 COMPANION = Path(sys.executable).parent / "companion"
-SCENARIOS = ("gnss-outage", "ground-station-lost", "heading-flip", "sounder-drop-out")
+SCENARIOS = ("gnss-outage", "ground-station-lost", "fence", "double-echo")
 RUNS = int(os.environ.get("CAMPAIGN_RUNS", "200"))
 
 
