@@ -131,7 +131,7 @@ def slow_speed_mps(
 
 
 def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m: float, step_m: float) -> list[Point]:
-    """Points along the predicted way, every ``step_m`` out to ``reach_m``: the present arc, then the path's points.
+    """Points along the predicted way, every ``step_m`` out to ``reach_m``: the present arc, then the path beyond it.
 
     Without a path: straight on along the course after the arc. Empty without a position.
     """
@@ -140,7 +140,7 @@ def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m
     arc, course_rad = _arc(state, (state.x_m, state.y_m), min(reach_m, _ARC_S * (state.sog_mps or 0.0)), step_m)
     points = [(state.x_m, state.y_m), *arc]
     left_m = reach_m - step_m * len(arc)
-    for target in path_ahead or ():
+    for target in _beyond(path_ahead or (), step_m * len(arc)):
         if left_m <= 0.0:
             break
         left_m = _march(points, target, left_m, step_m)
@@ -179,6 +179,18 @@ def _arc(state: EstimatedState, start: Point, length_m: float, step_m: float) ->
         course_rad += 0.5 * turn_per_m * step_m
         points.append((north, east))
     return points, course_rad
+
+
+def _beyond(path: Sequence[Point], skip_m: float) -> list[Point]:
+    """A path without its first ``skip_m``, which the vessel has behind it when the arc ends; at least its last point."""
+    for i in range(1, len(path)):
+        (north, east), end = path[i - 1], path[i]
+        length_m = math.dist(path[i - 1], end)
+        if length_m > skip_m:
+            share = skip_m / length_m
+            return [(north + share * (end[0] - north), east + share * (end[1] - east)), *path[i:]]
+        skip_m -= length_m
+    return list(path[-1:])
 
 
 def _march(points: list[Point], target: Point, left_m: float, step_m: float) -> float:

@@ -107,13 +107,22 @@ def test_by_force_it_stops_before_the_contour(voyage, harbour):
 
 
 @pytest.mark.soak
-def test_by_force_it_stops_before_the_contour_for_50_seeds(voyage, harbour):
+def test_by_force_it_stops_before_the_contour_for_50_seeds(voyage, harbour, record_property):
+    """Must hold: sailed by force it stops before the 4 m contour, for 50 seeds."""
     results = [forced(voyage, harbour, seed) for seed in range(50)]
+    tell(results, "with the chart", record_property)
     assert all(stopped for _, stopped in results)
     assert min(least for least, _ in results) >= 4.0
 
 
 @pytest.mark.soak
-def test_without_a_map_the_sounder_alone_keeps_it_off_the_ground(voyage, harbour):
+def test_without_a_map_the_sounder_alone_keeps_it_off_the_ground(voyage, harbour, record_property):
     results = [forced(voyage, harbour, seed, chart=False) for seed in range(50)]
+    tell(results, "with the sounder alone", record_property)
     assert min(least for least, _ in results) > 1.0
+
+
+def tell(results, what, record_property):
+    stopped, least = sum(stopped for _, stopped in results), min(least for least, _ in results)
+    print(f"Leixoes {what}: {stopped} of {len(results)} stopped, least altitude {least:.2f} m")
+    record_property(f"leixoes_least_altitude_m_{what.replace(' ', '_')}", round(least, 3))

@@ -10,6 +10,7 @@ from companion.core.depth_config import DepthGuardConfig
 from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
 from companion.core.depth_guard import DepthGuard, GuardOutput, next_state
 from companion.core.depth_input import DepthInputConfig
+from companion.core.depth_memory import DepthMemoryConfig
 from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
@@ -556,3 +557,22 @@ def test_a_false_echo_over_unfathomable_water_does_not_stop_with_the_policy_stop
     assert out.lost == stops
     assert out.blind == stops
     assert not out.abort
+
+
+def test_what_is_sounded_is_remembered_below_datum_where_and_when():
+    """Altitude 6 m over a keel 0.35 m deep, at 1.5 m of tide: 4.85 m below datum."""
+    guard = DepthGuard(DepthGuardConfig(tide_m=1.5))
+    guard.measure(Distance(0, 6.15), at(0.0, 2.0))
+    guard.measure(Distance(100_000, 6.15), None)
+    guard.memory.close_cell()
+    ((lat, lon, cell),) = guard.memory.known()
+    assert (cell.soundings, cell.last_s) == (1, 0)
+    assert cell.least_m == pytest.approx(4.85, abs=0.011)
+    assert math.hypot((lat - at(0.0, 2.0).lat_rad) * 6.4e6, (lon - at(0.0, 2.0).lon_rad) * 4.8e6) < 2.0
+    guard.utc_s = 1_800_000_000
+    guard.measure(Distance(200_000, 6.15), at(0.0, 2.0))
+    guard.memory.close_cell()
+    assert [cell.last_s for *_, cell in guard.memory.known()] == [1_800_000_000]
+    off = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)))
+    assert off.memory is None
+    off.measure(Distance(0, 6.15), at(0.0, 2.0))

@@ -104,6 +104,15 @@ def test_a_turn_is_followed_for_a_second_and_then_the_path():
     assert abs(points[-1][0]) < 1.3
 
 
+def test_what_the_arc_has_passed_of_the_path_is_not_gone_back_to():
+    points = way_ahead(at(), [(0.0, 0.0), (1.5, 0.0), (1.5, 3.0), (9.0, 3.0)], 8.0, 0.5)
+    assert points[4] == pytest.approx((2.0, 0.0)), "a second at 2 m/s"
+    assert points[6] == pytest.approx((1.5, 0.5)), "joined where the vessel is on the path by then"
+    length_m = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+    assert length_m == pytest.approx(8.0, abs=0.51)
+    assert points[-1][0] > 3.5
+
+
 def test_the_path_bends_at_its_points_and_ends_with_the_reach():
     points = way_ahead(at(sog_mps=0.0), [(5.0, 0.0), (5.0, 5.0)], 7.0, 1.0)
     assert (5.0, 0.0) in [tuple(round(v, 9) for v in p) for p in points]
