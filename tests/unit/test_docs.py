@@ -96,6 +96,11 @@ def test_commands_in_the_pages_exist(page):
     assert used <= known, used - known
 
 
+def test_every_page_is_reached_from_the_readme():
+    text = (REPO / "README.md").read_text(encoding="utf-8")
+    assert not [page.name for page in DOCS.glob("*.md") if f"docs/{page.name}" not in text]
+
+
 def test_keys_named_in_the_hand_written_pages_exist():
     for name in ("SAFETY.md", "COMMISSIONING.md", "TROUBLESHOOTING.md", "RASPBERRY.md"):
         text = (DOCS / name).read_text(encoding="utf-8")
