@@ -65,4 +65,6 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
         if event.kind == "armed":
             yield "armed" if event.text.endswith(("yes", "→ armed")) else "disarmed"
         elif event.kind in _WORDS:
-            yield f"{_WORDS[event.kind]} {event.text.lower().replace('_', ' ')}"
+            changed = event.text.lower().replace("_", " ")
+            word = _WORDS[event.kind]
+            yield changed if changed.startswith(word) else f"{word} {changed}"
