@@ -26,7 +26,8 @@ th{color:var(--soft);font-weight:600}td.n{font-variant-numeric:tabular-nums;whit
 .chip.pass{background:var(--good);color:#fff}.chip.fail{background:var(--bad);color:#fff}
 .events{max-height:440px;overflow:auto}.ERROR,.CRITICAL,.ALERT,.EMERGENCY{color:var(--bad);font-weight:600}
 .WARNING{color:#9a6700;font-weight:600}nav a{margin-right:14px;color:#0969da;text-decoration:none}
-#story td:first-child,#events td:first-child{width:1%}pre{overflow:auto;max-height:420px;font-size:12px}@media print{.events{max-height:none}section{break-inside:avoid}}
+#story td:first-child,#events td:first-child{width:1%}
+pre{overflow:auto;max-height:420px;font-size:12px}@media print{.events{max-height:none}section{break-inside:avoid}}
 """
 
 
