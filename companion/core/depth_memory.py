@@ -109,7 +109,9 @@ class DepthMemory:
         self._changed[key] = None
         shoals = self._shoals.get(key)
         if shoals is not None:
-            self._judge(shoals, cell, get(tile, cell))
+            found = get(tile, cell)
+            assert found is not None
+            self._judge(shoals, cell, found)
 
     def _new_tile(self, key: TileKey) -> bytearray:
         while len(self._tiles) >= self._tiles_max:
@@ -201,9 +203,7 @@ class DepthMemory:
                 self._judge(shoals, cell, found)
         return shoals
 
-    def _judge(self, shoals: dict[CellKey, float], cell: CellKey, found: Cell | None) -> None:
-        if found is None:
-            return
+    def _judge(self, shoals: dict[CellKey, float], cell: CellKey, found: Cell) -> None:
         sigma_m = max(self._sigma_m, 0.005 * abs(found.mean_m))
         depth_m = found.robust_m(sigma_m)
         if depth_m + _PROVEN * sigma_m / math.sqrt(found.soundings) < self._floor_m:

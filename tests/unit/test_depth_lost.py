@@ -66,9 +66,9 @@ def test_it_stops_while_there_is_water_if_the_slope_goes_on(speed_mps, slope):
 def test_a_level_bottom_and_one_that_is_far_below_are_only_told_of():
     level = Approach(6.0, 0.0)
     level.run(5.0)
-    deep = Approach(30.0, 0.02)
-    deep.run(12.0)
-    for approach in (level, deep):
+    far = Approach(12.0, 0.03)
+    far.run(12.0)
+    for approach in (level, far):
         approach.run(10.0, silent=True)
         assert approach.out.lost
         assert approach.out.slow_to_mps is None

@@ -118,6 +118,7 @@ def test_the_path_bends_at_its_points_and_ends_with_the_reach():
     assert (5.0, 0.0) in [tuple(round(v, 9) for v in p) for p in points]
     assert points[-1] == pytest.approx((5.0, 2.0))
     assert way_ahead(at(sog_mps=0.0), [(5.0, 0.0)], 20.0, 1.0)[-1] == pytest.approx((5.0, 0.0))
+    assert way_ahead(at(sog_mps=0.0), [(5.0, 0.0), (9.0, 9.0)], 4.0, 1.0)[-1] == pytest.approx((4.0, 0.0))
 
 
 def test_without_position_or_course_there_is_no_way():

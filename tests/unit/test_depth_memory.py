@@ -1,0 +1,188 @@
+"""The depth memory piece by piece: what a cell says, what is forgotten first, and what counts as a shoal."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.depth_grid import offset
+from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
+from companion.core.depth_tiles import TILE_BYTES, Cell, tile_of
+from mavlink_bridge.imc import EstimatedState
+
+HERE = (0.7188, -0.1519)
+TILE_M = 16 * 2.0
+
+
+def at(north_m, east_m=0.0, t_us=0, **more):
+    lat, lon = offset(*HERE, north_m, east_m)
+    return EstimatedState(t_us, lat_rad=lat, lon_rad=lon, x_m=north_m, y_m=east_m, **more)
+
+
+def sounded(memory, *depths_m, north_m=0.0, utc_s=0):
+    for depth_m in depths_m:
+        memory.note(at(north_m), 0, depth_m, utc_s)
+    memory.close_cell()
+    return memory
+
+
+def memory(**config):
+    return DepthMemory(DepthMemoryConfig(**config), 0.05)
+
+
+def test_a_cell_counts_and_knows_the_least_the_mean_and_the_newest():
+    found = sounded(memory(), 5.0, 4.0, 6.0, utc_s=7)
+    sounded(found, 5.0, utc_s=9)
+    sounded(found, 5.0, utc_s=0)
+    ((_, _, cell),) = found.known()
+    assert (cell.soundings, cell.least_m, cell.last_s) == (5, 4.0, 9)
+    assert cell.mean_m == pytest.approx(5.0)
+    assert cell.squares == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("depths_m", "robust_m"),
+    [
+        ([5.0], 5.0),
+        ([5.0] * 10, 5.0),
+        ([4.96, 5.04] * 10, 5.0),
+        ([4.0, 4.5, 5.0, 5.5, 6.0] * 4, 4.0),
+        ([5.0] * 50 + [2.0], 4.2),
+    ],
+    ids=["one", "equal", "noise", "a slope in it", "one false echo"],
+)
+def test_the_robust_depth_is_the_shallow_side_of_the_bottom_and_not_of_the_noise(depths_m, robust_m):
+    ((_, _, cell),) = sounded(memory(), *depths_m).known()
+    assert cell.robust_m(0.05) == pytest.approx(robust_m, abs=0.12)
+
+
+def test_old_soundings_weigh_less_in_the_end():
+    found = sounded(memory(), *[3.0] * 5000)
+    sounded(found, *[9.0] * 5000)
+    ((_, _, cell),) = found.known()
+    assert cell.soundings == 1000
+    assert cell.mean_m == pytest.approx(6.0)
+    for _ in range(10):
+        sounded(found, *[9.0] * 1000)
+    ((_, _, cell),) = found.known()
+    assert cell.mean_m > 8.9
+
+
+def test_a_sounding_belongs_where_the_vessel_was_when_it_was_measured():
+    """A reading that was held for confirmation is two seconds old: at 2.5 m/s that is two cells back."""
+    found = memory()
+    found.note(at(100.0, t_us=2_000_000, vx_mps=2.5, vy_mps=0.0), 0, 5.0, 0)
+    found.close_cell()
+    ((lat, _, _),) = found.known()
+    assert (lat - HERE[0]) * 6.36e6 == pytest.approx(95.0, abs=1.2)
+
+
+def test_what_has_no_place_or_is_no_number_is_not_kept():
+    found = memory()
+    found.note(EstimatedState(0), 0, 5.0, 0)
+    found.note(at(0.0), 0, math.nan, 0)
+    found.close_cell()
+    assert list(found.known()) == []
+
+
+def test_the_tile_sailed_over_longest_ago_is_forgotten_first():
+    found = memory(tiles_max=16)
+    for i in range(16):
+        sounded(found, 5.0, north_m=i * TILE_M)
+    found.take_changes(100)
+    sounded(found, 5.0, north_m=0.0)
+    for i in (16, 17):
+        sounded(found, 5.0, north_m=i * TILE_M)
+    changed, gone = found.take_changes(100)
+    assert len(found) == 16
+    norths = [round((lat - HERE[0]) * 6.36e6 / TILE_M) for lat, _, _ in found.known()]
+    assert 0 in norths, "it was sailed over again"
+    assert 1 not in norths
+    assert 2 not in norths
+    assert len(gone) == 2
+    assert len(changed) == 3
+    sounded(found, 5.0, north_m=1.0 * TILE_M)
+    oldest = tile_of(found.geometry.cell_of(*offset(*HERE, 3 * TILE_M, 0.0)))
+    assert found.take_changes(100)[1] == [oldest]
+
+
+def test_too_many_stored_tiles_leave_the_newest():
+    source = memory(tiles_max=100)
+    for i in range(40):
+        sounded(source, 5.0, north_m=i * TILE_M, utc_s=1000 - i)
+    found = memory(tiles_max=16)
+    for key, tile in source.take_changes(100)[0]:
+        assert found.restore(key, tile)
+    found.restored()
+    assert len(found) == 16
+    assert sorted(cell.last_s for *_, cell in found.known()) == list(range(985, 1001))
+    assert len(found.take_changes(100)[1]) == 24
+
+
+def test_changes_are_taken_in_portions_and_put_back():
+    found = memory()
+    for i in range(5):
+        sounded(found, 5.0, north_m=i * TILE_M)
+    first, _ = found.take_changes(3)
+    rest, _ = found.take_changes(100)
+    assert (len(first), len(rest)) == (3, 2)
+    assert found.take_changes(100) == ([], [])
+    found.put_back([key for key, _ in first], [(1, 1)])
+    again, gone = found.take_changes(100)
+    assert again == first
+    assert gone == [(1, 1)]
+
+
+def test_only_proven_shallow_cells_are_shoals():
+    """One sounding of 3.95 m may be noise over 4.05 m; thirteen of them are a bottom."""
+    for depths_m, shoal in (
+        ([3.95], False),
+        ([3.85], True),
+        ([3.95] * 13, True),
+        ([4.0] * 13, False),
+        ([3.85] + [4.3] * 9, False),
+    ):
+        assert sounded(memory(), *depths_m).shoals_near(at(0.0), 5.0, 4.0) == shoal, depths_m
+
+
+def test_a_shoal_that_was_dredged_is_none_in_the_end():
+    found = sounded(memory(), *[3.0] * 10)
+    assert found.shoals_near(at(0.0), 5.0, 4.0)
+    assert found.shoal_at(at(0.0).lat_rad, at(0.0).lon_rad) == pytest.approx(3.0)
+    for _ in range(60):
+        sounded(found, *[9.0] * 900)
+    assert not found.shoals_near(at(0.0), 5.0, 4.0)
+
+
+def test_a_new_limit_is_judged_anew_and_without_a_place_there_is_nothing():
+    found = sounded(memory(), *[4.5] * 10)
+    assert not found.shoals_near(at(0.0), 5.0, 4.0)
+    assert found.shoals_near(at(0.0), 5.0, 5.0)
+    assert not found.shoals_near(at(0.0), 5.0, 4.0)
+    assert not found.shoals_near(EstimatedState(0), 5.0, 5.0)
+
+
+def test_the_open_cell_does_not_count_until_it_is_left():
+    found = memory()
+    for _ in range(10):
+        found.note(at(0.0), 0, 2.0, 0)
+    assert not found.shoals_near(at(0.0), 5.0, 4.0)
+    found.note(at(3.0), 0, 2.0, 0)
+    assert found.shoals_near(at(0.0), 5.0, 4.0)
+
+
+def test_a_tile_with_impossible_numbers_is_refused():
+    (key, tile), *_ = sounded(memory(), 5.0).take_changes(1)[0]
+    found = memory()
+    place = next(i for i in range(0, TILE_BYTES, 16) if tile[i])
+    for at_byte, noise in (
+        (4, b"\x00\x00\xc0\x7f"),
+        (8, b"\x00\x00\x80\x7f"),
+        (8, b"\x00\x00\x80\xbf"),
+        (0, b"\xff\xff"),
+    ):
+        damaged = tile[: place + at_byte] + noise + tile[place + at_byte + len(noise) :]
+        assert not found.restore(key, damaged)
+    assert found.restore(key, tile)
+    assert Cell(1, 5.0, 5.0, 0.0, 0) == next(found.known())[2]
