@@ -31,6 +31,10 @@ _KIND_AT: Final = {_MISSION_ACK: 3, _MISSION_ITEM: 37, _MISSION_COUNT: 4, **dict
 _ASKED_BYTES: Final = {COMMAND_ACK: 44, _MISSION_ACK: 49, _MISSION_ITEM: 16, _MISSION_COUNT: 14}
 """Size of the frame that such a reply answers."""
 _OTHER_ASKED: Final = 44
+_REACHED: Final[int] = dialect.MAVLINK_MSG_ID_MISSION_ITEM_REACHED
+_REACHED_TIMES: Final = 3
+_REACHED_GAP_US: Final = 1_700_000
+"""Nobody asks for it again, and a station that misses it waits for the end of the plan for ever."""
 _MAX_WAITING: Final = 64
 _KEPT: Final = 32
 Key = tuple[object, ...]
@@ -57,7 +61,11 @@ class SlowOutbox(Outbox):
         self._replies: OrderedDict[Key, Packed] = OrderedDict()
         """What else was asked for."""
         self._news: deque[Packed] = deque(maxlen=_MAX_WAITING)
+        self._held: Packed | None = None
+        """News that found no more room."""
         self._beat: Packed | None = None
+        self._again: deque[tuple[int, int, Packed]] = deque(maxlen=_MAX_WAITING)
+        """When to say it again, how often still, and what."""
         self._arrives_us: OrderedDict[Packed, int] = OrderedDict()
         self._streams: dict[object, Packed] = {}
         self._lists: deque[Bulk] = deque()
@@ -136,7 +144,11 @@ class SlowOutbox(Outbox):
     @property
     def news_wait(self) -> bool:
         """Whether anything but replies and HEARTBEAT waits."""
-        return bool(self._news or self._streams or self._lists)
+        return bool(self._held or self._news or self._streams or self._lists or self._is_due)
+
+    @property
+    def _is_due(self) -> bool:
+        return bool(self._again) and self._clock() >= self._again[0][0]
 
     def reply_size(self, limit_bytes: int) -> int:
         """Bytes that ``take_replies`` would return."""
@@ -187,7 +199,7 @@ class SlowOutbox(Outbox):
         while (packed := self._next_news(now_us)) is not None:
             size += len(packed.payload) + self.overhead_bytes
             if frames and size > limit_bytes:
-                self._news.appendleft(packed)
+                self._held = packed
                 break
             frames.append(self._frame(packed))
         data = b"".join(frames)
@@ -195,8 +207,18 @@ class SlowOutbox(Outbox):
         return data
 
     def _next_news(self, now_us: int) -> Packed | None:
+        held, self._held = self._held, None
+        if held is not None:
+            return held
+        if self._is_due:
+            _, times, again = self._again.popleft()
+            self._say_again(again, times, now_us)
+            return again
         if self._news:
-            return self._news.popleft()
+            news = self._news.popleft()
+            if news.message_id == _REACHED:
+                self._say_again(news, _REACHED_TIMES, now_us)
+            return news
         if self._streams:
             return self._streams.pop(next(iter(self._streams)))
         while self._lists:
@@ -206,6 +228,10 @@ class SlowOutbox(Outbox):
                 return packed
             self._lists.popleft()
         return None
+
+    def _say_again(self, packed: Packed, times: int, now_us: int) -> None:
+        if times > 1:
+            self._again.append((now_us + _REACHED_GAP_US, times - 1, packed))
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """All of it in order of importance, for a caller without manners of its own."""

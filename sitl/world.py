@@ -35,6 +35,8 @@ from .surroundings import Surroundings
 from .truth import Truth, utc_us
 
 _RADIO_STEP_US = 10_000
+_MOST_MISSED = 2
+_FORGOTTEN_US = 1_000_000
 
 
 class World:
@@ -57,6 +59,8 @@ class World:
         self._ground: dict[str, MemLink] = {}
         self._unused: list[MemLink] = []
         self._mem: dict[str, MemLink] = {}
+        self._ahead_us: int | None = None
+        """How far the pacing clock is ahead of simulated time when nothing is missed."""
         hull = load_vessel(settings.world.vessel or settings.vessel)
         self.surroundings = Surroundings(
             self.settings,
@@ -122,11 +126,25 @@ class World:
         return self.app.stop_wanted
 
     def tick(self, now_us: int = 0, *, late_s: float = 0.0, load: float = 0.0) -> object:
-        """Move the world on by one period, then run the vessel's tick.
+        """Move the world on by one period, then run the vessel's tick; on a busy machine up to three, so that the clock is not lost.
 
-        Simulated time counts ticks and nothing else: on a busy machine it falls behind the clock instead of jumping,
-        so that a slow laptop is not taken for a slow boat.
+        Simulated time counts ticks and nothing else: where it cannot keep up it falls behind the clock instead of jumping, so
+        that a slow laptop is not taken for a slow boat. ``now_us``: the clock that paces it, 0 in lock-step.
         """
+        done = self._tick()
+        for _ in range(self._missed(now_us) if now_us else 0):
+            done = self._tick()
+        return done
+
+    def _missed(self, now_us: int) -> int:
+        """How many ticks to make up for; what is more than a second behind is forgotten."""
+        behind_us = now_us - self.now_us - self._ahead_us if self._ahead_us is not None else _FORGOTTEN_US
+        if behind_us >= _FORGOTTEN_US:
+            self._ahead_us = now_us - self.now_us
+            return 0
+        return min(max(behind_us, 0) // self.period_us, _MOST_MISSED)
+
+    def _tick(self) -> object:
         self._serve_radio()
         self.now_us += self.period_us
         truth = self.surroundings.step(self.now_us)
@@ -162,9 +180,12 @@ class World:
         """
         if self._ground.get("shore") in self._unused:
             return
+        was_busy = True
         for at_us in range(self.now_us + _RADIO_STEP_US, self.now_us + self.period_us, _RADIO_STEP_US):
-            if not self.surroundings.radio.is_busy:
+            is_busy = self.surroundings.radio.is_busy
+            if not is_busy and not was_busy:
                 return
+            was_busy = is_busy
             self.surroundings.pump(at_us)
             self.loop_app.pump(at_us)
 

@@ -31,6 +31,7 @@ _PATIENCE_US: Final = 2_500_000
 _DIALOGUE_US: Final = 1_500_000
 """After a question: another one is likely, and streams wait."""
 _DIALOGUE_BEAT_US: Final = 2_000_000
+_LATE_BEAT_US: Final = 1_800_000
 _SPREAD_US: Final = 300_000
 _SHORT_US: Final = 130_000
 """A packet of answers is kept so short, if a frame allows it: stations repeat themselves after 0.5 s."""
@@ -160,12 +161,23 @@ class PlainRadio:
             self.outbox.drop_replies()
             return b""
         urgent = self.outbox.is_urgent
-        data = self._sent(self.outbox.take_replies(now_us, size), now_us)
+        data = self.outbox.take_replies(now_us, size)
+        if self._beat_fits_behind(size, now_us):
+            self._beat_sent_us = now_us
+            data += self.outbox.take_beat()
+        self._sent(data, now_us)
         if urgent:
             serial_us = round(size * self.profile.serial_byte_us)
             self._listen_until_us = self._clock.off_us + MODULE_DELAY_US + serial_us + _THINK_US + self._question_us()
         self._put_off(max(self._listen_until_us, self._clock.off_us))
         return data
+
+    def _beat_fits_behind(self, size: int, now_us: int) -> bool:
+        """Whether a HEARTBEAT that a dialogue has long held up goes with a reply: the best moment that there is."""
+        if self.outbox.beat is None or now_us - self._beat_sent_us < _LATE_BEAT_US:
+            return False
+        size += BEAT_BYTES
+        return size <= self._reply_bytes and not self._meets(size, now_us)
 
     def _fitting_reply(self, now_us: int) -> int:
         """Bytes of the replies that go now: as many as keep clear of the station's own words; 0 when none do, for a while."""

@@ -10,7 +10,8 @@ from pymavlink import mavutil
 
 from tests.e2e.sim import BIN, LAT_DEG, LON_DEG, REPO, Sim, circle_rms_m, client
 
-LOITER_S = 100.0
+LOITER_S = 60.0
+"""In real time: two thirds of a lap are enough to see it sailed."""
 
 
 def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
@@ -22,7 +23,7 @@ def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
             str(LON_DEG),
             str(LOITER_S),
             "ardurover",
-            limit_s=400.0,
+            limit_s=150.0,
         )
     done = {line["step"]: line["at_s"] for line in lines if line["step"] != "progress"}
     print(done)
@@ -31,7 +32,7 @@ def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
     rms_m, worst_m, laps = circle_rms_m(sim.run_dir, LAT_DEG, LON_DEG, 20.0)
     print(f"radius error against truth: {rms_m:.3f} m RMS, {worst_m:.3f} m at most, {laps:.2f} laps")
     assert rms_m < 1.0
-    assert laps > 0.9
+    assert laps > 0.6
 
 
 def test_world_and_gateway_beside_a_separate_vessel(tmp_path: Path) -> None:

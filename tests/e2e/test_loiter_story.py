@@ -13,11 +13,15 @@ NO_GCS = ("--set", "operator.gcs_required=false")
 """In accelerated time a ground station's heartbeats are rare; that the vessel misses them is tested elsewhere."""
 
 
-def assert_circled(run_dir: Path) -> None:
+RADIO_LOITER_S = 60.0
+"""In real time: two thirds of a lap are enough to see it sailed."""
+
+
+def assert_circled(run_dir: Path, laps_at_least: float = 0.9) -> None:
     rms_m, worst_m, laps = circle_rms_m(run_dir, LAT_DEG, LON_DEG, RADIUS_M)
     print(f"radius error against truth: {rms_m:.3f} m RMS, {worst_m:.3f} m at most, {laps:.2f} laps")
     assert rms_m < BAR_RMS_M
-    assert laps > 0.9
+    assert laps > laps_at_least
 
 
 def steps(lines: list[dict[str, object]]) -> list[object]:
@@ -52,19 +56,23 @@ def test_mavproxy_over_tcp(tmp_path: Path) -> None:
 
 
 def test_mavsdk_through_the_radio(tmp_path: Path) -> None:
-    """MAVSDK opens the shore modem's serial port; the air carries 5.5 kbit/s, in real time."""
+    """MAVSDK opens the shore modem's serial port; the air carries 5.5 kbit/s, in real time.
+
+    Its timers are real: on a machine so busy that simulated time lags, half a second is less air, and the client presses again, as an
+    operator would. That it works at each phase of the timers and with losses is shown in virtual time (tests/scenario/test_radio_plain.py).
+    """
     with Sim(tmp_path / "run", 13, speed=1.0) as sim:
         lines = client(
             "mavsdk_loiter.py",
             f"serial://{sim.run_dir}/lora:9600",
             str(LAT_DEG),
             str(LON_DEG),
-            str(LOITER_S),
+            str(RADIO_LOITER_S),
             "ardurover",
-            limit_s=400.0,
+            limit_s=150.0,
         )
     assert {"uploaded", "armed", "started", "done"} <= set(steps(lines))
-    assert_circled(sim.run_dir)
+    assert_circled(sim.run_dir, laps_at_least=0.6)
 
 
 def test_the_qgc_like_client_over_udp(tmp_path: Path) -> None:
