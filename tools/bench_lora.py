@@ -9,13 +9,15 @@ import struct
 from typing import Any, Final
 
 from mavlink_bridge.codec import dialect, payload
+from mavlink_bridge.command_table import Context
 from mavlink_bridge.lora.command_codec import decode_command, encode_command, trimmed
 from mavlink_bridge.lora.frames import Direction, Kind, Opener, Sealer
 from mavlink_bridge.lora.ledger import HOUR_US
+from mavlink_bridge.lora.orders import meaning_of
 from mavlink_bridge.lora.plan_codec import check_of, decode_plan, encode_plan
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError
-from mavlink_bridge.requests import Arm, LoadPlan, Origin, PlanItem, PlanKind, RequestBody, Result, SetParameter
+from mavlink_bridge.requests import Arm, LoadPlan, Origin, PlanItem, PlanKind, Reply, RequestBody, Result, SetParameter
 from sitl.radio import RadioConfig
 from tools.lora_rig import KEY, Rig, profile
 
@@ -175,19 +177,26 @@ def soak(name: str, loss: float, hours: float, seed: int) -> dict[str, int]:
         if rig.now_us >= next_us:
             next_us += round(rng.expovariate(1.0 / mean_s) * 1e6)
             number += 1
-            body = _something(rng, number)
+            body, origin = _something(rng, number)
             asked[number] = body
-            rig.twin.submit(number, body, rig.now_us)
+            rig.twin.submit(number, body, rig.now_us, origin)
     rig.run(120.0)
     return _judge(rig, asked)
 
 
-def _something(rng: random.Random, number: int) -> RequestBody:
-    """A request that no other one of the run equals, so that executions can be counted."""
-    if rng.random() < 0.5:
-        x, y = 411_812_345 + number * 7, -86_987_654 + rng.randrange(1000)
-        return compiled((PlanItem(19, 3, float(100 + number % 500), 0.0, 40.0, 0.0, x, y, 0.0),))
-    return SetParameter("LOIT_RADIUS", float(number))
+def _something(rng: random.Random, number: int) -> tuple[RequestBody, Origin | None]:
+    """A plan, a parameter or a command that no other one of the run equals, so that executions can be counted."""
+    x, y = 411_812_345 + number * 7, -86_987_654 + rng.randrange(1000)
+    choice = rng.random()
+    if choice < 0.4:
+        return compiled((PlanItem(19, 3, float(100 + number % 500), 0.0, 40.0, 0.0, x, y, 0.0),)), None
+    if choice < 0.7:
+        return SetParameter("LOIT_RADIUS", float(number)), None
+    message = dialect.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, 1.5, 1.0, 0.0, NAN, x, y, NAN)
+    origin = Origin(message.get_msgId(), payload(message), (245, 190), home_item=True)
+    meant = meaning_of(origin, Context(True, 0, 0, None), (1, 1))
+    assert not isinstance(meant, Reply)
+    return meant, origin
 
 
 def _judge(rig: Rig, asked: dict[object, RequestBody]) -> dict[str, int]:
