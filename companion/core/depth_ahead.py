@@ -18,6 +18,7 @@ from companion.core.depth_input import Altitude, DepthInput
 from companion.core.depth_lost import LostBottom
 from companion.core.depth_memory import DepthMemory
 from companion.core.lookahead import (
+    Ahead,
     ClosingRate,
     PathAhead,
     Point,
@@ -219,20 +220,27 @@ class DepthAhead:
         floor_m, cell_m = config.min_altitude_m - config.datum_offset_m, memory.geometry.cell_m
         if not memory.shoals_near(state, reach_m + cell_m, floor_m):
             return look
-        plane = memory.plane(state, math.ceil(config.beam_m / cell_m))
+        around, exact = memory.plane(state, math.ceil(config.beam_m / cell_m)), memory.plane(state, 0)
         for way in _ways(state, path_ahead, reach_m, cell_m):
-            ahead = sample(plane, way, 0.0)
-            if ahead.least_m is None:
+            near = sample(around, way, 0.0)
+            if near.least_m is None:
                 continue
-            least_m = ahead.least_m + config.datum_offset_m
-            # Amid shoals, measured or remembered, no worse water ahead may bar the way out.
-            known = [
-                known_m for known_m in (altitude_m, _sum(ahead.here_m, config.datum_offset_m)) if known_m is not None
-            ]
-            here_m = min(known, default=math.inf)
-            leaving = here_m < config.min_altitude_m and least_m >= here_m - _NO_WORSE_M
-            look = self._known(look, least_m, "sounded before", stop=not leaving)
+            # The cells around each place err shallow; beside a shoal that must not bar every turn away from it, but what
+            # lies on the way itself does.
+            stop = not self._leaving(near, altitude_m) or not self._leaving(
+                sample(exact, way, config.beam_m), altitude_m
+            )
+            look = self._known(look, near.least_m + config.datum_offset_m, "sounded before", stop=stop)
         return look
+
+    def _leaving(self, ahead: Ahead, altitude_m: float | None) -> bool:
+        """Whether the way gets no worse than it is here, on a shoal that is measured or remembered."""
+        config = self._config
+        if ahead.least_m is None:
+            return True
+        here = (altitude_m, None if ahead.here_m is None else ahead.here_m + config.datum_offset_m)
+        here_m = min((known_m for known_m in here if known_m is not None), default=math.inf)
+        return here_m < config.min_altitude_m and ahead.least_m + config.datum_offset_m >= here_m - _NO_WORSE_M
 
     @staticmethod
     def _known(look: Look, least_m: float, source: str, *, stop: bool) -> Look:
@@ -271,7 +279,3 @@ def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, s
     if path and strays(state, path):
         ways.append(way_ahead(state, None, reach_m, step_m))
     return ways
-
-
-def _sum(value_m: float | None, offset_m: float) -> float | None:
-    return None if value_m is None else value_m + offset_m

@@ -11,6 +11,7 @@ from companion.io.depth_store import soundings_of
 from companion.io.store import MemoryStore, Store
 from companion.io.store_content import Entry, rows_of
 from mavlink_bridge.imc import GuardState, Mode
+from mavlink_bridge.requests import ManualInput
 
 KEEL_M = 0.35
 BANK = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=20")
@@ -82,19 +83,28 @@ def test_it_sails_laps_near_the_limit_without_being_stopped_by_its_own_soundings
     assert not any("Shallow" in text for text in trip.texts)
 
 
-def test_the_way_back_from_a_remembered_shoal_is_open_and_the_memory_can_be_switched_off(voyage):
+def test_the_operator_backs_off_a_remembered_shoal_and_sails_home_and_may_switch_the_memory_off(voyage):
+    """Stopped 5 m before the shoal there is no room to turn ahead; astern by hand there is."""
     store = MemoryStore()
     sail(voyage, store, *BANK, GENTLE, *GUARD_ONLY)
-    trip = voyage(*BANK, GENTLE, "depth.rate_look_ahead=false", seed=2, store=store)
+    trip = voyage(*BANK, GENTLE, seed=2, store=store)
     trip.sail(1.5, (200.0, 0.0))
     trip.until(lambda: trip.snapshot.mode is Mode.HOLD, 120.0)
     trip.run(10.0)
     stopped_m = trip.truth.north_m
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.run(20.0)
+    assert trip.truth.depth_m - KEEL_M >= 4.0, "the same order again is stopped again"
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.mode(Mode.MANUAL).reason == ""
+    for _ in range(20 * 12):
+        trip.world.app.submit(ManualInput(-0.6, 0.0, 255))
+        trip.step()
     trip.plan(1.5, (0.0, 0.0))
-    for _ in range(4):
-        assert trip.mode(Mode.AUTO).reason == ""
-        trip.run(25.0)
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.run(30.0)
     assert trip.truth.north_m < stopped_m - 20.0
+    assert trip.snapshot.mode is Mode.AUTO
     trip, least = sail(voyage, store, *BANK, GENTLE, "depth.rate_look_ahead=false", "depth.memory.enabled=false")
     assert least < 3.9
 

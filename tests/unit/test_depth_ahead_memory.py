@@ -46,6 +46,27 @@ def test_it_reaches_as_far_as_stopping_takes_and_a_cell(north_m, stop):
     assert look(remembered((north_m, 0.2, 2.0))).stop == stop
 
 
+def test_reaction_and_latency_are_part_of_the_reach():
+    """0.8 s at 2 m/s: cells 1.6 m farther than stopping alone would need."""
+    assert look(remembered((8.6, 0.2, 2.0)), at(speed_mps=2.0), stopping=2.3).stop
+    assert not look(remembered((8.6, 0.2, 2.0)), at(speed_mps=2.0), stopping=1.6).stop
+
+
+def test_a_wide_vessel_on_a_coarse_grid_looks_no_wider_than_it_is():
+    for east_m, stop in ((2.9, True), (8.5, False)):
+        assert look(remembered((7.5, east_m, 2.0), cell_m=2.0), beam_m=3.0).stop == stop
+
+
+def test_beside_a_shoal_only_its_own_place_bars_the_way():
+    """Stopped before a rock: another order to go over it is stopped again, one to turn away from it is not."""
+    rock = remembered((3.0, 0.3, 2.0), cell_m=2.0)
+    assert look(rock, at(speed_mps=0.6), altitude_m=6.0).stop
+    assert look(rock, at(speed_mps=1.0), path=[(0.0, 0.0), (9.0, 0.0)]).stop
+    assert not look(rock, at(speed_mps=0.4, course_rad=1.57)).stop
+    assert not look(rock, at(speed_mps=0.4), path=[(0.0, 0.0), (-9.0, 0.0)]).stop
+    assert not look(rock, at(north_m=-9.0, speed_mps=1.0)).stop
+
+
 def test_a_slower_vessel_looks_less_far_and_one_without_a_speed_looks_at_itself():
     memory = remembered((6.5, 0.2, 2.0))
     assert look(memory, at(speed_mps=2.0)).stop
@@ -96,7 +117,7 @@ def test_amid_shoals_only_worse_water_stops_it(here_m, ahead_m, altitude_m, stop
     """Altitudes; here by the memory, measured, or both."""
     shoals = [(4.5, 0.2, ahead_m + KEEL_M)]
     if here_m is not None:
-        shoals.append((0.2, 0.2, here_m + KEEL_M))
+        shoals.append((0.0, 0.0, here_m + KEEL_M))
     assert look(remembered(*shoals), altitude_m=altitude_m).stop == stop
 
 
