@@ -237,8 +237,8 @@ class Endpoint:
         return self._speaker.compose(number)
 
     def component_metadata(self) -> Any:
-        """COMPONENT_METADATA with the CRC of what FTP serves here."""
-        return metadata.component_metadata(self._table, self._now_us)
+        """COMPONENT_METADATA with the CRC of what FTP serves here; None on a slow link, which must not carry files."""
+        return None if self._is_slow else metadata.component_metadata(self._table, self._now_us)
 
     def _seal(self, item: Packed) -> bytes:
         frame = self.codec.seal(item.message_id, item.payload)

@@ -69,6 +69,7 @@ class SlowOutbox(Outbox):
         self._arrives_us: OrderedDict[Packed, int] = OrderedDict()
         self._streams: dict[object, Packed] = {}
         self._lists: deque[Bulk] = deque()
+        self._list_head: Packed | None = None
 
     # ---- in -----------------------------------------------------------------------------------------------------
 
@@ -144,7 +145,24 @@ class SlowOutbox(Outbox):
     @property
     def news_wait(self) -> bool:
         """Whether anything but replies and HEARTBEAT waits."""
-        return bool(self._held or self._news or self._streams or self._lists or self._is_due)
+        return bool(self._held or self._news or self._streams or self._is_due)
+
+    def next_of_list(self, now_us: int) -> Packed | None:
+        """The next message of a list that somebody asked for, which ``take_of_list`` will return; lists take turns."""
+        while self._list_head is None and self._lists:
+            self._list_head = self._lists[0](now_us)
+            if self._list_head is None:
+                self._lists.popleft()
+            else:
+                self._lists.rotate(-1)
+        return self._list_head
+
+    def take_of_list(self) -> bytes:
+        """Its frame."""
+        packed, self._list_head = self._list_head, None
+        data = b"" if packed is None else self._frame(packed)
+        self.sent_bytes += len(data)
+        return data
 
     @property
     def _is_due(self) -> bool:
@@ -219,15 +237,7 @@ class SlowOutbox(Outbox):
             if news.message_id == _REACHED:
                 self._say_again(news, _REACHED_TIMES, now_us)
             return news
-        if self._streams:
-            return self._streams.pop(next(iter(self._streams)))
-        while self._lists:
-            packed = self._lists[0](now_us)
-            if packed is not None:
-                self._lists.rotate(-1)
-                return packed
-            self._lists.popleft()
-        return None
+        return self._streams.pop(next(iter(self._streams))) if self._streams else None
 
     def _say_again(self, packed: Packed, times: int, now_us: int) -> None:
         if times > 1:
@@ -235,7 +245,10 @@ class SlowOutbox(Outbox):
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """All of it in order of importance, for a caller without manners of its own."""
-        return self.take_replies(now_us, limit_bytes) or self.take_beat() or self.take_news(now_us, limit_bytes)
+        data = self.take_replies(now_us, limit_bytes) or self.take_beat()
+        if not data and self.next_of_list(now_us) is not None:
+            data = self.take_of_list()
+        return data or self.take_news(now_us, limit_bytes)
 
 
 def _key(packed: Packed) -> Key:

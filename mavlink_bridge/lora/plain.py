@@ -146,7 +146,7 @@ class PlainRadio:
             return b""
         if self.outbox.replies_wait:
             return self._a_reply(now_us)
-        return self._a_beat(now_us) or self._some_news(now_us)
+        return self._a_beat(now_us) or self._a_list_item(now_us) or self._some_news(now_us)
 
     # ---- what goes out ------------------------------------------------------------------------------------------
 
@@ -213,8 +213,15 @@ class PlainRadio:
         stretch = min(max((used - 0.35) / 0.2, 0.0), 1.0)
         return min(round(least_us + stretch * (_LONGEST_BEAT_US - least_us)), _LONGEST_BEAT_US)
 
+    def _a_list_item(self, now_us: int) -> bytes:
+        """A piece of a long answer (parameters, files): the station waits for it in silence."""
+        packed = self.outbox.next_of_list(now_us)
+        if packed is None or not self._may(len(packed.payload) + self.outbox.overhead_bytes, Priority.BULK, now_us):
+            return b""
+        return self._sent(self.outbox.take_of_list(), now_us)
+
     def _some_news(self, now_us: int) -> bytes:
-        """Streams, texts and lists, while nobody is in a dialogue with the vessel."""
+        """Streams and texts, while nobody is in a dialogue with the vessel."""
         if not self.outbox.news_wait or now_us < self._news_from_us or self._in_dialogue(now_us):
             return b""
         room = self.profile.max_frame_bytes

@@ -17,6 +17,7 @@ from mavlink_bridge.requests import Arm, LoadPlan, PlanKind, StartPlan
 from tests.fake_vessel import FakeVessel, Station
 from tests.mavsdk_like import MavsdkLike
 from tests.plain_rig import PLAN, PlainRig
+from tests.qgc_client import QgcClient
 
 
 def story(seed, *, limit_s=120.0, **radio):
@@ -129,3 +130,26 @@ def test_a_stop_is_acknowledged_from_the_reserve():
         rig.run(3.0)
     assert [message.command for message in station.all("COMMAND_ACK")] == [400]
     assert not rig.vessel.armed
+
+
+@pytest.mark.parametrize(("phy", "seed"), [("SF7", 0), ("SF7", 2), ("SF8", 1)])
+def test_qgroundcontrol_connects_and_uploads(phy, seed):
+    """Its connect asks for everything first; a hundred parameters at 5.5 kbit/s are most of it."""
+    client = QgcClient()
+    rig = PlainRig(client, phy=phy, seed=seed)
+    client.then(client.upload(0, PLAN))
+    while rig.now_us < 120e6 and not rig.vessel.plans.plan_id(PlanKind.MISSION):
+        rig.step()
+    print(f"{phy}: plan aboard after {rig.now_us * 1e-6:.0f} s, {len(client.report.params)} parameters")
+    assert rig.vessel.plans.plan_id(PlanKind.MISSION)
+    while not client.idle and rig.now_us < 180e6:
+        rig.step()
+    for command, params in ((400, (1.0,)), (300, (0.0, 0.0))):
+        results = []
+        while 0 not in results and len(results) < 6:
+            client.start(client.command(command, *params))
+            while not client.idle:
+                rig.step()
+            results.append(client.result)
+        assert 0 in results
+    assert rig.vessel.mode is Mode.AUTO
