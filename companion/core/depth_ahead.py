@@ -42,6 +42,9 @@ _LEAK_MPS: Final = 0.03
 """So fast is a wait forgotten while no stop is asked for."""
 _BLIND_WARN: Final = 3.0
 """Without a sounder the limit counts as near this many times earlier than it is told of otherwise."""
+_REST: Final = 3
+_REST_S: Final = 0.3
+"""Looks, and at most how long they take at 10 Hz, for which clear water around is taken as still clear."""
 _NO_WORSE_M: Final = 0.1
 """Two soundings that differ by this may be of the same water."""
 
@@ -75,6 +78,8 @@ class DepthAhead:
         self._lost = LostBottom()
         self._good_track: deque[Point] = deque(maxlen=200)
         self._stopping = self._warned = self._blind = False
+        self._rest = 0
+        """Looks that the memory need not be asked for: it has just said that all around is clear."""
         self._looked_us = 0
         self._waited_m = 0.0
         """Water that waiting for a stop to be confirmed has cost."""
@@ -113,13 +118,33 @@ class DepthAhead:
             return look
         if config.rate_look_ahead:
             look = self._by_sounder(look, now_us, state.sog_mps or 0.0, altitude_m, source, stopping_distance_fn)
-        if config.map_look_ahead and (self.map is not None or self._memory is not None):
-            speed_mps = state.sog_mps or 0.0
-            reach_m = stopping_distance_fn(speed_mps) + (config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
-            if self._memory is not None:
-                look = self._by_memory(look, self._memory, state, altitude_m, path_ahead, reach_m)
-            if self.map is not None:
-                look = self._by_map(look, self.map, state, path_ahead, reach_m)
+        if config.map_look_ahead:
+            look = self._by_place(look, state, altitude_m, path_ahead, stopping_distance_fn)
+        return look
+
+    def _by_place(
+        self,
+        look: Look,
+        state: EstimatedState,
+        altitude_m: float | None,
+        path_ahead: PathAhead | None,
+        stopping_distance_fn: StoppingDistance,
+    ) -> Look:
+        """By chart and memory. In clear water the memory is asked at every fourth look only."""
+        memory = self._memory
+        self._rest -= 1
+        if self.map is None and (memory is None or self._rest >= 0):
+            return look
+        speed_mps = state.sog_mps or 0.0
+        reach_m = stopping_distance_fn(speed_mps) + (self._config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
+        if memory is not None:
+            cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._config.datum_offset_m
+            if memory.shoals_near(state, reach_m + cell_m + _REST_S * speed_mps, floor_m):
+                look = self._by_memory(look, memory, state, altitude_m, path_ahead, reach_m)
+            else:
+                self._rest = _REST
+        if self.map is not None:
+            look = self._by_map(look, self.map, state, path_ahead, reach_m)
         return look
 
     def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
@@ -216,10 +241,7 @@ class DepthAhead:
         path_ahead: PathAhead | None,
         reach_m: float,
     ) -> Look:
-        config = self._config
-        floor_m, cell_m = config.min_altitude_m - config.datum_offset_m, memory.geometry.cell_m
-        if not memory.shoals_near(state, reach_m + cell_m, floor_m):
-            return look
+        config, cell_m = self._config, memory.geometry.cell_m
         around, exact = memory.plane(state, math.ceil(config.beam_m / cell_m)), memory.plane(state, 0)
         for way in _ways(state, path_ahead, reach_m, cell_m):
             near = sample(around, way, 0.0)
