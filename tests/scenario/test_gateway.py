@@ -14,6 +14,7 @@ from companion.io.store_content import SaveValue
 from companion.settings import ConfigError, EndpointSettings, SecurityConfig
 from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.lora.shore_memory import Picture, read, write
+from mavlink_bridge.mission_wire import item_to_message
 from mavlink_bridge.requests import PlanItem, PlanKind
 from mavlink_bridge.signing import Signer, SigningState
 from sitl.gateway import simulation_key
@@ -125,6 +126,27 @@ def test_a_damaged_memory_is_forgotten():
     assert read("{") is None
     assert read('{"plans":["00"],"unsure":[],"params":{},"home":null,"state":null,"utc":0}') is None
     assert read("[]") is None
+
+
+def test_the_vessel_has_the_very_items_that_the_station_sent(tmp_path):
+    """Odd values, NaN, commands without a place: a download would bring the very bytes (``current`` marks the first item)."""
+    shore = Shore(tmp_path, persona="generic")
+    shore.run(60.0)
+    nan = float("nan")
+    sent = [
+        (2, 178, 1, 1, 1.0, 1.2345678, -1.0, 0.0, 0, 0, 0.0),
+        (6, 16, 0, 1, 0.0, 2.7, nan, nan, 411_851_234, -87_061_111, -0.0),
+        (3, 19, 0, 1, 61.25, 0.0, -20.125, 1.0, 411_852_001, -87_060_003, 7.3),
+        (2, 177, 0, 1, 1.0, 2.0, 0.0, 0.0, 0, 0, 0.0),
+    ]
+    assert upload(shore, *sent, seconds=20.0) == 0
+    codec = Codec(1, 1)
+    had = shore.sim.app.facade.plans.items(PlanKind.MISSION)
+    back = [codec.encode(item_to_message(item, seq, 1, 1, PlanKind.MISSION))[10:] for seq, item in enumerate(had)]
+    codec = Codec(1, 1)
+    for seq, (frame, command, current, auto, *rest) in enumerate(sent):
+        message = dialect.MAVLink_mission_item_int_message(1, 1, seq, frame, command, current, auto, *rest, 0)
+        assert codec.encode(message)[10:] == back[seq]
 
 
 def test_a_one_item_plan_is_never_called_uploaded_too_soon(tmp_path):
