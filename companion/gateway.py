@@ -274,6 +274,8 @@ class Gateway:
         self._was_fresh = fresh
         stale_s = self.profile.link.stale_after_s
         text = "Radio: the vessel is heard" if fresh else f"Radio: nothing from the vessel for {stale_s:.0f} s"
+        if fresh and self.twin.link.heard_us is None:
+            text = f"Radio: started anew; the vessel was heard {self.twin.age_s(self._now_us) or 0.0:.0f} s ago"
         log.warning(text)
         self._say(5 if fresh else 4, text)
 
