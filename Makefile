@@ -5,7 +5,7 @@ PY := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
 PYTHON ?= python3
 PYTEST_ARGS ?=
-PYTEST := $(PY) -m pytest -n 2 --dist loadgroup
+PYTEST := $(PY) -m pytest --dist loadgroup
 NONE_CHOSEN := 5
 
 .PHONY: help setup sim test check bench bench-compare soak fuzz docs lock clean
@@ -23,9 +23,9 @@ sim: $(STAMP) ## run the simulated vessel with all its links
 
 test: $(STAMP) ## the whole test suite (what CI runs)
 	@echo "tests in virtual time ..."
-	@$(PYTEST) -m "not soak and not e2e" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
+	@$(PYTEST) -n 2 -m "not soak and not e2e" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
 	@echo "tests on the real clock, with the machine to themselves ..."
-	@$(PYTEST) -m "e2e and not soak" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
+	@$(PYTEST) -n 3 -m "e2e and not soak" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
 
 check: $(STAMP) ## format, lint, types, import rules
 	@echo "format ..."  && $(VENV)/bin/ruff format --check .

@@ -22,12 +22,23 @@ LAT_DEG, LON_DEG = 41.1852, -8.7060
 """A loiter centre some 27 m from the default start, in deep water."""
 
 
+def free_instance(wanted: int) -> int:
+    """Return the wanted instance number, or one further on when a forgotten program sits on its ports."""
+    for instance in range(wanted, wanted + 300, 50):
+        with socket.socket() as nmea, socket.socket() as gcs:
+            if all(
+                probe.connect_ex(("127.0.0.1", base + 10 * instance)) for probe, base in ((nmea, 3000), (gcs, 5760))
+            ):
+                return instance
+    raise AssertionError(f"no free ports from instance {wanted} on")
+
+
 class Sim:
     """``companion sim`` in the background; ends with SIGINT."""
 
     def __init__(self, run_dir: Path, instance: int, speed: float = 8.0, arguments: Sequence[str] = ()) -> None:
         self.run_dir = run_dir
-        self.instance = instance
+        self.instance = instance = free_instance(instance)
         self.log = run_dir.with_suffix(".log")
         words = [
             "sim",
