@@ -23,10 +23,15 @@ from companion.io.notify import Notifier
 
 PUMP_PAUSE_US: Final = 500
 """At least so long between two pumps: a flood of small reads must not take the whole processor."""
-SETTLE_US: Final = 3_000
-"""Where the grid wants its ticks: this long after the last byte of the sensor's burst."""
+SETTLE_US: Final = 8_000
+"""Where the grid wants its ticks: this long after the last byte of the sensor's burst, which a slow computer needs to decode it."""
 SLEW_US: Final = 500
-"""The most that one period is longer or shorter for it."""
+"""The most that one period is longer or shorter for it; only the first burst moves the grid at once."""
+TIDY_TICKS: Final = 20
+TIDY_NEEDS_US: Final = 10_000
+"""The garbage collector works right after every 20th tick when so much time is left, and never in between."""
+_TIDY_ANYWAY: Final = 1_000
+"""Every so many ticks all of it is looked through, come what may."""
 _LATE_KEPT: Final = 2_000
 
 log = logging.getLogger(__name__)
@@ -116,6 +121,8 @@ def run(
     status = 0
     gc.collect()
     gc.freeze()
+    if type(clock) is not ManualClock:
+        gc.disable()
     try:
         _turn(app, clock, stop, period_us, stats, notifier, until_us)
     except Exception:
@@ -128,6 +135,7 @@ def run(
         except Exception:
             log.exception("the shutdown was not clean")
             status = 1
+        gc.enable()
         gc.unfreeze()
     return status
 
@@ -143,6 +151,7 @@ def _turn(
 ) -> None:
     due_us = clock.now_us()
     fed_us = due_us
+    placed = False
     notifier.send("READY=1")
     while not stop.raised and (until_us is None or due_us < until_us):
         if getattr(app, "stop_wanted", False):
@@ -157,7 +166,9 @@ def _turn(
         stats.ticks += 1
         stats.load = (ended_us - now_us) / period_us
         stats.overruns += ended_us - now_us > period_us
-        due_us += period_us + _slide_us(app, due_us, period_us)
+        slide_us = _slide_us(app, due_us, period_us)
+        due_us += period_us + (max(-SLEW_US, min(SLEW_US, slide_us)) if placed else slide_us)
+        placed = placed or slide_us != 0
         missed = max(0, (ended_us - due_us) // period_us)
         stats.skipped += missed
         due_us += missed * period_us
@@ -167,12 +178,11 @@ def _turn(
 
 
 def _slide_us(app: LoopApp, due_us: int, period_us: int) -> int:
-    """How much longer the next period is, us, so that ticks follow the sensor's bursts (``sensed_us`` of the app)."""
+    """How much later the grid ought to be, us, for ticks to follow the sensor's bursts (``sensed_us`` of the app)."""
     sensed_us: int | None = getattr(app, "sensed_us", None)
     if sensed_us is None or sensed_us <= due_us - period_us:
         return 0
-    error_us = (sensed_us + SETTLE_US - due_us + period_us // 2) % period_us - period_us // 2
-    return max(-SLEW_US, min(SLEW_US, error_us))
+    return (sensed_us + SETTLE_US - due_us + period_us // 2) % period_us - period_us // 2
 
 
 def _steering(app: LoopApp) -> bool:
@@ -184,6 +194,8 @@ def _wait(app: LoopApp, clock: Clock, stop: StopFlag, stats: LoopStats, due_us: 
     if type(clock) is ManualClock:  # in virtual time nothing arrives while one waits
         clock.sleep_until_us(due_us)
         return
+    if stats.ticks % TIDY_TICKS == 0 and (due_us - clock.now_us() > TIDY_NEEDS_US or stats.ticks % _TIDY_ANYWAY == 0):
+        gc.collect(1 if stats.ticks % _TIDY_ANYWAY else 2)
     while not stop.raised:
         filenos = [fileno for link in app.links for fileno in link.filenos()]
         if not clock.sleep_until_us(due_us, filenos):

@@ -39,8 +39,8 @@ def test_ticks_sit_on_the_grid():
 
 
 @pytest.mark.parametrize("phase_us", range(0, 100_000, 7_000))
-def test_ticks_slide_to_just_after_the_sensor_has_spoken(phase_us):
-    """A sensor at 10 Hz, its clock a little wrong: what it says waits 3 ms for the tick, and no period is 1 % off."""
+def test_ticks_follow_the_sensor(phase_us):
+    """A sensor at 10 Hz, its clock a little wrong: what it says waits 8 ms for the tick, and only the first period is more than 1 % off."""
     clock = ManualClock()
     app = App(clock)
     original = app.tick
@@ -53,9 +53,10 @@ def test_ticks_slide_to_just_after_the_sensor_has_spoken(phase_us):
     app.tick = tick
     run(app, clock, StopFlag(), until_us=30_000_000)
     periods = [after - before for before, after in itertools.pairwise(app.ticks)]
-    assert all(abs(period - 50_000) <= 500 for period in periods)
-    waits = [min(at - said for at in app.ticks if at >= said) for said in spoken_us if 15_000_000 < said < 29_000_000]
-    assert max(waits) <= 3_500
+    assert sum(abs(period - 50_000) > 500 for period in periods) <= 1  # the first burst places the grid
+    assert all(25_000 <= period <= 75_000 for period in periods)
+    waits = [min(at - said for at in app.ticks if at >= said) for said in spoken_us if 1_000_000 < said < 29_000_000]
+    assert max(waits) <= 8_500
 
 
 def test_a_short_tick_shifts_nothing():
