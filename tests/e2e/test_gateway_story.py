@@ -10,12 +10,14 @@ from pymavlink import mavutil
 
 from tests.e2e.sim import BIN, LAT_DEG, LON_DEG, REPO, Sim, circle_rms_m, client
 
+GATEWAY_INSTANCE = 70
+"""The gateway of instance N serves the port on which instance N + 1 speaks to its ground station: no neighbours here."""
 LOITER_S = 60.0
 """In real time: two thirds of a lap are enough to see it sailed."""
 
 
 def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
-    with Sim(tmp_path / "run", 14, speed=1.0, arguments=("--gateway",)) as sim:
+    with Sim(tmp_path / "run", GATEWAY_INSTANCE, speed=1.0, arguments=("--gateway",)) as sim:
         lines = client(
             "mavsdk_loiter.py",
             f"udpin://0.0.0.0:{sim.port(14560)}",
@@ -37,7 +39,7 @@ def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
 
 def test_world_and_gateway_beside_a_separate_vessel(tmp_path: Path) -> None:
     """``companion sim --world-only --gateway`` says what the vessel needs, and with that the two hear each other."""
-    instance, run_dir = 19, tmp_path / "run"
+    instance, run_dir = GATEWAY_INSTANCE + 2, tmp_path / "run"
     words = ["sim", "--world-only", "--gateway", "--instance", str(instance), "--run-dir", str(run_dir)]
     with subprocess.Popen([BIN / "companion", *words], stdout=subprocess.PIPE, text=True, cwd=REPO) as world:
         assert world.stdout is not None
