@@ -39,7 +39,7 @@ def test_mavsdk_through_the_gateway(tmp_path: Path) -> None:
 
 def test_world_and_gateway_beside_a_separate_vessel(tmp_path: Path) -> None:
     """``companion sim --world-only --gateway`` says what the vessel needs, and with that the two hear each other."""
-    instance, run_dir = GATEWAY_INSTANCE + 2, tmp_path / "run"
+    instance, run_dir = GATEWAY_INSTANCE + 5, tmp_path / "run"
     words = ["sim", "--world-only", "--gateway", "--instance", str(instance), "--run-dir", str(run_dir)]
     with subprocess.Popen([BIN / "companion", *words], stdout=subprocess.PIPE, text=True, cwd=REPO) as world:
         assert world.stdout is not None

@@ -33,7 +33,7 @@ def sails(run_dir: Path) -> bool:
 
 def test_a_plan_echoed_into_the_port_starts_a_loiter(tmp_path: Path) -> None:
     words = ("--set", "radio.protocol=json", "--set", "operator.gcs_required=false")
-    with Sim(tmp_path / "run", instance=46, speed=1.0, arguments=words) as sim:
+    with Sim(tmp_path / "run", instance=90, speed=1.0, arguments=words) as sim:
         echo = f"echo {shlex.quote(json.dumps(PLAN))} > {shlex.quote(str(sim.run_dir / 'lora'))}"
         deadline, again = time.monotonic() + 60.0, 0.0
         while not sails(sim.run_dir) and time.monotonic() < deadline:

@@ -67,7 +67,7 @@ def test_the_seeds_json_goes_through_the_radio_port_and_is_answered(tmp_path: Pa
     made = plan("make", seed, f"{LAT_DEG},{LON_DEG}", "--radius", 20, "--duration", 60, "--speed", 1.5)
     assert made.returncode == 0, made.stderr
     words = ("--set", "radio.protocol=json", "--set", "operator.gcs_required=false")
-    with Sim(tmp_path / "run", instance=47, speed=1.0, arguments=words) as sim:
+    with Sim(tmp_path / "run", instance=93, speed=1.0, arguments=words) as sim:
         sent = plan("send-json", seed, sim.run_dir / "lora", "--wait", 40)
     assert sent.returncode == 0, sent.stdout + sent.stderr
     assert '"result":"accepted"' in sent.stdout
