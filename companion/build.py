@@ -79,18 +79,9 @@ def build_app(
     kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
-        archive = recording.archive(
-            archive
-            or LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
-        )
-        recording.start(
-            {
-                **(about or {}),
-                "settings": settings.model_dump(mode="json"),
-                "vessel": vessel.model_dump(mode="json"),
-                "identity": dataclasses.asdict(identity),
-            }
-        )
+        own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
+        archive = recording.archive(archive or own)
+        recording.start({**(about or {}), **_header(settings, vessel, identity)})
     app = App(settings, vessel, sensors, actuators, kept, identity)
     app.recorder = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
@@ -102,6 +93,15 @@ def build_app(
     if plotter is not None:
         app.plotter = PlotterPort(plotter)
     return app
+
+
+def _header(settings: Settings, vessel: VesselConfig, identity: Identity) -> dict[str, Any]:
+    """What a replay builds the same app from."""
+    return {
+        "settings": settings.model_dump(mode="json"),
+        "vessel": vessel.model_dump(mode="json"),
+        "identity": dataclasses.asdict(identity),
+    }
 
 
 def _nmea(settings: Settings, item: SensorConfig) -> NmeaConfig:

@@ -44,6 +44,10 @@ class Order:
     act: Act
     reply: Reply | None = None
 
+    def answered(self, reply: Reply) -> None:
+        """Take the vessel's answer."""
+        self.reply = reply
+
     def finding(self) -> Finding | None:
         """None when all went as the scenario says."""
         wanted = self.act.refused
@@ -94,7 +98,7 @@ class Actor:
         for body in bodies:
             order = Order(act)
             self.orders.append(order)
-            self._world.app.submit(body, lambda reply, order=order: setattr(order, "reply", reply))  # type: ignore[misc]
+            self._world.app.submit(body, order.answered)
 
     # ---- faults -------------------------------------------------------------------------------------------------
 

@@ -24,7 +24,7 @@ from mavlink_bridge.requests import LoadPlan
 from .autostart import PlanError, read_plan_file
 from .radio import RadioConfig
 from .scenario_expect import Expect
-from .scenario_plan import Place, PlanText, compile_plan
+from .scenario_plan import LoiterPlace, Place, PlanText, compile_plan
 from .sensor_config import SensorFaults
 from .settings import SimSettings
 from .water import WaterConfig
@@ -61,16 +61,10 @@ class GotoAct(Place):
     radius_m: float | None = Field(None, gt=0)
 
 
-class OrbitAct(Place):
+class OrbitAct(LoiterPlace):
     """Loiter at once."""
 
-    kind: Literal["circular", "racetrack", "figure_eight", "hover"] = "circular"
-    radius_m: float | None = Field(None, gt=0)
-    length_m: float | None = Field(None, gt=0)
-    bearing_deg: float | None = None
-    direction: Literal["cw", "ccw", "into_drift", "vessel"] = "cw"
     speed_mps: float | None = Field(None, gt=0, le=20)
-    turns: float | None = Field(None, gt=0)
 
 
 class Sticks(Config):

@@ -55,16 +55,21 @@ class GotoText(Place):
     acceptance_m: float | None = Field(None, gt=0)
 
 
-class LoiterText(Place):
-    """A loiter; with neither duration nor turns it is unlimited."""
+class LoiterPlace(Place):
+    """A loiter's figure at its place."""
 
     kind: Literal["circular", "racetrack", "figure_eight", "hover"] = "circular"
     radius_m: float | None = Field(None, gt=0)
     length_m: float | None = Field(None, gt=0)
     bearing_deg: float | None = None
     direction: Literal["cw", "ccw", "into_drift", "vessel"] = "cw"
-    duration_s: float | None = Field(None, gt=0)
     turns: float | None = Field(None, gt=0)
+
+
+class LoiterText(LoiterPlace):
+    """A loiter; with neither duration nor turns it is unlimited."""
+
+    duration_s: float | None = Field(None, gt=0)
 
 
 class ItemText(Config):

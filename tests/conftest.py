@@ -28,6 +28,15 @@ def shared_data() -> Path:
     return SHARED_DATA
 
 
+@pytest.fixture(scope="session")
+def leixoes(shared_data: Path) -> Path:
+    """Soundings of the harbour of Leixões, DUNE-style; tests that use them skip when they are absent."""
+    path = shared_data / "bathymetry" / "leixoes_apdl_bathymetry.ini"
+    if not path.is_file():
+        pytest.skip(f"no {path.name} among the recorded data")
+    return path
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-expected", action="store_true", help="accept what tests/replay finds as the expectation")
 

@@ -48,3 +48,15 @@ LOITER_PLAN = qgc_plan(
     ]
 )
 """1.5 m/s, then 100 s around a circle of 20 m."""
+
+SEED_LOITER = {
+    "ID": "loiter-1",
+    "Latitude": LAT_DEG,
+    "Longitude": LON_DEG,
+    "Duration": 60,
+    "Loiter type": "Circular",
+    "Speed": 3.0,
+    "Length": 0,
+    "Radius": 20,
+}
+"""A plan as the seed's Lora_serial task took it."""

@@ -10,9 +10,8 @@ import serial
 from companion.io.link import Closed, LinkEvent, Opened, Received
 from companion.io.link_stream import READ_LIMIT, Backoff
 from companion.io.link_url import LinkUrl
+from companion.io.serial_line import serial_line
 
-PARITIES = {"n": "N", "e": "E", "o": "O", "none": "N", "even": "E", "odd": "O"}
-STOP_BITS = {"1": "1", "2": "2"}
 _WRITE_S = 1.0
 
 
@@ -32,17 +31,11 @@ class ComLink:
 
     @classmethod
     def check(cls, url: LinkUrl) -> None:
-        cls._arguments(url)
+        serial_line(url)
 
     @classmethod
     def from_url(cls, name: str, url: LinkUrl) -> Self:
-        return cls(name, *cls._arguments(url))
-
-    @staticmethod
-    def _arguments(url: LinkUrl) -> tuple[str, int, str, int]:
-        url.allow("baud", "parity", "stop", "silence")
-        baud = int(url.number("baud", 115200, 50, 4_000_000))
-        return url.path(), baud, url.choice("parity", "N", PARITIES), int(url.choice("stop", "1", STOP_BITS))
+        return cls(name, *serial_line(url))
 
     def poll(self, now_us: int) -> list[LinkEvent]:
         if self._shut:

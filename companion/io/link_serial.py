@@ -19,9 +19,8 @@ import serial
 
 from companion.io.link_stream import StreamLink
 from companion.io.link_url import LinkUrl
+from companion.io.serial_line import serial_line
 
-PARITIES: Final = {"n": "N", "e": "E", "o": "O", "none": "N", "even": "E", "odd": "O"}
-STOP_BITS: Final = {"1": "1", "2": "2"}
 _WATCH_US: Final = 500_000
 
 
@@ -50,14 +49,7 @@ class SerialLink(StreamLink):
 
     @staticmethod
     def _arguments(url: LinkUrl) -> tuple[str, int, str, int, float]:
-        url.allow("baud", "parity", "stop", "silence")
-        return (
-            url.path(),
-            int(url.number("baud", 115200, 50, 4_000_000)),
-            url.choice("parity", "N", PARITIES),
-            int(url.choice("stop", "1", STOP_BITS)),
-            url.number("silence", 0.0, 0.0, 3600.0),
-        )
+        return *serial_line(url), url.number("silence", 0.0, 0.0, 3600.0)
 
     def _device(self) -> int | None:
         try:

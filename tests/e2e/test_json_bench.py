@@ -9,18 +9,8 @@ import subprocess
 import time
 from pathlib import Path
 
-from tests.e2e.sim import LAT_DEG, LON_DEG, Sim
-
-PLAN = {
-    "ID": "bench",
-    "Latitude": LAT_DEG,
-    "Longitude": LON_DEG,
-    "Duration": 60,
-    "Loiter type": "Circular",
-    "Speed": 3.0,
-    "Length": 0,
-    "Radius": 20,
-}
+from tests.e2e.sim import Sim
+from tests.plans import SEED_LOITER
 
 
 def sails(run_dir: Path) -> bool:
@@ -34,7 +24,7 @@ def sails(run_dir: Path) -> bool:
 def test_a_plan_echoed_into_the_port_starts_a_loiter(tmp_path: Path) -> None:
     words = ("--set", "radio.protocol=json", "--set", "operator.gcs_required=false")
     with Sim(tmp_path / "run", instance=90, speed=1.0, arguments=words) as sim:
-        echo = f"echo {shlex.quote(json.dumps(PLAN))} > {shlex.quote(str(sim.run_dir / 'lora'))}"
+        echo = f"echo {shlex.quote(json.dumps(SEED_LOITER))} > {shlex.quote(str(sim.run_dir / 'lora'))}"
         deadline, again = time.monotonic() + 60.0, 0.0
         while not sails(sim.run_dir) and time.monotonic() < deadline:
             if time.monotonic() >= again:

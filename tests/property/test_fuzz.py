@@ -26,10 +26,10 @@ def test_every_other_decoder_refuses_what_is_wrong_and_raises_nothing_else():
 @pytest.mark.parametrize("target", targets(), ids=lambda target: target.name)
 def test_what_coverage_guided_fuzzing_has_kept_breaks_nothing(target):
     """The corpus of ``tools.fuzz_guided``: inputs that once broke something, and those that reach the most."""
-    for seed in target.seeds:
-        target.play(seed)
-    for kept in sorted((GUIDED / target.name).iterdir()) if (GUIDED / target.name).is_dir() else ():
-        target.play(kept.read_bytes())
+    kept = [path.read_bytes() for path in sorted((GUIDED / target.name).glob("*"))]
+    assert [*target.seeds, *kept]
+    for blob in (*target.seeds, *kept):
+        target.play(blob)
 
 
 @pytest.mark.soak

@@ -1,6 +1,5 @@
 """COMMAND_LONG and COMMAND_INT come out of the air with the very bytes that went in, whatever they hold."""
 
-import contextlib
 import struct
 
 import pytest
@@ -83,7 +82,9 @@ def test_it_never_takes_more_than_the_raw_escape_and_fits_a_frame(origin):
 def test_noise_is_refused_or_a_command_never_an_exception(data):
     context = Context(True, 2, 0, 0.5)
     with contextlib.suppress(BitsError):
-        meaning_of(decode_command(data, VESSEL), context, VESSEL)
+        origin = decode_command(data, VESSEL)
+        assert is_command(data)
+        meaning_of(origin, context, VESSEL)
 
 
 def long(command, *params, source=(255, 190), target=VESSEL):

@@ -14,18 +14,9 @@ from companion.core.soundings import dune_reference, parse_dune
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.requests import Arm, GuidedHeading, Reposition
 
-FILE = "leixoes_apdl_bathymetry.ini"
 KEEL_M = 0.35
 START = (2400.0, -1000.0)
 """North and east of the file's reference, m: about 10 m of water."""
-
-
-@pytest.fixture
-def harbour(shared_data):
-    path = shared_data / "bathymetry" / FILE
-    if not path.is_file():
-        pytest.skip(f"no {FILE}")
-    return path
 
 
 def overrides(path, start, *, chart=True):
@@ -40,8 +31,8 @@ def overrides(path, start, *, chart=True):
     return (*found, f"depth.map.file={path}") if chart else tuple(found)
 
 
-def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, harbour):
-    trip = voyage(*overrides(harbour, START))
+def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, leixoes):
+    trip = voyage(*overrides(leixoes, START))
     good = trip.plan(1.5, (60.0, 0.0), (60.0, 200.0))
     assert good.reason == ""
     reply = trip.plan(1.5, (0.0, 200.0), (40.0, 300.0), (60.0, 560.0), (0.0, 0.0))
@@ -50,8 +41,8 @@ def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, harbour)
     assert len(trip.world.app.vehicle.mission.plan.maneuvers) == 3, "the old plan is kept"
 
 
-def test_a_guided_target_in_the_shallows_is_refused(voyage, harbour):
-    trip = voyage(*overrides(harbour, START))
+def test_a_guided_target_in_the_shallows_is_refused(voyage, leixoes):
+    trip = voyage(*overrides(leixoes, START))
     assert trip.ask(Arm(arm=True)).reason == ""
     for east_m, refused in ((520.0, True), (100.0, False)):
         lat, lon = (math.radians(value / 1e7) for value in trip.at(60.0, east_m))
@@ -78,14 +69,14 @@ def shoals(path):
     return found
 
 
-def forced(voyage, harbour, seed, chart=True):
+def forced(voyage, leixoes, seed, chart=True):
     """Steer straight for a shoal from at most 100 m before it; return (least true altitude, whether the guard acted)."""
     rng = random.Random(seed)
-    heading, away = rng.choice(shoals(harbour))
+    heading, away = rng.choice(shoals(leixoes))
     speed = rng.choice((1.5, 2.5))
     skip = max(0.0, away - 100.0)
     start = (START[0] + skip * math.cos(heading), START[1] + skip * math.sin(heading))
-    trip = voyage(*overrides(harbour, start, chart=chart), f"world.heading_deg={math.degrees(heading):.1f}", seed=seed)
+    trip = voyage(*overrides(leixoes, start, chart=chart), f"world.heading_deg={math.degrees(heading):.1f}", seed=seed)
     assert trip.ask(Arm(arm=True)).reason == ""
     assert trip.ask(GuidedHeading(math.remainder(heading, 2.0 * math.pi), speed)).reason == ""
     least = math.inf
@@ -98,26 +89,26 @@ def forced(voyage, harbour, seed, chart=True):
     return least, trip.snapshot.mode is Mode.HOLD
 
 
-def test_by_force_it_stops_before_the_contour(voyage, harbour):
+def test_by_force_it_stops_before_the_contour(voyage, leixoes):
     """Must hold, 2 of the 50 seeds; all of them in ``make soak``."""
     for seed in (0, 3):
-        least, stopped = forced(voyage, harbour, seed)
+        least, stopped = forced(voyage, leixoes, seed)
         assert stopped
         assert least >= 4.0, f"seed {seed}"
 
 
 @pytest.mark.soak
-def test_by_force_it_stops_before_the_contour_for_50_seeds(voyage, harbour, record_property):
+def test_by_force_it_stops_before_the_contour_for_50_seeds(voyage, leixoes, record_property):
     """Must hold: sailed by force it stops before the 4 m contour, for 50 seeds."""
-    results = [forced(voyage, harbour, seed) for seed in range(50)]
+    results = [forced(voyage, leixoes, seed) for seed in range(50)]
     tell(results, "with the chart", record_property)
     assert all(stopped for _, stopped in results)
     assert min(least for least, _ in results) >= 4.0
 
 
 @pytest.mark.soak
-def test_without_a_map_the_sounder_alone_keeps_it_off_the_ground(voyage, harbour, record_property):
-    results = [forced(voyage, harbour, seed, chart=False) for seed in range(50)]
+def test_without_a_map_the_sounder_alone_keeps_it_off_the_ground(voyage, leixoes, record_property):
+    results = [forced(voyage, leixoes, seed, chart=False) for seed in range(50)]
     tell(results, "with the sounder alone", record_property)
     assert min(least for least, _ in results) > 1.0
 

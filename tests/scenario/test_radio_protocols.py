@@ -4,35 +4,24 @@ from __future__ import annotations
 
 import json
 import math
-import random
 from pathlib import Path
 
 import pytest
 
 import config
-from companion.gateway import Gateway, GatewaySettings
 from companion.io.link import Received
 from companion.io.link_mem import pair
-from companion.settings import EndpointSettings, load
+from companion.settings import load
 from mavlink_bridge.codec import Codec, decode, dialect
 from mavlink_bridge.framing import Deframer
 from mavlink_bridge.imc import Mode
-from sitl.gateway import simulation_key, with_gateway
+from sitl.gateway import with_gateway
 from sitl.settings import SimSettings
 from sitl.world import World
+from tests.gateways import gateway_beside
+from tests.plans import LAT_DEG, LON_DEG, SEED_LOITER
 
-LAT_DEG, LON_DEG = 41.1852, -8.7060
 MEMORY = ('sensors=[{url="mem:nmea"}]', "actuators.url=mem:ard", "endpoints=[]", "radio.url=mem:radio")
-PLAN = {
-    "ID": "loiter-1",
-    "Latitude": LAT_DEG,
-    "Longitude": LON_DEG,
-    "Duration": 60,
-    "Loiter type": "Circular",
-    "Speed": 3.0,
-    "Length": 0,
-    "Radius": 20,
-}
 
 
 def world(*overrides: str, seed: int = 1) -> World:
@@ -62,7 +51,7 @@ def test_a_json_plan_is_acknowledged_sailed_and_eleven_fields_come_back(ending):
     shore, buffer, heard = sim.ground("shore"), bytearray(), []
     sim.run(8.0)
     heard += lines_of(shore, sim.now_us, buffer)
-    shore.write(0, json.dumps(PLAN).encode() + ending)
+    shore.write(0, json.dumps(SEED_LOITER).encode() + ending)
     errors = []
     while sim.now_us < 95e6:
         sim.run(1.0)
@@ -98,7 +87,7 @@ def test_row_54_a_bad_json_plan_is_refused_with_a_reason():
     shore, buffer = sim.ground("shore"), bytearray()
     sim.run(8.0)
     lines_of(shore, sim.now_us, buffer)
-    shore.write(0, json.dumps({**PLAN, "Loiter type": "Spiral"}).encode())
+    shore.write(0, json.dumps({**SEED_LOITER, "Loiter type": "Spiral"}).encode())
     sim.run(20.0)
     answers = [line for line in lines_of(shore, sim.now_us, buffer) if "ack" in line]
     assert [(line["result"], "Spiral" in line["reason"]) for line in answers] == [("denied", True)]
@@ -113,17 +102,7 @@ class Shore:
         settings = with_gateway(settings, tmp_path)
         self.sim = World(settings, 1)
         near, self.far = pair("gcs")
-        gateway_settings = GatewaySettings(
-            profile=settings.radio.profile,
-            key_file=str(simulation_key(tmp_path)),
-            endpoints=(EndpointSettings(name="gcs", url="mem:gcs", persona=persona),),
-        )
-        self.gateway = Gateway(
-            gateway_settings,
-            modem=self.sim.ground("shore"),
-            make_link=lambda name, url: near,
-            rng=random.Random(1),
-        )
+        self.gateway = gateway_beside(self.sim, tmp_path, near, seed=1, persona=persona)
         self.codec, self.deframer = Codec(255, 190), Deframer()
         self.messages = []
         self._beat_us = 0

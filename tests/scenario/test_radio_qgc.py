@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import random
-
 import config
-from companion.gateway import Gateway, GatewaySettings
 from companion.io.link import Received
 from companion.io.link_mem import pair
-from companion.settings import EndpointSettings, load
+from companion.settings import load
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.requests import PlanKind
-from sitl.gateway import simulation_key, with_gateway
+from sitl.gateway import with_gateway
 from sitl.settings import SimSettings
 from sitl.world import World
+from tests.gateways import gateway_beside
 from tests.qgc_client import NAN, QgcClient
 
 MEMORY = ('sensors=[{url="mem:nmea"}]', "actuators.url=mem:ard", "endpoints=[]", "radio.url=mem:radio")
@@ -38,13 +36,7 @@ class Shore:
         settings = with_gateway(settings, gateway_dir)
         self.sim = World(settings, 1)
         near, self.link = pair("gcs")
-        shore = GatewaySettings(
-            profile=settings.radio.profile,
-            key_file=str(simulation_key(gateway_dir)),
-            endpoints=(EndpointSettings(name="gcs", url="mem:gcs"),),
-        )
-        modem = self.sim.ground("shore")
-        self.gateway = Gateway(shore, modem=modem, make_link=lambda name, url: near, rng=random.Random(2))
+        self.gateway = gateway_beside(self.sim, gateway_dir, near, seed=2)
         self.link.poll(0)
 
     @property

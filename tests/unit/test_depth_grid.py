@@ -234,15 +234,12 @@ def test_files_of_every_kind(tmp_path):
         load_depth_map(tmp_path / "c.xyz")
 
 
-def test_the_soundings_of_leixoes(shared_data):
-    path = shared_data / "bathymetry" / "leixoes_apdl_bathymetry.ini"
-    if not path.is_file():
-        pytest.skip(f"no {path.name}")
-    text = path.read_text("utf-8")
+def test_the_soundings_of_leixoes(leixoes):
+    text = leixoes.read_text("utf-8")
     soundings = parse_dune(text)
     assert len(soundings) == 13_137
     assert sum(s.depth_m < 4.0 for s in soundings) == 982
     assert (min(s.depth_m for s in soundings), max(s.depth_m for s in soundings)) == (0.2, 15.1)
-    grid = load_depth_map(path)
+    grid = load_depth_map(leixoes)
     assert all(grid.depth_at(s.lat_rad, s.lon_rad) <= s.depth_m for s in soundings)
     assert len(grid.to_bytes()) < 30_000
