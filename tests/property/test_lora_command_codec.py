@@ -1,5 +1,6 @@
 """COMMAND_LONG and COMMAND_INT come out of the air with the very bytes that went in, whatever they hold."""
 
+import contextlib
 import struct
 
 import pytest
