@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.build import build_app, in_run_dir
+from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
 from companion.facade import software_version
 from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
@@ -56,10 +57,8 @@ def command(arguments: argparse.Namespace) -> int:
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
-    if arguments.status:
-        from companion.commands.status import StatusView, Watched, airtime_of
-
-        driven = Watched(driven, StatusView(airtime=airtime_of(app.grounds)))
+    view: View = StatusView(airtime=airtime_of(app.grounds)) if arguments.status else LinkNotes()
+    driven = Watched(driven, view)
     try:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import logging
 import math
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, Final, TextIO
+from typing import Any, Final, Protocol, TextIO
 
 from companion.io.link import Link
 from companion.io.loop import LoopApp
@@ -19,6 +20,47 @@ SCREEN_PERIOD_US: Final = 250_000
 LINE_PERIOD_US: Final = 5_000_000
 TEXTS_KEPT: Final = 6
 _NONE: Final = "–"
+_SETTLE_US: Final = 2_000_000
+"""Links are given so long to open before one that is not open counts as missing."""
+_DEVICES: Final = frozenset({"nmea", "actuators", "radio"})
+"""Kinds of links that ought to be open; an endpoint may well have nobody at its other end."""
+
+log = logging.getLogger(__name__)
+
+
+class View(Protocol):
+    """What looks at each snapshot."""
+
+    def update(self, snapshot: Snapshot) -> None: ...
+    def close(self) -> None: ...
+
+
+class LinkNotes:
+    """Says in the log which device is missing, and when it is back: what a service's journal should hold."""
+
+    def __init__(self) -> None:
+        self._since_us: int | None = None
+        self._seen: tuple[LinkHealth, ...] = ()
+        self._open: dict[str, bool] = {}
+
+    def update(self, snapshot: Snapshot) -> None:
+        """Take one tick's picture."""
+        if self._since_us is None:
+            self._since_us = snapshot.t_us
+        if snapshot.links is self._seen or snapshot.t_us - self._since_us < _SETTLE_US:
+            return
+        self._seen = snapshot.links
+        for link in snapshot.links:
+            if link.kind not in _DEVICES or self._open.get(link.name, True) == link.is_open:
+                continue
+            self._open[link.name] = link.is_open
+            if link.is_open:
+                log.info("%s is there: %s", link.name, link.text)
+            else:
+                log.warning("%s is missing, tried again for ever: %s", link.name, link.text)
+
+    def close(self) -> None:
+        """Nothing to give back."""
 
 
 class StatusView:
@@ -43,6 +85,7 @@ class StatusView:
         self._due_us = 0
         self._texts: list[LogText] = []
         self._airtime = airtime or (lambda now_us: "")
+        self._notes = LinkNotes()
         self._live: Any = None
 
     def update(self, snapshot: Snapshot) -> None:
@@ -52,6 +95,8 @@ class StatusView:
             if self.plain:
                 for text in snapshot.texts:
                     self._print(f"{_time(text.t_us)}  {text.severity.name.lower():9} {text.text}")
+        if self.plain:
+            self._notes.update(snapshot)
         if snapshot.t_us < self._due_us:
             return
         self._due_us = snapshot.t_us + self._period_us
@@ -102,7 +147,7 @@ def airtime_of(grounds: Sequence[GroundPort]) -> Callable[[int], str]:
 class Watched:
     """An app (or a world) whose every tick is shown."""
 
-    def __init__(self, app: LoopApp, view: StatusView) -> None:
+    def __init__(self, app: LoopApp, view: View) -> None:
         self._app = app
         self._view = view
 

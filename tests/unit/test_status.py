@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import logging
 import math
 import re
 
@@ -11,7 +12,7 @@ import pytest
 
 import config as shipped
 from companion.cli import main
-from companion.commands.status import StatusView, Watched, airtime_of, line, rows
+from companion.commands.status import LinkNotes, StatusView, Watched, airtime_of, line, rows
 from companion.settings import load
 from mavlink_bridge.imc import (
     Action,
@@ -151,3 +152,14 @@ def test_the_airtime_of_every_kind_of_radio_is_shown(protocol, tmp_path):
     told = airtime_of(world.app.grounds)(world.now_us)
     assert re.fullmatch(r"\d+\.\d of 360 s in this hour", told)
     assert airtime_of([])(0) == ""
+
+
+def test_a_missing_device_is_named_once_and_again_when_it_is_back(caplog):
+    caplog.set_level(logging.INFO)
+    notes = LinkNotes()
+    for second in range(60):
+        board = LinkHealth("actuators", "actuators", second >= 30, text="serial:/dev/ttyACM0 (No such file)")
+        nobody = LinkHealth("tcp", "endpoint", False, text="tcp-listen://0.0.0.0:5760")
+        notes.update(snapshot(second * 1_000_000, links=(board, nobody)))
+    assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
+    assert all("actuators" in text and "/dev/ttyACM0" in text for text in caplog.messages)
