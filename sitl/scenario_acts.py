@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from companion.io.link_mem import MemLink
 from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.imc import LoiterDirection, LoiterKind
 from mavlink_bridge.requests import (
@@ -125,11 +124,6 @@ class Actor:
         board: Any = self._world.surroundings.plant.board
         board.set_voltage(volts)
 
-    def _link(self, name: str) -> MemLink:
-        link = next(link for link in self._world.app.links if link.name == name)
-        assert isinstance(link, MemLink)
-        return link
-
     def _radio(self, change: dict[str, Any]) -> None:
         air = self._world.surroundings.radio.air
         if "jammed" in change:
@@ -209,8 +203,8 @@ _FAULTS: Final[dict[str, Callable[[Actor, Any], None]]] = {
     "rudder_stuck": Actor._rudders,
     "board": Actor._board,
     "supply_v": Actor._supply,
-    "unplug": lambda actor, name: actor._link(name).unplug(),
-    "plug": lambda actor, name: actor._link(name).plug(),
+    "unplug": lambda actor, name: actor._world.vessel_end(name).unplug(),
+    "plug": lambda actor, name: actor._world.vessel_end(name).plug(),
     "radio": Actor._radio,
     "water": Actor._water,
     "sticks": Actor._hold,

@@ -59,6 +59,7 @@ class World:
         self._ground: dict[str, MemLink] = {}
         self._unused: list[MemLink] = []
         self._mem: dict[str, MemLink] = {}
+        self._vessel_ends: dict[str, MemLink] = {}
         self._ahead_us: int | None = None
         """How far the pacing clock is ahead of simulated time when nothing is missed."""
         hull = load_vessel(settings.world.vessel or settings.vessel)
@@ -113,6 +114,10 @@ class World:
         if end in self._unused:
             self._unused.remove(end)
         return end
+
+    def vessel_end(self, name: str) -> MemLink:
+        """Return the vessel's own end of a link in memory, to pull its cable. Raises KeyError for a name that no link has."""
+        return self._vessel_ends[name]
 
     # ---- what companion.io.loop drives --------------------------------------------------------------------------
 
@@ -213,10 +218,11 @@ class World:
 
     def _near_end(self, name: str, url: str, **options: object) -> Link:
         """The vessel's end of a memory link."""
-        if name in self._mem:
-            return self._mem.pop(name)
-        near, far = _pair(name, datagrams=url.startswith("udp"))
-        self._offer(name, far)
+        near = self._mem.pop(name, None)
+        if near is None:
+            near, far = _pair(name, datagrams=url.startswith("udp"))
+            self._offer(name, far)
+        self._vessel_ends[name] = near
         return near
 
     def _offer(self, name: str, end: MemLink) -> None:

@@ -65,8 +65,9 @@ def test_a_replay_is_identical(run_dir):
 
 
 def test_a_scenario_and_a_run_with_a_plotter_replay_too(tmp_path):
-    run_scenario("sounder-drop-out", run_dir=tmp_path / "scenario")
-    assert replay(tmp_path / "scenario").identical
+    for name in ("sounder-drop-out", "actuator-cable-pulled"):
+        run_scenario(name, run_dir=tmp_path / name)
+        assert replay(tmp_path / name).identical
     settings = load(shipped.path("sim.toml"), ("plotter=udp://127.0.0.1:10110",), SimSettings)
     world = World(settings, 1, run_dir=tmp_path / "plotter")
     world.run(3.0)
