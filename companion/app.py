@@ -188,8 +188,7 @@ class App:
             self.keeper.tick(now_us, snapshot)
         if now_us >= self.depths.due_us:
             self.depths.save(now_us)
-        for ground in self.grounds:
-            self._watched.call(ground.name, now_us, ground.tell, now_us, snapshot)
+        self._watched.each(self.grounds, now_us, GroundPort.tell, now_us, snapshot)
         if self.recorder is not None:
             self._watched.call("recorder", now_us, self.recorder.tick, snapshot)
         return snapshot
@@ -199,14 +198,14 @@ class App:
             port.read(now_us)
         if self.actuators is not None:
             self.actuators.read(now_us)
-        for ground in self.grounds:
-            self._watched.call(ground.name, now_us, ground.read, now_us)
+        self._watched.each(self.grounds, now_us, GroundPort.read, now_us)
         if self.plotter is not None:
             self._watched.call("plotter", now_us, self._send_on, self.plotter, now_us)
         for completion in self.store.completions():
             self._stored(completion)
-        if self.facade.logs is not None:
-            self._watched.call("logs", now_us, self.facade.logs.collect)
+        logs = self.facade.logs
+        if logs is not None and logs.waiting:
+            self._watched.call("logs", now_us, logs.collect)
 
     def _send_on(self, plotter: PlotterPort, now_us: int) -> None:
         plotter.read(now_us)
@@ -214,21 +213,24 @@ class App:
             plotter.send_on(port.reader.take_relay())
 
     def _flush(self, now_us: int) -> None:
-        for ground in self.grounds:
-            self._watched.call(ground.name, now_us, ground.flush, now_us)
+        self._watched.each(self.grounds, now_us, GroundPort.flush, now_us)
 
     def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
+        say = self.vehicle.say
         for port in self.sensors:
-            self._say(port.reader.drain_texts())
+            for severity, text in port.reader.drain_texts():
+                say(severity, text)
         if self.recorder is not None:
-            self._say(self.recorder.drain_texts())
+            for severity, text in self.recorder.drain_texts():
+                say(severity, text)
         if self._ticks % _HEALTH_EVERY == 0:
             self._health = tuple(port.health(now_us) for port in self.ports)
         self._ticks += 1
         board = None if self.actuators is None else self.actuators.board
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
-            self._say(board.drain_texts())
+            for severity, text in board.drain_texts():
+                say(severity, text)
         gcs_age_s, radio_age_s = self._heard_s(now_us)
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
@@ -283,9 +285,10 @@ class App:
     # ---- requests -----------------------------------------------------------------------------------------------
 
     def _answer_requests(self, now_us: int) -> None:
-        own, self._own = self._own, []
-        for answer, body in own:
-            self._carry_out(Request(0, body, sender=0), answer, now_us)
+        if self._own:
+            own, self._own = self._own, []
+            for answer, body in own:
+                self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
             for talk, request in self._watched.call(ground.name, now_us, ground.requests) or ():
                 self._carry_out(request, self._replying(talk, request), now_us)

@@ -15,7 +15,7 @@ from typing import Final
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.port import LOG_PIECE, LogInfo, LogLostError
 
-from .io.log_archive import AnyArchive, Erase, Fetched, Look, Read
+from .io.log_archive import AnyArchive, Erase, Fetched, LogOp, Look, Read
 
 KEPT_PIECES: Final = 32
 MAX_FETCHES: Final = 32
@@ -37,17 +37,19 @@ class Logs:
         self._asked: set[Piece] = set()
         self._pieces: OrderedDict[Piece, bytes] = OrderedDict()
         self._lost: dict[Piece, str] = {}
+        self.waiting = 0
+        """Orders that the archive has not finished; without any, ``collect`` has nothing to do."""
 
     def look(self) -> int:
         """Have the logs looked up, once for all who ask meanwhile."""
         if self._looking is None:
-            self._looking = self._archive.submit(Look())
+            self._looking = self._order(Look())
         return self._looking
 
     def erase(self) -> None:
         """Delete the logs of earlier runs; a look that comes after it sees them gone."""
         if self._erasing is None:
-            self._erasing = self._archive.submit(Erase())
+            self._erasing = self._order(Erase())
             self._looking = None
 
     def piece(self, log: int, number: int) -> bytes | None:
@@ -60,12 +62,17 @@ class Logs:
             raise LogLostError(self._lost.pop(key))
         if key not in self._asked and len(self._fetching) < MAX_FETCHES:
             self._asked.add(key)
-            self._fetching[self._archive.submit(Read(self._names[log], number * LOG_PIECE, LOG_PIECE))] = key
+            self._fetching[self._order(Read(self._names[log], number * LOG_PIECE, LOG_PIECE))] = key
         return None
+
+    def _order(self, op: LogOp) -> int:
+        self.waiting += 1
+        return self._archive.submit(op)
 
     def collect(self) -> None:
         """Take in what the archive has finished."""
         for fetched in self._archive.completions():
+            self.waiting -= 1
             if fetched.ticket == self._erasing:
                 self._erased(fetched)
             elif fetched.ticket in self._fetching:

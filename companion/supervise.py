@@ -8,14 +8,22 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable
-from typing import Final, TypeVar, TypeVarTuple
+from collections.abc import Callable, Iterable
+from typing import Final, Protocol, TypeVar, TypeVarTuple
 
 from mavlink_bridge.imc import Severity
 
 log = logging.getLogger(__name__)
 
+
+class Named(Protocol):
+    """A part with a name."""
+
+    name: str
+
+
 Arguments = TypeVarTuple("Arguments")
+Part = TypeVar("Part", bound=Named)
 Result = TypeVar("Result")
 
 _REST_US: Final = 1_000_000
@@ -44,11 +52,30 @@ class Supervisor:
         try:
             return part(*arguments)
         except Exception as error:
-            log.exception("%s failed", name)
-            self._rest_until_us[name] = now_us + _REST_US
-            self._failures.setdefault(name, deque(maxlen=_FAILURES)).append(now_us)
-            self._say(Severity.ERROR, f"{name} failed ({type(error).__name__}), tried again in a second")
+            self._failed(name, now_us, error)
         return None
+
+    def each(
+        self,
+        parts: Iterable[Part],
+        now_us: int,
+        act: Callable[[Part, *Arguments], object],
+        *arguments: *Arguments,
+    ) -> None:
+        """Have every part that does not rest act; the fault of one is not the others'."""
+        for part in parts:
+            if self._rest_until_us and now_us < self._rest_until_us.get(part.name, 0):
+                continue
+            try:
+                act(part, *arguments)
+            except Exception as error:
+                self._failed(part.name, now_us, error)
+
+    def _failed(self, name: str, now_us: int, error: Exception) -> None:
+        log.error("%s failed", name, exc_info=error)
+        self._rest_until_us[name] = now_us + _REST_US
+        self._failures.setdefault(name, deque(maxlen=_FAILURES)).append(now_us)
+        self._say(Severity.ERROR, f"{name} failed ({type(error).__name__}), tried again in a second")
 
     def failing(self, now_us: int) -> bool:
         """True while a part has failed five times within the last minute."""

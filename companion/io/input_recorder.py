@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
+from companion.io.frame_log import FrameLog
 from companion.io.inputs import (
     CLOSED,
     COMPLETED,
@@ -31,6 +32,8 @@ from companion.io.inputs import (
 from companion.io.link import Link, LinkEvent, Opened, Received
 from companion.io.store import AnyStore
 from companion.io.store_content import Completion, StoreContent, StoreOp
+
+_KIND_NUMBERS: Final = {kind: number for number, kind in enumerate(KINDS)}
 
 
 class InputRecorder:
@@ -60,19 +63,20 @@ class InputRecorder:
         """Open a step; what the clock and the loop say of it is input too."""
         if not self._started:
             return
-        self.finish()
-        self._parts.append(
-            STEP_HEAD.pack(
-                KINDS.index(kind), now_us, -1 if utc_us is None else utc_us, load, late_s, self.number & 0xFFFFFFFF
-            )
+        number = self.number
+        head = STEP_HEAD.pack(
+            _KIND_NUMBERS[kind], now_us, -1 if utc_us is None else utc_us, load, late_s, number & 0xFFFFFFFF
         )
-        self.number += 1
+        if self._parts:
+            self._sink(pack_record(RECORD_STEP, b"".join(self._parts)))
+        self._parts = [head]
+        self.number = number + 1
 
     def finish(self) -> None:
         """Close the open step."""
         if self._parts:
             self._sink(pack_record(RECORD_STEP, b"".join(self._parts)))
-            self._parts.clear()
+            self._parts = []
 
     def events(self, link: int, poll: int, events: list[LinkEvent]) -> None:
         """Keep what poll number ``poll`` (within this step) of ``link`` returned."""
@@ -124,12 +128,18 @@ class InputRecorder:
 
 
 class RecordingLink:
-    """A link that writes down what it does; the app cannot tell the difference."""
+    """A link that writes down what it does; the app cannot tell the difference.
 
-    def __init__(self, link: Link, recorder: InputRecorder, index: int, keep: bool = False) -> None:
+    ``keep``: written bytes are kept whole. ``frames``: the telemetry log that the link's MAVLink frames go to.
+    """
+
+    def __init__(
+        self, link: Link, recorder: InputRecorder, index: int, keep: bool = False, frames: FrameLog | None = None
+    ) -> None:
         self._link = link
         self._recorder = recorder
         self._index = index
+        self._frames = frames
         self.keep = keep
         self._step = 0
         self._polls = 0
@@ -145,11 +155,15 @@ class RecordingLink:
             self._step, self._polls = recorder.number, 0
         if events:
             recorder.events(self._index, min(self._polls, 255), events)
+            if self._frames is not None:
+                self._frames.heard(events, now_us)
         return events
 
     def write(self, channel: int, data: bytes) -> int:
         accepted = self._link.write(channel, data)
         self._recorder.wrote(self._index, channel, data, accepted, self.keep)
+        if accepted and self._frames is not None:
+            self._frames.said(data)
         return accepted
 
     def filenos(self) -> list[int]:

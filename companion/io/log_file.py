@@ -63,7 +63,8 @@ class LogFile:
         self._header = header
         self._max_bytes = max_bytes
         self._stop_at_end = stop_at_end
-        self._part = 0
+        self.part = 0
+        """Number of the part that is being written, from 0."""
         self._parts: list[bytes] = []
         self._size = 0
         self._fd = -1
@@ -86,7 +87,8 @@ class LogFile:
 
     def flush(self, now_us: int, sync: bool = True, wait_s: float = 0.0) -> None:
         """Hand over what was collected; cheap, never waits with a writer, never raises."""
-        self._tell(now_us)
+        if self._fault != self._told:
+            self._tell(now_us)
         if not self._parts:
             return
         if self.off or (self._fault and now_us < self._retry_us):
@@ -104,8 +106,6 @@ class LogFile:
             self._size = 0
 
     def _tell(self, now_us: int) -> None:
-        if self._fault == self._told:
-            return
         self._told = self._fault
         if self._fault:
             self._retry_us = now_us + RETRY_US
@@ -146,9 +146,9 @@ class LogFile:
 
     def _rotate(self) -> None:
         self._close_fd()
-        self._part += 1
+        self.part += 1
         self.path = self.path.with_name(
-            f"{self.path.name.split('-')[0].split('.')[0]}-{self._part:03d}{self.path.suffix}"
+            f"{self.path.name.split('-')[0].split('.')[0]}-{self.part:03d}{self.path.suffix}"
         )
         self.written = 0
 

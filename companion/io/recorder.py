@@ -19,7 +19,6 @@ from typing import Any, Final
 from companion.io.input_recorder import InputRecorder
 from companion.io.log_file import EAGER_FLUSH, LogFile, sync_folder
 from companion.io.writer import Writer
-from mavlink_bridge import tlog
 from mavlink_bridge.imc import ActuatorDemand, Severity
 from mavlink_bridge.snapshot import Snapshot
 
@@ -63,9 +62,11 @@ class Recorder:
         self._floor_bytes = free_floor_mb << 20
         self.writer = self._writer = writer
         """The process's helper thread, if any."""
-        self._texts: list[tuple[Severity, str]] = []
+        self.texts: list[tuple[Severity, str]] = []
+        """For the operator, since ``drain_texts``."""
         self._about = dict(about or {})
         self._last: tuple[Any, ...] = ()
+        self._labels = ""
         self._flush_us = 0
         self._space_us = 0
         self._low = False
@@ -81,6 +82,8 @@ class Recorder:
         self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
         self.inputs = InputRecorder(self._inputs.add)
         """Records the inputs of the app that this run is about, once started."""
+        self.frames: Callable[[bytes], None] = self._tlog.add
+        """Takes records for the telemetry log (``mavlink_bridge.tlog``)."""
         self._files: tuple[LogFile, ...] = (self._tlog, self._events, self._control, self._inputs)
 
     def _file(self, name: str, **options: Any) -> LogFile:
@@ -90,14 +93,12 @@ class Recorder:
         return _Guard(self._report)
 
     def _report(self, text: str) -> None:
-        if len(self._texts) < 100:
-            self._texts.append((Severity.WARNING, f"Recorder: {text}"))
+        if len(self.texts) < 100:
+            self.texts.append((Severity.WARNING, f"Recorder: {text}"))
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Texts for the operator since the last call."""
-        if not self._texts:
-            return []
-        texts, self._texts = self._texts, []
+        texts, self.texts = self.texts, []
         return texts
 
     @property
@@ -111,10 +112,6 @@ class Recorder:
         self._files = (*self._files, file)
         return file
 
-    def frame(self, link: int, utc_us: int, frame: bytes) -> None:
-        """Keep one MAVLink frame; the link's number goes into the stamp's two lowest bits."""
-        self._tlog.add(tlog.pack(utc_us, link, frame))
-
     def event(self, t_us: int, kind: str, **fields: Any) -> None:
         """Keep something that happened, as one line of JSON."""
         line = json.dumps({"t_s": round(t_us / 1e6, 6), "event": kind, **fields}, default=str, ensure_ascii=False)
@@ -122,10 +119,11 @@ class Recorder:
 
     def tick(self, snapshot: Snapshot) -> None:
         """Keep one tick: its control row and what changed since the last; flush what is due."""
-        self._control.add(control_row(snapshot))
         changed = _watched(snapshot)
         if changed != self._last or snapshot.texts or snapshot.progress.reached:
             self._note_changes(snapshot, changed)
+            self._labels = _labels(snapshot)
+        self._control.add(_row(snapshot, self._labels))
         if snapshot.t_us >= self._flush_us or self._inputs.waiting > EAGER_FLUSH:
             self.flush(snapshot.t_us)
 
@@ -161,8 +159,9 @@ class Recorder:
         with contextlib.suppress(OSError):
             found = os.statvfs(self.run_dir)
             self._low_found = found.f_bavail * found.f_frsize < self._floor_bytes
-        with contextlib.suppress(OSError):
-            drop_oldest_parts(self.run_dir, self._max_bytes)
+        if any(file.part for file in self._files):
+            with contextlib.suppress(OSError):
+                drop_oldest_parts(self.run_dir, self._max_bytes)
 
     def close(self, now_us: int, **result: Any) -> None:
         """Write the rest; ``result`` is added to run.json."""
@@ -247,15 +246,28 @@ def _plain(value: Any) -> Any:
 
 
 _NAN: Final = math.nan
-_NUMBERS: Final = ",".join([*["%.6g"] * 14, "%.8f", "%.8f", *["%.6g"] * 3, "%d", *["%.6g"] * 11])
+_NUMBERS: Final = ",".join(["%.3f", "%d", "%%s", *["%.6g"] * 14, "%.8f", "%.8f", *["%.6g"] * 3, "%d", *["%.6g"] * 11])
 """One format for all numbers of a row: one pass costs a third less than a field at a time."""
+_PULSES: Final = ",".join(["%d"] * 4)
 
 
 def control_row(s: Snapshot) -> bytes:
     """One line of control.csv (columns: CONTROL_COLUMNS); unknown is empty."""
-    state, trace, path, out, plan = s.state, s.trace, s.path, s.output, s.progress
+    return _row(s, _labels(s))
+
+
+def _labels(s: Snapshot) -> str:
+    """The columns that are words; they change only when something happens."""
+    plan = s.progress
+    return f"{s.mode.value},{s.armed:d},{plan.state:d},{plan.seq},{s.action.name},{s.guard.name},{s.output.cause}"
+
+
+def _row(s: Snapshot, labels: str) -> bytes:
+    state, trace, path, out = s.state, s.trace, s.path, s.output
     wish = s.demand or _NO_DEMAND
     numbers = _NUMBERS % (
+        s.t_us / 1e6,
+        s.tick,
         _NAN if (v := state.psi_rad) is None else v * _DEG,
         _NAN if (v := trace.psi_ref_rad) is None else v * _DEG,
         _NAN if (v := trace.heading_error_rad) is None else v * _DEG,
@@ -288,11 +300,8 @@ def control_row(s: Snapshot) -> bytes:
         out.rudder_port_rad * _DEG,
         out.rudder_starboard_rad * _DEG,
     )
-    pulses = ",".join(map(str, s.commanded_us)) if s.commanded_us else ",,,"
-    return (
-        f"{s.t_us / 1e6:.3f},{s.tick},{s.mode.value},{s.armed:d},{plan.state:d},{plan.seq},{s.action.name},"
-        f"{s.guard.name},{out.cause},{numbers.replace('nan', '')},{pulses}\n"
-    ).encode()
+    pulses = _PULSES % s.commanded_us if s.commanded_us else ",,,"
+    return f"{numbers.replace('nan', '') % labels},{pulses}\n".encode()
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

@@ -13,25 +13,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any
 
 from companion.io import request_json
 from companion.io.clock import EARLIEST_UTC_US
+from companion.io.frame_log import FrameClock, FrameLog
 from companion.io.input_recorder import RecordingLink, RecordingStore
 from companion.io.inputs import StepKind
-from companion.io.link import Closed, Link, LinkEvent, Received
+from companion.io.link import Link
 from companion.io.log_archive import AnyArchive, RecordingArchive
 from companion.io.loop import LoopApp
 from companion.io.recorder import Recorder
 from companion.io.store import AnyStore
 from companion.io.store_content import to_json
-from mavlink_bridge.framing import Deframer
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.requests import RequestBody
 from mavlink_bridge.snapshot import Snapshot
-
-_LOG_DATA: Final = b"\x78\x00\x00"
-"""Message id of LOG_DATA: what is downloaded is a log already, and would push this run's own out."""
 
 
 class Recording:
@@ -45,17 +42,19 @@ class Recording:
         self._taps = 0
         self._submitted: list[str] = []
         self._inputs = recorder.inputs
-        self.stamp_us = EARLIEST_UTC_US
-        """UTC of this step, for the telemetry log; counted from an arbitrary day while UTC is unknown."""
+        self._clock = FrameClock(EARLIEST_UTC_US)
+        self.tick: Callable[[Snapshot], None] = recorder.tick
+        """The app's recorder: keep one tick."""
 
     def link(self, link: Link, *, mavlink: bool = False, keep: bool | None = None) -> Link:
         """Wrap a link. ``mavlink``: its frames go into the telemetry log, else what is written is kept with the inputs."""
-        wrapped = RecordingLink(link, self._inputs, len(self._links), not mavlink if keep is None else keep)
+        frames = None
+        if mavlink:
+            frames = FrameLog(self._taps, link.datagrams, self.recorder.frames, self._clock)
+            self._taps += 1
+        wrapped = RecordingLink(link, self._inputs, len(self._links), not mavlink if keep is None else keep, frames)
         self._links.append(wrapped)
-        if not mavlink:
-            return wrapped
-        self._taps += 1
-        return TlogLink(wrapped, self, self._taps - 1)
+        return wrapped
 
     def store(self, store: AnyStore) -> AnyStore:
         """Wrap the store."""
@@ -79,22 +78,21 @@ class Recording:
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""
         utc_us = self._utc_us()
-        self.stamp_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
+        self._clock.stamp_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
         self._inputs.begin(kind, now_us, utc_us=utc_us, load=load, late_s=late_s)
-        for text in self._submitted:
-            self._inputs.submitted(text)
-        self._submitted.clear()
+        if self._submitted:
+            for text in self._submitted:
+                self._inputs.submitted(text)
+            self._submitted.clear()
 
     def submitted(self, body: RequestBody) -> None:
         """Note a request that did not come over a link; it belongs to the next step."""
         self._submitted.append(request_json.dumps(body))
 
-    def tick(self, snapshot: Snapshot) -> None:
-        """The app's recorder: keep one tick."""
-        self.recorder.tick(snapshot)
-
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """The recorder's texts; they reach the operator, so they are input."""
+        if not self.recorder.texts:
+            return []
         texts = self.recorder.drain_texts()
         for severity, text in texts:
             self._inputs.told(int(severity), text)
@@ -147,63 +145,3 @@ class RecordedApp:
         self._recording.begin("stop", now_us)
         self._app.shutdown(now_us)
         self._recording.close(now_us)
-
-
-class TlogLink:
-    """A link whose MAVLink frames, both directions, go into the telemetry log under its number."""
-
-    def __init__(self, link: Link, recording: Recording, number: int) -> None:
-        self._link = link
-        self._recording = recording
-        self._number = number
-        self._deframers: dict[int, Deframer] = {}
-        self.name = link.name
-        self.datagrams = link.datagrams
-
-    def poll(self, now_us: int) -> list[LinkEvent]:
-        events = self._link.poll(now_us)
-        for event in events:
-            if isinstance(event, Received):
-                deframer = self._deframers.get(event.channel)
-                if deframer is None:
-                    deframer = self._deframers[event.channel] = Deframer(datagrams=self.datagrams)
-                for frame in deframer.receive(event.data, now_us):
-                    self._keep(frame.raw)
-            elif isinstance(event, Closed):
-                self._deframers.pop(event.channel, None)
-        return events
-
-    def write(self, channel: int, data: bytes) -> int:
-        accepted = self._link.write(channel, data)
-        if accepted:
-            keep, stamp_us = self._recording.recorder.frame, self._recording.stamp_us
-            for raw in split_frames(data):
-                if raw[7:10] != _LOG_DATA:
-                    keep(self._number, stamp_us, raw)
-        return accepted
-
-    def _keep(self, raw: bytes) -> None:
-        self._recording.recorder.frame(self._number, self._recording.stamp_us, raw)
-
-    def filenos(self) -> list[int]:
-        return self._link.filenos()
-
-    def describe(self) -> str:
-        return self._link.describe()
-
-    def close(self) -> None:
-        self._link.close()
-
-
-def split_frames(data: bytes) -> list[bytes]:
-    """Cut our own output, which holds whole MAVLink frames, into frames; a rest that is none is left out."""
-    frames = []
-    at = 0
-    while at + 8 <= len(data) and data[at] in (0xFD, 0xFE):
-        extra = 8 if data[at] == 0xFE else 25 if data[at + 2] & 1 else 12
-        length = data[at + 1] + extra
-        if at + length > len(data):
-            break
-        frames.append(data[at : at + length])
-        at += length
-    return frames

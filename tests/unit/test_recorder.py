@@ -13,7 +13,7 @@ from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import InputReader
 from companion.io.link_mem import pair
 from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
-from companion.io.recording import Recording, split_frames
+from companion.io.recording import Recording
 from companion.io.store import MemoryStore
 from companion.io.truth import TRUTH_COLUMNS, Truth, truth_row
 from companion.io.writer import Writer
@@ -267,6 +267,6 @@ def test_frames_of_both_directions_are_in_the_telemetry_log_and_inputs_replay(tm
 
 def test_our_own_output_is_cut_into_frames():
     frame = heartbeat()
-    assert split_frames(frame * 3) == [frame] * 3
-    assert split_frames(frame + frame[:7]) == [frame]
-    assert split_frames(b"") == []
+    assert tlog.split_frames(frame * 3) == [frame] * 3
+    assert tlog.split_frames(frame + frame[:7]) == [frame]
+    assert tlog.split_frames(b"") == []
