@@ -8,7 +8,7 @@ PYTEST_ARGS ?=
 PYTEST := $(PY) -m pytest --dist loadgroup
 NONE_CHOSEN := 5
 
-.PHONY: help setup sim test check bench bench-compare soak fuzz docs lock clean
+.PHONY: help setup compiled sim test check bench bench-compare soak fuzz docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -18,10 +18,13 @@ setup: $(STAMP) ## set up .venv (once; again when the lock file changes)
 $(STAMP): requirements.lock pyproject.toml
 	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV)
 
-sim: $(STAMP) ## run the simulated vessel with all its links
+compiled: $(STAMP)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
+	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
+
+sim: compiled ## run the simulated vessel with all its links
 	@$(VENV)/bin/companion sim $(SIM_ARGS)
 
-test: $(STAMP) ## the whole test suite (what CI runs)
+test: compiled ## the whole test suite (what CI runs)
 	@echo "tests in virtual time ..."
 	@$(PYTEST) -n 2 -m "not soak and not e2e" $(PYTEST_ARGS) || [ $$? -eq $(NONE_CHOSEN) ]
 	@echo "tests on the real clock, with the machine to themselves ..."
@@ -33,13 +36,13 @@ check: $(STAMP) ## format, lint, types, import rules
 	@echo "types ..."   && $(VENV)/bin/mypy
 	@echo "imports ..." && $(VENV)/bin/lint-imports --no-cache
 
-bench: $(STAMP) ## the benchmark suite -> build/bench.json and build/bench.md
+bench: compiled ## the benchmark suite -> build/bench.json and build/bench.md
 	@$(PY) -m tools.bench $(BENCH_ARGS)
 
 bench-compare: $(STAMP) ## compare two benchmark files: make bench-compare OLD=a.json NEW=b.json
 	@$(PY) -m tools.bench_compare $(OLD) $(NEW)
 
-soak: $(STAMP) ## the long runs
+soak: compiled ## the long runs
 	@$(PY) -m pytest -m soak $(PYTEST_ARGS)
 
 fuzz: $(STAMP) ## structure-aware, then coverage-guided fuzzing of every byte that a stranger can send

@@ -15,6 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from companion.core.arduino_wire import IDS, Microseconds
 from companion.core.config import Config, param
+from companion.core.units import clamp
 from mavlink_bridge.imc import ActuatorOutput
 
 STOP_US: Final = 1500
@@ -222,16 +223,16 @@ class _Channel:
     def pulse(self, share: float) -> int:
         if not math.isfinite(share):
             share = 0.0
-        share = min(max(share, -1.0), 1.0) * self._sign
+        share = clamp(share, -1.0, 1.0) * self._sign
         pulse = self._zero + share * (self._up if share >= 0.0 else self._down)
-        return round(min(max(pulse, self._low), self._high))
+        return round(clamp(pulse, self._low, self._high))
 
     def share(self, pulse_us: float | None) -> float:
         if pulse_us is None or not 800.0 <= pulse_us <= 2200.0:
             return 0.0
         offset = pulse_us - self._zero
         share = offset / (self._up if offset >= 0.0 else self._down)
-        return min(max(share, -1.0), 1.0) * self._sign
+        return clamp(share, -1.0, 1.0) * self._sign
 
 
 def _ends(channel: ChannelConfig, config: ActuatorConfig) -> tuple[float, float, float]:

@@ -37,4 +37,6 @@ def mps_to_knots(speed_mps: float) -> float:
 
 def clamp(value: float, low: float, high: float) -> float:
     """Limit to [low, high]; NaN becomes ``low``."""
-    return min(max(low, value), high)
+    if value > low:
+        return value if value <= high else high
+    return low

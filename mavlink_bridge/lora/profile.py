@@ -55,7 +55,7 @@ BENCH: Final = BandRule("bench", 0.0, 10_000.0, -30.0, None)
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class LinkSettings(_Model):
