@@ -1,9 +1,9 @@
-"""``@value`` and ``@record``: the dataclasses of this project, cheap to make and, nearly all of them, frozen.
+"""``@value``: the frozen dataclass of the hot path, frozen for the type checker and cheap to make.
 
 ``dataclass(frozen=True)`` guards each object at run time, and pays for it with a call for each field of each object: at 300
-fields a tick a seventh of the whole. A ``value`` of the hot path is guarded before the run instead: mypy refuses every
-assignment to its fields. A ``record`` is guarded at run time as well. Both share one repr, comparison and hash instead of
-having them generated and compiled for each of two hundred classes at every start.
+fields a tick a seventh of the whole. A value is guarded before the run instead: mypy refuses every assignment to its
+fields. What must stay guarded at run time as well, such as ``ActuatorOutput``, remains a frozen dataclass. Values share one
+repr, comparison and hash instead of having them written and compiled for each class at every start.
 """
 
 from __future__ import annotations
@@ -20,12 +20,6 @@ Made = TypeVar("Made")
 def value(cls: type[Made]) -> type[Made]:
     """Make a dataclass with slots, compared and hashed by its fields, that only the type checker protects from change."""
     return _compared(dataclass(slots=True, eq=False, repr=False)(cls))
-
-
-@dataclass_transform(frozen_default=True, field_specifiers=(field,))
-def record(cls: type[Made]) -> type[Made]:
-    """Make a frozen dataclass with slots, compared and hashed by its fields."""
-    return _compared(dataclass(frozen=True, slots=True, eq=False, repr=False)(cls))
 
 
 def _compared(cls: type[Made]) -> type[Made]:
@@ -45,7 +39,7 @@ def _repr(self: Any) -> str:
     return f"{type(self).__qualname__}({content})"
 
 
-def _eq(self: Any, other: object) -> Any:
+def _eq(self: Any, other: Any) -> Any:
     if other.__class__ is not self.__class__:
         return NotImplemented
     content: Callable[[Any], Any] = self._content
