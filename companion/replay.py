@@ -35,6 +35,7 @@ from mavlink_bridge.port import Identity
 from mavlink_bridge.snapshot import Snapshot
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
+_COMMAS: Final = len(COLUMNS) - 1
 NEAR: Final = 1e-9
 """Relative difference of a field that another machine's arithmetic may make."""
 MAX_DIFFERENCES: Final = 200
@@ -129,7 +130,7 @@ class _Replay:
         self._tolerant = tolerant
         self._on_tick = on_tick
         self._rows = control_rows(run_dir)
-        self._row: list[str] | None = None
+        self._row: tuple[int, bytes] | None = None
         self._step: Step | None = None
         self._links = ReplayLinks(reader)
         self._store = ReplayStore(reader)
@@ -213,23 +214,23 @@ class _Replay:
         if before is None:
             return
         self.outcome.rows_compared += 1
-        after = control_row(snapshot).decode().rstrip("\n").split(",")
+        after = control_row(snapshot)
         if before != after:
-            self._compare(snapshot, before, after)
+            self._compare(snapshot, _fields(before), _fields(after))
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         return [(Severity(severity), text) for severity, text in self._step.told] if self._step else []
 
     # ---- comparing ----------------------------------------------------------------------------------------------
 
-    def _row_of(self, tick: int) -> list[str] | None:
+    def _row_of(self, tick: int) -> bytes | None:
         """The recorded row of a tick; None when it was never written (a cut) or has been rotated away."""
-        while self._row is None or int(self._row[1]) < tick:
+        while self._row is None or self._row[0] < tick:
             self._row = next(self._rows, None)
             if self._row is None:
                 self._rows = iter(())
                 return None
-        return self._row if int(self._row[1]) == tick else None
+        return self._row[1] if self._row[0] == tick else None
 
     def _compare(self, snapshot: Snapshot, before: list[str], after: list[str]) -> None:
         for name, was, now in zip(COLUMNS, before, after, strict=True):
@@ -272,14 +273,18 @@ def nearly(name: str, was: str, now: str) -> bool:
     return abs(a - b) <= max(NEAR * max(abs(a), abs(b)), 1e-5 * max(abs(a), abs(b)), NEAR)
 
 
-def control_rows(run_dir: Path) -> Iterator[list[str]]:
-    """Yield the rows of control.csv and its parts; what was cut, damaged or written by another version is left out."""
+def control_rows(run_dir: Path) -> Iterator[tuple[int, bytes]]:
+    """Yield (tick, line) of control.csv and its parts; what was cut, damaged or written by another version is left out."""
     for path in parts_of(run_dir / "control.csv"):
         with path.open("rb") as file:
             for line in itertools.islice(file, 1, None):
-                row = line.decode(errors="replace").rstrip("\n").split(",")
-                if len(row) == len(COLUMNS) and row[1].isdecimal() and line.endswith(b"\n"):
-                    yield row
+                tick = line.split(b",", 2)[1:2]
+                if line.count(b",") == _COMMAS and tick[0].isdigit() and line.endswith(b"\n"):
+                    yield int(tick[0]), line
+
+
+def _fields(line: bytes) -> list[str]:
+    return line.decode(errors="replace").rstrip("\n").split(",")
 
 
 def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Settings:

@@ -77,15 +77,15 @@ class ReplayLink:
 
     def finish(self) -> None:
         """End the step: writes that did not happen again are differences."""
-        for missing in self._writes[self._write_number :]:
-            self._report(_describe(missing), "nothing written")
+        if self._write_number < len(self._writes):
+            for missing in self._writes[self._write_number :]:
+                self._report(_describe(missing), "nothing written")
         self._writes = []
-        self._write_number = 0
 
     def poll(self, now_us: int) -> list[LinkEvent]:
-        events = self._polls.get(min(self._poll_number, 255), [])
-        self._poll_number += 1
-        return list(events)
+        number = self._poll_number
+        self._poll_number = number + 1
+        return list(self._polls.get(min(number, 255), ())) if self._polls else []
 
     def write(self, channel: int, data: bytes) -> int:
         number, self._write_number = self._write_number, self._write_number + 1

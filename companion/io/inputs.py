@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
 from companion.io.link import Closed, LinkEvent, Opened, Received
+from mavlink_bridge.value import value
 
 MAGIC: Final = b"USVIN\x001\n"
 StepKind = Literal["pump", "tick", "stop"]
@@ -38,7 +39,7 @@ OPENED, RECEIVED, CLOSED, WROTE, COMPLETED, SUBMITTED, TOLD, FETCHED = 1, 2, 3, 
 _LONGEST: Final = 1 << 26
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Write:
     """One write as recorded."""
 
