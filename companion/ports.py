@@ -84,10 +84,11 @@ class NmeaPort(_Counted):
         self.measurements: list[Measurement] = []
 
     def read(self, now_us: int) -> None:
+        reader, found = self.reader, self.measurements
         for event in self.events(now_us):
             if isinstance(event, Received):
-                self.measurements += self.reader.receive(event.data, now_us)
-        self.measurements += self.reader.poll(now_us)
+                found += reader.receive(event.data, now_us)
+        found += reader.poll(now_us)
 
     def take(self) -> list[Measurement]:
         taken, self.measurements = self.measurements, []

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable
+from typing import Any, Final
 
 from pydantic import Field
 
@@ -13,16 +14,18 @@ from companion.core.nmea_fields import (
     DepthPart,
     EpochPart,
     MalformedError,
+    Measurement,
     RatePart,
     day_number,
 )
 from companion.core.nmea_line import LineReader, frame
-from companion.core.nmea_sentences import KINDS, Decoder, decoder_of, kind_of
+from companion.core.nmea_sentences import ATTITUDE_KINDS, KINDS, Decoder, decoder_of, kind_of
 from companion.core.nmea_watch import NmeaWatch, Rhythm
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, GpsFix, Severity
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, Severity
 
-Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+_Take = Callable[[Any, int, list[Measurement]], None]
+_Route = tuple[Decoder, Rhythm, _Take]
+"""What decodes the sentences of one address, what counts them, and what takes the parts that they become."""
 
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
@@ -72,13 +75,18 @@ class NmeaReader:
         self.name = name
         self._line = LineReader()
         self._watch = NmeaWatch(name)
-        self._routes: dict[str, tuple[Decoder, Rhythm]] = {}
+        self._routes: dict[str, _Route] = {}
         self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
         self._bytes = 0
         self._relay: list[bytes] = []
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
         self._depth_kind: tuple[str, int] | None = None
+        self._takers: dict[str, _Take] = {
+            **dict.fromkeys(ATTITUDE_KINDS, self._attitude),
+            **dict.fromkeys(_DEPTH_RANK, self._depth),
+            "ROT": self._rate,
+        }
         self.configure(config)
 
     def configure(self, config: NmeaConfig) -> None:
@@ -121,7 +129,7 @@ class NmeaReader:
         if now_us - self._checked_us >= _CHECK_US:
             self._checked_us = now_us
             self._check(now_us)
-        return [*self._epochs.poll(now_us)]
+        return self._epochs.poll(now_us)
 
     @property
     def damaged(self) -> int:
@@ -147,16 +155,16 @@ class NmeaReader:
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Operator texts since the last call."""
-        texts, self._watch.texts = self._watch.texts, []
+        texts = self._watch.texts
+        if texts:
+            self._watch.texts = []
         return texts
 
     def _check(self, now_us: int) -> None:
         self._watch.check(now_us, self._line.counters.sentences, self.damaged, self._bytes)
         conflict = self._talkers.conflict
-        kept, refused = conflict or ("", "")
-        self._watch.set_condition(
-            "talkers", conflict is not None, f"two receivers; using {kept}, ignoring {refused}", "one receiver again"
-        )
+        text = "" if conflict is None else f"two receivers; using {conflict[0]}, ignoring {conflict[1]}"
+        self._watch.set_condition("talkers", conflict is not None, text, "one receiver again")
         self._watch.set_condition(
             "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
         )
@@ -166,7 +174,7 @@ class NmeaReader:
         route = self._routes.get(address) or self._route(address)
         if route is None:
             return
-        decode, rhythm = route
+        decode, rhythm, take = route
         try:
             part = decode(fields)
         except MalformedError:
@@ -176,24 +184,16 @@ class NmeaReader:
             self._dropped["unknown"] += 1
             return
         rhythm.heard(now_us)
-        if isinstance(part, EpochPart):
-            self._epoch(part, now_us, found)
-        elif isinstance(part, AttitudePart):
-            self._attitude(part, now_us, found)
-        elif isinstance(part, RatePart):
-            if part.r_radps is not None:
-                found.append(AngularVelocity(now_us - self._heading_latency_us, part.r_radps))
-        else:
-            self._depth(part, now_us, found)
+        take(part, now_us, found)
 
-    def _route(self, address: str) -> tuple[Decoder, Rhythm] | None:
+    def _route(self, address: str) -> _Route | None:
         """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""
         kind = kind_of(address)[1]
         decode = decoder_of(address)
         if decode is None or kind not in self._wanted:
             self._dropped["unknown" if decode is None else "filtered"] += 1
             return None
-        route = (decode, self._watch.rhythm(address))
+        route = (decode, self._watch.rhythm(address), self._takers.get(kind, self._epoch))
         if len(self._routes) < _ROUTES_MAX:
             self._routes[address] = route
         return route
@@ -205,24 +205,29 @@ class NmeaReader:
             return
         if part.variation_rad is not None:
             self._variation = (part.variation_rad, now_us)
-        found.extend(self._epochs.add(part, now_us, strict=self._talkers.strict(now_us)))
+        self._epochs.add(part, now_us, found, strict=now_us < self._talkers.strict_until_us)
+
+    def _rate(self, part: RatePart, now_us: int, found: list[Measurement]) -> None:
+        if part.r_radps is not None:
+            found.append(AngularVelocity(now_us - self._heading_latency_us, part.r_radps))
 
     def _attitude(self, part: AttitudePart, now_us: int, found: list[Measurement]) -> None:
         variation = part.variation_rad
-        if variation is None and part.psi_magnetic_rad is not None and self._variation is not None:
-            value, at_us = self._variation
-            variation = value if now_us - at_us < _VARIATION_HOLD_US else None
-        if part.psi_rad is None and part.psi_magnetic_rad is None and part.phi_rad is None and part.theta_rad is None:
+        if part.psi_magnetic_rad is not None:
+            if variation is None and self._variation is not None:
+                value, at_us = self._variation
+                variation = value if now_us - at_us < _VARIATION_HOLD_US else None
+        elif part.psi_rad is None and part.phi_rad is None and part.theta_rad is None:
             return
         found.append(
             EulerAngles(
-                t_us=now_us - self._heading_latency_us,
-                phi_rad=part.phi_rad,
-                theta_rad=part.theta_rad,
-                psi_rad=None if part.psi_rad is None else wrap_pi(part.psi_rad),
-                psi_magnetic_rad=part.psi_magnetic_rad,
-                psi_accuracy_rad=part.psi_accuracy_rad,
-                variation_rad=variation,
+                now_us - self._heading_latency_us,
+                part.phi_rad,
+                part.theta_rad,
+                part.psi_rad,
+                part.psi_magnetic_rad,
+                part.psi_accuracy_rad,
+                variation,
             )
         )
 
@@ -238,11 +243,4 @@ class NmeaReader:
             value = max(0.0, value - self.config.transducer_depth_m)
         elif value is not None and part.kind == "DBK":
             value = max(0.0, value + self.config.keel_depth_m - self.config.transducer_depth_m)
-        found.append(
-            Distance(
-                t_us=now_us - self._depth_latency_us,
-                value_m=value,
-                offset_m=part.offset_m,
-                range_max_m=part.range_max_m,
-            )
-        )
+        found.append(Distance(now_us - self._depth_latency_us, value, part.offset_m, part.range_max_m))

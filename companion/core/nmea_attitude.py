@@ -49,72 +49,79 @@ SATHPR: Final = type(
 )
 
 
-def hdt(s: Any) -> AttitudePart:
-    return AttitudePart("HDT", s.talker, psi_rad=angle_rad(s.heading))
+def hdt(talker: str, heading: str) -> AttitudePart:
+    return AttitudePart("HDT", talker, None, None, angle_rad(heading))
 
 
-def ths(s: Any) -> AttitudePart:
+def ths(talker: str, fields: tuple[str, ...]) -> AttitudePart:
     """Mode A measured, E estimated; M manual, S simulator and V void are no heading."""
-    return AttitudePart("THS", s.talker, psi_rad=angle_rad(s.heading) if s.mode_indicator in ("A", "E") else None)
+    heading, mode = fields
+    return AttitudePart("THS", talker, psi_rad=angle_rad(heading) if mode in ("A", "E") else None)
 
 
-def hdg(s: Any) -> AttitudePart:
-    part = AttitudePart("HDG", s.talker, psi_magnetic_rad=angle_rad(s.heading))
-    deviation = signed_rad(s.deviation, s.dev_dir)
-    if part.psi_magnetic_rad is not None and deviation is not None:
-        part.psi_magnetic_rad = wrap_pi(part.psi_magnetic_rad + deviation)
-    part.variation_rad = signed_rad(s.variation, s.var_dir)
+def hdg(talker: str, fields: tuple[str, ...]) -> AttitudePart:
+    heading, deviation, deviation_letter, variation, variation_letter = fields
+    part = AttitudePart("HDG", talker, psi_magnetic_rad=angle_rad(heading))
+    deviation_rad = signed_rad(deviation, deviation_letter)
+    if part.psi_magnetic_rad is not None and deviation_rad is not None:
+        part.psi_magnetic_rad = wrap_pi(part.psi_magnetic_rad + deviation_rad)
+    part.variation_rad = signed_rad(variation, variation_letter)
     return part
 
 
-def hdm(s: Any) -> AttitudePart:
-    return AttitudePart("HDM", s.talker, psi_magnetic_rad=angle_rad(s.heading))
+def hdm(talker: str, heading: str) -> AttitudePart:
+    return AttitudePart("HDM", talker, psi_magnetic_rad=angle_rad(heading))
 
 
-def rot(s: Any) -> RatePart:
-    rate = number(s.rate_of_turn, -10_000.0, 10_000.0)
-    valid = s.status in ("A", "") and rate is not None
-    return RatePart("ROT", s.talker, math.radians(rate) / 60.0 if valid and rate is not None else None)
+def rot(talker: str, fields: tuple[str, ...]) -> RatePart:
+    text, status = fields
+    rate = number(text, -10_000.0, 10_000.0)
+    if rate is None or (status and status != "A"):
+        return RatePart("ROT", talker)
+    return RatePart("ROT", talker, math.radians(rate) / 60.0)
 
 
-def _feet_or_metres(feet: Any, metres: Any, fathoms: Any) -> float | None:
-    for value, unit_m in ((metres, 1.0), (feet, _FOOT_M), (fathoms, _FATHOM_M)):
-        found = number(value, 0.0, _DEPTH_MAX_M / unit_m)
+def _feet_or_metres(fields: tuple[str, ...]) -> float | None:
+    feet, metres, fathoms = fields
+    for text, unit_m in ((metres, 1.0), (feet, _FOOT_M), (fathoms, _FATHOM_M)):
+        found = number(text, 0.0, _DEPTH_MAX_M / unit_m)
         if found is not None:
             return found * unit_m
     return None
 
 
-def dpt(s: Any) -> DepthPart:
-    part = DepthPart("DPT", s.talker, number(s.depth, 0.0, _DEPTH_MAX_M))
-    part.offset_m = number(s.offset, -100.0, 100.0)
-    part.range_max_m = number(s.range, 0.0, _DEPTH_MAX_M)
-    return part
+def dpt(talker: str, fields: tuple[str, ...]) -> DepthPart:
+    depth, offset, range_max = fields
+    return DepthPart(
+        "DPT",
+        talker,
+        number(depth, 0.0, _DEPTH_MAX_M),
+        number(offset, -100.0, 100.0),
+        number(range_max, 0.0, _DEPTH_MAX_M),
+    )
 
 
-def dbt(s: Any) -> DepthPart:
-    return DepthPart("DBT", s.talker, _feet_or_metres(s.depth_feet, s.depth_meters, s.depth_fathoms))
+def dbt(talker: str, fields: tuple[str, ...]) -> DepthPart:
+    return DepthPart("DBT", talker, _feet_or_metres(fields))
 
 
-def dbk(s: Any) -> DepthPart:
-    return DepthPart("DBK", s.talker, _feet_or_metres(s.depth_feet, s.depth_meters, s.depth_fathoms))
+def dbk(talker: str, fields: tuple[str, ...]) -> DepthPart:
+    return DepthPart("DBK", talker, _feet_or_metres(fields))
 
 
-def dbs(s: Any) -> DepthPart:
-    fathoms = s.data[4] if len(s.data) > 4 else ""  # pynmea2 has a blank inside this field's name
-    return DepthPart("DBS", s.talker, _feet_or_metres(s.depth_feet, s.depth_meter, fathoms))
+def dbs(talker: str, fields: tuple[str, ...]) -> DepthPart:
+    return DepthPart("DBS", talker, _feet_or_metres(fields))
 
 
 _ROLL_NAMES: Final = frozenset({"ROLL", "HEEL", "BOATROLL", "VESSEL ROLL"})
 _PITCH_NAMES: Final = frozenset({"PITCH", "PTCH", "TRIM", "BOATPITCH", "VESSEL PITCH"})
 
 
-def xdr(s: Any) -> AttitudePart:
+def xdr(talker: str, fields: tuple[str, ...]) -> AttitudePart:
     """Any group of type A (angle) in degrees that is named after roll or pitch; other transducers are passed over."""
-    part = AttitudePart("XDR", s.talker)
-    data = s.data
-    for first in range(0, len(data) - 3, 4):
-        kind, value, unit, name = data[first : first + 4]
+    part = AttitudePart("XDR", talker)
+    for first in range(0, len(fields) - 3, 4):
+        kind, value, unit, name = fields[first : first + 4]
         if kind != "A" or unit != "D":
             continue
         name = name.upper()

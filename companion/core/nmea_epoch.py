@@ -11,12 +11,15 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from companion.core.nmea_fields import DAY_US, EpochPart
+from companion.core.nmea_fields import DAY_US, EpochPart, Measurement
 from mavlink_bridge.imc import FixType, GpsFix
 
 _BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
 """Sentences that may end an epoch. ZDA, GST and GSA come more slowly on many receivers, so they never do."""
 _FIX_RANK: Final = {"GGA": 0, "GNS": 1, "RMC": 2, "GLL": 3}
+_RANK_OF_GNS: Final = _FIX_RANK["GNS"]
+_NO_RANK: Final = 9
+_NONE: Final = FixType.NONE
 _HALF_DAY_US: Final = DAY_US // 2
 _CALENDAR_AGE_MAX_US: Final = 3_600_000_000
 _RIVAL_MEMORY_US: Final = 5_000_000
@@ -76,7 +79,7 @@ class _Open:
     day: int | None = None
     kinds: tuple[str, ...] = ()
     talkers: tuple[str, ...] = ()
-    rank: int = 9
+    rank: int = _NO_RANK
     fix_type: FixType | None = None
     lat_rad: float | None = None
     lon_rad: float | None = None
@@ -111,14 +114,21 @@ class TalkerChoice:
         """(kept, refused) while two receivers are heard."""
         self._last: dict[str, tuple[str, int, int]] = {}
         self._kept_at_us = 0
+        self.strict_until_us = 0
+        """Before this time it may be two receivers: then an epoch takes sentences of one talker only."""
 
     def accepts(self, part: EpochPart, now_us: int) -> bool:
         """Judge a position, speed or time sentence."""
         if self.allowed:
             return part.talker in self.allowed
-        if self.conflict is not None and part.talker != self.conflict[0] and now_us - self._kept_at_us > _HOLD_US:
+        if self.conflict is None:
+            last = self._last.get(part.kind)
+            if last is not None and last[0] == part.talker:
+                return True
+        elif part.talker != self.conflict[0] and now_us - self._kept_at_us > _HOLD_US:
             self.conflict = None
             self._last.clear()
+            self.strict_until_us = 0
         if self.conflict is None:
             self.conflict = self._rivals(part, now_us)
         if self.conflict is None:
@@ -128,18 +138,13 @@ class TalkerChoice:
         self._kept_at_us = now_us
         return True
 
-    def strict(self, now_us: int) -> bool:
-        """True while it may be two receivers: then an epoch takes sentences of one talker only."""
-        return not self.allowed and any(
-            changes > 0 and now_us - since_us < _RIVAL_MEMORY_US for _, changes, since_us in self._last.values()
-        )
-
     def _rivals(self, part: EpochPart, now_us: int) -> tuple[str, str] | None:
         talker, changes, since_us = self._last.get(part.kind, (part.talker, 0, now_us))
         if talker != part.talker:
             if now_us - since_us > _RIVAL_MEMORY_US:
                 changes, since_us = 0, now_us
             changes += 1
+            self.strict_until_us = max(self.strict_until_us, since_us + _RIVAL_MEMORY_US)
         self._last[part.kind] = (part.talker, changes, since_us)
         # The talker that comes back is the one that was there first.
         return (part.talker, talker) if changes >= 2 and talker != part.talker else None
@@ -160,39 +165,39 @@ class EpochBuilder:
         self._candidate = ("", 0)
         self._quality: tuple[FixType, int] | None = None
 
-    def add(self, part: EpochPart, now_us: int, *, strict: bool = False) -> list[GpsFix]:
-        """Take one sentence; return the fixes it finished (none, one, or two). ``strict``: one talker per epoch."""
-        fixes: list[GpsFix] = []
-        if self._is_late(part, now_us):
-            return fixes
+    def add(self, part: EpochPart, now_us: int, found: list[Measurement], *, strict: bool = False) -> None:
+        """Take one sentence; append the fixes it finished (none, one, or two). ``strict``: one talker per epoch."""
         current = self._open
-        foreign = strict and current is not None and part.talker not in current.talkers and part.kind != "GSA"
-        if foreign and part.tod_us is None:
-            return fixes
-        if current is not None and (foreign or self._starts_new(current, part, now_us)):
-            self._finish(fixes, ended_by_kind=False)
-            current = None
+        if current is None:
+            if self._is_late(part, now_us):
+                return
+        else:
+            foreign = strict and part.talker not in current.talkers and part.kind != "GSA"
+            if foreign and part.tod_us is None:
+                return
+            if foreign or _starts_new(current, part, now_us):
+                self._finish(found, ended_by_kind=False)
+                current = None
         if current is None:
             if part.tod_us is None and part.kind in ("GSA", self._ender):
                 self.late += 1
-                return fixes  # the tail of an epoch that was lost belongs to no other one
-            current = self._open = _Open(first_us=now_us)
+                return  # the tail of an epoch that was lost belongs to no other one
+            current = self._open = _Open(now_us)
         current.last_us = now_us
         _merge(current, part)
-        if part.kind == self._ender and current.rank < 9:
-            self._finish(fixes, ended_by_kind=True)
-        return fixes
+        if part.kind == self._ender and current.rank < _NO_RANK:
+            self._finish(found, ended_by_kind=True)
 
-    def poll(self, now_us: int) -> list[GpsFix]:
+    def poll(self, now_us: int) -> list[Measurement]:
         """Close an epoch whose time limit has passed."""
-        fixes: list[GpsFix] = []
+        fixes: list[Measurement] = []
         if self._open is not None and now_us - self._open.first_us >= self.limit_us:
             self._finish(fixes, ended_by_kind=False)
         return fixes
 
     def _is_late(self, part: EpochPart, now_us: int) -> bool:
         closed = self._closed
-        if self._open is not None or closed is None or now_us - closed.first_us > self.limit_us:
+        if closed is None or now_us - closed.first_us > self.limit_us:
             return False
         if part.tod_us is None:
             # VTG or GSA after the epoch was closed without them.
@@ -208,15 +213,7 @@ class EpochBuilder:
             self._ender = part.kind
         return True
 
-    @staticmethod
-    def _starts_new(current: _Open, part: EpochPart, now_us: int) -> bool:
-        if current.tod_us is None and part.tod_us is not None and now_us - current.last_us > _PAUSE_US:
-            return True
-        if part.tod_us is not None and current.tod_us is not None and part.tod_us != current.tod_us:
-            return True
-        return (part.kind != "GSA" and part.kind in current.kinds) or _elsewhere(current, part)
-
-    def _finish(self, fixes: list[GpsFix], *, ended_by_kind: bool) -> None:
+    def _finish(self, found: list[Measurement], *, ended_by_kind: bool) -> None:
         current = self._open
         assert current is not None
         self._open = None
@@ -226,17 +223,17 @@ class EpochBuilder:
         utc_us = None
         if current.tod_us is not None:
             utc_us = self.calendar.utc_us(current.tod_us, current.day, current.first_us)
-        if current.rank < 9:
+        if current.rank < _NO_RANK:
             self._keep_quality(current)
             complete = ended_by_kind or self._ender is None
             self.partial += not complete
-            fixes.append(_publish(current, utc_us, current.first_us - self.latency_us, complete))
+            found.append(_publish(current, utc_us, current.first_us - self.latency_us, complete))
 
     def _keep_quality(self, current: _Open) -> None:
         """RMC and GLL without a mode letter cannot tell 2-D from RTK: the last GGA's quality stands for 5 s."""
         if current.fix_type is None:
             return
-        if current.rank <= _FIX_RANK["GNS"]:
+        if current.rank <= _RANK_OF_GNS:
             self._quality = (current.fix_type, current.first_us)
         elif current.fix_type == FixType.FIX_2D and not current.dead_reckoning and self._quality is not None:
             quality, at_us = self._quality
@@ -255,9 +252,19 @@ class EpochBuilder:
             self._ender = last
 
 
+def _starts_new(current: _Open, part: EpochPart, now_us: int) -> bool:
+    """True when a sentence does not belong to the epoch being collected."""
+    other_time = part.tod_us is not None and part.tod_us != current.tod_us
+    if other_time and (current.tod_us is not None or now_us - current.last_us > _PAUSE_US):
+        return True
+    return (part.kind in current.kinds and part.kind != "GSA") or _elsewhere(current, part)
+
+
 def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
     """True when the sentence has another position than the epoch: talkers that count whole seconds reuse a time."""
     if part.lat_rad is None or part.lon_rad is None or epoch.lat_rad is None or epoch.lon_rad is None:
+        return False
+    if part.lat_rad == epoch.lat_rad and part.lon_rad == epoch.lon_rad:
         return False
     allowed_m = _SAME_PLACE_M + max(part.step_m, epoch.step_m)
     north_m = _EARTH_M * (part.lat_rad - epoch.lat_rad)
@@ -266,36 +273,42 @@ def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
 
 
 def _merge(epoch: _Open, part: EpochPart) -> None:
-    epoch.kinds += (part.kind,)
+    kind = part.kind
+    epoch.kinds += (kind,)
     epoch.talkers += (part.talker,)
     if part.tod_us is not None:
         epoch.tod_us = part.tod_us
     if part.day is not None:
         epoch.day = part.day
-    rank = _FIX_RANK.get(part.kind)
+    rank = _FIX_RANK.get(kind)
     if rank is not None:
         _merge_position(epoch, part, rank)
     if part.sog_mps is not None or part.cog_rad is not None:
         _merge_velocity(epoch, part)
     if part.vdop is not None:
         epoch.vdop = part.vdop
-    if part.kind == "GST":
+    if kind == "GST":
         epoch.hacc_m, epoch.vacc_m = part.hacc_m, part.vacc_m
 
 
 def _merge_position(epoch: _Open, part: EpochPart, rank: int) -> None:
-    epoch.no_fix |= part.fix_type == FixType.NONE
-    epoch.doubtful |= part.doubtful
-    epoch.vouched |= part.fix_type != FixType.NONE and not part.doubtful
-    epoch.dead_reckoning |= part.dead_reckoning
-    epoch.simulated |= part.simulated
+    if part.fix_type is _NONE:
+        epoch.no_fix = True
+    elif not part.doubtful:
+        epoch.vouched = True
+    if part.doubtful:
+        epoch.doubtful = True
+    if part.dead_reckoning:
+        epoch.dead_reckoning = True
+    if part.simulated:
+        epoch.simulated = True
     if rank >= epoch.rank:
         return
     epoch.rank = rank
     epoch.fix_type = part.fix_type
     epoch.lat_rad, epoch.lon_rad = part.lat_rad, part.lon_rad
     epoch.step_m = part.step_m
-    if part.kind in ("GGA", "GNS"):
+    if rank <= _RANK_OF_GNS:
         epoch.height_msl_m = part.height_msl_m
         epoch.geoid_separation_m = part.geoid_separation_m
         epoch.satellites = part.satellites
@@ -309,32 +322,45 @@ def _merge_velocity(epoch: _Open, part: EpochPart) -> None:
         epoch.sog_mps = part.sog_mps
     if part.cog_rad is not None and (wins or epoch.cog_rad is None):
         epoch.cog_rad = part.cog_rad
-    epoch.velocity_kind = "VTG" if part.kind == "VTG" else epoch.velocity_kind or part.kind
+    if wins:
+        epoch.velocity_kind = part.kind
 
 
 def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> GpsFix:
     void = epoch.no_fix or epoch.fix_type is None or (epoch.doubtful and not epoch.vouched)
-    fix_type = FixType.NONE if void or epoch.fix_type is None else epoch.fix_type
-    good = fix_type != FixType.NONE
-    ellipsoid = None
+    if void or epoch.fix_type is None:
+        return GpsFix(
+            t_us,
+            _NONE,
+            utc_us=utc_us,
+            satellites=epoch.satellites,
+            hdop=epoch.hdop,
+            vdop=epoch.vdop,
+            hacc_m=epoch.hacc_m,
+            vacc_m=epoch.vacc_m,
+            dead_reckoning=epoch.dead_reckoning,
+            simulated=epoch.simulated,
+            complete=complete,
+        )
+    ellipsoid_m = None
     if epoch.height_msl_m is not None and epoch.geoid_separation_m is not None:
-        ellipsoid = epoch.height_msl_m + epoch.geoid_separation_m
+        ellipsoid_m = epoch.height_msl_m + epoch.geoid_separation_m
     return GpsFix(
-        t_us=t_us,
-        fix_type=fix_type,
-        lat_rad=epoch.lat_rad if good else None,
-        lon_rad=epoch.lon_rad if good else None,
-        height_msl_m=epoch.height_msl_m if good else None,
-        height_ellipsoid_m=ellipsoid if good else None,
-        utc_us=utc_us,
-        satellites=epoch.satellites,
-        hdop=epoch.hdop,
-        vdop=epoch.vdop,
-        hacc_m=epoch.hacc_m,
-        vacc_m=epoch.vacc_m,
-        sog_mps=epoch.sog_mps if good else None,
-        cog_rad=epoch.cog_rad if good else None,
-        dead_reckoning=epoch.dead_reckoning,
-        simulated=epoch.simulated,
-        complete=complete,
+        t_us,
+        epoch.fix_type,
+        epoch.lat_rad,
+        epoch.lon_rad,
+        epoch.height_msl_m,
+        ellipsoid_m,
+        utc_us,
+        epoch.satellites,
+        epoch.hdop,
+        epoch.vdop,
+        epoch.hacc_m,
+        epoch.vacc_m,
+        epoch.sog_mps,
+        epoch.cog_rad,
+        epoch.dead_reckoning,
+        epoch.simulated,
+        complete,
     )

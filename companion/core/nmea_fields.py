@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import Any, Final
 
 from companion.core.units import knots_to_mps, wrap_pi
-from mavlink_bridge.imc import FixType
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
 
 SECOND_US: Final = 1_000_000
 DAY_US: Final = 86_400 * SECOND_US
@@ -91,6 +91,8 @@ class DepthPart:
     range_max_m: float | None = None
 
 
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+"""What a reader gives."""
 Part = EpochPart | AttitudePart | RatePart | DepthPart
 
 
@@ -112,17 +114,15 @@ def time_of_day_us(text: str) -> int | None:
     """``hhmmss[.s...]`` to microseconds of the day. Second 60 is a leap second (ITU-R TF.460)."""
     if not text:
         return None
-    if len(text) < 6 or not text[:6].isdigit():
+    whole, _, digits = text.partition(".")
+    digits = digits[:6]
+    if len(whole) != 6 or not whole.isdigit() or (digits and not digits.isdigit()):
         raise MalformedError("time")
-    hours, minutes, seconds = int(text[:2]), int(text[2:4]), int(text[4:6])
+    clock = int(whole)
+    hours, minutes, seconds = clock // 10_000, clock // 100 % 100, clock % 100
     if hours > 23 or minutes > 59 or seconds > 60:
         raise MalformedError("time")
-    fraction_us = 0
-    if len(text) > 6:
-        digits = text[7:13]
-        if text[6] != "." or (digits and not digits.isdigit()):
-            raise MalformedError("time")
-        fraction_us = int(digits.ljust(6, "0"))
+    fraction_us = int(digits.ljust(6, "0")) if digits else 0
     return ((hours * 60 + minutes) * 60 + seconds) * SECOND_US + fraction_us
 
 
@@ -148,13 +148,8 @@ def coordinate_rad(text: str, hemisphere: str, positive: str, negative: str, lim
     """``dddmm.mmmm`` with its hemisphere letter to radians; blank to None."""
     if not text:
         return None
-    point = text.find(".")
-    whole = text if point < 0 else text[:point]
-    if (
-        len(whole) < 3
-        or not whole.isdigit()
-        or not (point < 0 or text[point + 1 :].isdigit() or point + 1 == len(text))
-    ):
+    whole, _, decimals = text.partition(".")
+    if len(whole) < 3 or not whole.isdigit() or (decimals and not decimals.isdigit()):
         raise MalformedError("coordinate")
     degrees = int(whole[:-2])
     minutes = float(text[len(whole) - 2 :])
@@ -175,7 +170,7 @@ def angle_rad(value: Any, low_deg: float = 0.0, high_deg: float = 360.0) -> floa
     return None if degrees is None else wrap_pi(math.radians(degrees))
 
 
-def signed_rad(value: Any, letter: str, low_deg: float = 0.0, high_deg: float = 180.0) -> float | None:
+def signed_rad(value: str, letter: str, low_deg: float = 0.0, high_deg: float = 180.0) -> float | None:
     """A value with E or W behind it, east positive. Some talkers sign the number instead and give no letter."""
     degrees = number(value, -high_deg, high_deg)
     if degrees is None:
@@ -187,7 +182,7 @@ def signed_rad(value: Any, letter: str, low_deg: float = 0.0, high_deg: float = 
     return math.radians(degrees)
 
 
-def speed_mps(knots: Any, kmh: Any) -> float | None:
+def speed_mps(knots: str, kmh: str) -> float | None:
     """km/h first: it has the finer step (0.1 km/h = 0.05 kn) when both are cut to the same decimals."""
     from_kmh = number(kmh, 0.0, _SPEED_MAX_KN * 1.852)
     if from_kmh is not None:
@@ -196,7 +191,7 @@ def speed_mps(knots: Any, kmh: Any) -> float | None:
     return None if from_knots is None else knots_to_mps(from_knots)
 
 
-def count(value: Any) -> int | None:
+def count(value: str) -> int | None:
     found = number(value, 0, 255)
     return None if found is None else int(found)
 
@@ -212,3 +207,12 @@ def date_day(text: str) -> int:
     if len(text) != 6 or not text.isdigit():
         raise MalformedError("date")
     return day_number(full_year(int(text[4:])), int(text[2:4]), int(text[:2]))
+
+
+@lru_cache(maxsize=16)
+def full_date_day(year: str, month: str, day: str) -> int | None:
+    """Three fields to days from 1970-01-01; None when one is blank. Some plotters send years of two digits."""
+    years, months, days = number(year, 0, 2200), number(month, 0, 2200), number(day, 0, 2200)
+    if years is None or months is None or days is None:
+        return None
+    return day_number(int(years) if years >= 100 else full_year(int(years)), int(months), int(days))

@@ -18,6 +18,8 @@ _FRAME: Final = re.compile(
     rb"([%(s)b])(?:([^%(s)b\r\n*]{0,%(n)d}+)(?:\*([^%(s)b\r\n]{2})|\*?[^%(s)b\r\n]?(?=[%(s)b\r\n]))|[^%(s)b\r\n]{%(m)d})"
     % {b"s": _START, b"n": BODY_MAX, b"m": BODY_MAX + 3}
 )
+_BURST: Final = re.compile(rb"\$([ \"#%%-)+-\[\]-~]{1,%d}+)\*([0-9A-F]{2})\r\n" % BODY_MAX)
+_DIGITS: Final = tuple(b"%02X" % value for value in range(256))
 _FIRST_START: Final = re.compile(rb"[%b]" % _START)
 _DOLLAR: Final = b"$"
 _BANG: Final = b"!"
@@ -27,16 +29,18 @@ def checksum(body: bytes) -> int:
     """XOR of all bytes between start and ``*`` (IEC 61162-1 §7). Up to 256 bytes."""
     # Folding one big integer is several times faster than a loop over bytes.
     folded = int.from_bytes(body, "big")
-    if len(body) > 64:
-        folded ^= folded >> 1024
-        folded ^= folded >> 512
-    folded ^= folded >> 256
-    folded ^= folded >> 128
+    size = len(body)
+    if size > 16:
+        if size > 64:
+            if size > 128:
+                folded ^= folded >> 1024
+            folded ^= folded >> 512
+        folded ^= folded >> 256
+        folded ^= folded >> 128
     folded ^= folded >> 64
     folded ^= folded >> 32
     folded ^= folded >> 16
-    folded ^= folded >> 8
-    return folded & 0xFF
+    return (folded ^ folded >> 8) & 0xFF
 
 
 def frame(body: str) -> bytes:
@@ -77,6 +81,10 @@ class LineReader:
 
     def receive(self, data: bytes) -> list[str]:
         """Take bytes as they came; return the bodies (between start and ``*``) of the ``$`` and ``!`` sentences."""
+        if not self._rest and data[-1:] == b"\n":
+            burst = self._burst(data)
+            if burst:
+                return burst
         buffer = self._rest + data if self._rest else bytes(data)
         bodies: list[str] = []
         end = 0
@@ -89,6 +97,20 @@ class LineReader:
             if body is not None:
                 bodies.append(body)
         self._keep(buffer, end)
+        return bodies
+
+    def _burst(self, data: bytes) -> list[str] | None:
+        """The bodies when the bytes are whole good sentences and nothing else, as most receivers send them; else None."""
+        bodies = []
+        size = 0
+        for body, digits in _BURST.findall(data):
+            if _DIGITS[checksum(body)] != digits:
+                return None
+            size += len(body) + 6
+            bodies.append(body.decode())
+        if size != len(data):
+            return None
+        self.counters.sentences += len(bodies)
         return bodies
 
     def _check(self, match: re.Match[bytes]) -> str | None:

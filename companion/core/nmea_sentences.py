@@ -1,13 +1,13 @@
 """The table of sentences: a checked body in, one typed part in SI units out.
 
-pynmea2 lays out the fields and reads plain numbers; ``nmea_position`` and ``nmea_attitude`` add what it lacks: bounds,
+pynmea2 says which field is where; ``nmea_position`` and ``nmea_attitude`` read the fields and add what it lacks: bounds,
 blank = unknown, leap seconds, strict coordinates, and sentences that it does not know.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from operator import itemgetter
 from typing import Any, Final
 
 import pynmea2
@@ -17,26 +17,32 @@ from companion.core.nmea_fields import MalformedError, Part
 
 Decoder = Callable[[str], Part | None]
 
-_TALKER: Final[dict[str, Callable[[Any], Part | None]]] = {
-    "ZDA": position.zda,
-    "GGA": position.gga,
-    "GNS": position.gns,
-    "GLL": position.gll,
-    "RMC": position.rmc,
-    "VTG": position.vtg,
-    "GST": position.gst,
-    "GSA": position.gsa,
-    "HDT": attitude.hdt,
-    "THS": attitude.ths,
-    "HDG": attitude.hdg,
-    "HDM": attitude.hdm,
-    "ROT": attitude.rot,
-    "DPT": attitude.dpt,
-    "DBT": attitude.dbt,
-    "DBS": attitude.dbs,
-    "DBK": attitude.dbk,
-    "XDR": attitude.xdr,
+_TALKER: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
+    "ZDA": (position.zda, "timestamp year month day"),
+    "GGA": (position.gga, "timestamp lat lat_dir lon lon_dir gps_qual num_sats horizontal_dil altitude geo_sep"),
+    "GNS": (position.gns, "timestamp lat lat_dir lon lon_dir mode_indicator num_sats hdop altitude geo_sep"),
+    "GLL": (position.gll, "timestamp lat lat_dir lon lon_dir status faa_mode"),
+    "RMC": (
+        position.rmc,
+        "timestamp datestamp status lat lat_dir lon lon_dir spd_over_grnd true_course mag_variation mag_var_dir mode_indicator",
+    ),
+    "VTG": (position.vtg, "true_track true_track_sym spd_over_grnd_kts spd_over_grnd_kmph faa_mode"),
+    "GST": (position.gst, "timestamp std_dev_latitude std_dev_longitude std_dev_altitude"),
+    "GSA": (position.gsa, "vdop"),
+    "HDT": (attitude.hdt, "heading"),
+    "THS": (attitude.ths, "heading mode_indicator"),
+    "HDG": (attitude.hdg, "heading deviation dev_dir variation var_dir"),
+    "HDM": (attitude.hdm, "heading"),
+    "ROT": (attitude.rot, "rate_of_turn status"),
+    "DPT": (attitude.dpt, "depth offset range"),
+    "DBT": (attitude.dbt, "depth_feet depth_meters depth_fathoms"),
+    "DBS": (attitude.dbs, "depth_feet depth_meter depth_fathoms"),
+    "DBK": (attitude.dbk, "depth_feet depth_meters depth_fathoms"),
+    "XDR": (attitude.xdr, ""),
 }
+"""What reads a sentence, given its talker and the fields that it names: one as it is, several as a tuple, none for all."""
+_ABSENT: Final = {"GLL": {"status": "A"}}
+"""What a field means that is not even blank: before version 2.0 of the standard GLL ended with the longitude."""
 _PROPRIETARY: Final[dict[str, tuple[Any, Callable[[Any], Part | None]]]] = {
     "PASHR": (pynmea2.ash.ASH, attitude.pashr),
     "PSAT": (attitude.SATHPR, attitude.psat),
@@ -46,6 +52,9 @@ _PROPRIETARY: Final[dict[str, tuple[Any, Callable[[Any], Part | None]]]] = {
 
 KINDS: Final = frozenset(_TALKER) | frozenset(_PROPRIETARY)
 """The formatters understood: three letters, or the proprietary name."""
+
+ATTITUDE_KINDS: Final = frozenset({"HDT", "THS", "HDG", "HDM", "XDR"}) | frozenset(_PROPRIETARY)
+"""Those that become an ``AttitudePart``."""
 
 
 def kind_of(address: str) -> tuple[str, str]:
@@ -57,41 +66,6 @@ def kind_of(address: str) -> tuple[str, str]:
     return "", address
 
 
-class _Fields:
-    """A sentence's fields by pynmea2's names. pynmea2 finds each by a failed look-up first, at five times the cost."""
-
-    __slots__ = ("data", "talker")
-
-    def __init__(self, talker: str) -> None:
-        self.talker = talker
-        self.data: list[str] = []
-
-
-@cache
-def _fields_of(layout: Any) -> type[_Fields]:
-    places = {field[1]: _field(index, *field[2:3]) for index, field in enumerate(layout.fields)}
-    return type(f"{layout.__name__}Fields", (_Fields,), {"__slots__": (), **places})
-
-
-def _field(index: int, convert: Callable[[str], Any] | None = None) -> property:
-    """A field as pynmea2 gives it: missing ones are blank; converted ones None when blank, and text when they cannot be."""
-
-    def plain(sentence: _Fields) -> str:
-        data = sentence.data
-        return data[index] if index < len(data) else ""
-
-    def converted(sentence: _Fields) -> Any:
-        text = plain(sentence)
-        if not text or convert is None:
-            return None
-        try:
-            return convert(text)
-        except Exception:
-            return text
-
-    return property(plain if convert is None else converted)
-
-
 def decoder_of(address: str) -> Decoder | None:
     """Return the function that decodes the fields behind an address (the text after its comma); None when unknown.
 
@@ -100,17 +74,25 @@ def decoder_of(address: str) -> Decoder | None:
     talker, kind = kind_of(address)
     if not talker:
         return _proprietary(address) if address in _PROPRIETARY else None
-    handler = _TALKER.get(kind)
-    if handler is None:
-        return None
-    # One sentence object per address: making one costs more than its field access.
-    sentence = _fields_of(pynmea2.TalkerSentence.sentence_types[kind])(talker)
+    return _standard(talker, kind) if kind in _TALKER else None
 
-    def decode(fields: str) -> Part | None:
-        if "_" in fields:
+
+def _standard(talker: str, kind: str) -> Decoder:
+    read, wanted = _TALKER[kind]
+    # pynmea2 has a blank inside one name.
+    names = [field[1].replace(" ", "") for field in pynmea2.TalkerSentence.sentence_types[kind].fields]
+    pick = itemgetter(*map(names.index, wanted.split())) if wanted else tuple
+    absent = _ABSENT.get(kind, {})
+    blanks = [absent.get(name, "") for name in names]
+    full = len(blanks)
+
+    def decode(text: str) -> Part | None:
+        if "_" in text:
             raise MalformedError("underscore")  # Python would take 1_0 for a number
-        sentence.data = fields.split(",")
-        return handler(sentence)
+        fields = text.split(",")
+        if len(fields) < full:
+            fields += blanks[len(fields) :]
+        return read(talker, pick(fields))
 
     return decode
 

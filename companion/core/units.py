@@ -12,7 +12,10 @@ KNOT_MPS = 1852.0 / 3600.0
 
 def wrap_pi(angle_rad: float) -> float:
     """Wrap to [-pi, pi); +pi maps to -pi (the convention of dune-imc §1.1)."""
-    wrapped = math.fmod(angle_rad + _PI, _TURN)
+    turned = angle_rad + _PI
+    if 0.0 <= turned < _TURN:
+        return turned - _PI
+    wrapped = math.fmod(turned, _TURN)
     if wrapped < 0.0:
         wrapped += _TURN
     result = wrapped - _PI
