@@ -130,12 +130,12 @@ class ArduinoPort(_Counted):
 
     def read(self, now_us: int) -> None:
         for event in self.events(now_us):
-            if isinstance(event, Opened):
-                self.board.opened(now_us)
-            elif isinstance(event, Closed):
-                self.board.closed(now_us)
-            else:
+            if isinstance(event, Received):
                 self.board.receive(event.data, now_us)
+            elif isinstance(event, Opened):
+                self.board.opened(now_us)
+            else:
+                self.board.closed(now_us)
 
     def write(self, output: ActuatorOutput, now_us: int) -> bool:
         """Send this tick's frame; True when the board's port took all of it."""

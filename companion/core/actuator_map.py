@@ -153,17 +153,30 @@ class ActuatorConfig(Config):
 class PulseMap:
     """The conversions of one configuration, worked out beforehand: they run every tick and every physics step."""
 
-    __slots__ = ("_asked", "_channels", "_demand", "_limit_rad", "_seen", "_together", "_us", "config", "neutral_us")
+    __slots__ = (
+        "_asked",
+        "_channels",
+        "_demand",
+        "_limit_rad",
+        "_pins",
+        "_seen",
+        "_together",
+        "_us",
+        "config",
+        "neutral_us",
+    )
 
     def __init__(self, config: ActuatorConfig) -> None:
         self.config = config
         self._limit_rad = math.radians(config.rudder_max_deg)
         self._together = config.rudders == "together"
         self._channels = tuple(_Channel(channel, config) for channel in config.channels)
+        self._pins = sorted(((c, i) for i, c in enumerate(self._channels)), key=lambda item: item[0].pin)
+        """The channels in pin order, each with its place in logical order."""
         self._asked: tuple[float, ...] = ()
         self._seen: tuple[float | None, ...] = ()
         self._demand = (0.0, 0.0, 0.0, 0.0)
-        self.neutral_us = self._us = self._pulses(0.0, 0.0, 0.0, 0.0)
+        self.neutral_us = self._us = self._pulses((0.0, 0.0, 0.0, 0.0))
         """Thrusters stopped and rudders amidships."""
 
     def pulses(self, output: ActuatorOutput) -> Microseconds:
@@ -179,14 +192,12 @@ class PulseMap:
             (port if self._together else starboard) / self._limit_rad,
         )
         if asked != self._asked:
-            self._asked, self._us = asked, self._pulses(*asked)
+            self._asked, self._us = asked, self._pulses(asked)
         return self._us
 
-    def _pulses(self, *shares: float) -> Microseconds:
-        pulses = [0, 0, 0, 0]
-        for channel, share in zip(self._channels, shares, strict=True):
-            pulses[channel.pin] = channel.pulse(share)
-        return pulses[0], pulses[1], pulses[2], pulses[3]
+    def _pulses(self, shares: tuple[float, ...]) -> Microseconds:
+        (first, i), (second, j), (third, k), (fourth, n) = self._pins
+        return first.pulse(shares[i]), second.pulse(shares[j]), third.pulse(shares[k]), fourth.pulse(shares[n])
 
     def demand(self, pulses_us: Sequence[float | None]) -> tuple[float, float, float, float]:
         """Return (port thruster, starboard thruster, -1...1; port rudder, starboard rudder, rad) for pulses at the pins.
@@ -221,11 +232,15 @@ class _Channel:
         self._sign = -1.0 if channel.reverse else 1.0
 
     def pulse(self, share: float) -> int:
-        if not math.isfinite(share):
-            share = 0.0
-        share = clamp(share, -1.0, 1.0) * self._sign
+        if not -1.0 <= share <= 1.0:
+            share = math.copysign(1.0, share) if math.isfinite(share) else 0.0
+        share *= self._sign
         pulse = self._zero + share * (self._up if share >= 0.0 else self._down)
-        return round(clamp(pulse, self._low, self._high))
+        if pulse < self._low:
+            pulse = self._low
+        elif pulse > self._high:
+            pulse = self._high
+        return round(pulse)
 
     def share(self, pulse_us: float | None) -> float:
         if pulse_us is None or not 800.0 <= pulse_us <= 2200.0:

@@ -38,21 +38,25 @@ class Phase(Enum):
     RUNNING = "running"
 
 
+CLOSED, STARTING, ASKING, RUNNING = Phase.CLOSED, Phase.STARTING, Phase.ASKING, Phase.RUNNING
+_EMERGENCY: Final = wire.STATE_NAMES["E"]
+_CHECKED: Final = wire.STATE_NAMES["C"]
+_READY: Final = (True, "")
+
+
 class Arduino:
     """One actuator board on one port. Every method takes the vessel's monotonic time, µs."""
 
     def __init__(self, config: ActuatorConfig) -> None:
-        self.config = config
-        self._map = PulseMap(config)
-        self._period_us = round(1e6 / config.frequency_hz)
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
         self._texts: list[tuple[Severity, str]] = []
         self._flow = PortFlow()
         self._down()
+        self._work_out(config)
 
     def _down(self) -> None:
-        self._phase = Phase.CLOSED
+        self._phase = CLOSED
         self._since_us = 0
         self._reader = wire.LineReader()
         self._quality = LineQuality()
@@ -82,35 +86,44 @@ class Arduino:
         """Take new settings at once. A new rate is announced with what it costs; a new level holds from the next open."""
         if config.frequency_hz != self.config.frequency_hz:
             self._texts.append(rate_text(config))
+        self._work_out(config)
+        self._due_us = None
+        self._frame_of = None
+
+    def _work_out(self, config: ActuatorConfig) -> None:
+        """What every tick needs of the settings."""
         self.config = config
         self._map = PulseMap(config)
         self._period_us = round(1e6 / config.frequency_hz)
-        self._due_us = None
-        self._frame_of = None
+        self._early_us = self._period_us // 4
+        self._too_slow = 1000.0 / config.frequency_hz > config.silence_ms
+        self._silence_ms = config.silence_ms
+        self._checks = config.level != "0"
 
     def opened(self, now_us: int) -> None:
         """The port opened; the board may be restarting because of it."""
         self._down()
         self._flow.note(0, 0, now_us)
-        self._phase = Phase.STARTING
+        self._phase = STARTING
         self._since_us = now_us
 
     def closed(self, now_us: int) -> None:
         """The port went away."""
-        if self._phase is not Phase.CLOSED:
+        if self._phase is not CLOSED:
             self._texts.append((Severity.CRITICAL, "Actuator port lost"))
         self._down()
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes from the board. Anything that is not a valid line only counts."""
-        if self._phase is Phase.CLOSED:
+        if self._phase is CLOSED:
             return
-        self._changed()
-        good, bad = self._reader.good, self._reader.bad
-        for line in self._reader.receive(data):
+        self._faults = self._account = None
+        reader = self._reader
+        good, bad = reader.good, reader.bad
+        for line in reader.receive(data):
             self._take(line, now_us)
         if self._level == 1:
-            self._quality.heard(self._reader.good - good, self._reader.bad - bad)
+            self._quality.heard(reader.good - good, reader.bad - bad)
 
     def _changed(self) -> None:
         """What was worked out before no longer holds."""
@@ -118,7 +131,7 @@ class Arduino:
         self._account = None
 
     def _take(self, line: wire.BoardLine, now_us: int) -> None:
-        if self.config.level != "0" and self._level != 1:
+        if self._level != 1 and self._checks:
             if self._level == 0:
                 self._begin(now_us)
             self._level = 1
@@ -141,36 +154,39 @@ class Arduino:
 
     def _restarted(self, now_us: int) -> None:
         """The board began anew: neutral first again. While it ran for us this is a fault."""
-        if self._phase is Phase.RUNNING:
+        if self._phase is RUNNING:
             self._reset_us = now_us
             self._texts.append((Severity.CRITICAL, f"Actuator board restarted ({self._reset_cause or 'unknown'})"))
-        if self._phase is not Phase.STARTING:
+        if self._phase is not STARTING:
             self._begin(now_us)
         self._status, self._version = None, None
         self._quality.forget_board()
 
     def _begin(self, now_us: int) -> None:
         self._changed()
-        self._phase = Phase.ASKING
+        self._phase = ASKING
         self._since_us = now_us
         self._neutral_left = NEUTRAL_FRAMES
         self._asked_us = self._first_asked_us = self._due_us = None
 
     def encode(self, output: ActuatorOutput, now_us: int) -> bytes:
         """Return what to write in this tick; call every tick. Empty while the board starts or nothing is due."""
-        self._announce(now_us)
-        if self._phase is Phase.CLOSED or not self._awake(now_us):
+        faults = () if self._phase is CLOSED else self.faults(now_us)
+        if faults or self._shown:
+            self._announce(faults, now_us)
+        if self._phase is RUNNING:
+            data = self._refresh(output, now_us)
+        elif self._phase is CLOSED or not self._awake(now_us):
             return b""
-        asking = self._phase is Phase.ASKING
-        data = self._negotiate(now_us) if asking else self._refresh(output, now_us)
-        if not data:
-            return b""
-        self._repaired, self._repair = self._repair, b""
-        self._offered = self._repaired + data
-        return self._offered
+        else:
+            data = self._negotiate(now_us)
+        if data:
+            self._repaired, self._repair = self._repair, b""
+            self._offered = data = self._repaired + data
+        return data
 
     def _awake(self, now_us: int) -> bool:
-        if self._phase is Phase.STARTING:
+        if self._phase is STARTING:
             if self._reader.good == 0 and now_us - self._since_us < BANNER_WAIT_US:
                 return False
             self._begin(now_us)
@@ -187,7 +203,7 @@ class Arduino:
                 self._first_asked_us = now_us
             data += wire.checked(wire.VERSION_QUERY)
         if self._neutral_left == 0 and self._answered(now_us):
-            self._phase = Phase.RUNNING
+            self._phase = RUNNING
             self._changed()
             self._texts.append(started_text(self._level, self._version))
         return data
@@ -209,17 +225,19 @@ class Arduino:
         stop_now = pulses == neutral and self._commanded != neutral
         if not self._due(now_us) and not stop_now:
             return b""
-        return self._frame(pulses, now_us) + self._maintenance(now_us)
+        data = self._frame(pulses, now_us)
+        if self._level == 1 and (self._version is None or self._version.silence_ms != self._silence_ms):
+            data += self._maintenance(now_us)
+        return data
 
     def _due(self, now_us: int) -> bool:
         """Is a repeat due? The schedule keeps its phase; a late cycle skips what is past and counts it."""
-        period_us = self._period_us
         due_us = now_us if self._due_us is None else self._due_us
-        if now_us < due_us - period_us // 4:
+        if now_us < due_us - self._early_us:
             return False
-        missed = max(now_us - due_us, 0) // period_us
+        missed = (now_us - due_us) // self._period_us if now_us > due_us else 0
         self.overruns += missed
-        self._due_us = due_us + (missed + 1) * period_us
+        self._due_us = due_us + (missed + 1) * self._period_us
         return True
 
     def _frame(self, pulses: Microseconds, now_us: int) -> bytes:
@@ -235,15 +253,16 @@ class Arduino:
         return self._frame_bytes
 
     def _maintenance(self, now_us: int) -> bytes:
-        """Keep the board's silence limit as configured; asks again until the board confirms it."""
-        wanted = self._version is not None and self._version.silence_ms == self.config.silence_ms
-        if self._level != 1 or wanted or (self._asked_us is not None and now_us - self._asked_us < ASK_EVERY_US):
+        """Have the board's silence limit set as configured; asks again until the board confirms it."""
+        if self._asked_us is not None and now_us - self._asked_us < ASK_EVERY_US:
             return b""
         self._asked_us = now_us
-        return wire.silence_word(self.config.silence_ms) + wire.checked(wire.VERSION_QUERY)
+        return wire.silence_word(self._silence_ms) + wire.checked(wire.VERSION_QUERY)
 
     def note_written(self, accepted: int, offered: int, now_us: int) -> None:
         """Say how much of the last ``encode`` the port took. The rest is dropped; the next one repairs a cut line."""
+        if accepted >= offered and self._flow.held_since_us is None:
+            return
         self._flow.note(accepted, offered, now_us)
         if accepted >= offered:
             return
@@ -276,17 +295,21 @@ class Arduino:
 
     def _tell(self) -> ActuatorStatus:
         line = self._status
+        connected = self._phase is not CLOSED
+        if line is None:
+            state = self._phase.value
+            return ActuatorStatus(self._status_us or 0, connected, self._level, state, reset_cause=self._reset_cause)
         return ActuatorStatus(
-            t_us=self._status_us or 0,
-            connected=self._phase is not Phase.CLOSED,
-            level=self._level,
-            state=line.state if line else self._phase.value,
-            applied_us=line.applied_us if line else None,
-            good_frames=line.good if line else 0,
-            bad_frames=line.bad if line else 0,
-            reset_cause=self._reset_cause,
-            emergency_stop=line is not None and line.state == "emergency-stop",
-            voltage_v=line.voltage_v if line else None,
+            self._status_us or 0,
+            connected,
+            self._level,
+            line.state,
+            line.applied_us,
+            line.good,
+            line.bad,
+            self._reset_cause,
+            line.state == _EMERGENCY,
+            line.voltage_v,
         )
 
     @property
@@ -296,49 +319,49 @@ class Arduino:
 
     def faults(self, now_us: int) -> tuple[str, ...]:
         """Names of what is wrong now (keys of REASONS)."""
-        if self._faults is None or self._faults[0] != now_us:
-            self._faults = (now_us, self._look(now_us))
-        return self._faults[1]
+        known = self._faults
+        if known is not None and known[0] == now_us:
+            return known[1]
+        faults = self._look(now_us)
+        self._faults = (now_us, faults)
+        return faults
 
     def _look(self, now_us: int) -> tuple[str, ...]:
-        if self._phase is Phase.CLOSED:
+        phase = self._phase
+        if phase is CLOSED:
             return ("lost",)
         found: list[str] = []
-        if self._flow.blocked(now_us):
+        if self._flow.held_since_us is not None and self._flow.blocked(now_us):
             found.append("blocked")
-        if self._wrong_baud():
+        if self._reader.good == 0 and self._reader.garbled:
             found.append("baud")
-        if self._phase is Phase.RUNNING and self._level == 1:
+        if phase is RUNNING and self._level == 1:
             self._look_closer(found, now_us)
         if self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US:
             found.append("reset")
-        if self.status.emergency_stop:
+        if self._status is not None and self._status.state == _EMERGENCY:
             found.append("estop")
-        if self._phase is Phase.RUNNING and self._level == 0:
+        if phase is RUNNING and self._level == 0:
             found.append("level0")
         return tuple(found)
 
     def _look_closer(self, found: list[str], now_us: int) -> None:
         """What only a board that reports can be found to do."""
-        if self._silent(now_us):
+        heard_us, status, quality = self._status_us, self._status, self._quality
+        if heard_us is None or heard_us < self._since_us:
+            heard_us = self._since_us
+        state = "" if status is None else status.state
+        if now_us - heard_us > SILENT_AFTER_US:
             found.append("silent")
-        elif self._status is not None and self._status.state == "failsafe":
+        elif state == "failsafe":
             found.append("failsafe")
-        elif self._agreement.disagrees(now_us) and not self.status.emergency_stop:
+        elif state != _EMERGENCY and self._agreement.disagrees(now_us):
             found.append("mismatch")
-        if self._quality.recent(now_us):
-            if self._quality.garbage(now_us):
+        if quality.bad and quality.recent(now_us):
+            if quality.garbage(now_us):
                 found.append("garbage")
-            if self._quality.noisy(now_us):
+            if quality.noisy(now_us):
                 found.append("noise")
-
-    def _silent(self, now_us: int) -> bool:
-        last_us = self._since_us if self._status_us is None else max(self._status_us, self._since_us)
-        return now_us - last_us > SILENT_AFTER_US
-
-    def _wrong_baud(self) -> bool:
-        reader = self._reader
-        return reader.good == 0 and reader.bytes_in >= 16 and reader.odd_bytes * 4 > reader.bytes_in
 
     def ready(self, now_us: int) -> tuple[bool, str]:
         """May the gate give thrust? False comes with one plain sentence."""
@@ -346,23 +369,20 @@ class Arduino:
             if fault == "noise" or (fault == "level0" and self.config.allow_level0):
                 continue
             return False, REASONS[fault]
-        if self._phase is Phase.STARTING:
+        if self._phase is STARTING:
             return False, "waiting for the actuator board to start"
-        if self._phase is Phase.ASKING:
+        if self._phase is ASKING:
             return False, "waiting for the actuator board's version"
         if self._level == 0:
-            return True, ""
-        if self._status is None or self._status.state != "active-checked":
+            return _READY
+        if self._status is None or self._status.state != _CHECKED:
             return False, f"actuator board is in state {self.status.state}"
-        if 1000.0 / self.config.frequency_hz > self.config.silence_ms:
+        if self._too_slow:
             return False, "ACT_FREQ is slower than the board's silence limit ACT_SILENCE"
-        return True, ""
+        return _READY
 
-    def _announce(self, now_us: int) -> None:
+    def _announce(self, faults: tuple[str, ...], now_us: int) -> None:
         """Tell the operator of a new fault once, and of level 0 again and again."""
-        faults = self.faults(now_us) if self._phase is not Phase.CLOSED else ()
-        if not faults and not self._shown:
-            return
         for name in faults:
             if name not in self._shown and name not in ("level0", "reset"):
                 self._texts.append((Severity.CRITICAL, REASONS[name][:1].upper() + REASONS[name][1:]))

@@ -95,18 +95,16 @@ class Agreement:
 
     def applied(self, pulses_us: Microseconds, now_us: int) -> None:
         """Judge one status line."""
-        newest = self._sent[-1][1] if self._sent else None
-        if pulses_us == newest or pulses_us in self._in_force(now_us):
-            self._agreed_us = now_us
+        since_us = now_us - MATCH_WINDOW_US
+        for t_us, commanded_us in reversed(self._sent):
+            if commanded_us == pulses_us:
+                self._agreed_us = now_us
+                return
+            if t_us <= since_us:
+                return  # this one was in force when the window began
 
     def disagrees(self, now_us: int) -> bool:
         return self._agreed_us is not None and now_us - self._agreed_us >= MATCH_WINDOW_US
-
-    def _in_force(self, now_us: int) -> list[Microseconds]:
-        """Commands that came within the window, and the one that was in force when it began."""
-        since_us = now_us - MATCH_WINDOW_US
-        older = [pulses for t_us, pulses in self._sent if t_us <= since_us]
-        return older[-1:] + [pulses for t_us, pulses in self._sent if t_us > since_us]
 
 
 class PortFlow:
@@ -114,15 +112,16 @@ class PortFlow:
 
     def __init__(self) -> None:
         self.dropped = 0
-        self._since_us: int | None = None
+        self.held_since_us: int | None = None
+        """Since when the port has taken less than it was given; None while it takes all."""
 
     def note(self, accepted: int, offered: int, now_us: int) -> None:
         if accepted >= offered:
-            self._since_us = None
+            self.held_since_us = None
             return
         self.dropped += 1
-        if self._since_us is None:
-            self._since_us = now_us
+        if self.held_since_us is None:
+            self.held_since_us = now_us
 
     def blocked(self, now_us: int) -> bool:
-        return self._since_us is not None and now_us - self._since_us >= BLOCKED_AFTER_US
+        return self.held_since_us is not None and now_us - self.held_since_us >= BLOCKED_AFTER_US

@@ -80,13 +80,17 @@ BoardLine = Banner | Version | Status
 
 def checksum(body: bytes) -> int:
     """CRC-8, polynomial 0x07, start 0, no reflection: 0xF4 for b'123456789'."""
-    return int(crc8.smbus(body))
+    found: int = crc8.smbus(body)
+    return found
 
 
 def checked(body: str) -> bytes:
     """Return a body with its check digits and newline."""
-    raw = body.encode("ascii")
-    return b"%s*%02X\n" % (raw, checksum(raw))
+    return _closed(body.encode("ascii"))
+
+
+def _closed(raw: bytes) -> bytes:
+    return raw + _ENDS[checksum(raw)] + b"\n"
 
 
 def silence_word(limit_ms: int) -> bytes:
@@ -113,6 +117,15 @@ def encode_level0(pulses_us: Sequence[int], terminator: str) -> bytes:
 
 def encode_level1(pulses_us: Sequence[int], *, batch: bool = True) -> bytes:
     """Return the four commands in pin order as one checked line, or as four when not ``batch``."""
+    if batch:
+        first, second, third, fourth = pulses_us
+        if (
+            WIRE_LOW_US <= first <= WIRE_HIGH_US
+            and WIRE_LOW_US <= second <= WIRE_HIGH_US
+            and WIRE_LOW_US <= third <= WIRE_HIGH_US
+            and WIRE_LOW_US <= fourth <= WIRE_HIGH_US
+        ):
+            return _closed(b"m%04dM%04dl%04dL%04d" % (first, second, third, fourth))
     groups = [group(wire_id, pulse) for wire_id, pulse in zip(IDS, pulses_us, strict=True)]
     return checked("".join(groups)) if batch else b"".join(checked(item) for item in groups)
 
@@ -124,7 +137,7 @@ class LineReader:
     """
 
     def __init__(self) -> None:
-        self._buffer = bytearray()
+        self._held = b""
         self._overlong = False
         self.good = 0
         self.bad = 0
@@ -134,85 +147,92 @@ class LineReader:
     def receive(self, data: bytes) -> list[BoardLine]:
         """Return the valid lines that ``data`` completes; anything else is counted and dropped."""
         self.bytes_in += len(data)
-        if not data.isascii() or data.translate(None, _TEXT):
-            self.odd_bytes += len(data.translate(None, _TEXT))
+        self.odd_bytes += len(data.translate(None, _TEXT))
         lines: list[BoardLine] = []
-        *ended, rest = data.split(b"\n")
+        ended = data.split(b"\n")
+        rest = ended.pop()
         for piece in ended:
-            self._append(piece)
-            self._finish(lines)
-        self._append(rest)
+            self._finish(self._held + piece, lines)
+        if rest:
+            rest = self._held + rest
+            self._overlong = self._overlong or len(rest) > LINE_MAX_BYTES
+            self._held = rest[:LINE_MAX_BYTES]
         return lines
 
-    def _append(self, piece: bytes) -> None:
-        room = LINE_MAX_BYTES - len(self._buffer)
-        self._overlong = self._overlong or len(piece) > room
-        self._buffer += piece[:room]
+    @property
+    def garbled(self) -> bool:
+        """True when no line was good and much of what came is no text: a wrong baud rate."""
+        return self.good == 0 and self.bytes_in >= 16 and self.odd_bytes * 4 > self.bytes_in
 
-    def _finish(self, lines: list[BoardLine]) -> None:
-        raw, overlong = bytes(self._buffer), self._overlong
-        self._buffer.clear()
-        self._overlong = False
-        if not raw.strip(b"\r\0"):
-            return
+    def _finish(self, raw: bytes, lines: list[BoardLine]) -> None:
+        overlong = self._overlong or len(raw) > LINE_MAX_BYTES
+        self._held, self._overlong = b"", False
         line = None if overlong else parse_board_line(raw)
-        if line is None:
-            self.bad += 1
-        else:
+        if line is not None:
             self.good += 1
             lines.append(line)
+        elif raw[:LINE_MAX_BYTES].strip(b"\r\0"):
+            self.bad += 1
 
 
 def parse_board_line(raw: bytes) -> BoardLine | None:
     """Parse one line from the board, without its newline. None when it is not exactly right."""
-    body, star, digits = raw.removesuffix(b"\r").rpartition(b"*")
-    if not star or digits != b"%02X" % checksum(body):
+    raw = raw.removesuffix(b"\r")
+    body = raw[:-3]
+    if raw[-3:] != _ENDS[checksum(body)] or not body.isascii():
         return None
+    text = body.decode()
     for pattern, make in _LINES:
-        match = pattern.fullmatch(body)
+        match = pattern.fullmatch(text)
         if match:
-            return make([field.decode("ascii") for field in match.groups()])
+            return make(match.groups())
     return None
 
 
-def _status(fields: list[str]) -> Status | None:
-    numbers = [int(field) for field in fields[1:9]]
-    strict, silent_ms, good, bad, first, second, third, fourth = numbers
-    if max(good, bad) >= 2**32 or max(silent_ms, first, second, third, fourth) > 65535:
+def _status(fields: tuple[str, ...]) -> Status | None:
+    state, strict, silent, *counts_and_pulses, cause, millivolts = fields
+    good, bad, first, second, third, fourth = map(int, counts_and_pulses)
+    silent_ms = int(silent)
+    if good > _COUNT_MAX or bad > _COUNT_MAX or silent_ms > _WORD_MAX:
         return None
-    millivolts = int(fields[10])
+    if first > _WORD_MAX or second > _WORD_MAX or third > _WORD_MAX or fourth > _WORD_MAX:
+        return None
     return Status(
-        state=STATE_NAMES[fields[0]],
-        strict=strict == 1,
-        silent_ms=silent_ms,
-        good=good,
-        bad=bad,
-        applied_us=(first, second, third, fourth),
-        reset_cause=RESET_CAUSES[fields[9]],
-        voltage_v=millivolts / 1000.0 if millivolts else None,
+        STATE_NAMES[state],
+        strict == "1",
+        silent_ms,
+        good,
+        bad,
+        (first, second, third, fourth),
+        RESET_CAUSES[cause],
+        int(millivolts) / 1000.0 or None,
     )
 
 
-def _banner(fields: list[str]) -> Banner:
+def _banner(fields: tuple[str, ...]) -> Banner:
     return Banner(int(fields[0]), fields[1], fields[2], RESET_CAUSES[fields[3]])
 
 
-def _version(fields: list[str]) -> Version:
+def _version(fields: tuple[str, ...]) -> Version:
     return Version(int(fields[0]), fields[1], fields[2], int(fields[3]))
 
 
+_COUNT_MAX: Final = 2**32 - 1
+_WORD_MAX: Final = 2**16 - 1
 _TEXT: Final = bytes(range(0x20, 0x7F)) + b"\r\n\t\0"
-_NAME: Final = rb"([0-9A-Za-z.]{1,12})"
-_CAUSE: Final = b"([" + "".join(RESET_CAUSES).encode() + b"])"
-_STATE: Final = b"([" + "".join(STATE_NAMES).encode() + b"])"
-_LINES: Final[tuple[tuple[re.Pattern[bytes], Callable[[list[str]], BoardLine | None]], ...]] = (
+_ENDS: Final = tuple(b"*%02X" % value for value in range(256))
+_NAME: Final = "([0-9A-Za-z.]{1,12})"
+_CAUSE: Final = "([" + "".join(RESET_CAUSES) + "])"
+_STATE: Final = "([" + "".join(STATE_NAMES) + "])"
+_SHORT: Final = "([0-9]{1,5}+)"
+_LONG: Final = "([0-9]{1,10}+)"
+_LINES: Final[tuple[tuple[re.Pattern[str], Callable[[tuple[str, ...]], BoardLine | None]], ...]] = (
     (
         re.compile(
-            rb"#S,%b,([01]),(\d{1,5}),(\d{1,10}),(\d{1,10}),(\d{1,5}),(\d{1,5}),(\d{1,5}),(\d{1,5}),%b,(\d{1,5})"
-            % (_STATE, _CAUSE)
+            f"#S,{_STATE},([01]),{_SHORT},{_LONG},{_LONG},{_SHORT},{_SHORT},{_SHORT},{_SHORT},{_CAUSE},{_SHORT}"
         ),
         _status,
     ),
-    (re.compile(rb"#B,([1-9]),%b,%b,%b" % (_NAME, _NAME, _CAUSE)), _banner),
-    (re.compile(rb"#V,([1-9]),%b,%b,(\d{1,5})" % (_NAME, _NAME)), _version),
+    (re.compile(f"#B,([1-9]),{_NAME},{_NAME},{_CAUSE}"), _banner),
+    (re.compile(f"#V,([1-9]),{_NAME},{_NAME},{_SHORT}"), _version),
 )
