@@ -261,9 +261,8 @@ class Arduino:
 
     def note_written(self, accepted: int, offered: int, now_us: int) -> None:
         """Say how much of the last ``encode`` the port took. The rest is dropped; the next one repairs a cut line."""
-        if accepted >= offered and self._flow.held_since_us is None:
-            return
-        self._flow.note(accepted, offered, now_us)
+        if accepted < offered or self._flow.held_since_us is not None:
+            self._flow.note(accepted, offered, now_us)
         if accepted >= offered:
             return
         self._faults = None
@@ -320,11 +319,9 @@ class Arduino:
     def faults(self, now_us: int) -> tuple[str, ...]:
         """Names of what is wrong now (keys of REASONS)."""
         known = self._faults
-        if known is not None and known[0] == now_us:
-            return known[1]
-        faults = self._look(now_us)
-        self._faults = (now_us, faults)
-        return faults
+        if known is None or known[0] != now_us:
+            known = self._faults = (now_us, self._look(now_us))
+        return known[1]
 
     def _look(self, now_us: int) -> tuple[str, ...]:
         phase = self._phase

@@ -14,7 +14,7 @@ from typing import Final
 
 from companion.core.depth_config import DepthGuardConfig
 from companion.core.depth_grid import DepthGrid
-from companion.core.depth_input import Altitude, DepthInput
+from companion.core.depth_input import Altitude, DepthInput, reading_sigma_m
 from companion.core.depth_lost import LostBottom
 from companion.core.depth_memory import DepthMemory
 from companion.core.lookahead import (
@@ -73,7 +73,7 @@ class DepthAhead:
     def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None = None) -> None:
         self.map: DepthGrid | None = None
         self._memory = memory
-        self._config = config
+        self.configure(config)
         self._closing = ClosingRate()
         self._lost = LostBottom()
         self._good_track: deque[Point] = deque(maxlen=200)
@@ -87,6 +87,7 @@ class DepthAhead:
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings."""
         self._config = config
+        self._sigma_m = config.input.sigma_m
 
     @property
     def last_good(self) -> Point | None:
@@ -97,9 +98,8 @@ class DepthAhead:
         """Take the readings that passed the gate; several at once are a confirmed jump, which starts the rate anew."""
         if len(passed) > 1:
             self._closing.forget()
-        config = self._config.input
         for reading in passed:
-            self._closing.add(reading, max(config.sigma_m, 0.005 * abs(reading.value_m)))
+            self._closing.add(reading, reading_sigma_m(self._sigma_m, reading.value_m))
 
     def look(
         self,

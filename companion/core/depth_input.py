@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import pairwise
+from operator import sub
 from typing import Final
 
 from pydantic import Field
@@ -71,6 +71,12 @@ class Altitude:
     value_m: float
 
 
+def reading_sigma_m(least_m: float, value_m: float) -> float:
+    """Noise of one reading (1 sigma), m: half a percent of it, ``least_m`` at least."""
+    share_m = 0.005 * abs(value_m)
+    return share_m if share_m > least_m else least_m
+
+
 class DepthInput:
     """The chain. ``measure`` each reading, ``altitude_m(now)`` for the filtered value."""
 
@@ -92,25 +98,34 @@ class DepthInput:
     def configure(self, config: DepthInputConfig) -> None:
         """Take new settings; what has been measured stays."""
         self._config = config
+        self._cone = math.cos(math.radians(config.beam_half_angle_deg))
+        self._range_min_m, self._range_max_m = config.range_min_m, config.range_max_m
+        self._transducer_m, self._keel_m = config.transducer_depth_m, config.keel_depth_m
+        self._sigma_m = config.sigma_m
+        self._jump_rate_mps, self._jump_slope = config.jump_rate_mps, config.jump_slope
+        self._median_samples = config.median_samples
+        self._limit_us = round(config.stale_s * 1e6)
 
     def measure(self, distance: Distance, state: EstimatedState | None) -> tuple[Altitude, ...]:
         """Judge one reading; return the altitudes it adds (several when a held jump is confirmed, else one or none)."""
-        reading = self._convert(distance, state)
+        limit_m, stated_m = self._range_max_m, distance.range_max_m
+        if stated_m is not None and 0.0 < stated_m < limit_m:
+            limit_m = stated_m
+        reading = self._convert(distance, state, limit_m)
         if reading is None:
             self.rejected += 1
             return ()
         self.raw_m = reading.value_m
-        if self.gated is not None and reading.t_us <= self.gated.t_us:
+        gated = self.gated
+        if gated is not None and reading.t_us <= gated.t_us:
             return ()
-        speed_mps = state.sog_mps if state is not None and state.sog_mps is not None else 0.0
-        passed = self._gate(reading, speed_mps)
-        for item in passed:
-            self._window.append(item)
-            self.gated = item
+        passed = self._gate(gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
         if passed:
+            self._window += passed
+            self.gated = passed[-1]
             self._filter()
-        if passed and distance.value_m is not None:
-            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * self._range_max(distance))
+            assert distance.value_m is not None
+            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * limit_m)
         return passed
 
     def altitude_m(self, now_us: int) -> float | None:
@@ -135,85 +150,77 @@ class DepthInput:
         """
         return self._reach.far
 
-    def _convert(self, distance: Distance, state: EstimatedState | None) -> Altitude | None:
-        config = self._config
+    def _convert(self, distance: Distance, state: EstimatedState | None, range_max_m: float) -> Altitude | None:
         value_m, quality = distance.value_m, distance.signal_quality
-        if value_m is None or not math.isfinite(value_m) or value_m <= 0.0:
+        if value_m is None or value_m <= 0.0 or not self._range_min_m <= value_m <= range_max_m:
             return None
-        if not config.range_min_m <= value_m <= self._range_max(distance):
+        if quality is not None and not quality >= self._config.quality_min:
             return None
-        if quality is not None and not quality >= config.quality_min:
-            return None
-        vertical_m = value_m * self._tilt(state)
-        if config.use_sentence_offset and distance.offset_m is not None:
+        if state is not None and (state.phi_rad or state.theta_rad):
+            value_m *= self._tilt(state.phi_rad or 0.0, state.theta_rad or 0.0)
+        offset_m = distance.offset_m
+        if offset_m is not None and self._config.use_sentence_offset:
             # A positive offset reaches up to the waterline, a negative one down to the keel.
-            keel_m = config.keel_depth_m if distance.offset_m >= 0.0 else 0.0
-            return Altitude(distance.t_us, vertical_m + distance.offset_m - keel_m)
-        return Altitude(distance.t_us, vertical_m + config.transducer_depth_m - config.keel_depth_m)
+            return Altitude(distance.t_us, value_m + offset_m - (self._keel_m if offset_m >= 0.0 else 0.0))
+        return Altitude(distance.t_us, value_m + self._transducer_m - self._keel_m)
 
-    def _range_max(self, distance: Distance) -> float:
-        stated_m = distance.range_max_m
-        limit_m = self._config.range_max_m
-        return min(limit_m, stated_m) if stated_m is not None and stated_m > 0.0 else limit_m
+    def _tilt(self, phi_rad: float, theta_rad: float) -> float:
+        cosine = math.cos(phi_rad) * math.cos(theta_rad)
+        return 1.0 if cosine >= self._cone else max(cosine, 0.0)
 
-    def _tilt(self, state: EstimatedState | None) -> float:
-        if state is None:
-            return 1.0
-        cosine = math.cos(state.phi_rad or 0.0) * math.cos(state.theta_rad or 0.0)
-        inside_cone = cosine >= math.cos(math.radians(self._config.beam_half_angle_deg))
-        return 1.0 if inside_cone else max(cosine, 0.0)
-
-    def _gate(self, reading: Altitude, speed_mps: float) -> tuple[Altitude, ...]:
+    def _gate(self, gated: Altitude | None, reading: Altitude, speed_mps: float) -> tuple[Altitude, ...]:
         """Pass a credible reading; hold a jump until three readings agree on it, then pass all three."""
-        if self.gated is None or reading.t_us - self.gated.t_us > _FORGET_US:
+        if gated is None or reading.t_us - gated.t_us > _FORGET_US:
             self._held = []
             self._window.clear()
             return (reading,)
-        if self._credible(self.gated, reading, speed_mps):
-            self._held = []
+        held = self._held
+        if self._credible(gated, reading, speed_mps):
+            held.clear()
             return (reading,)
-        if self._held and not self._credible(self._held[-1], reading, speed_mps):
-            self._held = []
-        self._held.append(reading)
-        if len(self._held) < _CONSISTENT:
+        if held and not self._credible(held[-1], reading, speed_mps):
+            held.clear()
+        held.append(reading)
+        if len(held) < _CONSISTENT:
             self.rejected += 1
             return ()
-        passed = tuple(self._held)
         self._held = []
-        return passed
+        return tuple(held)
 
     def _credible(self, before: Altitude, after: Altitude, speed_mps: float) -> bool:
-        config = self._config
         dt_s = (after.t_us - before.t_us) / 1e6
-        noise_m = 6.0 * max(config.sigma_m, 0.005 * abs(before.value_m))
-        reach_m = (config.jump_rate_mps + config.jump_slope * abs(speed_mps)) * dt_s
+        noise_m = 6.0 * reading_sigma_m(self._sigma_m, before.value_m)
+        reach_m = (self._jump_rate_mps + self._jump_slope * abs(speed_mps)) * dt_s
         return abs(after.value_m - before.value_m) <= reach_m + noise_m
 
     def _filter(self) -> None:
         """Take the median of the newest readings, when there are enough of them."""
-        window = list(self._window)
-        count = self._samples_in_median(window)
-        recent = window[-count:]
+        recent = list(self._window)[-self._median_samples :]
+        times = [item.t_us for item in recent]
+        count = self._samples_in_median(times)
+        recent, times = recent[-count:], times[-count:]
         needed = (count + 1) // 2
-        self._stale_us = self._limit_us(recent)
-        self._middle_us = recent[-min(needed, len(recent))].t_us
-        self._filtered_m = _lower_median([item.value_m for item in recent]) if len(recent) >= needed else None
+        self._stale_us = self._patience_us(times)
+        size = len(recent)
+        self._middle_us = times[-needed] if needed < size else times[0]
+        self._filtered_m = _lower_median([item.value_m for item in recent]) if size >= needed else None
 
-    def _limit_us(self, recent: list[Altitude]) -> int:
+    def _patience_us(self, times_us: list[int]) -> int:
         """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
-        limit_us = round(self._config.stale_s * 1e6)
-        gaps_us = [after.t_us - before.t_us for before, after in pairwise(recent[-_GAPS:])]
-        period_us = min(gaps_us, default=0)
-        return limit_us if 3 * period_us <= 2 * limit_us else min(period_us * 5 // 2, _FORGET_US)
+        newest = times_us[-_GAPS:]
+        period_us = min(map(sub, newest[1:], newest), default=0)
+        if 3 * period_us <= 2 * self._limit_us:
+            return self._limit_us
+        return min(period_us * 5 // 2, _FORGET_US)
 
-    def _samples_in_median(self, window: list[Altitude]) -> int:
+    def _samples_in_median(self, times_us: list[int]) -> int:
         """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
-        full = self._config.median_samples
+        full = self._median_samples
         if full <= _CONSISTENT:
             return full
-        newest = window[-full:]
-        share_us = _FAST_SPAN_US * max(len(newest) - 1, 1) // (full - 1)
-        return full if newest[-1].t_us - newest[0].t_us <= share_us else _CONSISTENT
+        gaps = len(times_us) - 1
+        share_us = _FAST_SPAN_US * (gaps or 1) // (full - 1)
+        return full if times_us[-1] - times_us[0] <= share_us else _CONSISTENT
 
 
 class _Reach:

@@ -30,6 +30,7 @@ __all__ = ["Estimator", "EstimatorConfig"]
 
 _MOVING_MPS = 0.3
 _COURSE_MIN_MPS = 0.1
+_NO_FIX = FixType.NONE
 _COURSE_SIGMA_RAD = math.radians(5.0)
 
 
@@ -61,8 +62,14 @@ class Estimator:
     def configure(self, config: EstimatorConfig) -> None:
         """Take new settings; the state is kept."""
         self.config = config
-        self._heading.config = config
-        self._position.config = config
+        self._heading.configure(config)
+        self._position.configure(config)
+        self._course_mps = config.course_speed_mps
+        self._attitude_timeout_us = config.attitude_timeout_s * 1e6
+        self._roll_offset_rad = math.radians(config.roll_offset_deg)
+        self._pitch_offset_rad = math.radians(config.pitch_offset_deg)
+        self._drift_tau_s = config.drift_tau_s
+        self._aligns = config.align_clock
 
     @property
     def origin(self) -> LocalFrame | None:
@@ -85,7 +92,7 @@ class Estimator:
         last, compass = self._attitude, self._compass
         if last is None or (self._phi is None and self._theta is None and last is compass):
             return last
-        if compass is None or last.t_us - compass.t_us > self.config.attitude_timeout_s * 1e6:
+        if compass is None or last.t_us - compass.t_us > self._attitude_timeout_us:
             compass = EulerAngles(last.t_us)
         return EulerAngles(
             t_us=last.t_us,
@@ -116,61 +123,69 @@ class Estimator:
 
     def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> None:
         """Take one measurement. ``source`` numbers the links; while a lower one is alive, higher ones only compare."""
-        if isinstance(measurement, GpsFix):
-            self._update_fix(measurement, source)
-        elif isinstance(measurement, EulerAngles):
+        if isinstance(measurement, EulerAngles):
             self._update_attitude(measurement, source)
         elif isinstance(measurement, AngularVelocity):
             if self._sources.leads("rate", source, measurement.t_us):
                 self._heading.update_rate(measurement)
-        else:
+        elif isinstance(measurement, Distance):
             self.latest_distance = measurement
+        else:
+            self._update_fix(measurement, source)
 
     def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
-        track = self._heading
+        track, position, fix, origin = self._heading, self._position, self.latest_fix, self._position.origin
         heading_valid = track.valid(now_us)
-        heading = self._attitude_at(now_us, known=heading_valid)
-        motion = self._position.predict(now_us, heading) if self._position.valid(now_us) else None
-        self._motion = motion
-        sog_mps = cog_rad = None
-        if motion is not None:
-            sog_mps = math.hypot(motion.vn_mps, motion.ve_mps)
+        psi_rad, r_radps = None, 0.0
+        if heading_valid or track.bridged(now_us):
+            psi_rad, r_radps = track.at(now_us), track.r_radps
+        self._motion = motion = position.predict(now_us, psi_rad, r_radps) if position.valid(now_us) else None
+        north_m = east_m = vn = ve = sog_mps = cog_rad = u_mps = v_mps = lat_rad = lon_rad = height_m = None
+        if motion is not None and fix is not None and origin is not None:
+            north_m, east_m, vn, ve = motion
+            lat_rad, lon_rad = origin.to_geodetic(north_m, east_m)
+            height_m = fix.height_msl_m
+            sog_mps = math.hypot(vn, ve)
             if sog_mps > _COURSE_MIN_MPS:
-                cog_rad = wrap_pi(math.atan2(motion.ve_mps, motion.vn_mps))
+                cog_rad = wrap_pi(math.atan2(ve, vn))
         from_course = not heading_valid and self._course_stands_in(now_us, sog_mps)
-        psi_rad = heading.psi_rad if heading_valid or from_course else None
-        self._step_drift(now_us, motion, psi_rad if heading_valid else None)
-        u_mps, v_mps = _body(motion, psi_rad)
-        lat_rad, lon_rad = self._geodetic(motion)
-        fix, origin = self.latest_fix, self.origin
+        if not heading_valid and not from_course:
+            psi_rad = None
+        dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
+        if vn is not None and ve is not None and psi_rad is not None:
+            sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
+            u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
+            water_mps = self._water_mps
+            if water_mps is not None and heading_valid and not self._drift_frozen:
+                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine)
         return EstimatedState(
-            t_us=now_us,
-            lat_rad=lat_rad,
-            lon_rad=lon_rad,
-            height_msl_m=None if fix is None or motion is None else fix.height_msl_m,
-            origin_lat_rad=None if origin is None else origin.lat_rad,
-            origin_lon_rad=None if origin is None else origin.lon_rad,
-            x_m=None if motion is None else motion.north_m,
-            y_m=None if motion is None else motion.east_m,
-            vx_mps=None if motion is None else motion.vn_mps,
-            vy_mps=None if motion is None else motion.ve_mps,
-            u_mps=u_mps,
-            v_mps=v_mps,
-            phi_rad=self._fresh(self._phi, now_us),
-            theta_rad=self._fresh(self._theta, now_us),
-            psi_rad=psi_rad,
-            r_radps=None if psi_rad is None else track.r_radps,
-            sog_mps=sog_mps,
-            cog_rad=cog_rad,
-            drift_n_mps=self._drift.north_mps,
-            drift_e_mps=self._drift.east_mps,
-            alt_m=alt_m,
-            position_age_s=self._position.age_s(now_us),
-            heading_age_s=track.age_s(now_us),
-            depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
-            fix_type=FixType.NONE if fix is None else fix.fix_type,
-            heading_from_course=from_course,
+            now_us,
+            lat_rad,
+            lon_rad,
+            height_m,
+            None if origin is None else origin.lat_rad,
+            None if origin is None else origin.lon_rad,
+            north_m,
+            east_m,
+            vn,
+            ve,
+            u_mps,
+            v_mps,
+            None if self._phi is None else self._fresh(self._phi, now_us),
+            None if self._theta is None else self._fresh(self._theta, now_us),
+            psi_rad,
+            None if psi_rad is None else r_radps,
+            sog_mps,
+            cog_rad,
+            self._drift.north_mps,
+            self._drift.east_mps,
+            alt_m,
+            None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
+            None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
+            None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
+            _NO_FIX if fix is None else fix.fix_type,
+            from_course,
         )
 
     def _update_fix(self, fix: GpsFix, source: int) -> None:
@@ -178,11 +193,11 @@ class Estimator:
             return
         self.latest_fix = fix
         self._fix_text.note(fix)
-        t_us = self._position.aligned_us(fix)
+        t_us = self._position.aligned_us(fix) if self._aligns else fix.t_us
         if fix.utc_us is not None:
             self._utc_offset_us = fix.utc_us - t_us
-        moving = (self._water_mps is not None and abs(self._water_mps) > _MOVING_MPS) or (
-            fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS
+        moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or (
+            self._water_mps is not None and abs(self._water_mps) > _MOVING_MPS
         )
         self._position.update(fix, t_us, self._attitude_at(t_us), moving)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
@@ -193,7 +208,7 @@ class Estimator:
 
         From the fix itself, since the filtered velocity lags in a turn.
         """
-        if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self.config.course_speed_mps:
+        if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self._course_mps:
             return
         north = fix.sog_mps * math.cos(fix.cog_rad) - self._position.drift_n_mps
         east = fix.sog_mps * math.sin(fix.cog_rad) - self._position.drift_e_mps
@@ -201,16 +216,16 @@ class Estimator:
         self._heading.update_course(t_us, math.atan2(east, north), sigma)
 
     def _course_stands_in(self, now_us: int, sog_mps: float | None) -> bool:
-        return sog_mps is not None and sog_mps > self.config.course_speed_mps and self._heading.bridged(now_us)
+        return sog_mps is not None and sog_mps > self._course_mps and self._heading.bridged(now_us)
 
     def _update_attitude(self, angles: EulerAngles, source: int) -> None:
         self._attitude = angles
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
             self._compass = angles
         if angles.phi_rad is not None:
-            self._phi = (wrap_pi(angles.phi_rad + math.radians(self.config.roll_offset_deg)), angles.t_us)
+            self._phi = (wrap_pi(angles.phi_rad + self._roll_offset_rad), angles.t_us)
         if angles.theta_rad is not None:
-            self._theta = (wrap_pi(angles.theta_rad + math.radians(self.config.pitch_offset_deg)), angles.t_us)
+            self._theta = (wrap_pi(angles.theta_rad + self._pitch_offset_rad), angles.t_us)
         psi_rad = self._heading.true_heading(angles)
         if psi_rad is not None and self._sources.leads("heading", source, angles.t_us):
             self._heading.update_heading(angles.t_us, psi_rad, self._course)
@@ -227,46 +242,25 @@ class Estimator:
 
     def _course(self) -> float | None:
         motion = self._motion
-        if motion is None or math.hypot(motion.vn_mps, motion.ve_mps) < self.config.course_speed_mps:
+        if motion is None or math.hypot(motion[2], motion[3]) < self._course_mps:
             return None
-        return math.atan2(motion.ve_mps, motion.vn_mps)
+        return math.atan2(motion[3], motion[2])
 
-    def _attitude_at(self, t_us: int, known: bool = False) -> Heading:
-        """``known``: the heading has been found valid at this time already."""
-        if not known and not self._heading.valid(t_us) and not self._heading.bridged(t_us):
+    def _attitude_at(self, t_us: int) -> Heading:
+        track = self._heading
+        if not track.valid(t_us) and not track.bridged(t_us):
             return Heading()
-        return Heading(
-            psi_rad=self._heading.at(t_us),
-            r_radps=self._heading.r_radps,
-            phi_rad=self._fresh(self._phi, t_us) or 0.0,
-            theta_rad=self._fresh(self._theta, t_us) or 0.0,
-        )
+        phi_rad = 0.0 if self._phi is None else self._fresh(self._phi, t_us) or 0.0
+        theta_rad = 0.0 if self._theta is None else self._fresh(self._theta, t_us) or 0.0
+        return Heading(track.at(t_us), track.r_radps, phi_rad, theta_rad)
 
     def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
-        if value is None or now_us - value[1] > self.config.attitude_timeout_s * 1e6:
+        if value is None or now_us - value[1] > self._attitude_timeout_us:
             return None
         return value[0]
 
-    def _step_drift(self, now_us: int, motion: Motion | None, psi_rad: float | None) -> None:
-        dt_s = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6
-        self._last_us = now_us
-        if motion is None or psi_rad is None or self._water_mps is None or self._drift_frozen:
-            return
-        north_mps = motion.vn_mps - self._water_mps * math.cos(psi_rad)
-        east_mps = motion.ve_mps - self._water_mps * math.sin(psi_rad)
-        self._drift.step(dt_s, self.config.drift_tau_s, north_mps, east_mps)
-        self._position.drift_n_mps = self._drift.north_mps or 0.0
-        self._position.drift_e_mps = self._drift.east_mps or 0.0
-
-    def _geodetic(self, motion: Motion | None) -> tuple[float | None, float | None]:
-        if motion is None or self.origin is None:
-            return None, None
-        return self.origin.to_geodetic(motion.north_m, motion.east_m)
-
-
-def _body(motion: Motion | None, psi_rad: float | None) -> tuple[float | None, float | None]:
-    """Ground velocity in body axes (surge, sway)."""
-    if motion is None or psi_rad is None:
-        return None, None
-    sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
-    return motion.vn_mps * cosine + motion.ve_mps * sine, motion.ve_mps * cosine - motion.vn_mps * sine
+    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float) -> None:
+        drift = self._drift
+        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps)
+        self._position.drift_n_mps = drift.north_mps or 0.0
+        self._position.drift_e_mps = drift.east_mps or 0.0

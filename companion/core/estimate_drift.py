@@ -30,7 +30,10 @@ class DriftFilter:
         if self.north_mps is None or self.east_mps is None:
             self.north_mps, self.east_mps = north_mps, east_mps
         self._seen_s += dt_s
-        gain = dt_s / max(min(tau_s, self._seen_s), dt_s) if dt_s > 0.0 else 0.0
+        if dt_s <= 0.0:
+            return
+        seen_s = self._seen_s if self._seen_s < tau_s else tau_s
+        gain = dt_s / (seen_s if seen_s > dt_s else dt_s)
         self.north_mps += gain * (north_mps - self.north_mps)
         self.east_mps += gain * (east_mps - self.east_mps)
 

@@ -21,24 +21,27 @@ class PairCovariance:
     def predict(self, dt_s: float) -> None:
         """Let ``dt_s`` pass."""
         grown = self.q * dt_s
-        self.value_value += dt_s * (2.0 * self.value_rate + dt_s * (self.rate_rate + grown / 3.0))
-        self.value_rate += dt_s * (self.rate_rate + 0.5 * grown)
-        self.rate_rate += grown
+        value_rate, rate_rate = self.value_rate, self.rate_rate
+        self.value_value += dt_s * (2.0 * value_rate + dt_s * (rate_rate + grown / 3.0))
+        self.value_rate = value_rate + dt_s * (rate_rate + 0.5 * grown)
+        self.rate_rate = rate_rate + grown
 
     def measure_value(self, variance: float) -> tuple[float, float]:
         """Take in a measurement of the value; return the gains for (value, rate)."""
-        total = self.value_value + variance
-        value_gain, rate_gain = self.value_value / total, self.value_rate / total
-        self.rate_rate -= rate_gain * self.value_rate
-        self.value_rate -= value_gain * self.value_rate
-        self.value_value -= value_gain * self.value_value
+        value_value, value_rate = self.value_value, self.value_rate
+        total = value_value + variance
+        value_gain, rate_gain = value_value / total, value_rate / total
+        self.rate_rate -= rate_gain * value_rate
+        self.value_rate = value_rate - value_gain * value_rate
+        self.value_value = value_value - value_gain * value_value
         return value_gain, rate_gain
 
     def measure_rate(self, variance: float) -> tuple[float, float]:
         """Take in a measurement of the rate; return the gains for (value, rate)."""
-        total = self.rate_rate + variance
-        value_gain, rate_gain = self.value_rate / total, self.rate_rate / total
-        self.value_value -= value_gain * self.value_rate
-        self.value_rate -= rate_gain * self.value_rate
-        self.rate_rate -= rate_gain * self.rate_rate
+        value_rate, rate_rate = self.value_rate, self.rate_rate
+        total = rate_rate + variance
+        value_gain, rate_gain = value_rate / total, rate_rate / total
+        self.value_value -= value_gain * value_rate
+        self.value_rate = value_rate - rate_gain * value_rate
+        self.rate_rate = rate_rate - rate_gain * rate_rate
         return value_gain, rate_gain

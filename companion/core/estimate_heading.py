@@ -22,7 +22,7 @@ class HeadingTrack:
     """True heading and turn rate at any moment shortly after the last measurement."""
 
     def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]]) -> None:
-        self.config = config
+        self.configure(config)
         self.psi_rad = 0.0
         self.r_radps = 0.0
         self.t_us: int | None = None
@@ -44,59 +44,70 @@ class HeadingTrack:
         self._refused_rad = 0.0
         self._lost_said = False
 
+    def configure(self, config: EstimatorConfig) -> None:
+        """Take new settings; the state is kept."""
+        self.config = config
+        self._timeout_s = config.heading_timeout_s
+        self._timeout_us = config.heading_timeout_s * 1e6
+        self._hold_s = config.heading_hold_s
+        self._offset_rad = math.radians(config.heading_offset_deg)
+        sigma_rad, rate_sigma_rad = math.radians(config.heading_sigma_deg), math.radians(config.rate_sigma_dps)
+        self._variance = sigma_rad * sigma_rad
+        self._rate_variance = rate_sigma_rad * rate_sigma_rad
+        self._jump_deg, self._rate_max_dps = config.heading_jump_deg, config.heading_rate_max_dps
+
     def age_s(self, now_us: int) -> float | None:
         return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
 
     def valid(self, now_us: int) -> bool:
         """True while a believed heading, or one held against a jump, is young enough."""
-        return self._younger(now_us, 0.0)
+        if self.accepted_us is None:
+            return False
+        age_s = (now_us - self.accepted_us) * 1e-6
+        if self._refused_since_us is not None:
+            return age_s <= self._hold_s
+        # The shortest patience mostly settles it.
+        return age_s <= self._timeout_s or age_s <= self._patience_s()
 
     def bridged(self, now_us: int) -> bool:
         """True with a course young enough to stand in, and from the loss of the compass to the first such course."""
         if self.course_us is not None:
             return now_us - self.course_us <= _COURSE_AGE_MAX_US
-        return self._younger(now_us, _BRIDGE_S)
-
-    def _younger(self, now_us: int, extra_s: float) -> bool:
-        age_s = self.age_s(now_us)
-        if age_s is None:
+        if self.accepted_us is None:
             return False
-        if self._refused_since_us is None:
-            # The shortest patience mostly settles it.
-            return age_s <= self.config.heading_timeout_s + extra_s or age_s <= self._patience_s() + extra_s
-        limit_s = self.config.heading_hold_s
-        return age_s <= limit_s + extra_s
+        limit_s = self._patience_s() if self._refused_since_us is None else self._hold_s
+        return (now_us - self.accepted_us) * 1e-6 <= limit_s + _BRIDGE_S
 
     def _patience_s(self) -> float:
         """How old a heading may be: a compass slower than 4 Hz gets two of its periods."""
         slow_s = min(2.0 * self._interval_s + 0.1, self.config.slow_compass_s)
-        return max(self.config.heading_timeout_s, slow_s)
+        return max(self._timeout_s, slow_s)
 
     def at(self, now_us: int) -> float:
         """Heading at a moment near the filter's time, [-pi, pi)."""
         assert self.t_us is not None
-        span_s = min((now_us - self.t_us) * 1e-6, _PREDICT_MAX_S)
+        span_s = (now_us - self.t_us) * 1e-6
+        if span_s > _PREDICT_MAX_S:
+            span_s = _PREDICT_MAX_S
         if self.course_us is not None and now_us - self._rate_us > _RATE_AGE_MAX_US:
             span_s += self.config.course_lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
 
     def true_heading(self, angles: EulerAngles) -> float | None:
         """The heading of one message in the vessel's frame: true first, magnetic only when no true one is heard."""
-        offset = math.radians(self.config.heading_offset_deg)
         if angles.psi_rad is not None:
             self._true_us = angles.t_us
-            return wrap_pi(angles.psi_rad + offset)
+            return wrap_pi(angles.psi_rad + self._offset_rad)
         if angles.psi_magnetic_rad is None:
             return None
-        timeout_us = self.config.heading_timeout_s * 1e6
-        if self._true_us is not None and angles.t_us - self._true_us <= timeout_us:
+        if self._true_us is not None and angles.t_us - self._true_us <= self._timeout_us:
             return None
         variation = angles.variation_rad
         if variation is None and self.config.variation_deg is not None:
             variation = math.radians(self.config.variation_deg)
         if variation is None:
             variation = self.model_variation()
-        return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + offset)
+        return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + self._offset_rad)
 
     def update_heading(self, t_us: int, psi_rad: float, course: Callable[[], float | None]) -> None:
         """Take a true heading. ``course`` tells the course while it is fast enough to contradict the compass."""
@@ -108,12 +119,14 @@ class HeadingTrack:
         since_received_us = t_us - self._received_us
         self._received_us = t_us
         believable = self._believable(t_us, since_received_us, psi_rad, innovation, course)
-        late_s = min(max(since_received_us * 1e-6, 0.0), 1.5) - self._interval_s
+        received_s = since_received_us * 1e-6
+        if not 0.0 <= received_s <= 1.5:
+            received_s = 0.0 if received_s < 0.0 else 1.5
+        late_s = received_s - self._interval_s
         self._interval_s += (0.5 if late_s > 0.0 else 0.2) * late_s
         if not believable:
             return
-        sigma = math.radians(self.config.heading_sigma_deg)
-        value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
+        value_gain, rate_gain = self._cov.measure_value(self._variance)
         self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
         self.r_radps += rate_gain * innovation
         self.accepted_us = t_us
@@ -125,9 +138,8 @@ class HeadingTrack:
             return
         self._rate_us = rate.t_us
         self._advance(rate.t_us)
-        sigma = math.radians(self.config.rate_sigma_dps)
         innovation = rate.r_radps - self.r_radps
-        value_gain, rate_gain = self._cov.measure_rate(sigma * sigma)
+        value_gain, rate_gain = self._cov.measure_rate(self._rate_variance)
         self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
         self.r_radps += rate_gain * innovation
 
@@ -150,8 +162,7 @@ class HeadingTrack:
         self.course_us = t_us
 
     def _start(self, t_us: int, psi_rad: float) -> None:
-        sigma = math.radians(self.config.heading_sigma_deg)
-        self._cov = PairCovariance(self.config.yaw_acceleration_psd, sigma * sigma, 0.25)
+        self._cov = PairCovariance(self.config.yaw_acceleration_psd, self._variance, 0.25)
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
         self.course_us = None
@@ -162,19 +173,20 @@ class HeadingTrack:
         dt_s = (t_us - self.t_us) * 1e-6
         if dt_s <= 0.0:
             return
-        self._cov.predict(min(dt_s, _PREDICT_MAX_S))
-        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * min(dt_s, _PREDICT_MAX_S))
+        if dt_s > _PREDICT_MAX_S:
+            dt_s = _PREDICT_MAX_S
+        self._cov.predict(dt_s)
+        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * dt_s)
         self.t_us = t_us
 
     def _believable(
         self, t_us: int, since_us: int, psi_rad: float, innovation: float, course: Callable[[], float | None]
     ) -> bool:
-        config = self.config
-        if self._refused_since_us is None and since_us > self._patience_s() * 1e6:
+        if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
             self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
             return False
-        widened_s = min(since_us, _STEP_RATE_MAX_US) * 1e-6
-        gate = math.radians(config.heading_jump_deg + config.heading_rate_max_dps * widened_s)
+        widened_s = (since_us if since_us < _STEP_RATE_MAX_US else _STEP_RATE_MAX_US) * 1e-6
+        gate = math.radians(self._jump_deg + self._rate_max_dps * widened_s)
         if abs(innovation) <= gate:
             if self._refused_since_us is not None:
                 self._end_refusal("heading is plausible again")

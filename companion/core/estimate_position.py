@@ -60,12 +60,14 @@ class ClockAligner:
     def align(self, t_us: int, utc_us: int | None) -> int:
         if utc_us is None:
             return t_us
-        offset = float(t_us - utc_us)
-        if self._least_us is None or abs(offset - self._least_us) > _CLOCK_STEP_US:
-            self._least_us = offset
-        self._least_us = min(offset, self._least_us + _CLOCK_DRIFT * max(0, t_us - self._at_us))
-        self._at_us = t_us
-        return round(utc_us + self._least_us)
+        offset, least = float(t_us - utc_us), self._least_us
+        if least is None or abs(offset - least) > _CLOCK_STEP_US:
+            least = offset
+        since_us, self._at_us = t_us - self._at_us, t_us
+        if since_us > 0:
+            least += _CLOCK_DRIFT * since_us
+        self._least_us = least = offset if offset < least else least
+        return round(utc_us + least)
 
 
 class FrozenWatch:
@@ -97,21 +99,15 @@ class Heading:
     theta_rad: float = 0.0
 
 
-@value
-class Motion:
-    """Predicted position (metres from the origin) and ground velocity."""
-
-    north_m: float
-    east_m: float
-    vn_mps: float
-    ve_mps: float
+Motion = tuple[float, float, float, float]
+"""Predicted position (north and east of the origin, m) and ground velocity (north and east, m/s)."""
 
 
 class PositionTrack:
     """The vessel's reference point over ground."""
 
     def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]]) -> None:
-        self.config = config
+        self.configure(config)
         self.origin: LocalFrame | None = None
         self.accepted_us: int | None = None
         """Time of validity of the last fix that was believed."""
@@ -133,22 +129,31 @@ class PositionTrack:
         self._refused_at = (0.0, 0.0)
         self._frozen_out = False
 
+    def configure(self, config: EstimatorConfig) -> None:
+        """Take new settings; the state is kept."""
+        self.config = config
+        self._timeout_s, self._hold_s = config.position_timeout_s, config.position_hold_s
+        self._jump_m, self._speed_max_mps = config.position_jump_m, config.speed_max_mps
+        self._warn_s, self._invalid_s = config.frozen_warn_s, config.frozen_invalid_s
+        self._velocity_variance = config.velocity_sigma_mps**2
+        x_m, y_m, z_m = config.antenna_forward_m, config.antenna_starboard_m, -config.antenna_up_m
+        self._antenna_m = None if x_m == y_m == z_m == 0.0 else (x_m, y_m, z_m)
+
     def age_s(self, now_us: int) -> float | None:
         return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
 
     def valid(self, now_us: int) -> bool:
         """True while the last believed fix is young enough, the receiver has a fix, and nothing is frozen."""
-        age_s = self.age_s(now_us)
-        if age_s is None or not self._usable or self._frozen_out:
+        if self.accepted_us is None or not self._usable or self._frozen_out:
             return False
+        age_s = (now_us - self.accepted_us) * 1e-6
         if self._refused_since_us is not None:
-            return age_s <= self.config.position_hold_s
-        slow_s = min(3.0 * self._interval_s + 0.2, self.config.slow_receiver_s)
-        return age_s <= max(self.config.position_timeout_s, slow_s)
+            return age_s <= self._hold_s
+        return age_s <= self._timeout_s or age_s <= min(3.0 * self._interval_s + 0.2, self.config.slow_receiver_s)
 
     def aligned_us(self, fix: GpsFix) -> int:
-        """Time of validity of a fix; call once per fix."""
-        return self._aligner.align(fix.t_us, fix.utc_us) if self.config.align_clock else fix.t_us
+        """Time of validity of a fix by its UTC; call once per fix."""
+        return self._aligner.align(fix.t_us, fix.utc_us)
 
     def update(self, fix: GpsFix, t_us: int, heading: Heading, moving: bool) -> None:
         """Take a fix that was valid at ``t_us``, with the attitude of that moment."""
@@ -160,58 +165,52 @@ class PositionTrack:
         self._judge_frozen(fix, moving)
         if self.origin is None:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
-        ahead_n, ahead_e, turn_n, turn_e = self._lever(heading)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
-        north_m, east_m = north_m - ahead_n, east_m - ahead_e
         velocity = _velocity(fix)
-        if velocity is not None:
-            velocity = (velocity[0] - turn_n, velocity[1] - turn_e)
+        if self._antenna_m is not None and heading.psi_rad is not None:
+            ahead_n, ahead_e = self._lever(self._antenna_m, heading, heading.psi_rad)
+            north_m, east_m = north_m - ahead_n, east_m - ahead_e
+            if velocity is not None:
+                velocity = (velocity[0] + heading.r_radps * ahead_e, velocity[1] - heading.r_radps * ahead_n)
         since_us = t_us - self._received_us
         self._received_us = t_us
         if self.accepted_us is None:
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
             return
-        self._interval_s += 0.2 * (min(max(since_us * 1e-6, 0.02), 2.0) - self._interval_s)
+        since_s = since_us * 1e-6
+        if not 0.02 <= since_s <= 2.0:
+            since_s = 0.02 if since_s < 0.02 else 2.0
+        self._interval_s += 0.2 * (since_s - self._interval_s)
         self._advance(t_us, heading)
         if self._believable(fix, t_us, since_us, (north_m, east_m), velocity, heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
 
-    def predict(self, now_us: int, heading: Heading) -> Motion:
-        """Position and velocity now: the velocity through the water turns with the hull, the drift does not."""
-        assert self.accepted_us is not None
-        north_m, east_m, vn, ve = self._moved(now_us, heading)
-        return Motion(north_m, east_m, vn, ve)
-
     def _acceptable(self, fix: GpsFix) -> bool:
-        config = self.config
         return (
             fix.has_position
-            and (config.accept_dead_reckoning or not fix.dead_reckoning)
-            and (config.accept_simulated or not fix.simulated)
+            and (not fix.dead_reckoning or self.config.accept_dead_reckoning)
+            and (not fix.simulated or self.config.accept_simulated)
         )
 
     def _judge_frozen(self, fix: GpsFix, moving: bool) -> None:
         same_s = self._watch.same_for_s(fix, moving)
-        frozen = same_s > self.config.frozen_warn_s
+        frozen = same_s > self._warn_s
         if frozen != self.frozen:
             self.frozen = frozen
             text = "Receiver repeats one position while moving" if frozen else "Receiver's position moves again"
             self._texts.append((Severity.WARNING if frozen else Severity.NOTICE, text))
-        self._frozen_out = same_s > self.config.frozen_invalid_s
+        self._frozen_out = same_s > self._invalid_s
 
-    def _lever(self, heading: Heading) -> tuple[float, float, float, float]:
-        """Antenna position and its velocity from turning, north and east of the reference point."""
-        config = self.config
-        x, y, z = config.antenna_forward_m, config.antenna_starboard_m, -config.antenna_up_m
-        if heading.psi_rad is None or (x == 0.0 and y == 0.0 and z == 0.0):
-            return 0.0, 0.0, 0.0, 0.0
+    @staticmethod
+    def _lever(antenna_m: tuple[float, float, float], heading: Heading, psi_rad: float) -> tuple[float, float]:
+        """Antenna position, north and east of the reference point."""
+        x, y, z = antenna_m
         sin_phi, cos_phi = math.sin(heading.phi_rad), math.cos(heading.phi_rad)
         sin_theta, cos_theta = math.sin(heading.theta_rad), math.cos(heading.theta_rad)
         # Rotation by roll and pitch (Fossen 2021, eq. 2.18), then by heading.
         level_x = x * cos_theta + (y * sin_phi + z * cos_phi) * sin_theta
         level_y = y * cos_phi - z * sin_phi
-        north, east = _rotate(level_x, level_y, heading.psi_rad)
-        return north, east, -heading.r_radps * east, heading.r_radps * north
+        return _rotate(level_x, level_y, psi_rad)
 
     def _start(
         self,
@@ -233,29 +232,34 @@ class PositionTrack:
 
     _filter_us: int = 0
 
-    def _moved(self, now_us: int, heading: Heading) -> tuple[float, float, float, float]:
-        dt_s = min(max((now_us - self._filter_us) * 1e-6, 0.0), _PREDICT_MAX_S)
-        turned = heading.r_radps * dt_s
-        if heading.psi_rad is not None and self._psi_rad is not None:
-            turned = wrap_pi(heading.psi_rad - self._psi_rad)
-        water_n, water_e = self._vn - self.drift_n_mps, self._ve - self.drift_e_mps
+    def predict(self, now_us: int, psi_rad: float | None, r_radps: float) -> Motion:
+        """Position and velocity now: the velocity through the water turns with the hull, the drift does not."""
+        dt_s = (now_us - self._filter_us) * 1e-6
+        if not 0.0 <= dt_s <= _PREDICT_MAX_S:
+            dt_s = 0.0 if dt_s < 0.0 else _PREDICT_MAX_S
+        turned = r_radps * dt_s
+        if psi_rad is not None and self._psi_rad is not None:
+            turned = wrap_pi(psi_rad - self._psi_rad)
+        drift_n, drift_e = self.drift_n_mps, self.drift_e_mps
+        water_n, water_e = self._vn - drift_n, self._ve - drift_e
         # Along an arc the displacement is the mean velocity, half turned, times the chord's share.
         half = 0.5 * turned
-        chord = 1.0 if abs(half) < 1e-9 else math.sin(half) / half
-        mean_n, mean_e = _rotate(water_n, water_e, half)
+        sine, cosine = math.sin(half), math.cos(half)
+        chord = sine / half if half >= 1e-9 or half <= -1e-9 else 1.0
+        mean_n, mean_e = water_n * cosine - water_e * sine, water_n * sine + water_e * cosine
         end_n, end_e = _rotate(water_n, water_e, turned)
         return (
-            self._north_m + dt_s * (chord * mean_n + self.drift_n_mps),
-            self._east_m + dt_s * (chord * mean_e + self.drift_e_mps),
-            end_n + self.drift_n_mps,
-            end_e + self.drift_e_mps,
+            self._north_m + dt_s * (chord * mean_n + drift_n),
+            self._east_m + dt_s * (chord * mean_e + drift_e),
+            end_n + drift_n,
+            end_e + drift_e,
         )
 
     def _advance(self, t_us: int, heading: Heading) -> None:
         dt_s = (t_us - self._filter_us) * 1e-6
         if dt_s <= 0.0:
             return
-        self._north_m, self._east_m, self._vn, self._ve = self._moved(t_us, heading)
+        self._north_m, self._east_m, self._vn, self._ve = self.predict(t_us, heading.psi_rad, heading.r_radps)
         self._cov.predict(dt_s)
         self._psi_rad = heading.psi_rad
         self._filter_us = t_us
@@ -269,9 +273,8 @@ class PositionTrack:
         velocity: tuple[float, float] | None,
         heading: Heading,
     ) -> bool:
-        config = self.config
         off_m = math.hypot(at[0] - self._north_m, at[1] - self._east_m)
-        gate_m = config.position_jump_m + config.speed_max_mps * max(since_us, 0) * 1e-6
+        gate_m = self._jump_m + self._speed_max_mps * (since_us if since_us > 0 else 0) * 1e-6
         if off_m > gate_m:
             self._refuse(fix, t_us, at, off_m, gate_m, velocity, heading)
             return False
@@ -281,8 +284,10 @@ class PositionTrack:
         sigma = POSITION_SIGMA_M[fix.fix_type]
         limit_m = _OUTLIER_SIGMA * math.sqrt(self._cov.value_value + sigma * sigma)
         self._outliers = self._outliers + 1 if off_m > limit_m else 0
-        after_gap = since_us > max(config.position_timeout_s, 2.5 * self._interval_s) * 1e6
-        if self._outliers > _OUTLIERS_MAX or (self._outliers and after_gap):
+        if self._outliers == 0:
+            return True
+        after_gap = since_us > max(self._timeout_s, 2.5 * self._interval_s) * 1e6
+        if self._outliers > _OUTLIERS_MAX or after_gap:
             self._start(fix, t_us, at, velocity, heading)
         return self._outliers == 0
 
@@ -313,9 +318,8 @@ class PositionTrack:
         value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
         self._apply(value_gain, rate_gain, off_n, off_e)
         if velocity is not None:
-            variance = self.config.velocity_sigma_mps**2
             off_n, off_e = velocity[0] - self._vn, velocity[1] - self._ve
-            value_gain, rate_gain = self._cov.measure_rate(variance)
+            value_gain, rate_gain = self._cov.measure_rate(self._velocity_variance)
             self._apply(value_gain, rate_gain, off_n, off_e)
         self.accepted_us = t_us
 

@@ -30,9 +30,13 @@ class SourceChoice:
 
     def leads(self, kind: str, source: int, t_us: int) -> bool:
         """True when measurements of this kind from this source count now."""
-        heard = self._heard.setdefault(kind, {})
+        heard = self._heard.get(kind)
+        if heard is None:
+            heard = self._heard[kind] = {}
         if source in heard or len(heard) < _SOURCES_MAX:
             heard[source] = t_us
+        if len(heard) == 1:
+            return True
         return all(other >= source or t_us - last_us > _SILENT_US for other, last_us in heard.items())
 
     def leads_fix(self, source: int, fix: GpsFix) -> bool:

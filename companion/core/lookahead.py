@@ -39,6 +39,7 @@ class ClosingRate:
 
     def __init__(self) -> None:
         self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in _WINDOWS]
+        self._t0_us: int | None = None
         self._closing_mps = 0.0
         self.likely_mps = 0.0
         """As fast as this, one sigma on the shallow side; 0 unless it is proven that the bottom closes."""
@@ -52,17 +53,24 @@ class ClosingRate:
         """Start again: after a gap or a confirmed jump the line would bridge what was never measured."""
         for line in self._lines:
             line.clear()
+        self._t0_us = None
         self._closing_mps = self.likely_mps = 0.0
 
     def add(self, reading: Altitude, sigma_m: float) -> None:
         """Take one gated reading; ``sigma_m``: its noise."""
+        if self._t0_us is None:
+            self._t0_us = reading.t_us
+        t_us, value_um = reading.t_us - self._t0_us, round(reading.value_m * 1e6)
+        entry = t_us, value_um, t_us * t_us, t_us * value_um
         closing_mps = likely_mps = 0.0
         for line in self._lines:
-            line.add(reading.t_us, round(reading.value_m * 1e6))
-            fall_mps, doubt_mps = line.fall(sigma_m)
-            proven_mps = fall_mps - line.sigmas * doubt_mps
-            if proven_mps > closing_mps:
-                closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
+            fall_mps = line.add(entry)
+            # What is proven is less than what is measured.
+            if fall_mps > closing_mps:
+                doubt_mps = line.doubt_mps(sigma_m)
+                proven_mps = fall_mps - line.sigmas * doubt_mps
+                if proven_mps > closing_mps:
+                    closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
         self._closing_mps, self.likely_mps = closing_mps, likely_mps
 
 
@@ -72,39 +80,40 @@ class _Line:
     Whole numbers, so that adding and taking away for days leaves no rounding behind.
     """
 
+    __slots__ = ("_a", "_readings", "_spread", "_t", "_ta", "_tt", "_window_us", "sigmas")
+
     def __init__(self, window_us: int, sigmas: float) -> None:
         self._window_us = window_us
         self.sigmas = sigmas
-        self._readings: deque[tuple[int, int]] = deque()
-        self._t0_us = 0
+        self._readings: deque[tuple[int, int, int, int]] = deque()
         self.clear()
 
     def clear(self) -> None:
         self._readings.clear()
-        self._t = self._tt = self._a = self._ta = 0
+        self._t = self._tt = self._a = self._ta = self._spread = 0
 
-    def add(self, t_us: int, value_um: int) -> None:
-        if not self._readings:
-            self._t0_us = t_us
-        self._readings.append((t_us - self._t0_us, value_um))
-        self._count(t_us - self._t0_us, value_um, 1)
-        while t_us - self._t0_us - self._readings[0][0] > self._window_us:
-            self._count(*self._readings.popleft(), -1)
+    def add(self, entry: tuple[int, int, int, int]) -> float:
+        """Take time and value with the time's square and their product; return the rate of fall, m/s; 0 with too few."""
+        readings = self._readings
+        readings.append(entry)
+        newest, value, square, product = entry
+        t, a, tt, ta = self._t + newest, self._a + value, self._tt + square, self._ta + product
+        while newest - readings[0][0] > self._window_us:
+            oldest, value, square, product = readings.popleft()
+            t, a, tt, ta = t - oldest, a - value, tt - square, ta - product
+        self._t, self._a, self._tt, self._ta = t, a, tt, ta
+        count = len(readings)
+        if count < _LEAST_READINGS:
+            return 0.0
+        rise = count * ta - t * a
+        if rise >= 0:
+            return 0.0
+        self._spread = spread = count * tt - t * t
+        return -(rise / spread) if spread > 0 else 0.0
 
-    def _count(self, t_us: int, value_um: int, sign: int) -> None:
-        self._t += sign * t_us
-        self._tt += sign * t_us * t_us
-        self._a += sign * value_um
-        self._ta += sign * t_us * value_um
-
-    def fall(self, sigma_m: float) -> tuple[float, float]:
-        """Rate of fall and its uncertainty (1 sigma), m/s; zeros with too few readings."""
-        count = len(self._readings)
-        spread = count * self._tt - self._t * self._t
-        if count < _LEAST_READINGS or spread <= 0:
-            return 0.0, 0.0
-        slope_mps = (count * self._ta - self._t * self._a) / spread
-        return -slope_mps, sigma_m / math.sqrt(spread / count * 1e-12)
+    def doubt_mps(self, sigma_m: float) -> float:
+        """Uncertainty of a rate of fall that ``add`` has just returned (1 sigma), m/s."""
+        return sigma_m / math.sqrt(self._spread / len(self._readings) * 1e-12)
 
 
 def slow_speed_mps(
