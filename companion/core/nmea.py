@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 from pydantic import Field
 
 from companion.core.config import Config, param
 from companion.core.nmea_epoch import Calendar, EpochBuilder, TalkerChoice
-from companion.core.nmea_fields import (
-    AttitudePart,
-    DepthPart,
-    EpochPart,
-    MalformedError,
-    Measurement,
-    RatePart,
-    day_number,
-)
+from companion.core.nmea_fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
 from companion.core.nmea_line import LineReader, frame
-from companion.core.nmea_sentences import ATTITUDE_KINDS, KINDS, Decoder, decoder_of, kind_of
+from companion.core.nmea_sentences import EPOCH_KINDS, KINDS, decoder_of, kind_of
 from companion.core.nmea_watch import NmeaWatch, Rhythm
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, Severity
+from mavlink_bridge.imc import Distance, EulerAngles, Severity
 
 _Take = Callable[[Any, int, list[Measurement]], None]
-_Route = tuple[Decoder, Rhythm, _Take]
-"""What decodes the sentences of one address, what counts them, and what takes the parts that they become."""
+_Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take | None]
+"""What decodes the sentences of one address and how old they are, what counts them, and what looks at what they say."""
 
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
@@ -82,11 +76,6 @@ class NmeaReader:
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
         self._depth_kind: tuple[str, int] | None = None
-        self._takers: dict[str, _Take] = {
-            **dict.fromkeys(ATTITUDE_KINDS, self._attitude),
-            **dict.fromkeys(_DEPTH_RANK, self._depth),
-            "ROT": self._rate,
-        }
         self.configure(config)
 
     def configure(self, config: NmeaConfig) -> None:
@@ -170,21 +159,26 @@ class NmeaReader:
         )
 
     def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
-        address, _, fields = body.partition(",")
-        route = self._routes.get(address) or self._route(address)
+        fields = body.split(",")
+        route = self._routes.get(fields[0]) or self._route(fields[0])
         if route is None:
             return
-        decode, rhythm, take = route
+        decode, age_us, rhythm, take = route
         try:
-            part = decode(fields)
+            if "_" in body:
+                raise MalformedError("underscore")  # Python would take 1_0 for a number
+            part = decode(fields, now_us - age_us)
         except MalformedError:
             self._dropped["malformed"] += 1
             return
-        if part is None:
+        except PassedOverError:
             self._dropped["unknown"] += 1
             return
         rhythm.heard(now_us)
-        take(part, now_us, found)
+        if take is not None:
+            take(part, now_us, found)
+        elif part is not None:
+            found.append(part)
 
     def _route(self, address: str) -> _Route | None:
         """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""
@@ -193,10 +187,19 @@ class NmeaReader:
         if decode is None or kind not in self._wanted:
             self._dropped["unknown" if decode is None else "filtered"] += 1
             return None
-        route = (decode, self._watch.rhythm(address), self._takers.get(kind, self._epoch))
+        take, age_us = self._taker(kind)
+        route = decode, age_us, self._watch.rhythm(address), take
         if len(self._routes) < _ROUTES_MAX:
             self._routes[address] = route
         return route
+
+    def _taker(self, kind: str) -> tuple[_Take | None, int]:
+        """What looks at the parts of a kind before they are passed on, and how old they are, µs."""
+        if kind in EPOCH_KINDS:
+            return self._epoch, 0
+        if kind in _DEPTH_RANK:
+            return partial(self._depth, kind), self._depth_latency_us
+        return (self._magnetic if kind in ("HDG", "HDM") else None), self._heading_latency_us
 
     def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
         # Satellite lists come under each constellation's own talker.
@@ -207,40 +210,26 @@ class NmeaReader:
             self._variation = (part.variation_rad, now_us)
         self._epochs.add(part, now_us, found, strict=now_us < self._talkers.strict_until_us)
 
-    def _rate(self, part: RatePart, now_us: int, found: list[Measurement]) -> None:
-        if part.r_radps is not None:
-            found.append(AngularVelocity(now_us - self._heading_latency_us, part.r_radps))
-
-    def _attitude(self, part: AttitudePart, now_us: int, found: list[Measurement]) -> None:
-        variation = part.variation_rad
-        if part.psi_magnetic_rad is not None:
-            if variation is None and self._variation is not None:
-                value, at_us = self._variation
-                variation = value if now_us - at_us < _VARIATION_HOLD_US else None
-        elif part.psi_rad is None and part.phi_rad is None and part.theta_rad is None:
+    def _magnetic(self, angles: EulerAngles | None, now_us: int, found: list[Measurement]) -> None:
+        """A magnetic heading: where the compass does not know the variation, the receiver's of the last minute stands in."""
+        if angles is None:
             return
-        found.append(
-            EulerAngles(
-                now_us - self._heading_latency_us,
-                part.phi_rad,
-                part.theta_rad,
-                part.psi_rad,
-                part.psi_magnetic_rad,
-                part.psi_accuracy_rad,
-                variation,
-            )
-        )
+        if angles.variation_rad is None and self._variation is not None:
+            value, at_us = self._variation
+            if now_us - at_us < _VARIATION_HOLD_US:
+                angles = replace(angles, variation_rad=value)
+        found.append(angles)
 
-    def _depth(self, part: DepthPart, now_us: int, found: list[Measurement]) -> None:
+    def _depth(self, kind: str, distance: Distance, now_us: int, found: list[Measurement]) -> None:
         """One source at a time: a sounder sends the same depth in several sentences (DBT, DPT, DBK, DBS)."""
         if self._depth_kind is not None:
-            kind, at_us = self._depth_kind
-            if _DEPTH_RANK[part.kind] > _DEPTH_RANK[kind] and now_us - at_us < _DEPTH_HOLD_US:
+            kept, at_us = self._depth_kind
+            if _DEPTH_RANK[kind] > _DEPTH_RANK[kept] and now_us - at_us < _DEPTH_HOLD_US:
                 return
-        self._depth_kind = (part.kind, now_us)
-        value = part.value_m
-        if value is not None and part.kind == "DBS":
-            value = max(0.0, value - self.config.transducer_depth_m)
-        elif value is not None and part.kind == "DBK":
-            value = max(0.0, value + self.config.keel_depth_m - self.config.transducer_depth_m)
-        found.append(Distance(now_us - self._depth_latency_us, value, part.offset_m, part.range_max_m))
+        self._depth_kind = (kind, now_us)
+        value_m, config = distance.value_m, self.config
+        if value_m is not None and kind == "DBS":
+            distance = replace(distance, value_m=max(0.0, value_m - config.transducer_depth_m))
+        elif value_m is not None and kind == "DBK":
+            distance = replace(distance, value_m=max(0.0, value_m + config.keel_depth_m - config.transducer_depth_m))
+        found.append(distance)

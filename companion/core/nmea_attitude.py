@@ -7,8 +7,9 @@ from typing import Any, Final
 
 import pynmea2
 
-from companion.core.nmea_fields import AttitudePart, DepthPart, RatePart, angle_rad, number, signed_rad
+from companion.core.nmea_fields import PassedOverError, angle_rad, number, signed_rad
 from companion.core.units import wrap_pi
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles
 
 _FOOT_M: Final = 0.3048
 _FATHOM_M: Final = 1.8288
@@ -49,144 +50,121 @@ SATHPR: Final = type(
 )
 
 
-def hdt(talker: str, heading: str) -> AttitudePart:
-    return AttitudePart("HDT", talker, None, None, angle_rad(heading))
+def hdt(t_us: int, heading: str) -> EulerAngles | None:
+    psi_rad = angle_rad(heading)
+    return None if psi_rad is None else EulerAngles(t_us, None, None, psi_rad)
 
 
-def ths(talker: str, fields: tuple[str, ...]) -> AttitudePart:
+def ths(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
     """Mode A measured, E estimated; M manual, S simulator and V void are no heading."""
     heading, mode = fields
-    return AttitudePart("THS", talker, psi_rad=angle_rad(heading) if mode in ("A", "E") else None)
+    return hdt(t_us, heading) if mode in ("A", "E") else None
 
 
-def hdg(talker: str, fields: tuple[str, ...]) -> AttitudePart:
+def hdg(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
     heading, deviation, deviation_letter, variation, variation_letter = fields
-    part = AttitudePart("HDG", talker, psi_magnetic_rad=angle_rad(heading))
+    magnetic_rad = angle_rad(heading)
     deviation_rad = signed_rad(deviation, deviation_letter)
-    if part.psi_magnetic_rad is not None and deviation_rad is not None:
-        part.psi_magnetic_rad = wrap_pi(part.psi_magnetic_rad + deviation_rad)
-    part.variation_rad = signed_rad(variation, variation_letter)
-    return part
+    variation_rad = signed_rad(variation, variation_letter)
+    if magnetic_rad is None:
+        return None
+    if deviation_rad is not None:
+        magnetic_rad = wrap_pi(magnetic_rad + deviation_rad)
+    return EulerAngles(t_us, psi_magnetic_rad=magnetic_rad, variation_rad=variation_rad)
 
 
-def hdm(talker: str, heading: str) -> AttitudePart:
-    return AttitudePart("HDM", talker, psi_magnetic_rad=angle_rad(heading))
+def hdm(t_us: int, heading: str) -> EulerAngles | None:
+    magnetic_rad = angle_rad(heading)
+    return None if magnetic_rad is None else EulerAngles(t_us, psi_magnetic_rad=magnetic_rad)
 
 
-def rot(talker: str, fields: tuple[str, ...]) -> RatePart:
+def rot(t_us: int, fields: tuple[str, ...]) -> AngularVelocity | None:
     text, status = fields
     rate = number(text, -10_000.0, 10_000.0)
     if rate is None or (status and status != "A"):
-        return RatePart("ROT", talker)
-    return RatePart("ROT", talker, math.radians(rate) / 60.0)
+        return None
+    return AngularVelocity(t_us, math.radians(rate) / 60.0)
 
 
-def _feet_or_metres(fields: tuple[str, ...]) -> float | None:
+def dpt(t_us: int, fields: tuple[str, ...]) -> Distance:
+    depth, offset, range_max = fields
+    return Distance(
+        t_us, number(depth, 0.0, _DEPTH_MAX_M), number(offset, -100.0, 100.0), number(range_max, 0.0, _DEPTH_MAX_M)
+    )
+
+
+def depth(t_us: int, fields: tuple[str, ...]) -> Distance:
+    """DBT, DBS, DBK: the depth in feet, metres and fathoms, metres first; the sentence's name says below what."""
     feet, metres, fathoms = fields
     for text, unit_m in ((metres, 1.0), (feet, _FOOT_M), (fathoms, _FATHOM_M)):
         found = number(text, 0.0, _DEPTH_MAX_M / unit_m)
         if found is not None:
-            return found * unit_m
-    return None
-
-
-def dpt(talker: str, fields: tuple[str, ...]) -> DepthPart:
-    depth, offset, range_max = fields
-    return DepthPart(
-        "DPT",
-        talker,
-        number(depth, 0.0, _DEPTH_MAX_M),
-        number(offset, -100.0, 100.0),
-        number(range_max, 0.0, _DEPTH_MAX_M),
-    )
-
-
-def dbt(talker: str, fields: tuple[str, ...]) -> DepthPart:
-    return DepthPart("DBT", talker, _feet_or_metres(fields))
-
-
-def dbk(talker: str, fields: tuple[str, ...]) -> DepthPart:
-    return DepthPart("DBK", talker, _feet_or_metres(fields))
-
-
-def dbs(talker: str, fields: tuple[str, ...]) -> DepthPart:
-    return DepthPart("DBS", talker, _feet_or_metres(fields))
+            return Distance(t_us, found * unit_m)
+    return Distance(t_us, None)
 
 
 _ROLL_NAMES: Final = frozenset({"ROLL", "HEEL", "BOATROLL", "VESSEL ROLL"})
 _PITCH_NAMES: Final = frozenset({"PITCH", "PTCH", "TRIM", "BOATPITCH", "VESSEL PITCH"})
 
 
-def xdr(talker: str, fields: tuple[str, ...]) -> AttitudePart:
+def xdr(t_us: int, fields: list[str]) -> EulerAngles | None:
     """Any group of type A (angle) in degrees that is named after roll or pitch; other transducers are passed over."""
-    part = AttitudePart("XDR", talker)
+    phi_rad = theta_rad = None
     for first in range(0, len(fields) - 3, 4):
         kind, value, unit, name = fields[first : first + 4]
         if kind != "A" or unit != "D":
             continue
         name = name.upper()
         if name in _ROLL_NAMES:
-            part.phi_rad = angle_rad(value, -180.0, 180.0)
+            phi_rad = angle_rad(value, -180.0, 180.0)
         elif name in _PITCH_NAMES:
-            part.theta_rad = angle_rad(value, -90.0, 90.0)
-    return part
+            theta_rad = angle_rad(value, -90.0, 90.0)
+    return _angles(t_us, phi_rad, theta_rad, None)
 
 
-def pashr(s: Any) -> AttitudePart | None:
+def _angles(
+    t_us: int, phi_rad: float | None, theta_rad: float | None, psi_rad: float | None, accuracy_rad: float | None = None
+) -> EulerAngles | None:
+    """The attitude, when any axis is measured."""
+    if phi_rad is None and theta_rad is None and psi_rad is None:
+        return None
+    return EulerAngles(t_us, phi_rad, theta_rad, psi_rad, None, accuracy_rad)
+
+
+def _roll_pitch_heading(t_us: int, roll: Any, pitch: Any, heading: Any) -> EulerAngles | None:
+    return _angles(t_us, angle_rad(roll, -180.0, 180.0), angle_rad(pitch, -90.0, 90.0), angle_rad(heading))
+
+
+def pashr(t_us: int, s: Any) -> EulerAngles | None:
     """The attitude form (time, heading, T, roll, pitch, heave, accuracies) and the older HPR form."""
     if isinstance(s, pynmea2.ash.ASHRHPR):
-        return AttitudePart(
-            "PASHR",
-            "",
-            phi_rad=angle_rad(s.roll, -180.0, 180.0),
-            theta_rad=angle_rad(s.pitch, -90.0, 90.0),
-            psi_rad=angle_rad(s.heading),
-        )
+        return _roll_pitch_heading(t_us, s.roll, s.pitch, s.heading)
     if not isinstance(s, pynmea2.ash.ASHRATT):
-        return None
-    part = AttitudePart("PASHR", "")
-    if s.is_true_heading == "T":
-        part.psi_rad = angle_rad(s.true_heading)
-    part.phi_rad = angle_rad(s.roll, -180.0, 180.0)
-    part.theta_rad = angle_rad(s.pitch, -90.0, 90.0)
+        raise PassedOverError
+    psi_rad = angle_rad(s.true_heading) if s.is_true_heading == "T" else None
+    phi_rad, theta_rad = angle_rad(s.roll, -180.0, 180.0), angle_rad(s.pitch, -90.0, 90.0)
     accuracy = number(s.heading_accuracy, 0.0, 360.0)
-    part.psi_accuracy_rad = None if accuracy is None else math.radians(accuracy)
-    return part
+    return _angles(t_us, phi_rad, theta_rad, psi_rad, None if accuracy is None else math.radians(accuracy))
 
 
-def psat(s: Any) -> AttitudePart | None:
+def psat(t_us: int, s: Any) -> EulerAngles | None:
     if s.subtype != "HPR":
-        return None
-    return AttitudePart(
-        "PSAT",
-        "",
-        phi_rad=angle_rad(s.roll, -180.0, 180.0),
-        theta_rad=angle_rad(s.pitch, -90.0, 90.0),
-        psi_rad=angle_rad(s.heading),
-    )
+        raise PassedOverError
+    return _roll_pitch_heading(t_us, s.roll, s.pitch, s.heading)
 
 
-def psxn(s: Any) -> AttitudePart | None:
+def psxn(t_us: int, s: Any) -> EulerAngles | None:
     if not isinstance(s, pynmea2.sxn.SXN23):
-        return None
-    return AttitudePart(
-        "PSXN",
-        "",
-        phi_rad=angle_rad(s.roll, -180.0, 180.0),
-        theta_rad=angle_rad(s.pitch, -90.0, 90.0),
-        psi_rad=angle_rad(s.head),
-    )
+        raise PassedOverError
+    return _roll_pitch_heading(t_us, s.roll, s.pitch, s.head)
 
 
-def ptnl(s: Any) -> AttitudePart | None:
+def ptnl(t_us: int, s: Any) -> EulerAngles | None:
     """AVR: yaw and tilt of the antenna baseline; quality 0 is no fix. Which axis tilt is depends on the mounting."""
     if not isinstance(s, pynmea2.tnl.TNLAVR):
+        raise PassedOverError
+    if not number(s.gps_quality, 0, 9):
         return None
-    part = AttitudePart("PTNL", "")
-    quality = number(s.gps_quality, 0, 9)
-    if not quality:
-        return part
-    part.psi_rad = angle_rad(s.yaw_angle)
-    part.theta_rad = angle_rad(s.tilt_angle, -90.0, 90.0) if s.tilt == "Tilt" else None
-    part.phi_rad = angle_rad(s.roll_angle, -180.0, 180.0) if s.roll == "Roll" else None
-    return part
+    return _roll_pitch_heading(
+        t_us, s.roll_angle if s.roll == "Roll" else "", s.tilt_angle if s.tilt == "Tilt" else "", s.yaw_angle
+    )

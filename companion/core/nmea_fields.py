@@ -26,6 +26,10 @@ class MalformedError(ValueError):
     """A field that is present but cannot be true."""
 
 
+class PassedOverError(Exception):
+    """A sentence of a known name in a form that says nothing to the vessel."""
+
+
 @dataclass(slots=True)
 class EpochPart:
     """What one sentence adds to a GNSS epoch. None = the sentence does not say."""
@@ -57,43 +61,9 @@ class EpochPart:
     """Claims a fix with no satellite: only believed beside an RMC or GLL that is valid."""
 
 
-@dataclass(slots=True)
-class AttitudePart:
-    """Heading, roll, pitch: only the axes that the sentence measures."""
-
-    kind: str
-    talker: str
-    phi_rad: float | None = None
-    theta_rad: float | None = None
-    psi_rad: float | None = None
-    psi_magnetic_rad: float | None = None
-    variation_rad: float | None = None
-    psi_accuracy_rad: float | None = None
-
-
-@dataclass(slots=True)
-class RatePart:
-    """Turn rate, starboard positive."""
-
-    kind: str
-    talker: str
-    r_radps: float | None = None
-
-
-@dataclass(slots=True)
-class DepthPart:
-    """Depth as the sentence gives it; ``kind`` says below what (DBT, DPT transducer, DBS surface, DBK keel)."""
-
-    kind: str
-    talker: str
-    value_m: float | None = None
-    offset_m: float | None = None
-    range_max_m: float | None = None
-
-
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 """What a reader gives."""
-Part = EpochPart | AttitudePart | RatePart | DepthPart
+Part = EpochPart | EulerAngles | AngularVelocity | Distance
 
 
 def number(value: Any, low: float, high: float) -> float | None:
@@ -192,7 +162,7 @@ def speed_mps(knots: str, kmh: str) -> float | None:
 
 
 def count(value: str) -> int | None:
-    found = number(value, 0, 255)
+    found = number(value, 0.0, 255.0)
     return None if found is None else int(found)
 
 
@@ -212,7 +182,7 @@ def date_day(text: str) -> int:
 @lru_cache(maxsize=16)
 def full_date_day(year: str, month: str, day: str) -> int | None:
     """Three fields to days from 1970-01-01; None when one is blank. Some plotters send years of two digits."""
-    years, months, days = number(year, 0, 2200), number(month, 0, 2200), number(day, 0, 2200)
+    years, months, days = number(year, 0.0, 2200.0), number(month, 0.0, 2200.0), number(day, 0.0, 2200.0)
     if years is None or months is None or days is None:
         return None
     return day_number(int(years) if years >= 100 else full_year(int(years)), int(months), int(days))

@@ -20,6 +20,7 @@ _FRAME: Final = re.compile(
 )
 _BURST: Final = re.compile(rb"\$([ \"#%%-)+-\[\]-~]{1,%d}+)\*([0-9A-F]{2})\r\n" % BODY_MAX)
 _DIGITS: Final = tuple(b"%02X" % value for value in range(256))
+_whole_number: Final = int.from_bytes
 _FIRST_START: Final = re.compile(rb"[%b]" % _START)
 _DOLLAR: Final = b"$"
 _BANG: Final = b"!"
@@ -28,7 +29,7 @@ _BANG: Final = b"!"
 def checksum(body: bytes) -> int:
     """XOR of all bytes between start and ``*`` (IEC 61162-1 §7). Up to 256 bytes."""
     # Folding one big integer is several times faster than a loop over bytes.
-    folded = int.from_bytes(body, "big")
+    folded = _whole_number(body, "big")
     size = len(body)
     if size > 16:
         if size > 64:

@@ -79,7 +79,7 @@ def zda(talker: str, fields: tuple[str, ...]) -> EpochPart:
 def gga(talker: str, fields: tuple[str, ...]) -> EpochPart:
     time, lat, lat_letter, lon, lon_letter, quality_text, satellites, hdop, height, separation = fields
     part = EpochPart("GGA", talker, time_of_day_us(time))
-    quality = number(quality_text, 0, 9)
+    quality = number(quality_text, 0.0, 9.0)
     part.fix_type = _NONE if quality is None else _QUALITY[int(quality)]
     part.dead_reckoning = quality == 6
     part.simulated = quality in (7, 8)

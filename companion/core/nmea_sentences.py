@@ -13,11 +13,11 @@ from typing import Any, Final
 import pynmea2
 
 from companion.core import nmea_attitude as attitude, nmea_position as position
-from companion.core.nmea_fields import MalformedError, Part
+from companion.core.nmea_fields import Part, PassedOverError
 
-Decoder = Callable[[str], Part | None]
+Decoder = Callable[[list[str], int], Part | None]
 
-_TALKER: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
+_EPOCH: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
     "ZDA": (position.zda, "timestamp year month day"),
     "GGA": (position.gga, "timestamp lat lat_dir lon lon_dir gps_qual num_sats horizontal_dil altitude geo_sep"),
     "GNS": (position.gns, "timestamp lat lat_dir lon lon_dir mode_indicator num_sats hdop altitude geo_sep"),
@@ -29,32 +29,34 @@ _TALKER: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
     "VTG": (position.vtg, "true_track true_track_sym spd_over_grnd_kts spd_over_grnd_kmph faa_mode"),
     "GST": (position.gst, "timestamp std_dev_latitude std_dev_longitude std_dev_altitude"),
     "GSA": (position.gsa, "vdop"),
+}
+"""What reads a sentence, given its talker and the fields that it names: one as it is, several as a tuple."""
+_MEASURED: Final[dict[str, tuple[Callable[[int, Any], Part | None], str]]] = {
     "HDT": (attitude.hdt, "heading"),
     "THS": (attitude.ths, "heading mode_indicator"),
     "HDG": (attitude.hdg, "heading deviation dev_dir variation var_dir"),
     "HDM": (attitude.hdm, "heading"),
     "ROT": (attitude.rot, "rate_of_turn status"),
     "DPT": (attitude.dpt, "depth offset range"),
-    "DBT": (attitude.dbt, "depth_feet depth_meters depth_fathoms"),
-    "DBS": (attitude.dbs, "depth_feet depth_meter depth_fathoms"),
-    "DBK": (attitude.dbk, "depth_feet depth_meters depth_fathoms"),
+    "DBT": (attitude.depth, "depth_feet depth_meters depth_fathoms"),
+    "DBS": (attitude.depth, "depth_feet depth_meter depth_fathoms"),
+    "DBK": (attitude.depth, "depth_feet depth_meters depth_fathoms"),
     "XDR": (attitude.xdr, ""),
 }
-"""What reads a sentence, given its talker and the fields that it names: one as it is, several as a tuple, none for all."""
+"""The same for those that give a measurement by themselves; they get its time instead of the talker. No name: all fields."""
 _ABSENT: Final = {"GLL": {"status": "A"}}
 """What a field means that is not even blank: before version 2.0 of the standard GLL ended with the longitude."""
-_PROPRIETARY: Final[dict[str, tuple[Any, Callable[[Any], Part | None]]]] = {
+_PROPRIETARY: Final[dict[str, tuple[Any, Callable[[int, Any], Part | None]]]] = {
     "PASHR": (pynmea2.ash.ASH, attitude.pashr),
     "PSAT": (attitude.SATHPR, attitude.psat),
     "PSXN": (pynmea2.sxn.SXN, attitude.psxn),
     "PTNL": (pynmea2.tnl.TNL, attitude.ptnl),
 }
 
-KINDS: Final = frozenset(_TALKER) | frozenset(_PROPRIETARY)
+KINDS: Final = frozenset(_EPOCH) | frozenset(_MEASURED) | frozenset(_PROPRIETARY)
 """The formatters understood: three letters, or the proprietary name."""
-
-ATTITUDE_KINDS: Final = frozenset({"HDT", "THS", "HDG", "HDM", "XDR"}) | frozenset(_PROPRIETARY)
-"""Those that become an ``AttitudePart``."""
+EPOCH_KINDS: Final = frozenset(_EPOCH)
+"""Those that become an ``EpochPart``; the others are a measurement."""
 
 
 def kind_of(address: str) -> tuple[str, str]:
@@ -67,29 +69,25 @@ def kind_of(address: str) -> tuple[str, str]:
 
 
 def decoder_of(address: str) -> Decoder | None:
-    """Return the function that decodes the fields behind an address (the text after its comma); None when unknown.
+    """Return the function that decodes an address's fields (its own first) measured at a time; None when unknown.
 
-    The function returns None for a sentence that says nothing here, and raises MalformedError for an impossible field.
+    The function may add blank fields. It returns None when nothing is measured, and raises PassedOverError for a sentence
+    that says nothing here, MalformedError for an impossible field.
     """
     talker, kind = kind_of(address)
     if not talker:
         return _proprietary(address) if address in _PROPRIETARY else None
-    return _standard(talker, kind) if kind in _TALKER else None
+    if kind in _EPOCH:
+        return _of_epoch(talker, kind)
+    return _measured(kind) if kind in _MEASURED else None
 
 
-def _standard(talker: str, kind: str) -> Decoder:
-    read, wanted = _TALKER[kind]
-    # pynmea2 has a blank inside one name.
-    names = [field[1].replace(" ", "") for field in pynmea2.TalkerSentence.sentence_types[kind].fields]
-    pick = itemgetter(*map(names.index, wanted.split())) if wanted else tuple
-    absent = _ABSENT.get(kind, {})
-    blanks = [absent.get(name, "") for name in names]
+def _of_epoch(talker: str, kind: str) -> Decoder:
+    read, wanted = _EPOCH[kind]
+    pick, blanks = _places(kind, wanted)
     full = len(blanks)
 
-    def decode(text: str) -> Part | None:
-        if "_" in text:
-            raise MalformedError("underscore")  # Python would take 1_0 for a number
-        fields = text.split(",")
+    def decode(fields: list[str], t_us: int) -> Part | None:
         if len(fields) < full:
             fields += blanks[len(fields) :]
         return read(talker, pick(fields))
@@ -97,23 +95,46 @@ def _standard(talker: str, kind: str) -> Decoder:
     return decode
 
 
+def _measured(kind: str) -> Decoder:
+    read, wanted = _MEASURED[kind]
+    pick, blanks = _places(kind, wanted)
+    full = len(blanks)
+
+    def decode(fields: list[str], t_us: int) -> Part | None:
+        if len(fields) < full:
+            fields += blanks[len(fields) :]
+        return read(t_us, pick(fields))
+
+    return decode
+
+
+def _places(kind: str, wanted: str) -> tuple[Callable[[list[str]], Any], list[str]]:
+    """What picks the named fields out of a sentence, and what stands for fields that it does not have."""
+    # pynmea2 has a blank inside one name, and does not count the address.
+    names = ["", *(field[1].replace(" ", "") for field in pynmea2.TalkerSentence.sentence_types[kind].fields)]
+    absent = _ABSENT.get(kind, {})
+    pick = itemgetter(*map(names.index, wanted.split())) if wanted else itemgetter(slice(1, None))
+    return pick, [absent.get(name, "") for name in names]
+
+
 def _proprietary(address: str) -> Decoder:
-    layout, handler = _PROPRIETARY[address]
+    layout, read = _PROPRIETARY[address]
     lead = "R" if address == "PASHR" else ""
 
-    def decode(text: str) -> Part | None:
-        if "_" in text:
-            raise MalformedError("underscore")
-        fields = text.split(",")
+    def decode(fields: list[str], t_us: int) -> Part | None:
+        fields = fields[1:] or [""]
         if lead and fields[0][:6].isdigit():
             fields[0] = "000000.00"  # pynmea2 knows the attitude form by a time of two or three decimals only
-        return handler(layout(address[1:4], [lead, *fields]))
+        return read(t_us, layout(address[1:4], [lead, *fields]))
 
     return decode
 
 
 def parse(body: str) -> Part | None:
-    """Decode one checked body. None when the sentence is unknown or says nothing here; raises MalformedError."""
-    address, _, fields = body.partition(",")
-    decode = decoder_of(address)
-    return None if decode is None else decode(fields)
+    """Decode one checked body. None when it is unknown or says nothing here; raises MalformedError."""
+    fields = body.split(",")
+    decode = decoder_of(fields[0])
+    try:
+        return None if decode is None else decode(fields, 0)
+    except PassedOverError:
+        return None
