@@ -7,7 +7,6 @@ An altitude is under the keel: distance + transducer depth - keel depth, both co
 from __future__ import annotations
 
 import math
-from collections import deque
 from operator import sub
 from typing import Final
 
@@ -21,6 +20,7 @@ _FAST_SPAN_US: Final = 1_000_000
 _CONSISTENT: Final = 3
 _FORGET_US: Final = 5_000_000
 _GAPS: Final = 4
+_MEDIAN_MAX: Final = 9
 _FAR_SHARE: Final = 0.8
 _SURE_US: Final = 5_000_000
 """So long must the bottom be heard nearer than the end of the range before it counts as found."""
@@ -51,7 +51,7 @@ class DepthInputConfig(Config):
     """Steepest bottom that is credible (rise over run)."""
     sigma_m: float = Field(0.05, ge=0, le=5)
     """Noise of one reading, 1 sigma; 0.5 % of the distance when that is more."""
-    median_samples: int = Field(5, ge=1, le=9)
+    median_samples: int = Field(5, ge=1, le=_MEDIAN_MAX)
     """Readings in the median for a fast sounder; one that gives fewer than this per second uses three. 1 = no filter."""
     stale_s: float = param(
         0.8,
@@ -87,7 +87,9 @@ class DepthInput:
         """The last reading that passed the gate."""
         self.rejected = 0
         """Readings refused for range, quality or a jump."""
-        self._window: deque[Altitude] = deque(maxlen=9)
+        self._times_us: list[int] = []
+        self._values_m: list[float] = []
+        """The newest readings that passed, as many as the longest median takes."""
         self._held: list[Altitude] = []
         self._filtered_m: float | None = None
         self._middle_us = 0
@@ -121,7 +123,10 @@ class DepthInput:
             return ()
         passed = self._gate(gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
         if passed:
-            self._window += passed
+            for item in passed:
+                self._times_us.append(item.t_us)
+                self._values_m.append(item.value_m)
+            del self._times_us[:-_MEDIAN_MAX], self._values_m[:-_MEDIAN_MAX]
             self.gated = passed[-1]
             self._filter()
             assert distance.value_m is not None
@@ -172,7 +177,8 @@ class DepthInput:
         """Pass a credible reading; hold a jump until three readings agree on it, then pass all three."""
         if gated is None or reading.t_us - gated.t_us > _FORGET_US:
             self._held = []
-            self._window.clear()
+            self._times_us.clear()
+            self._values_m.clear()
             return (reading,)
         held = self._held
         if self._credible(gated, reading, speed_mps):
@@ -195,32 +201,33 @@ class DepthInput:
 
     def _filter(self) -> None:
         """Take the median of the newest readings, when there are enough of them."""
-        recent = list(self._window)[-self._median_samples :]
-        times = [item.t_us for item in recent]
-        count = self._samples_in_median(times)
-        recent, times = recent[-count:], times[-count:]
-        needed = (count + 1) // 2
-        self._stale_us = self._patience_us(times)
-        size = len(recent)
-        self._middle_us = times[-needed] if needed < size else times[0]
-        self._filtered_m = _lower_median([item.value_m for item in recent]) if size >= needed else None
+        times_us, count = self._times_us, self._samples_in_median()
+        needed, used = (count + 1) // 2, len(times_us)
+        if used > count:
+            used = count
+        self._stale_us = self._patience_us(used)
+        self._middle_us = times_us[-needed] if needed < used else times_us[-used]
+        # The median; of an even number the lower of the middle two, which is the shallower.
+        self._filtered_m = sorted(self._values_m[-used:])[(used - 1) // 2] if used >= needed else None
 
-    def _patience_us(self, times_us: list[int]) -> int:
+    def _patience_us(self, used: int) -> int:
         """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
-        newest = times_us[-_GAPS:]
-        period_us = min(map(sub, newest[1:], newest), default=0)
-        if 3 * period_us <= 2 * self._limit_us:
+        newest = self._times_us[-min(used, _GAPS) :]
+        if len(newest) < 2 or 3 * (newest[-1] - newest[-2]) <= 2 * self._limit_us:
             return self._limit_us
-        return min(period_us * 5 // 2, _FORGET_US)
+        period_us = min(map(sub, newest[1:], newest))
+        return self._limit_us if 3 * period_us <= 2 * self._limit_us else min(period_us * 5 // 2, _FORGET_US)
 
-    def _samples_in_median(self, times_us: list[int]) -> int:
+    def _samples_in_median(self) -> int:
         """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
-        full = self._median_samples
+        full, times_us = self._median_samples, self._times_us
         if full <= _CONSISTENT:
             return full
-        gaps = len(times_us) - 1
-        share_us = _FAST_SPAN_US * (gaps or 1) // (full - 1)
-        return full if times_us[-1] - times_us[0] <= share_us else _CONSISTENT
+        held = len(times_us)
+        if held > full:
+            held = full
+        share_us = _FAST_SPAN_US * (held - 1 or 1) // (full - 1)
+        return full if times_us[-1] - times_us[-held] <= share_us else _CONSISTENT
 
 
 class _Reach:
@@ -242,9 +249,3 @@ class _Reach:
             self._since_us = t_us
         elif t_us - self._since_us >= _SURE_US:
             self.far, self._since_us = far, None
-
-
-def _lower_median(values: list[float]) -> float:
-    """Median; of an even number the lower of the middle two, which is the shallower."""
-    ordered = sorted(values)
-    return ordered[(len(ordered) - 1) // 2]

@@ -82,9 +82,10 @@ class DepthMemory:
             self._open, self._least_m = cell, depth_m
         self._count += 1
         step = depth_m - self._mean_m
-        self._mean_m += step / self._count
-        self._squares += step * (depth_m - self._mean_m)
-        self._least_m = min(self._least_m, depth_m)
+        mean_m = self._mean_m = self._mean_m + step / self._count
+        self._squares += step * (depth_m - mean_m)
+        if depth_m < self._least_m:
+            self._least_m = depth_m
         self._last_s = utc_s
 
     def close_cell(self) -> None:

@@ -19,6 +19,7 @@ _AXIS_M: Final = 6_378_137.0
 _ECCENTRICITY2: Final = 0.00669437999014
 _NEWTON_STEPS: Final = 4
 _NEAR_M: Final = 500.0
+_CLOSE_M: Final = 1e-4
 _CLOCK_DRIFT: Final = 2e-4
 _CLOCK_STEP_US: Final = 150_000
 
@@ -37,14 +38,13 @@ def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float
     for _ in range(_NEWTON_STEPS):
         lat, lon = frame.to_geodetic(north_m, east_m)
         step_n, step_e = (lat_rad - lat) * meridian_m, (lon_rad - lon) * parallel_m
-        if not abs(step_n) + abs(step_e) < _NEAR_M:
+        size_m = abs(step_n) + abs(step_e)
+        if not size_m < _NEAR_M:
             return frame.to_local(lat_rad, lon_rad)
         north_m, east_m = north_m + step_n, east_m + step_e
-        if abs(step_n) + abs(step_e) < 1e-4:
-            break
-    else:
-        return frame.to_local(lat_rad, lon_rad)
-    return north_m, east_m
+        if size_m < _CLOSE_M:
+            return north_m, east_m
+    return frame.to_local(lat_rad, lon_rad)
 
 
 class ClockAligner:
@@ -314,20 +314,18 @@ class PositionTrack:
 
     def _correct(self, fix: GpsFix, t_us: int, at: tuple[float, float], velocity: tuple[float, float] | None) -> None:
         sigma = POSITION_SIGMA_M[fix.fix_type]
+        vn, ve = self._vn, self._ve
         off_n, off_e = at[0] - self._north_m, at[1] - self._east_m
         value_gain, rate_gain = self._cov.measure_value(sigma * sigma)
-        self._apply(value_gain, rate_gain, off_n, off_e)
+        north_m, east_m = self._north_m + value_gain * off_n, self._east_m + value_gain * off_e
+        vn, ve = vn + rate_gain * off_n, ve + rate_gain * off_e
         if velocity is not None:
-            off_n, off_e = velocity[0] - self._vn, velocity[1] - self._ve
+            off_n, off_e = velocity[0] - vn, velocity[1] - ve
             value_gain, rate_gain = self._cov.measure_rate(self._velocity_variance)
-            self._apply(value_gain, rate_gain, off_n, off_e)
+            north_m, east_m = north_m + value_gain * off_n, east_m + value_gain * off_e
+            vn, ve = vn + rate_gain * off_n, ve + rate_gain * off_e
+        self._north_m, self._east_m, self._vn, self._ve = north_m, east_m, vn, ve
         self.accepted_us = t_us
-
-    def _apply(self, value_gain: float, rate_gain: float, off_n: float, off_e: float) -> None:
-        self._north_m += value_gain * off_n
-        self._east_m += value_gain * off_e
-        self._vn += rate_gain * off_n
-        self._ve += rate_gain * off_e
 
 
 def _velocity(fix: GpsFix) -> tuple[float, float] | None:

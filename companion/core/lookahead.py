@@ -8,7 +8,6 @@ present arc for a second, then the active leg (vessel-control §5.4).
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -27,6 +26,8 @@ DepthAt = Callable[[float, float], float | None]
 _WINDOWS: Final = ((1.0, 5.0), (2.0, 4.0), (4.0, 3.5))
 """Length in s, and how many sigma a rate must stand clear of the noise: the short one sees a wall, the long one a slope."""
 _LEAST_READINGS: Final = 4
+_TRIM: Final = 100
+"""Readings that are past the longest window are forgotten so many at a time."""
 _ARC_S: Final = 1.0
 _STEERED_MPS: Final = 0.5
 _JOIN_M, _JOIN_S = 3.0, 1.5
@@ -39,7 +40,13 @@ class ClosingRate:
 
     def __init__(self) -> None:
         self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in _WINDOWS]
-        self._t0_us: int | None = None
+        self._entries: list[tuple[int, int, int, int, int]] = []
+        """Time of each reading, and the sums over all before it: times, values, squared times, times by values.
+
+        In whole microseconds since the first and micrometres, so that adding for days leaves no rounding behind.
+        """
+        self._sums = (0, 0, 0, 0)
+        self._t0_us = 0
         self._closing_mps = 0.0
         self.likely_mps = 0.0
         """As fast as this, one sigma on the shallow side; 0 unless it is proven that the bottom closes."""
@@ -52,19 +59,23 @@ class ClosingRate:
     def forget(self) -> None:
         """Start again: after a gap or a confirmed jump the line would bridge what was never measured."""
         for line in self._lines:
-            line.clear()
-        self._t0_us = None
+            line.first = 0
+        self._entries.clear()
+        self._sums = (0, 0, 0, 0)
         self._closing_mps = self.likely_mps = 0.0
 
     def add(self, reading: Altitude, sigma_m: float) -> None:
         """Take one gated reading; ``sigma_m``: its noise."""
-        if self._t0_us is None:
+        entries = self._entries
+        if not entries:
             self._t0_us = reading.t_us
         t_us, value_um = reading.t_us - self._t0_us, round(reading.value_m * 1e6)
-        entry = t_us, value_um, t_us * t_us, t_us * value_um
+        t, a, tt, ta = self._sums
+        entries.append((t_us, t, a, tt, ta))
+        sums = self._sums = t + t_us, a + value_um, tt + t_us * t_us, ta + t_us * value_um
         closing_mps = likely_mps = 0.0
         for line in self._lines:
-            fall_mps = line.add(entry)
+            fall_mps = line.fall_mps(entries, sums)
             # What is proven is less than what is measured.
             if fall_mps > closing_mps:
                 doubt_mps = line.doubt_mps(sigma_m)
@@ -72,48 +83,50 @@ class ClosingRate:
                 if proven_mps > closing_mps:
                     closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
         self._closing_mps, self.likely_mps = closing_mps, likely_mps
+        if self._lines[-1].first >= _TRIM:
+            self._trim(self._lines[-1].first)
+
+    def _trim(self, past: int) -> None:
+        """Forget readings that are past the longest window."""
+        del self._entries[:past]
+        for line in self._lines:
+            line.first -= past
 
 
 class _Line:
-    """Least-squares line through the readings of a window, by running sums of whole microseconds and micrometres.
+    """Least-squares line through the readings of a window: what the sums have grown by since its first reading."""
 
-    Whole numbers, so that adding and taking away for days leaves no rounding behind.
-    """
-
-    __slots__ = ("_a", "_readings", "_spread", "_t", "_ta", "_tt", "_window_us", "sigmas")
+    __slots__ = ("_count", "_spread", "_window_us", "first", "sigmas")
 
     def __init__(self, window_us: int, sigmas: float) -> None:
         self._window_us = window_us
         self.sigmas = sigmas
-        self._readings: deque[tuple[int, int, int, int]] = deque()
-        self.clear()
+        self.first = 0
+        """Index of the oldest reading in the window."""
+        self._count = self._spread = 0
 
-    def clear(self) -> None:
-        self._readings.clear()
-        self._t = self._tt = self._a = self._ta = self._spread = 0
-
-    def add(self, entry: tuple[int, int, int, int]) -> float:
-        """Take time and value with the time's square and their product; return the rate of fall, m/s; 0 with too few."""
-        readings = self._readings
-        readings.append(entry)
-        newest, value, square, product = entry
-        t, a, tt, ta = self._t + newest, self._a + value, self._tt + square, self._ta + product
-        while newest - readings[0][0] > self._window_us:
-            oldest, value, square, product = readings.popleft()
-            t, a, tt, ta = t - oldest, a - value, tt - square, ta - product
-        self._t, self._a, self._tt, self._ta = t, a, tt, ta
-        count = len(readings)
+    def fall_mps(self, entries: list[tuple[int, int, int, int, int]], sums: tuple[int, int, int, int]) -> float:
+        """Rate of fall; 0 with too few readings, or when it does not fall."""
+        first, since_us = self.first, entries[-1][0] - self._window_us
+        while entries[first][0] < since_us:
+            first += 1
+        self.first = first
+        count = len(entries) - first
         if count < _LEAST_READINGS:
             return 0.0
-        rise = count * ta - t * a
-        if rise >= 0:
+        _, t_before, a_before, tt_before, ta_before = entries[first]
+        t, a, tt, ta = sums
+        t -= t_before
+        rise = count * (ta - ta_before) - t * (a - a_before)
+        spread = count * (tt - tt_before) - t * t
+        if rise >= 0 or spread <= 0:
             return 0.0
-        self._spread = spread = count * tt - t * t
-        return -(rise / spread) if spread > 0 else 0.0
+        self._count, self._spread = count, spread
+        return -(rise / spread)
 
     def doubt_mps(self, sigma_m: float) -> float:
-        """Uncertainty of a rate of fall that ``add`` has just returned (1 sigma), m/s."""
-        return sigma_m / math.sqrt(self._spread / len(self._readings) * 1e-12)
+        """Uncertainty of the rate of fall that was just told (1 sigma), m/s."""
+        return sigma_m / math.sqrt(self._spread / self._count * 1e-12)
 
 
 def slow_speed_mps(
