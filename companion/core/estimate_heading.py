@@ -54,6 +54,7 @@ class HeadingTrack:
         sigma_rad, rate_sigma_rad = math.radians(config.heading_sigma_deg), math.radians(config.rate_sigma_dps)
         self._variance = sigma_rad * sigma_rad
         self._rate_variance = rate_sigma_rad * rate_sigma_rad
+        self._jump_rad = math.radians(config.heading_jump_deg)
         self._jump_deg, self._rate_max_dps = config.heading_jump_deg, config.heading_rate_max_dps
 
     def age_s(self, now_us: int) -> float | None:
@@ -118,7 +119,10 @@ class HeadingTrack:
         innovation = wrap_pi(psi_rad - self.psi_rad)
         since_received_us = t_us - self._received_us
         self._received_us = t_us
-        believable = self._believable(t_us, since_received_us, psi_rad, innovation, course)
+        # Within the narrowest gate of a compass that is heard there is nothing to weigh.
+        near = -self._jump_rad <= innovation <= self._jump_rad and self._refused_since_us is None
+        heard = 0 <= since_received_us <= self._timeout_us
+        believable = (near and heard) or self._believable(t_us, since_received_us, psi_rad, innovation, course)
         received_s = since_received_us * 1e-6
         if not 0.0 <= received_s <= 1.5:
             received_s = 0.0 if received_s < 0.0 else 1.5

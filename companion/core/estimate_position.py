@@ -247,12 +247,12 @@ class PositionTrack:
         sine, cosine = math.sin(half), math.cos(half)
         chord = sine / half if half >= 1e-9 or half <= -1e-9 else 1.0
         mean_n, mean_e = water_n * cosine - water_e * sine, water_n * sine + water_e * cosine
-        end_n, end_e = _rotate(water_n, water_e, turned)
+        sine, cosine = math.sin(turned), math.cos(turned)
         return (
             self._north_m + dt_s * (chord * mean_n + drift_n),
             self._east_m + dt_s * (chord * mean_e + drift_e),
-            end_n + drift_n,
-            end_e + drift_e,
+            water_n * cosine - water_e * sine + drift_n,
+            water_n * sine + water_e * cosine + drift_e,
         )
 
     def _advance(self, t_us: int, heading: Heading) -> None:

@@ -17,6 +17,7 @@ from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, 
 SECOND_US: Final = 1_000_000
 DAY_US: Final = 86_400 * SECOND_US
 _SPEED_MAX_KN: Final = 500.0
+_SPEED_MAX_KMH: Final = _SPEED_MAX_KN * 1.852
 _KMH_MPS: Final = 1.0 / 3.6
 
 # The sentences of one epoch repeat time, date and position: three small memories save a third of the decoding.
@@ -142,7 +143,7 @@ def angle_rad(value: Any, low_deg: float = 0.0, high_deg: float = 360.0) -> floa
 
 def signed_rad(value: str, letter: str, low_deg: float = 0.0, high_deg: float = 180.0) -> float | None:
     """A value with E or W behind it, east positive. Some talkers sign the number instead and give no letter."""
-    degrees = number(value, -high_deg, high_deg)
+    degrees = number(value, -high_deg, high_deg) if value else None
     if degrees is None:
         return None
     if letter == "W":
@@ -154,7 +155,7 @@ def signed_rad(value: str, letter: str, low_deg: float = 0.0, high_deg: float = 
 
 def speed_mps(knots: str, kmh: str) -> float | None:
     """km/h first: it has the finer step (0.1 km/h = 0.05 kn) when both are cut to the same decimals."""
-    from_kmh = number(kmh, 0.0, _SPEED_MAX_KN * 1.852)
+    from_kmh = number(kmh, 0.0, _SPEED_MAX_KMH) if kmh else None
     if from_kmh is not None:
         return from_kmh * _KMH_MPS
     from_knots = number(knots, 0.0, _SPEED_MAX_KN)
