@@ -135,13 +135,13 @@ class Arduino:
             if self._level == 0:
                 self._begin(now_us)
             self._level = 1
-        if isinstance(line, wire.Banner):
-            self._reset_cause = line.reset_cause
-            self._restarted(now_us)
+        if isinstance(line, wire.Status):
+            self._take_status(line, now_us)
         elif isinstance(line, wire.Version):
             self._version = line
         else:
-            self._take_status(line, now_us)
+            self._reset_cause = line.reset_cause
+            self._restarted(now_us)
 
     def _take_status(self, line: wire.Status, now_us: int) -> None:
         before = self._status

@@ -212,9 +212,10 @@ class DepthInput:
 
     def _patience_us(self, used: int) -> int:
         """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
-        newest = self._times_us[-min(used, _GAPS) :]
-        if len(newest) < 2 or 3 * (newest[-1] - newest[-2]) <= 2 * self._limit_us:
+        times_us = self._times_us
+        if used < 2 or 3 * (times_us[-1] - times_us[-2]) <= 2 * self._limit_us:
             return self._limit_us
+        newest = times_us[-min(used, _GAPS) :]
         period_us = min(map(sub, newest[1:], newest))
         return self._limit_us if 3 * period_us <= 2 * self._limit_us else min(period_us * 5 // 2, _FORGET_US)
 

@@ -72,61 +72,49 @@ class ClosingRate:
         t_us, value_um = reading.t_us - self._t0_us, round(reading.value_m * 1e6)
         t, a, tt, ta = self._sums
         entries.append((t_us, t, a, tt, ta))
-        sums = self._sums = t + t_us, a + value_um, tt + t_us * t_us, ta + t_us * value_um
+        self._sums = t, a, tt, ta = t + t_us, a + value_um, tt + t_us * t_us, ta + t_us * value_um
         closing_mps = likely_mps = 0.0
         for line in self._lines:
-            fall_mps = line.fall_mps(entries, sums)
-            # What is proven is less than what is measured.
-            if fall_mps > closing_mps:
-                doubt_mps = line.doubt_mps(sigma_m)
-                proven_mps = fall_mps - line.sigmas * doubt_mps
-                if proven_mps > closing_mps:
-                    closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
+            first, since_us = line.first, t_us - line.window_us
+            while entries[first][0] < since_us:
+                first += 1
+            line.first = first
+            count = len(entries) - first
+            if count < _LEAST_READINGS:
+                continue
+            # The least-squares line through the readings of this window, from what the sums have grown by in it.
+            _, t_before, a_before, tt_before, ta_before = entries[first]
+            times = t - t_before
+            rise = count * (ta - ta_before) - times * (a - a_before)
+            spread = count * (tt - tt_before) - times * times
+            if rise >= 0 or spread <= 0:
+                continue
+            fall_mps = -(rise / spread)
+            doubt_mps = sigma_m / math.sqrt(spread / count * 1e-12)
+            proven_mps = fall_mps - line.sigmas * doubt_mps
+            if proven_mps > closing_mps:
+                closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
         self._closing_mps, self.likely_mps = closing_mps, likely_mps
-        if self._lines[-1].first >= _TRIM:
-            self._trim(self._lines[-1].first)
+        if first >= _TRIM:
+            self._trim(first)
 
     def _trim(self, past: int) -> None:
-        """Forget readings that are past the longest window."""
+        """Forget readings that are past the longest window, the last one."""
         del self._entries[:past]
         for line in self._lines:
             line.first -= past
 
 
 class _Line:
-    """Least-squares line through the readings of a window: what the sums have grown by since its first reading."""
+    """One of the windows: how long, how sure, and where it begins now."""
 
-    __slots__ = ("_count", "_spread", "_window_us", "first", "sigmas")
+    __slots__ = ("first", "sigmas", "window_us")
 
     def __init__(self, window_us: int, sigmas: float) -> None:
-        self._window_us = window_us
+        self.window_us = window_us
         self.sigmas = sigmas
         self.first = 0
         """Index of the oldest reading in the window."""
-        self._count = self._spread = 0
-
-    def fall_mps(self, entries: list[tuple[int, int, int, int, int]], sums: tuple[int, int, int, int]) -> float:
-        """Rate of fall; 0 with too few readings, or when it does not fall."""
-        first, since_us = self.first, entries[-1][0] - self._window_us
-        while entries[first][0] < since_us:
-            first += 1
-        self.first = first
-        count = len(entries) - first
-        if count < _LEAST_READINGS:
-            return 0.0
-        _, t_before, a_before, tt_before, ta_before = entries[first]
-        t, a, tt, ta = sums
-        t -= t_before
-        rise = count * (ta - ta_before) - t * (a - a_before)
-        spread = count * (tt - tt_before) - t * t
-        if rise >= 0 or spread <= 0:
-            return 0.0
-        self._count, self._spread = count, spread
-        return -(rise / spread)
-
-    def doubt_mps(self, sigma_m: float) -> float:
-        """Uncertainty of the rate of fall that was just told (1 sigma), m/s."""
-        return sigma_m / math.sqrt(self._spread / self._count * 1e-12)
 
 
 def slow_speed_mps(

@@ -75,11 +75,14 @@ class NmeaWatch:
     def check(self, now_us: int, good: int, bad: int, received_bytes: int) -> None:
         """Look for silence at once, and for damage once per window. Totals since the start."""
         for address, rhythm in self._rhythms.items():
-            quiet_us, limit_us = now_us - rhythm.last_us, _SILENT_PERIODS * rhythm.period_us
-            silent = quiet_us > _SILENT_MIN_US and quiet_us > limit_us and rhythm.count >= _SEEN_MIN
+            quiet_us = now_us - rhythm.last_us
+            if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
+                continue
+            limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
+            silent = rhythm.count >= _SEEN_MIN and quiet_us > limit_us
             if silent != rhythm.silent:
                 rhythm.silent = silent
-                self._say_silence(address, silent, max(_SILENT_MIN_US, limit_us))
+                self._say_silence(address, silent, limit_us)
         if self._window_us is None:
             self._window_us = now_us
         if now_us - self._window_us < _WINDOW_US:
