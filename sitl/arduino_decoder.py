@@ -7,18 +7,18 @@ checked line, which counts whole or not at all. From the first valid checked lin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
 
 from companion.core.arduino_wire import IDS, WIRE_HIGH_US, WIRE_LOW_US, checksum
+from mavlink_bridge.value import value
 
 SILENCE_US: Final = 5_000
 LINE_BYTES: Final = 32
 _ID_BYTES: Final = IDS.encode()
+_PINS: Final = {wire_id: pin for pin, wire_id in enumerate(_ID_BYTES)}
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Command:
     """Pulses for some of the pins (index, µs), to be applied together."""
 
@@ -26,14 +26,13 @@ class Command:
     checked: bool
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Word:
     """A checked word without its check digits, e.g. '#VERS?'."""
 
     text: str
 
 
-@lru_cache(maxsize=64)
 def parse_checked(line: bytes) -> Command | Word | None:
     """Return what a checked line (without its newline) says; None unless it is right to the last byte."""
     line = line.removesuffix(b"\r")
@@ -50,11 +49,13 @@ def _groups(body: bytes) -> Command | None:
         return None
     pulses: dict[int, int] = {}
     for start in range(0, len(body), 5):
-        pin, digits = IDS.find(chr(body[start])), body[start + 1 : start + 5]
-        if pin < 0 or pin in pulses or not digits.isdigit() or not WIRE_LOW_US <= int(digits) <= WIRE_HIGH_US:
+        pin, digits = _PINS.get(body[start]), body[start + 1 : start + 5]
+        if pin is None or pin in pulses or not digits.isdigit():
             return None
-        pulses[pin] = int(digits)
-    return Command(tuple(pulses.items()), checked=True)
+        pulses[pin] = pulse_us = int(digits)
+        if not WIRE_LOW_US <= pulse_us <= WIRE_HIGH_US:
+            return None
+    return Command(tuple(pulses.items()), True)
 
 
 class Decoder:
@@ -64,6 +65,9 @@ class Decoder:
         self.strict = False
         self.bad = 0
         self._last_byte_us = 0
+        self._newest = b""
+        self._said: Command | Word | None = None
+        """What the newest whole line on the checked level said: a vessel that holds its course repeats itself."""
         self._restart()
 
     def _restart(self) -> None:
@@ -86,12 +90,27 @@ class Decoder:
         found = []
         *ended, rest = data.split(b"\n")
         for piece in ended:
-            self._extend(piece)
-            item = self._finish_checked() if self._line else None
+            if self._line:
+                self._extend(piece)
+                item = self._finish_checked()
+            elif piece:
+                item = self._whole(piece)
+            else:
+                continue
             if item is not None:
                 found.append(item)
-        self._extend(rest)
+        if rest:
+            self._extend(rest)
         return found
+
+    def _whole(self, line: bytes) -> Command | Word | None:
+        """Read a line that came in one piece, as nearly all do."""
+        if line != self._newest:
+            self._newest = line
+            self._said = parse_checked(line) if len(line) <= LINE_BYTES else None
+        if self._said is None:
+            self.bad += 1
+        return self._said
 
     def _extend(self, piece: bytes) -> None:
         room = LINE_BYTES - len(self._line)

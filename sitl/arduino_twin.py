@@ -28,6 +28,8 @@ WATCHDOG_RESET_US: Final = 250_000
 NO_PULSE: Final = 0.0
 """What ``pulses_us`` shows for a pin without pulses (chip in reset, boot loader)."""
 TX_BYTES: Final = 160
+_STATUS: Final = "#S,%s,%d,%d,%d,%d,%.0f,%.0f,%.0f,%.0f,%s,%d"  # one format, one pass
+_NEUTRAL: Final[Pulses] = (STOP_US, STOP_US, STOP_US, STOP_US)
 
 
 class ArduinoTwin:
@@ -37,7 +39,6 @@ class ArduinoTwin:
         self._level1 = level1
         self._pressed = False
         self._millivolts = 0
-        self._now_us = 0
         self._boot(0, "P")
 
     def _boot(self, now_us: int, cause: str) -> None:
@@ -57,17 +58,16 @@ class ArduinoTwin:
         self._tx = bytearray()
         self._status_due_us = now_us + STATUS_US
         self._frame_us = now_us
-        self._pins: Pulses = (STOP_US, STOP_US, STOP_US, STOP_US)
+        self.pulses_us: Pulses = _NEUTRAL
+        """Pulse widths at the four pins, µs; 0 = no pulse. The same object while they stay as they are."""
+        self._renewed = False
+        self._obeyed: Command | None = None
+        """The newest command, None when something else came after it."""
         self._silent_until_us: int | None = None
         self._hung_us: int | None = None
         if self._level1:
             self._tx += b"\n"  # ends a line that the reset cut
             self._say(f"#B,1,1.0,TWIN,{cause}")
-
-    @property
-    def pulses_us(self) -> Pulses:
-        """Pulse widths at the four pins, µs; 0 = no pulse."""
-        return self._pins
 
     def set_estop(self, pressed: bool) -> None:
         """Open or close the emergency-stop switch."""
@@ -82,7 +82,7 @@ class ArduinoTwin:
         if boot_loader_us:
             self._silent_until_us = now_us + boot_loader_us
             self._tx.clear()
-            self._pins = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
+            self.pulses_us = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
         else:
             self._boot(now_us, "X")
 
@@ -95,12 +95,13 @@ class ArduinoTwin:
         self._advance(now_us)
         if self._silent_until_us is not None or self._hung_us is not None:
             return
-        for index, byte in enumerate(data):
-            if self._decoder.strict:
-                for found in self._decoder.take_strict(data[index:]):
-                    self._take(found, now_us)
-                return
-            self._take(self._decoder.byte(byte, now_us), now_us)
+        decoder, index = self._decoder, 0
+        while not decoder.strict and index < len(data):
+            self._take(decoder.byte(data[index], now_us), now_us)
+            index += 1
+        if decoder.strict:
+            for found in decoder.take_strict(data[index:]):
+                self._take(found, now_us)
 
     def step(self, now_us: int) -> bytes:
         """Let time pass; return what the board has said since the last call."""
@@ -112,7 +113,6 @@ class ArduinoTwin:
         return said
 
     def _advance(self, now_us: int) -> None:
-        self._now_us = now_us
         if self._silent_until_us is not None:
             if now_us < self._silent_until_us:
                 return
@@ -123,11 +123,14 @@ class ArduinoTwin:
             self._take(self._decoder.silence(now_us), now_us)
         if self._pressed != self._input_seen or self._pressed != self._estop:
             self._read_estop(now_us)
-        self._check_silence(now_us)
+        if self._heard_us is not None and not self._failsafe:
+            self._check_silence(now_us)
         if now_us - self._frame_us >= FRAME_US:
             self._frame_us += (now_us - self._frame_us) // FRAME_US * FRAME_US
-            self._pins = self._applied()
-        if self._level1 and now_us >= self._status_due_us:
+            if self._renewed:
+                self._renewed = False
+                self.pulses_us = self._applied()
+        if now_us >= self._status_due_us and self._level1:
             self._status_due_us += ((now_us - self._status_due_us) // STATUS_US + 1) * STATUS_US
             self._say_status(now_us)
 
@@ -139,7 +142,7 @@ class ArduinoTwin:
             self._boot(self._hung_us + WATCHDOG_RESET_US, "W")
             return True
         if stuck_us >= WATCHDOG_NEUTRAL_US:
-            self._pins = (STOP_US, STOP_US, STOP_US, STOP_US)
+            self.pulses_us = _NEUTRAL
         return False
 
     def _take(self, found: Command | Word | None, now_us: int) -> None:
@@ -155,6 +158,9 @@ class ArduinoTwin:
         if command.checked and self._level1 and not self._decoder.strict:
             self._decoder.strict = True
             self._lock()
+        if command is self._obeyed:
+            return
+        self._obeyed, self._renewed = command, True
         for pin, pulse in command.pulses:
             self._target[pin] = pulse
             if pin < 2:
@@ -163,8 +169,9 @@ class ArduinoTwin:
             self._interlock = False
 
     def _lock(self) -> None:
-        self._interlock = True
+        self._interlock = self._renewed = True
         self._stop_seen = [False, False]
+        self._obeyed = None
 
     def _word(self, text: str, now_us: int) -> None:
         if text == "#VERS?":
@@ -188,18 +195,19 @@ class ArduinoTwin:
             self._lock()
 
     def _check_silence(self, now_us: int) -> None:
-        if not self._level1 or self._heard_us is None or self._failsafe:
+        if not self._level1 or self._heard_us is None:
             return
         limit_ms = self._silence_ms if self._decoder.strict else LEVEL0_SILENCE_MS
         if now_us - self._heard_us >= limit_ms * 1000:
-            self._failsafe = True
+            self._failsafe = self._renewed = True
             self._target = [STOP_US] * 4
+            self._obeyed = None
             if self._decoder.strict:
                 self._lock()
 
     def _applied(self) -> Pulses:
         if self._estop:
-            return STOP_US, STOP_US, STOP_US, STOP_US
+            return _NEUTRAL
         first, second, third, fourth = self._target
         return (STOP_US, STOP_US, third, fourth) if self._interlock else (first, second, third, fourth)
 
@@ -216,11 +224,9 @@ class ArduinoTwin:
 
     def _say_status(self, now_us: int) -> None:
         silent_ms = 65535 if self._heard_us is None else min((now_us - self._heard_us) // 1000, 65535)
-        pulses = ",".join(f"{pulse:.0f}" for pulse in self._pins)
-        self._say(
-            f"#S,{self._state()},{int(self._decoder.strict)},{silent_ms},{self._good},{self._decoder.bad},"
-            f"{pulses},{self._cause},{self._millivolts}"
-        )
+        decoder = self._decoder
+        counts = (decoder.strict, silent_ms, self._good, decoder.bad)
+        self._say(_STATUS % (self._state(), *counts, *self.pulses_us, self._cause, self._millivolts))
 
     def _say(self, body: str) -> None:
         line = checked(body)

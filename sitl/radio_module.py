@@ -44,10 +44,12 @@ class RadioModule:
         self._gap_us = gap_us
         self._buffer_bytes = buffer_bytes
         self._split = split
-        self._to_air: deque[int] = deque()
-        self._to_air_us: deque[int] = deque()
-        self._to_host: deque[int] = deque()
-        self._to_host_us: deque[int] = deque()
+        self.for_air: deque[int] = deque()
+        """Bytes from the host that are not on the air yet."""
+        self._for_air_us: deque[int] = deque()
+        self.for_host: deque[int] = deque()
+        """Bytes on the serial line to the host."""
+        self._for_host_us: deque[int] = deque()
         self._command = bytearray()
         self._command_us = 0
 
@@ -59,14 +61,9 @@ class RadioModule:
         return 10_000_000 // baud
 
     @property
-    def waiting_bytes(self) -> int:
-        """Bytes from the host that are not on the air yet."""
-        return len(self._to_air)
-
-    @property
     def is_busy(self) -> bool:
         """Whether bytes wait on either side."""
-        return bool(self._to_air or self._to_host)
+        return bool(self.for_air or self.for_host)
 
     def hears(self, other: RadioModule) -> bool:
         """Same channel, band, air rate and NET ID, another NODE ID, both in work mode."""
@@ -80,36 +77,36 @@ class RadioModule:
         if self.set_low:
             self._configure(data, now_us)
             return
-        at_us = max(now_us, self._to_air_us[-1] if self._to_air_us else 0)
-        fits = data[: max(self._buffer_bytes - len(self._to_air), 0)]
+        at_us = max(now_us, self._for_air_us[-1] if self._for_air_us else 0)
+        fits = data[: max(self._buffer_bytes - len(self.for_air), 0)]
         self.overflow_bytes += len(data) - len(fits)
         for value in fits:
             at_us += self.byte_us
-            self._to_air.append(value)
-            self._to_air_us.append(at_us)
+            self.for_air.append(value)
+            self._for_air_us.append(at_us)
 
     def to_host(self, data: bytes, at_us: int) -> None:
         """Put bytes on the serial line to the host, the first one complete a byte time after ``at_us``."""
-        at_us = max(at_us, self._to_host_us[-1] if self._to_host_us else 0)
+        at_us = max(at_us, self._for_host_us[-1] if self._for_host_us else 0)
         for value in data:
             at_us += self.byte_us
-            self._to_host.append(value)
-            self._to_host_us.append(at_us)
+            self.for_host.append(value)
+            self._for_host_us.append(at_us)
 
     def read(self, now_us: int) -> bytes:
         """What has come out of the serial line by now; with ``split`` a random part of it, the rest at the next read."""
-        if not self._to_host_us or self._to_host_us[0] > now_us:
+        if not self._for_host_us or self._for_host_us[0] > now_us:
             return b""
-        count = sum(1 for at_us in self._to_host_us if at_us <= now_us)
+        count = sum(1 for at_us in self._for_host_us if at_us <= now_us)
         if count > 1 and self._split:
             count = self._rng.randint(1, count)
         for _ in range(count):
-            self._to_host_us.popleft()
-        return bytes(self._to_host.popleft() for _ in range(count))
+            self._for_host_us.popleft()
+        return bytes(self.for_host.popleft() for _ in range(count))
 
     def next_start_us(self) -> int | None:
         """When the next packet goes on the air, None when nothing waits."""
-        times = self._to_air_us
+        times = self._for_air_us
         if not times or self.set_low or self.cs_low:
             return None
         trigger_us = None
@@ -127,9 +124,9 @@ class RadioModule:
     def take_packet(self, start_us: int) -> bytes:
         """Remove the bytes that go out in the packet that starts now."""
         packet = bytearray()
-        while self._to_air and self._to_air_us[0] <= start_us and len(packet) < PACKET_BYTES:
-            self._to_air_us.popleft()
-            packet.append(self._to_air.popleft())
+        while self.for_air and self._for_air_us[0] <= start_us and len(packet) < PACKET_BYTES:
+            self._for_air_us.popleft()
+            packet.append(self.for_air.popleft())
         return bytes(packet)
 
     # ---- configuration mode -------------------------------------------------------------------------------------

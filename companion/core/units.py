@@ -12,11 +12,14 @@ KNOT_MPS = 1852.0 / 3600.0
 
 def wrap_pi(angle_rad: float) -> float:
     """Wrap to [-pi, pi); +pi maps to -pi (the convention of dune-imc §1.1)."""
-    wrapped = math.fmod(angle_rad + _PI, _TURN)
-    if wrapped < 0.0:
-        wrapped += _TURN
-    result = wrapped - _PI
-    return -_PI if result >= _PI else result
+    wrapped = angle_rad + _PI
+    if not 0.0 <= wrapped < _TURN:
+        wrapped = math.fmod(wrapped, _TURN)
+        if wrapped < 0.0:
+            wrapped += _TURN
+            if wrapped >= _TURN:
+                return -_PI
+    return wrapped - _PI
 
 
 def wrap_2pi(angle_rad: float) -> float:
