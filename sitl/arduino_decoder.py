@@ -7,6 +7,7 @@ checked line, which counts whole or not at all. From the first valid checked lin
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 from companion.core.arduino_wire import IDS, WIRE_HIGH_US, WIRE_LOW_US, checksum
@@ -15,7 +16,8 @@ from mavlink_bridge.value import value
 SILENCE_US: Final = 5_000
 LINE_BYTES: Final = 32
 _ID_BYTES: Final = IDS.encode()
-_PINS: Final = {wire_id: pin for pin, wire_id in enumerate(_ID_BYTES)}
+_ALL_FOUR: Final = re.compile(rb"m([0-9]{4})M([0-9]{4})l([0-9]{4})L([0-9]{4})")
+"""What a companion sends every tick."""
 
 
 @value
@@ -36,8 +38,8 @@ class Word:
 def parse_checked(line: bytes) -> Command | Word | None:
     """Return what a checked line (without its newline) says; None unless it is right to the last byte."""
     line = line.removesuffix(b"\r")
-    body, tail = line[:-3], line[-3:]
-    if len(tail) != 3 or tail != b"*%02X" % checksum(body):
+    body = line[:-3]
+    if line[len(body) :] != b"*%02X" % checksum(body):
         return None
     if body[:1] == b"#":
         return Word(body.decode("latin-1")) if len(body) == 6 and not set(body) & set(_ID_BYTES) else None
@@ -45,16 +47,21 @@ def parse_checked(line: bytes) -> Command | Word | None:
 
 
 def _groups(body: bytes) -> Command | None:
+    every = _ALL_FOUR.fullmatch(body)
+    if every is not None:
+        pulses_us = tuple(map(int, every.groups()))
+        for pulse_us in pulses_us:
+            if not WIRE_LOW_US <= pulse_us <= WIRE_HIGH_US:
+                return None
+        return Command(tuple(enumerate(pulses_us)), True)
     if len(body) % 5 or not 5 <= len(body) <= 20:
         return None
     pulses: dict[int, int] = {}
     for start in range(0, len(body), 5):
-        pin, digits = _PINS.get(body[start]), body[start + 1 : start + 5]
-        if pin is None or pin in pulses or not digits.isdigit():
+        pin, digits = IDS.find(chr(body[start])), body[start + 1 : start + 5]
+        if pin < 0 or pin in pulses or not digits.isdigit() or not WIRE_LOW_US <= int(digits) <= WIRE_HIGH_US:
             return None
-        pulses[pin] = pulse_us = int(digits)
-        if not WIRE_LOW_US <= pulse_us <= WIRE_HIGH_US:
-            return None
+        pulses[pin] = int(digits)
     return Command(tuple(pulses.items()), True)
 
 
@@ -88,8 +95,9 @@ class Decoder:
     def take_strict(self, data: bytes) -> list[Command | Word]:
         """Take many bytes on the checked level: the same as ``byte`` for each, only faster."""
         found = []
-        *ended, rest = data.split(b"\n")
-        for piece in ended:
+        pieces = data.split(b"\n")
+        rest = pieces.pop()
+        for piece in pieces:
             if self._line:
                 self._extend(piece)
                 item = self._finish_checked()

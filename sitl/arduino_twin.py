@@ -57,10 +57,14 @@ class ArduinoTwin:
         self._silence_ms = SILENCE_MS
         self._tx = bytearray()
         self._status_due_us = now_us + STATUS_US
-        self._frame_us = now_us
+        self._framed_us = now_us
+        """Frames up to here have begun."""
         self.pulses_us: Pulses = _NEUTRAL
         """Pulse widths at the four pins, µs; 0 = no pulse. The same object while they stay as they are."""
-        self._renewed = False
+        self._pins_due_us: int | None = None
+        """When the pins take up what has changed: the next frame. None: nothing has."""
+        self._due_us = 0
+        """Before this nothing happens by itself; 0: look at everything."""
         self._obeyed: Command | None = None
         """The newest command, None when something else came after it."""
         self._silent_until_us: int | None = None
@@ -72,6 +76,7 @@ class ArduinoTwin:
     def set_estop(self, pressed: bool) -> None:
         """Open or close the emergency-stop switch."""
         self._pressed = pressed
+        self._due_us = 0
 
     def set_voltage(self, volts: float) -> None:
         """Supply voltage at the divider; below 1 V counts as not measured."""
@@ -81,6 +86,7 @@ class ArduinoTwin:
         """Press the reset button; a boot loader keeps the pins silent for a while."""
         if boot_loader_us:
             self._silent_until_us = now_us + boot_loader_us
+            self._due_us = 0
             self._tx.clear()
             self.pulses_us = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
         else:
@@ -89,6 +95,7 @@ class ArduinoTwin:
     def hang(self, now_us: int) -> None:
         """Stop the program where it is; the watchdog ends that."""
         self._hung_us = now_us
+        self._due_us = 0
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Bytes arrive at the board; a board that boots or hangs loses them."""
@@ -113,6 +120,9 @@ class ArduinoTwin:
         return said
 
     def _advance(self, now_us: int) -> None:
+        if now_us < self._due_us:
+            self._framed_us = now_us
+            return
         if self._silent_until_us is not None:
             if now_us < self._silent_until_us:
                 return
@@ -123,16 +133,32 @@ class ArduinoTwin:
             self._take(self._decoder.silence(now_us), now_us)
         if self._pressed != self._input_seen or self._pressed != self._estop:
             self._read_estop(now_us)
-        if self._heard_us is not None and not self._failsafe:
-            self._check_silence(now_us)
-        if now_us - self._frame_us >= FRAME_US:
-            self._frame_us += (now_us - self._frame_us) // FRAME_US * FRAME_US
-            if self._renewed:
-                self._renewed = False
-                self.pulses_us = self._applied()
+        self._check_silence(now_us)
+        if self._pins_due_us is not None and now_us >= self._pins_due_us:
+            self._pins_due_us = None
+            self.pulses_us = self._applied()
+        self._framed_us = now_us
         if now_us >= self._status_due_us and self._level1:
             self._status_due_us += ((now_us - self._status_due_us) // STATUS_US + 1) * STATUS_US
             self._say_status(now_us)
+        self._due_us = self._next_us()
+
+    def _next_us(self) -> int:
+        """When something happens next, if nobody does anything."""
+        if not self._decoder.strict or self._pressed != self._input_seen or self._pressed != self._estop:
+            return 0
+        due_us = self._status_due_us
+        if self._pins_due_us is not None and self._pins_due_us < due_us:
+            due_us = self._pins_due_us
+        if self._heard_us is not None and not self._failsafe:
+            silent_us = self._heard_us + self._silence_ms * 1000
+            return silent_us if silent_us < due_us else due_us
+        return due_us
+
+    def _renew(self) -> None:
+        """The pins change with the next frame."""
+        self._pins_due_us = self._framed_us - (self._framed_us - self._started_us) % FRAME_US + FRAME_US
+        self._due_us = 0
 
     def _watchdog(self, now_us: int) -> bool:
         """Return True when the board runs again; before that neutral, as the firmware's watchdog interrupt gives."""
@@ -160,18 +186,21 @@ class ArduinoTwin:
             self._lock()
         if command is self._obeyed:
             return
-        self._obeyed, self._renewed = command, True
+        self._obeyed = command
+        self._renew()
+        target, stop_seen = self._target, self._stop_seen
         for pin, pulse in command.pulses:
-            self._target[pin] = pulse
+            target[pin] = pulse
             if pin < 2:
-                self._stop_seen[pin] = abs(pulse - STOP_US) <= STOP_BAND_US
-        if not self._estop and all(self._stop_seen):
+                stop_seen[pin] = -STOP_BAND_US <= pulse - STOP_US <= STOP_BAND_US
+        if self._interlock and not self._estop and all(stop_seen):
             self._interlock = False
 
     def _lock(self) -> None:
-        self._interlock = self._renewed = True
+        self._interlock = True
         self._stop_seen = [False, False]
         self._obeyed = None
+        self._renew()
 
     def _word(self, text: str, now_us: int) -> None:
         if text == "#VERS?":
@@ -182,6 +211,7 @@ class ArduinoTwin:
             self._good = self._decoder.bad = 0
         elif text[:2] == "#T" and text[2:].isdigit() and 200 <= int(text[2:]) <= 2000:
             self._silence_ms = int(text[2:])
+            self._due_us = 0
         else:
             self._decoder.bad += 1
 
@@ -199,9 +229,10 @@ class ArduinoTwin:
             return
         limit_ms = self._silence_ms if self._decoder.strict else LEVEL0_SILENCE_MS
         if now_us - self._heard_us >= limit_ms * 1000:
-            self._failsafe = self._renewed = True
+            self._failsafe = True
             self._target = [STOP_US] * 4
             self._obeyed = None
+            self._renew()
             if self._decoder.strict:
                 self._lock()
 

@@ -29,7 +29,9 @@ class Series:
         self.count += 1
         self.total += error_m
         self.squares += error_m * error_m
-        self.worst = max(self.worst, abs(error_m))
+        size_m = error_m if error_m > 0.0 else -error_m
+        if size_m > self.worst:
+            self.worst = size_m
 
     def summary(self) -> dict[str, float] | None:
         if not self.count:

@@ -60,20 +60,20 @@ class Plant:
 
     def step(self, now_us: int) -> tuple[list[bytes], bytes]:
         """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
-        said, step_us = b"", self.config.step_us
+        said, at_us, step_us = b"", self.now_us, self.config.step_us
         board, water, vessel = self.board, self.water, self.vessel
-        while self.now_us < now_us:
-            span_us = now_us - self.now_us
-            if span_us > step_us:
-                span_us = step_us
-            self.now_us += span_us
+        port, starboard, port_rad, starboard_rad = self._demand
+        while at_us < now_us:
+            span_us = step_us if at_us + step_us < now_us else now_us - at_us
+            at_us += span_us
             dt_s = span_us * 1e-6
             water.step(dt_s)
-            said += board.step(self.now_us)
-            pulses_us = board.pulses_us
-            if pulses_us is not self._pulses_us:
-                self._pulses_us, self._demand = pulses_us, self._map.demand(pulses_us)
-            vessel.step(dt_s, *self._demand, water)
+            said += board.step(at_us)
+            if board.pulses_us is not self._pulses_us:
+                self._pulses_us = board.pulses_us
+                port, starboard, port_rad, starboard_rad = self._demand = self._map.demand(self._pulses_us)
+            vessel.step(dt_s, port, starboard, port_rad, starboard_rad, water)
+        self.now_us = at_us
         self.truth = truth = self._measure(now_us)
         return self.sensors.step(now_us, truth), said
 

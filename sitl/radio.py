@@ -206,7 +206,8 @@ class Air:
     @property
     def is_busy(self) -> bool:
         """Whether bytes are under way, on the air or on a serial line."""
-        return bool(self._flights) or any(module.is_busy for module in self.modules)
+        vessel, shore = self.modules
+        return bool(self._flights) or vessel.is_busy or shore.is_busy
 
     # ---- the account --------------------------------------------------------------------------------------------
 

@@ -60,19 +60,25 @@ class Due:
         self._period_us = 1e6 / hz if hz > 0.0 else 0.0
         self._count = 0
         self._offset_us = offset_us
-        self.not_before_us = 0.0 if self._period_us else math.inf
-        """Before this nothing can be due: who looks at it first asks ``moments`` only when it is."""
+        self._not_before_us = 0.0 if self._period_us else math.inf
+        """Before this nothing can be due: a look at it is all that most steps cost."""
+        self.came = False
+        """What ``look`` found."""
+
+    def look(self, now_us: int) -> None:
+        """See whether a sample has come up to ``now_us``."""
+        self.came = now_us >= self._not_before_us and bool(self.moments(now_us))
 
     def moments(self, now_us: int) -> range:
         """The numbers of the samples that have come up to ``now_us``, oldest first; after a long gap only the newest."""
-        if now_us < self.not_before_us:
+        if now_us < self._not_before_us:
             return _NONE
         latest = math.floor((now_us - self._offset_us) / self._period_us)
         if latest < self._count:
             return _NONE
         first = self._count if latest - self._count < _BACKLOG_MAX else latest
         self._count = latest + 1
-        self.not_before_us = self._count * self._period_us + self._offset_us - 1.0
+        self._not_before_us = self._count * self._period_us + self._offset_us - 1.0
         return range(first, latest + 1)
 
     def time_us(self, number: int) -> int:
@@ -105,9 +111,11 @@ class SensorSuite:
         self._slow_psi = GaussMarkov(math.radians(self._figures.heading_slow_deg), config.heading_tau_s, rng)
         # Sampled so that the latency is exact in lock-step with the usual tick, instead of rounded up to the next one.
         self._fix_due = Due(config.fix_hz, -round(config.fix_latency_s * 1e6) % _TICK_US)
-        self._heading_due = Due(config.heading_hz)
-        self._rate_due = Due(config.rate_hz)
-        self._depth_due = Due(config.depth_hz)
+        dues = {hz: Due(hz) for hz in (config.heading_hz, config.rate_hz, config.depth_hz)}
+        self._dues = tuple(dues.values())
+        """Equal rates are one: what comes ten times a second comes together."""
+        self._heading_due, self._rate_due = dues[config.heading_hz], dues[config.rate_hz]
+        self._depth_due = dues[config.depth_hz]
         names = [name.strip() for name in config.sentences.split(",") if name.strip()]
         self._epoch = [(name[:-3] or config.talker, name[-3:]) for name in names]
         self._waiting: deque[_Sample] = deque()
@@ -121,16 +129,17 @@ class SensorSuite:
     def step(self, now_us: int, truth: Truth) -> list[bytes]:
         """Return the sentences that leave the sensors now, in order, each with its line end (unless a fault cuts it)."""
         sent: list[bytes] = []
-        if now_us >= self._fix_due.not_before_us:
-            for number in self._fix_due.moments(now_us):
-                self._waiting.append(self._sample(self._fix_due.time_us(number), truth))
-        if now_us >= self._rate_due.not_before_us and self._rate_due.moments(now_us) and not self.faults.rate_silent:
+        for number in self._fix_due.moments(now_us):
+            self._waiting.append(self._sample(self._fix_due.time_us(number), truth))
+        for due in self._dues:
+            due.look(now_us)
+        if self._rate_due.came and not self.faults.rate_silent:
             sent.append(write.rot(self.config.talker, truth.r_radps + self._gauss(self._figures.rate_white_radps)))
-        if now_us >= self._heading_due.not_before_us and self._heading_due.moments(now_us):
+        if self._heading_due.came:
             self._send_headings(sent, now_us, truth)
         while self._waiting and now_us - self._waiting[0].t_us >= self._latency_us:
             sent += self._send_epoch(self._waiting.popleft(), now_us, truth)
-        if now_us >= self._depth_due.not_before_us and self._depth_due.moments(now_us) and not self.faults.depth_silent:
+        if self._depth_due.came and not self.faults.depth_silent:
             sent.append(self._depth(truth))
         return self._spoil(sent) if sent else sent
 

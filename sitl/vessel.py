@@ -78,13 +78,36 @@ class SimVessel:
             rudder_starboard_rad = rudder_port_rad
         self._turn_propellers(dt_s, thruster_port, thruster_starboard)
         self._turn_rudders(dt_s, rudder_port_rad, rudder_starboard_rad)
-        self._move(dt_s, water)
+        psi_rad = self.psi_rad
+        cosine, sine = cos(psi_rad), sin(psi_rad)
+        surge_n = sway_n = yaw_nm = 0.0
+        if water.wind_n_mps or water.wind_e_mps:
+            north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
+            surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
+        if water.wave_height_m > 0.0:
+            yaw_nm += self._waves(water)
+        u_mps, v_mps, r_radps = self.u_mps, self.v_mps, self.r_radps
+        port_n, starboard_n = self.thrust_n
+        port_rad, starboard_rad = self.rudder_rad
+        du, dv, dr = self.model.rates(
+            u_mps, v_mps, r_radps, port_n, starboard_n, port_rad, starboard_rad, surge_n, sway_n, yaw_nm
+        )
+        self.u_mps = u_mps = u_mps + du * dt_s
+        self.v_mps = v_mps = v_mps + dv * dt_s
+        self.r_radps = r_radps = r_radps + dr * dt_s
+        self.vn_mps = vn_mps = cosine * u_mps - sine * v_mps + water.current_n_mps
+        self.ve_mps = ve_mps = sine * u_mps + cosine * v_mps + water.current_e_mps
+        self.north_m += vn_mps * dt_s
+        self.east_m += ve_mps * dt_s
+        self.psi_rad = wrap_pi(psi_rad + r_radps * dt_s)
 
     def _turn_propellers(self, dt_s: float, port: float, starboard: float) -> None:
         share = dt_s / self._thruster_lag_s
         if share > 1.0:
             share = 1.0
-        dead_band, side = self._dead_band, 0
+        revs, thrust_n, health, dead_band = self.revs, self.thrust_n, self.thruster_health, self._dead_band
+        alike = port == starboard and revs[0] == revs[1] and health[0] == health[1]
+        side = 0
         for command in (port, starboard):
             if -dead_band < command < dead_band:
                 command = 0.0
@@ -92,59 +115,31 @@ class SimVessel:
                 command = 1.0
             elif command < -1.0:
                 command = -1.0
-            revs = self.revs[side]
-            self.revs[side] = revs = revs + (command - revs) * share
-            full_n = self._ahead_n * revs * revs if revs > 0.0 else self._astern_n * revs * -revs
-            self.thrust_n[side] = full_n * self.thruster_health[side]
+            turns = revs[side]
+            turns += (command - turns) * share
+            full_n = self._ahead_n * turns * turns if turns > 0.0 else self._astern_n * turns * -turns
+            revs[side], thrust_n[side] = turns, full_n * health[side]
+            if alike:
+                revs[1], thrust_n[1] = revs[0], thrust_n[0]
+                return
             side = 1
 
     def _turn_rudders(self, dt_s: float, port_rad: float, starboard_rad: float) -> None:
         share = 1.0 if self._rudder_lag_s <= dt_s else dt_s / self._rudder_lag_s
-        most, limit, side = self._rudder_rate * dt_s, self._rudder_max, 0
-        for command_rad in (port_rad, starboard_rad):
-            stuck = self.rudder_stuck_rad[side]
-            if stuck is not None:
-                self.rudder_rad[side] = stuck
-            else:
-                if command_rad > limit:
-                    command_rad = limit
-                elif command_rad < -limit:
-                    command_rad = -limit
-                angle = self.rudder_rad[side]
-                move = (command_rad - angle) * share
-                self.rudder_rad[side] = angle + (most if move > most else -most if move < -most else move)
+        most, limit, angles, stuck = self._rudder_rate * dt_s, self._rudder_max, self.rudder_rad, self.rudder_stuck_rad
+        alike = port_rad == starboard_rad and angles[0] == angles[1] and stuck[0] is stuck[1] is None
+        side = 0
+        for wanted in (port_rad, starboard_rad):
+            wanted = limit if wanted > limit else -limit if wanted < -limit else wanted
+            angle = angles[side]
+            move = (wanted - angle) * share
+            move = most if move > most else -most if move < -most else move
+            held = stuck[side]
+            angles[side] = angle + move if held is None else held
+            if alike:
+                angles[1] = angles[0]
+                return
             side = 1
-
-    def _move(self, dt_s: float, water: Conditions) -> None:
-        psi_rad = self.psi_rad
-        cosine, sine = cos(psi_rad), sin(psi_rad)
-        surge_n = sway_n = yaw_nm = 0.0
-        if water.wind_n_mps or water.wind_e_mps:
-            north = water.wind_n_mps - self.vn_mps
-            east = water.wind_e_mps - self.ve_mps
-            surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
-        if water.wave_height_m > 0.0:
-            yaw_nm += self._waves(water)
-        du, dv, dr = self.model.rates(
-            self.u_mps,
-            self.v_mps,
-            self.r_radps,
-            self.thrust_n[0],
-            self.thrust_n[1],
-            self.rudder_rad[0],
-            self.rudder_rad[1],
-            surge_n,
-            sway_n,
-            yaw_nm,
-        )
-        self.u_mps = u_mps = self.u_mps + du * dt_s
-        self.v_mps = v_mps = self.v_mps + dv * dt_s
-        self.r_radps = r_radps = self.r_radps + dr * dt_s
-        self.vn_mps = vn_mps = cosine * u_mps - sine * v_mps + water.current_n_mps
-        self.ve_mps = ve_mps = sine * u_mps + cosine * v_mps + water.current_e_mps
-        self.north_m += vn_mps * dt_s
-        self.east_m += ve_mps * dt_s
-        self.psi_rad = wrap_pi(psi_rad + r_radps * dt_s)
 
     def _waves(self, water: Conditions) -> float:
         """Attitude and heave follow the waves at once (the hull is stiffer than they are slow); return the yaw moment."""

@@ -57,8 +57,18 @@ class ForceModel:
         yaw_nm: float = 0.0,
     ) -> tuple[float, float, float]:
         """Return (du, dv, dr): accelerations for velocities through the water (m/s, rad/s) and outside forces (N, Nm)."""
-        x, y, n = self._hull(u, v, r)
-        lateral_m = self.lateral_m
+        xu, xuu, yv, yvv, nr, nrr, nur = self._damping
+        m22, m23, lateral_m = self._m22, self._m23, self.lateral_m
+        speed = u if u >= 0.0 else -u
+        # Coriolis and damping forces on the bare hull
+        x = -(xu + xuu * speed) * u + m22 * v * r + m23 * r * r
+        y = -(yv + yvv * (v if v >= 0.0 else -v)) * v - self._m11 * u * r
+        n = -(nr + nrr * (r if r >= 0.0 else -r) + nur * speed) * r - self._munk_kg * u * v - m23 * u * r
+        for at_m in self._strips_m:
+            across = v + at_m * r
+            drag = self._strip * abs(across) * across
+            y -= drag
+            n -= drag * at_m
         x += surge_n + thrust_port_n + thrust_starboard_n
         y += sway_n
         n += yaw_nm + lateral_m * (thrust_port_n - thrust_starboard_n)
@@ -78,23 +88,8 @@ class ForceModel:
             x -= along if along >= 0.0 else -along
             y -= across
             n -= at_m * across
-        m22, m23, det = self._m22, self._m23, self._det
+        det = self._det
         return x / self._m11, (self._m33 * y - m23 * n) / det, (m22 * n - m23 * y) / det
-
-    def _hull(self, u: float, v: float, r: float) -> tuple[float, float, float]:
-        """Coriolis and damping forces on the bare hull. Absolute values by comparison: a third of the call's price."""
-        xu, xuu, yv, yvv, nr, nrr, nur = self._damping
-        m23 = self._m23
-        speed = u if u >= 0.0 else -u
-        x = -(xu + xuu * speed) * u + self._m22 * v * r + m23 * r * r
-        y = -(yv + yvv * (v if v >= 0.0 else -v)) * v - self._m11 * u * r
-        n = -(nr + nrr * (r if r >= 0.0 else -r) + nur * speed) * r - self._munk_kg * u * v - m23 * u * r
-        for at_m in self._strips_m:
-            across = v + at_m * r
-            drag = self._strip * abs(across) * across
-            y -= drag
-            n -= drag * at_m
-        return x, y, n
 
     def _rudder(self, along: float, across: float, thrust_n: float, delta: float) -> float:
         """Normal force of one rudder, N: inflow from the hull's motion and the propeller race."""

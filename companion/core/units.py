@@ -12,14 +12,14 @@ KNOT_MPS = 1852.0 / 3600.0
 
 def wrap_pi(angle_rad: float) -> float:
     """Wrap to [-pi, pi); +pi maps to -pi (the convention of dune-imc §1.1)."""
-    wrapped = angle_rad + _PI
-    if not 0.0 <= wrapped < _TURN:
-        wrapped = math.fmod(wrapped, _TURN)
-        if wrapped < 0.0:
-            wrapped += _TURN
-            if wrapped >= _TURN:
-                return -_PI
-    return wrapped - _PI
+    turned = angle_rad + _PI
+    if 0.0 <= turned < _TURN:
+        return turned - _PI
+    wrapped = math.fmod(turned, _TURN)
+    if wrapped < 0.0:
+        wrapped += _TURN
+    result = wrapped - _PI
+    return -_PI if result >= _PI else result
 
 
 def wrap_2pi(angle_rad: float) -> float:
