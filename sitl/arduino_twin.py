@@ -188,12 +188,18 @@ class ArduinoTwin:
             return
         self._obeyed = command
         self._renew()
-        target, stop_seen = self._target, self._stop_seen
+        target = self._target
         for pin, pulse in command.pulses:
             target[pin] = pulse
+        if self._interlock:
+            self._see_stops(command)
+
+    def _see_stops(self, command: Command) -> None:
+        """The interlock ends when both thrusters were commanded to stop since it began."""
+        for pin, pulse in command.pulses:
             if pin < 2:
-                stop_seen[pin] = -STOP_BAND_US <= pulse - STOP_US <= STOP_BAND_US
-        if self._interlock and not self._estop and all(stop_seen):
+                self._stop_seen[pin] = abs(pulse - STOP_US) <= STOP_BAND_US
+        if not self._estop and all(self._stop_seen):
             self._interlock = False
 
     def _lock(self) -> None:
