@@ -109,15 +109,16 @@ class SimVessel:
         alike = port == starboard and revs[0] == revs[1] and health[0] == health[1]
         side = 0
         for command in (port, starboard):
-            if -dead_band < command < dead_band:
+            if command >= dead_band:
+                if command > 1.0:
+                    command = 1.0
+            elif command > -dead_band:
                 command = 0.0
-            elif command > 1.0:
-                command = 1.0
             elif command < -1.0:
                 command = -1.0
             turns = revs[side]
             turns += (command - turns) * share
-            full_n = self._ahead_n * turns * turns if turns > 0.0 else self._astern_n * turns * -turns
+            full_n = self._ahead_n * turns * turns if turns >= 0.0 else self._astern_n * turns * -turns
             revs[side], thrust_n[side] = turns, full_n * health[side]
             if alike:
                 revs[1], thrust_n[1] = revs[0], thrust_n[0]
@@ -130,12 +131,17 @@ class SimVessel:
         alike = port_rad == starboard_rad and angles[0] == angles[1] and stuck[0] is stuck[1] is None
         side = 0
         for wanted in (port_rad, starboard_rad):
-            wanted = limit if wanted > limit else -limit if wanted < -limit else wanted
-            angle = angles[side]
-            move = (wanted - angle) * share
-            move = most if move > most else -most if move < -most else move
+            if wanted > limit:
+                wanted = limit
+            elif wanted < -limit:
+                wanted = -limit
+            move = (wanted - angles[side]) * share
+            if move > most:
+                move = most
+            elif move < -most:
+                move = -most
             held = stuck[side]
-            angles[side] = angle + move if held is None else held
+            angles[side] = angles[side] + move if held is None else held
             if alike:
                 angles[1] = angles[0]
                 return
