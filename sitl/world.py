@@ -33,7 +33,7 @@ from .metrics import Metrics
 from .plant import Board
 from .settings import SimSettings
 from .surroundings import Surroundings
-from .truth import Truth, utc_us
+from .truth import SIM_UTC_START_US, Truth
 
 _RADIO_STEP_US = 10_000
 _MOST_MISSED = 2
@@ -208,7 +208,7 @@ class World:
     def _record(self, run_dir: Path, about: dict[str, Any]) -> None:
         limits = self.settings.record
         recorder = Recorder(run_dir, max_mb=limits.max_mb, free_floor_mb=limits.free_floor_mb, about=about)
-        self._recording = Recording(recorder, lambda: utc_us(self.now_us))
+        self._recording = Recording(recorder, lambda: SIM_UTC_START_US + self.now_us)
         self._truth_file = LogFile(
             run_dir / "truth.csv",
             None,
