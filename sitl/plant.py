@@ -43,7 +43,7 @@ class Plant:
         seed: int,
         board: Board | None = None,
     ) -> None:
-        self.config = config
+        self._step_us = config.step_us
         self.frame = LocalFrame(*config.start_rad)
         self.board: Board = board or make_board(config.arduino)
         self.bottom = make_bottom(config.bottom, self.frame)
@@ -60,7 +60,7 @@ class Plant:
 
     def step(self, now_us: int) -> tuple[list[bytes], bytes]:
         """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
-        said, at_us, step_us = b"", self.now_us, self.config.step_us
+        said, at_us, step_us = b"", self.now_us, self._step_us
         board, water, vessel = self.board, self.water, self.vessel
         port, starboard, port_rad, starboard_rad = self._demand
         while at_us < now_us:

@@ -124,6 +124,22 @@ class SensorSuite:
         self._latency_us = round(config.fix_latency_s * 1e6)
         self._heading_sigma = math.radians(self._figures.heading_white_deg)
         self._cone_rad = math.radians(0.5 * config.sounder_cone_deg)
+        # What every reading needs, taken out of the model once: it guards each look at a field.
+        self._talker, self._heading_kind, self._attitude = (
+            config.talker,
+            config.heading_sentence,
+            config.attitude_sentence,
+        )
+        self._antenna_m = (config.antenna_forward_m, config.antenna_starboard_m, config.antenna_up_m)
+        self._mount_deg = config.heading_mount_deg
+        self._transducer_m, self._range_m = config.transducer_depth_m, config.sounder_range_m
+        self._sounder = (
+            config.sounder_sigma_m,
+            config.sounder_sigma_share,
+            config.sounder_dropout,
+            config.sounder_outlier,
+            config.sounder_blanking_m,
+        )
         self._variation = None if config.variation_deg is None else math.radians(config.variation_deg)
 
     def step(self, now_us: int, truth: Truth) -> list[bytes]:
@@ -134,7 +150,7 @@ class SensorSuite:
         for due in self._dues:
             due.look(now_us)
         if self._rate_due.came and not self.faults.rate_silent:
-            sent.append(write.rot(self.config.talker, truth.r_radps + self._gauss(self._figures.rate_white_radps)))
+            sent.append(write.rot(self._talker, truth.r_radps + self._gauss(self._figures.rate_white_radps)))
         if self._heading_due.came:
             self._send_headings(sent, now_us, truth)
         while self._waiting and now_us - self._waiting[0].t_us >= self._latency_us:
@@ -169,8 +185,7 @@ class SensorSuite:
         return sample
 
     def _arm(self, truth: Truth) -> tuple[float, float, float]:
-        config = self.config
-        x, y, up = config.antenna_forward_m, config.antenna_starboard_m, config.antenna_up_m
+        x, y, up = self._antenna_m
         if not (x or y or up):
             return 0.0, 0.0, 0.0
         sin_phi, cos_phi = math.sin(truth.roll_rad), math.cos(truth.roll_rad)
@@ -182,21 +197,20 @@ class SensorSuite:
         return level_x * cosine - level_y * sine, level_x * sine + level_y * cosine, height
 
     def _heading(self, now_us: int, truth: Truth) -> float:
-        bias = math.radians(self.faults.heading_bias_deg - self.config.heading_mount_deg)
+        bias = math.radians(self.faults.heading_bias_deg - self._mount_deg)
         white = self._gauss(self._heading_sigma)
         return truth.psi_rad + bias + self._slow_psi.at(now_us) + white
 
     def _send_headings(self, sent: list[bytes], now_us: int, truth: Truth) -> None:
         if self.faults.heading_silent:
             return
-        config = self.config
         psi_rad = self._heading(now_us, truth)
-        sent.append(write.heading(config.talker, config.heading_sentence, psi_rad, self._variation))
-        if config.attitude_sentence:
+        sent.append(write.heading(self._talker, self._heading_kind, psi_rad, self._variation))
+        if self._attitude:
             hhmmss = write.time_fields(utc_us(now_us))[0]
-            white = math.radians(0.2) if config.grade != "ideal" else 0.0
+            white = math.radians(0.2) if self.config.grade != "ideal" else 0.0
             roll, pitch = truth.roll_rad + self._gauss(white), truth.pitch_rad + self._gauss(white)
-            sent.append(write.attitude(config.attitude_sentence, hhmmss, psi_rad, roll, pitch))
+            sent.append(write.attitude(self._attitude, hhmmss, psi_rad, roll, pitch))
 
     def _send_epoch(self, sample: _Sample, now_us: int, truth: Truth) -> list[bytes]:
         faults = self.faults
@@ -239,29 +253,26 @@ class SensorSuite:
         raise ValueError(f"the simulated receiver sends no {talker}{kind}")
 
     def _depth(self, truth: Truth) -> bytes:
-        config = self.config
-        value = self._echo(truth)
-        return write.depth("SD", config.depth_sentence, value, config.transducer_depth_m, config.sounder_range_m)
+        return write.depth("SD", self.config.depth_sentence, self._echo(truth), self._transducer_m, self._range_m)
 
     def _echo(self, truth: Truth) -> float | None:
         """Distance from the transducer to the bottom; the first return inside the cone is the one straight down."""
-        config = self.config
-        ideal = self._figures.depth_white == 0.0
         if truth.depth_m is None or self.faults.depth_no_bottom:
             return None
-        distance_m = truth.depth_m - config.transducer_depth_m + truth.heave_m
+        sigma_m, sigma_share, dropout, outlier, blanking_m = self._sounder
+        distance_m = truth.depth_m - self._transducer_m + truth.heave_m
         if truth.roll_rad or truth.pitch_rad:
             upright = math.cos(truth.roll_rad) * math.cos(truth.pitch_rad)
             if math.acos(min(1.0, upright)) > self._cone_rad:
                 distance_m /= max(upright, 0.2)
-        if not ideal:
-            distance_m += self._gauss(max(config.sounder_sigma_m, config.sounder_sigma_share * abs(distance_m)))
-            if self._rng.random() < config.sounder_dropout:
+        if self._figures.depth_white:
+            distance_m += self._gauss(max(sigma_m, sigma_share * abs(distance_m)))
+            if self._rng.random() < dropout:
                 return None
-            if self._rng.random() < config.sounder_outlier:
+            if self._rng.random() < outlier:
                 distance_m *= self._rng.choice((0.3, 0.5, 2.0))
         distance_m += self.faults.depth_bias_m
-        return distance_m if config.sounder_blanking_m <= distance_m <= config.sounder_range_m else None
+        return distance_m if blanking_m <= distance_m <= self._range_m else None
 
     def _spoil(self, sent: list[bytes]) -> list[bytes]:
         faults, rng = self.faults, self._rng
