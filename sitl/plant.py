@@ -80,16 +80,20 @@ class Plant:
     def _measure(self, now_us: int) -> Truth:
         hull = self.vessel
         north_m, east_m = hull.north_m, hull.east_m
+        lat_rad, lon_rad = self.frame.to_geodetic(north_m, east_m)
+        vn_mps, ve_mps = hull.ground_velocity(self.water)
         return Truth(
             now_us,
-            *self.frame.to_geodetic(north_m, east_m),
+            lat_rad,
+            lon_rad,
             north_m,
             east_m,
             hull.psi_rad,
             hull.u_mps,
             hull.v_mps,
             hull.r_radps,
-            *hull.ground_velocity(self.water),
+            vn_mps,
+            ve_mps,
             hull.roll_rad,
             hull.pitch_rad,
             hull.heave_m,
