@@ -7,18 +7,20 @@ checked line, which counts whole or not at all. From the first valid checked lin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
+import re
 from typing import Final
 
 from companion.core.arduino_wire import IDS, WIRE_HIGH_US, WIRE_LOW_US, checksum
+from mavlink_bridge.value import value
 
 SILENCE_US: Final = 5_000
 LINE_BYTES: Final = 32
 _ID_BYTES: Final = IDS.encode()
+_ALL_FOUR: Final = re.compile(rb"m([0-9]{4})M([0-9]{4})l([0-9]{4})L([0-9]{4})")
+"""What a companion sends every tick."""
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Command:
     """Pulses for some of the pins (index, µs), to be applied together."""
 
@@ -26,19 +28,18 @@ class Command:
     checked: bool
 
 
-@dataclass(frozen=True, slots=True)
+@value
 class Word:
     """A checked word without its check digits, e.g. '#VERS?'."""
 
     text: str
 
 
-@lru_cache(maxsize=64)
 def parse_checked(line: bytes) -> Command | Word | None:
     """Return what a checked line (without its newline) says; None unless it is right to the last byte."""
     line = line.removesuffix(b"\r")
-    body, tail = line[:-3], line[-3:]
-    if len(tail) != 3 or tail != b"*%02X" % checksum(body):
+    body = line[:-3]
+    if line[len(body) :] != b"*%02X" % checksum(body):
         return None
     if body[:1] == b"#":
         return Word(body.decode("latin-1")) if len(body) == 6 and not set(body) & set(_ID_BYTES) else None
@@ -46,6 +47,13 @@ def parse_checked(line: bytes) -> Command | Word | None:
 
 
 def _groups(body: bytes) -> Command | None:
+    every = _ALL_FOUR.fullmatch(body)
+    if every is not None:
+        pulses_us = tuple(map(int, every.groups()))
+        for pulse_us in pulses_us:
+            if not WIRE_LOW_US <= pulse_us <= WIRE_HIGH_US:
+                return None
+        return Command(tuple(enumerate(pulses_us)), True)
     if len(body) % 5 or not 5 <= len(body) <= 20:
         return None
     pulses: dict[int, int] = {}
@@ -54,7 +62,7 @@ def _groups(body: bytes) -> Command | None:
         if pin < 0 or pin in pulses or not digits.isdigit() or not WIRE_LOW_US <= int(digits) <= WIRE_HIGH_US:
             return None
         pulses[pin] = int(digits)
-    return Command(tuple(pulses.items()), checked=True)
+    return Command(tuple(pulses.items()), True)
 
 
 class Decoder:
@@ -64,6 +72,9 @@ class Decoder:
         self.strict = False
         self.bad = 0
         self._last_byte_us = 0
+        self._newest = b""
+        self._said: Command | Word | None = None
+        """What the newest whole line on the checked level said: a vessel that holds its course repeats itself."""
         self._restart()
 
     def _restart(self) -> None:
@@ -84,14 +95,30 @@ class Decoder:
     def take_strict(self, data: bytes) -> list[Command | Word]:
         """Take many bytes on the checked level: the same as ``byte`` for each, only faster."""
         found = []
-        *ended, rest = data.split(b"\n")
-        for piece in ended:
-            self._extend(piece)
-            item = self._finish_checked() if self._line else None
+        pieces = data.split(b"\n")
+        rest = pieces.pop()
+        for piece in pieces:
+            if self._line:
+                self._extend(piece)
+                item = self._finish_checked()
+            elif piece:
+                item = self._whole(piece)
+            else:
+                continue
             if item is not None:
                 found.append(item)
-        self._extend(rest)
+        if rest:
+            self._extend(rest)
         return found
+
+    def _whole(self, line: bytes) -> Command | Word | None:
+        """Read a line that came in one piece, as nearly all do."""
+        if line != self._newest:
+            self._newest = line
+            self._said = parse_checked(line) if len(line) <= LINE_BYTES else None
+        if self._said is None:
+            self.bad += 1
+        return self._said
 
     def _extend(self, piece: bytes) -> None:
         room = LINE_BYTES - len(self._line)

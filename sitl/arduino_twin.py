@@ -28,6 +28,8 @@ WATCHDOG_RESET_US: Final = 250_000
 NO_PULSE: Final = 0.0
 """What ``pulses_us`` shows for a pin without pulses (chip in reset, boot loader)."""
 TX_BYTES: Final = 160
+_STATUS: Final = "#S,%s,%d,%d,%d,%d,%.0f,%.0f,%.0f,%.0f,%s,%d"  # one format, one pass
+_NEUTRAL: Final[Pulses] = (STOP_US, STOP_US, STOP_US, STOP_US)
 
 
 class ArduinoTwin:
@@ -37,7 +39,6 @@ class ArduinoTwin:
         self._level1 = level1
         self._pressed = False
         self._millivolts = 0
-        self._now_us = 0
         self._boot(0, "P")
 
     def _boot(self, now_us: int, cause: str) -> None:
@@ -56,22 +57,26 @@ class ArduinoTwin:
         self._silence_ms = SILENCE_MS
         self._tx = bytearray()
         self._status_due_us = now_us + STATUS_US
-        self._frame_us = now_us
-        self._pins: Pulses = (STOP_US, STOP_US, STOP_US, STOP_US)
+        self._framed_us = now_us
+        """Frames up to here have begun."""
+        self.pulses_us: Pulses = _NEUTRAL
+        """Pulse widths at the four pins, µs; 0 = no pulse. The same object while they stay as they are."""
+        self._pins_due_us: int | None = None
+        """When the pins take up what has changed: the next frame. None: nothing has."""
+        self._due_us = 0
+        """Before this nothing happens by itself; 0: look at everything."""
+        self._obeyed: Command | None = None
+        """The newest command, None when something else came after it."""
         self._silent_until_us: int | None = None
         self._hung_us: int | None = None
         if self._level1:
             self._tx += b"\n"  # ends a line that the reset cut
             self._say(f"#B,1,1.0,TWIN,{cause}")
 
-    @property
-    def pulses_us(self) -> Pulses:
-        """Pulse widths at the four pins, µs; 0 = no pulse."""
-        return self._pins
-
     def set_estop(self, pressed: bool) -> None:
         """Open or close the emergency-stop switch."""
         self._pressed = pressed
+        self._due_us = 0
 
     def set_voltage(self, volts: float) -> None:
         """Supply voltage at the divider; below 1 V counts as not measured."""
@@ -81,26 +86,29 @@ class ArduinoTwin:
         """Press the reset button; a boot loader keeps the pins silent for a while."""
         if boot_loader_us:
             self._silent_until_us = now_us + boot_loader_us
+            self._due_us = 0
             self._tx.clear()
-            self._pins = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
+            self.pulses_us = (NO_PULSE, NO_PULSE, NO_PULSE, NO_PULSE)
         else:
             self._boot(now_us, "X")
 
     def hang(self, now_us: int) -> None:
         """Stop the program where it is; the watchdog ends that."""
         self._hung_us = now_us
+        self._due_us = 0
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Bytes arrive at the board; a board that boots or hangs loses them."""
         self._advance(now_us)
         if self._silent_until_us is not None or self._hung_us is not None:
             return
-        for index, byte in enumerate(data):
-            if self._decoder.strict:
-                for found in self._decoder.take_strict(data[index:]):
-                    self._take(found, now_us)
-                return
-            self._take(self._decoder.byte(byte, now_us), now_us)
+        decoder, index = self._decoder, 0
+        while not decoder.strict and index < len(data):
+            self._take(decoder.byte(data[index], now_us), now_us)
+            index += 1
+        if decoder.strict:
+            for found in decoder.take_strict(data[index:]):
+                self._take(found, now_us)
 
     def step(self, now_us: int) -> bytes:
         """Let time pass; return what the board has said since the last call."""
@@ -112,7 +120,9 @@ class ArduinoTwin:
         return said
 
     def _advance(self, now_us: int) -> None:
-        self._now_us = now_us
+        if now_us < self._due_us:
+            self._framed_us = now_us
+            return
         if self._silent_until_us is not None:
             if now_us < self._silent_until_us:
                 return
@@ -124,12 +134,31 @@ class ArduinoTwin:
         if self._pressed != self._input_seen or self._pressed != self._estop:
             self._read_estop(now_us)
         self._check_silence(now_us)
-        if now_us - self._frame_us >= FRAME_US:
-            self._frame_us += (now_us - self._frame_us) // FRAME_US * FRAME_US
-            self._pins = self._applied()
-        if self._level1 and now_us >= self._status_due_us:
+        if self._pins_due_us is not None and now_us >= self._pins_due_us:
+            self._pins_due_us = None
+            self.pulses_us = self._applied()
+        self._framed_us = now_us
+        if now_us >= self._status_due_us and self._level1:
             self._status_due_us += ((now_us - self._status_due_us) // STATUS_US + 1) * STATUS_US
             self._say_status(now_us)
+        self._due_us = self._next_us()
+
+    def _next_us(self) -> int:
+        """When something happens next, if nobody does anything."""
+        if not self._decoder.strict or self._pressed != self._input_seen or self._pressed != self._estop:
+            return 0
+        due_us = self._status_due_us
+        if self._pins_due_us is not None and self._pins_due_us < due_us:
+            due_us = self._pins_due_us
+        if self._heard_us is not None and not self._failsafe:
+            silent_us = self._heard_us + self._silence_ms * 1000
+            return silent_us if silent_us < due_us else due_us
+        return due_us
+
+    def _renew(self) -> None:
+        """The pins change with the next frame."""
+        self._pins_due_us = self._framed_us - (self._framed_us - self._started_us) % FRAME_US + FRAME_US
+        self._due_us = 0
 
     def _watchdog(self, now_us: int) -> bool:
         """Return True when the board runs again; before that neutral, as the firmware's watchdog interrupt gives."""
@@ -139,7 +168,7 @@ class ArduinoTwin:
             self._boot(self._hung_us + WATCHDOG_RESET_US, "W")
             return True
         if stuck_us >= WATCHDOG_NEUTRAL_US:
-            self._pins = (STOP_US, STOP_US, STOP_US, STOP_US)
+            self.pulses_us = _NEUTRAL
         return False
 
     def _take(self, found: Command | Word | None, now_us: int) -> None:
@@ -155,8 +184,19 @@ class ArduinoTwin:
         if command.checked and self._level1 and not self._decoder.strict:
             self._decoder.strict = True
             self._lock()
+        if command is self._obeyed:
+            return
+        self._obeyed = command
+        self._renew()
+        target = self._target
         for pin, pulse in command.pulses:
-            self._target[pin] = pulse
+            target[pin] = pulse
+        if self._interlock:
+            self._see_stops(command)
+
+    def _see_stops(self, command: Command) -> None:
+        """The interlock ends when both thrusters were commanded to stop since it began."""
+        for pin, pulse in command.pulses:
             if pin < 2:
                 self._stop_seen[pin] = abs(pulse - STOP_US) <= STOP_BAND_US
         if not self._estop and all(self._stop_seen):
@@ -165,6 +205,8 @@ class ArduinoTwin:
     def _lock(self) -> None:
         self._interlock = True
         self._stop_seen = [False, False]
+        self._obeyed = None
+        self._renew()
 
     def _word(self, text: str, now_us: int) -> None:
         if text == "#VERS?":
@@ -175,6 +217,7 @@ class ArduinoTwin:
             self._good = self._decoder.bad = 0
         elif text[:2] == "#T" and text[2:].isdigit() and 200 <= int(text[2:]) <= 2000:
             self._silence_ms = int(text[2:])
+            self._due_us = 0
         else:
             self._decoder.bad += 1
 
@@ -188,18 +231,20 @@ class ArduinoTwin:
             self._lock()
 
     def _check_silence(self, now_us: int) -> None:
-        if not self._level1 or self._heard_us is None or self._failsafe:
+        if not self._level1 or self._heard_us is None:
             return
         limit_ms = self._silence_ms if self._decoder.strict else LEVEL0_SILENCE_MS
         if now_us - self._heard_us >= limit_ms * 1000:
             self._failsafe = True
             self._target = [STOP_US] * 4
+            self._obeyed = None
+            self._renew()
             if self._decoder.strict:
                 self._lock()
 
     def _applied(self) -> Pulses:
         if self._estop:
-            return STOP_US, STOP_US, STOP_US, STOP_US
+            return _NEUTRAL
         first, second, third, fourth = self._target
         return (STOP_US, STOP_US, third, fourth) if self._interlock else (first, second, third, fourth)
 
@@ -216,11 +261,9 @@ class ArduinoTwin:
 
     def _say_status(self, now_us: int) -> None:
         silent_ms = 65535 if self._heard_us is None else min((now_us - self._heard_us) // 1000, 65535)
-        pulses = ",".join(f"{pulse:.0f}" for pulse in self._pins)
-        self._say(
-            f"#S,{self._state()},{int(self._decoder.strict)},{silent_ms},{self._good},{self._decoder.bad},"
-            f"{pulses},{self._cause},{self._millivolts}"
-        )
+        decoder = self._decoder
+        counts = (decoder.strict, silent_ms, self._good, decoder.bad)
+        self._say(_STATUS % (self._state(), *counts, *self.pulses_us, self._cause, self._millivolts))
 
     def _say(self, body: str) -> None:
         line = checked(body)

@@ -80,12 +80,16 @@ class AutoStart:
         self._world.shutdown(now_us)
 
     def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
-        if self._steps and not self._asked and not self.failure:
+        if self._steps and not self.failure:
+            self._ask(now_us)
+        return self._world.tick(now_us, late_s=late_s, load=load)
+
+    def _ask(self, now_us: int) -> None:
+        if not self._asked:
             self._asked = True
             self._world.app.submit(self._steps[0], self._answered)
-        if self._steps and not self.failure and now_us > PATIENCE_S * 1e6:
+        if now_us > PATIENCE_S * 1e6:
             self._fail(self._last_refusal or "no answer")
-        return self._world.tick(now_us, late_s=late_s, load=load)
 
     def _answered(self, reply: Reply) -> None:
         self._asked = False

@@ -73,23 +73,30 @@ class Flat:
         return self.depth_m
 
 
-@dataclass(frozen=True, slots=True)
 class Slope:
     """Any bottom that rises along ``bearing_rad`` by ``gradient`` from ``start_m`` on, to no less than 0.2 m of water."""
 
-    base: Bottom
-    gradient: float = 0.05
-    bearing_rad: float = 0.0
-    start_m: float = 0.0
-    depth_min_m: float = 0.2
+    __slots__ = ("_base", "_cosine", "_depth_min_m", "_gradient", "_sine", "_start_m")
+
+    def __init__(
+        self,
+        base: Bottom,
+        gradient: float = 0.05,
+        bearing_rad: float = 0.0,
+        start_m: float = 0.0,
+        depth_min_m: float = 0.2,
+    ) -> None:
+        self._base, self._gradient = base, gradient
+        self._cosine, self._sine = math.cos(bearing_rad), math.sin(bearing_rad)
+        self._start_m, self._depth_min_m = start_m, depth_min_m
 
     def depth_at(self, north_m: float, east_m: float) -> float | None:
         """Water depth, m."""
-        depth_m = self.base.depth_at(north_m, east_m)
-        along_m = north_m * math.cos(self.bearing_rad) + east_m * math.sin(self.bearing_rad) - self.start_m
+        depth_m = self._base.depth_at(north_m, east_m)
+        along_m = north_m * self._cosine + east_m * self._sine - self._start_m
         if depth_m is None or along_m <= 0.0:
             return depth_m
-        return max(depth_m - self.gradient * along_m, self.depth_min_m)
+        return max(depth_m - self._gradient * along_m, self._depth_min_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +113,10 @@ class Mound:
     def depth_at(self, north_m: float, east_m: float) -> float | None:
         """Water depth, m."""
         depth_m = self.base.depth_at(north_m, east_m)
-        away_m = math.hypot(north_m - self.north_m, east_m - self.east_m)
+        north_m, east_m, radius_m = north_m - self.north_m, east_m - self.east_m, self.radius_m
+        if north_m >= radius_m or east_m >= radius_m or north_m <= -radius_m or east_m <= -radius_m:
+            return depth_m  # nearly everywhere
+        away_m = math.hypot(north_m, east_m)
         if depth_m is None or away_m >= self.radius_m:
             return depth_m
         rise_m = self.height_m * 0.5 * (1.0 + math.cos(math.pi * away_m / self.radius_m))

@@ -29,7 +29,9 @@ class Series:
         self.count += 1
         self.total += error_m
         self.squares += error_m * error_m
-        self.worst = max(self.worst, abs(error_m))
+        size_m = error_m if error_m > 0.0 else -error_m
+        if size_m > self.worst:
+            self.worst = size_m
 
     def summary(self) -> dict[str, float] | None:
         if not self.count:
@@ -67,7 +69,8 @@ class Metrics:
         if self._last is not None:
             self.distance_m += math.dist(here, self._last)
         self._last = here
-        if snapshot.mode is not Mode.AUTO or not snapshot.armed or snapshot.path.cross_track_m is None:
+        path = snapshot.path
+        if snapshot.mode is not Mode.AUTO or not snapshot.armed or path.cross_track_m is None:
             return
         if plan is not self._plan:
             self._plan = plan
@@ -79,9 +82,10 @@ class Metrics:
         seq = snapshot.progress.seq
         item = plan.maneuvers[seq] if seq < len(plan.maneuvers) else None
         if isinstance(item, Loiter):
-            self._loiter(item, here, snapshot)
+            if path.on_path:
+                self._loiter(item, here, path.cross_track_m, path.orbit_radius_m)
         elif isinstance(item, Goto):
-            self._leg(item, here, snapshot)
+            self._leg(item, here, path.cross_track_m)
 
     def summary(self) -> list[dict[str, Any]]:
         return [
@@ -95,21 +99,15 @@ class Metrics:
             errors = self.items[seq] = ItemErrors(kind)
         return errors
 
-    def _loiter(self, item: Loiter, here: tuple[float, float], snapshot: Snapshot) -> None:
-        path = snapshot.path
-        if not path.on_path:
-            return
+    def _loiter(self, item: Loiter, here: tuple[float, float], cross_m: float, radius_m: float | None) -> None:
         errors = self._errors(item.seq, item.kind.value)
-        assert path.cross_track_m is not None
-        errors.estimate.add(path.cross_track_m)
-        if item.kind is LoiterKind.CIRCULAR and path.orbit_radius_m is not None:
-            errors.truth.add(math.dist(here, self._points[item.seq]) - abs(path.orbit_radius_m))
+        errors.estimate.add(cross_m)
+        if item.kind is LoiterKind.CIRCULAR and radius_m is not None:
+            errors.truth.add(math.dist(here, self._points[item.seq]) - abs(radius_m))
 
-    def _leg(self, item: Goto, here: tuple[float, float], snapshot: Snapshot) -> None:
+    def _leg(self, item: Goto, here: tuple[float, float], cross_m: float) -> None:
         errors = self._errors(item.seq, "leg")
-        cross = snapshot.path.cross_track_m
-        assert cross is not None
-        errors.estimate.add(cross)
+        errors.estimate.add(cross_m)
         begin, end = self._points.get(item.seq - 1), self._points[item.seq]
         if begin is None:
             return

@@ -43,7 +43,7 @@ class Plant:
         seed: int,
         board: Board | None = None,
     ) -> None:
-        self.config = config
+        self._step_us = config.step_us
         self.frame = LocalFrame(*config.start_rad)
         self.board: Board = board or make_board(config.arduino)
         self.bottom = make_bottom(config.bottom, self.frame)
@@ -52,47 +52,52 @@ class Plant:
         self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
         self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"))
         self._map = PulseMap(actuators)
-        self._now_us = 0
-        self.truth = self._measure(0)
-
-    @property
-    def now_us(self) -> int:
+        self._pulses_us = self.board.pulses_us
+        self._demand = self._map.demand(self._pulses_us)
+        self.now_us = 0
         """How far the plant has come."""
-        return self._now_us
+        self.truth = self._measure(0)
 
     def step(self, now_us: int) -> tuple[list[bytes], bytes]:
         """Advance to ``now_us``; return (NMEA sentences due, bytes from the actuator board)."""
-        said = b""
-        while self._now_us < now_us:
-            span_us = min(self.config.step_us, now_us - self._now_us)
-            self._now_us += span_us
+        said, at_us, step_us = b"", self.now_us, self._step_us
+        board, water, vessel = self.board, self.water, self.vessel
+        port, starboard, port_rad, starboard_rad = self._demand
+        while at_us < now_us:
+            span_us = step_us if at_us + step_us < now_us else now_us - at_us
+            at_us += span_us
             dt_s = span_us * 1e-6
-            self.water.step(dt_s)
-            said += self.board.step(self._now_us)
-            self.vessel.step(dt_s, *self._map.demand(self.board.pulses_us), self.water)
-        self.truth = self._measure(now_us)
-        return self.sensors.step(now_us, self.truth), said
+            water.step(dt_s)
+            said += board.step(at_us)
+            if board.pulses_us is not self._pulses_us:
+                self._pulses_us = board.pulses_us
+                port, starboard, port_rad, starboard_rad = self._demand = self._map.demand(self._pulses_us)
+            vessel.step(dt_s, port, starboard, port_rad, starboard_rad, water)
+        self.now_us = at_us
+        self.truth = truth = self._measure(now_us)
+        return self.sensors.step(now_us, truth), said
 
     def _measure(self, now_us: int) -> Truth:
         hull = self.vessel
-        lat_rad, lon_rad = self.frame.to_geodetic(hull.north_m, hull.east_m)
+        north_m, east_m = hull.north_m, hull.east_m
+        lat_rad, lon_rad = self.frame.to_geodetic(north_m, east_m)
         vn_mps, ve_mps = hull.ground_velocity(self.water)
         return Truth(
-            t_us=now_us,
-            lat_rad=lat_rad,
-            lon_rad=lon_rad,
-            north_m=hull.north_m,
-            east_m=hull.east_m,
-            psi_rad=hull.psi_rad,
-            u_mps=hull.u_mps,
-            v_mps=hull.v_mps,
-            r_radps=hull.r_radps,
-            vn_mps=vn_mps,
-            ve_mps=ve_mps,
-            roll_rad=hull.roll_rad,
-            pitch_rad=hull.pitch_rad,
-            heave_m=hull.heave_m,
-            depth_m=self.bottom.depth_at(hull.north_m, hull.east_m),
+            now_us,
+            lat_rad,
+            lon_rad,
+            north_m,
+            east_m,
+            hull.psi_rad,
+            hull.u_mps,
+            hull.v_mps,
+            hull.r_radps,
+            vn_mps,
+            ve_mps,
+            hull.roll_rad,
+            hull.pitch_rad,
+            hull.heave_m,
+            self.bottom.depth_at(north_m, east_m),
         )
 
 

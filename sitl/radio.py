@@ -117,13 +117,18 @@ class Air:
 
     def step(self, now_us: int) -> None:
         """Let everything happen up to ``now_us``. Earlier times are ignored."""
-        while self._has_work and (event := self._next_event()) is not None and event[0] <= now_us:
+        vessel, shore = self.modules
+        while self._flights or vessel.for_air or shore.for_air:
+            event = self._next_event()
+            if event is None or event[0] > now_us:
+                break
             at_us, flight, module = event
             if flight is not None:
                 self._land(flight)
             elif module is not None:
                 self._launch(module, at_us)
-        self.now_us = max(self.now_us, now_us)
+        if now_us > self.now_us:
+            self.now_us = now_us
 
     def _next_event(self) -> tuple[int, _Flight | None, RadioModule | None] | None:
         """Landings go before launches of the same moment."""
@@ -199,13 +204,10 @@ class Air:
         return bytes(spoiled)
 
     @property
-    def _has_work(self) -> bool:
-        return bool(self._flights or self.modules[0].waiting_bytes or self.modules[1].waiting_bytes)
-
-    @property
     def is_busy(self) -> bool:
         """Whether bytes are under way, on the air or on a serial line."""
-        return bool(self._flights) or any(module.is_busy for module in self.modules)
+        vessel, shore = self.modules
+        return bool(self._flights) or vessel.is_busy or shore.is_busy
 
     # ---- the account --------------------------------------------------------------------------------------------
 

@@ -44,10 +44,14 @@ class RadioModule:
         self._gap_us = gap_us
         self._buffer_bytes = buffer_bytes
         self._split = split
-        self._to_air: deque[int] = deque()
-        self._to_air_us: deque[int] = deque()
-        self._to_host: deque[int] = deque()
-        self._to_host_us: deque[int] = deque()
+        self.for_air: deque[int] = deque()
+        """Bytes from the host that are not on the air yet."""
+        self._for_air_us: deque[int] = deque()
+        self.for_host: deque[int] = deque()
+        """Bytes on the serial line to the host."""
+        self._for_host_us: deque[int] = deque()
+        self._trigger_us: int | None = None
+        """What makes the waiting bytes a packet, when it is known: they have not changed since."""
         self._command = bytearray()
         self._command_us = 0
 
@@ -59,14 +63,9 @@ class RadioModule:
         return 10_000_000 // baud
 
     @property
-    def waiting_bytes(self) -> int:
-        """Bytes from the host that are not on the air yet."""
-        return len(self._to_air)
-
-    @property
     def is_busy(self) -> bool:
         """Whether bytes wait on either side."""
-        return bool(self._to_air or self._to_host)
+        return bool(self.for_air or self.for_host)
 
     def hears(self, other: RadioModule) -> bool:
         """Same channel, band, air rate and NET ID, another NODE ID, both in work mode."""
@@ -80,57 +79,56 @@ class RadioModule:
         if self.set_low:
             self._configure(data, now_us)
             return
-        at_us = max(now_us, self._to_air_us[-1] if self._to_air_us else 0)
-        fits = data[: max(self._buffer_bytes - len(self._to_air), 0)]
+        fits = data[: max(self._buffer_bytes - len(self.for_air), 0)]
         self.overflow_bytes += len(data) - len(fits)
-        for value in fits:
-            at_us += self.byte_us
-            self._to_air.append(value)
-            self._to_air_us.append(at_us)
+        self.for_air.extend(fits)
+        self._put(self._for_air_us, now_us, len(fits))
+        self._trigger_us = None
 
     def to_host(self, data: bytes, at_us: int) -> None:
         """Put bytes on the serial line to the host, the first one complete a byte time after ``at_us``."""
-        at_us = max(at_us, self._to_host_us[-1] if self._to_host_us else 0)
-        for value in data:
-            at_us += self.byte_us
-            self._to_host.append(value)
-            self._to_host_us.append(at_us)
+        self.for_host.extend(data)
+        self._put(self._for_host_us, at_us, len(data))
+
+    def _put(self, times_us: deque[int], at_us: int, count: int) -> None:
+        """Each byte is complete a byte time after the one before it."""
+        byte_us = self.byte_us
+        if times_us and times_us[-1] > at_us:
+            at_us = times_us[-1]
+        times_us.extend(range(at_us + byte_us, at_us + byte_us * count + 1, byte_us))
 
     def read(self, now_us: int) -> bytes:
         """What has come out of the serial line by now; with ``split`` a random part of it, the rest at the next read."""
-        if not self._to_host_us or self._to_host_us[0] > now_us:
+        if not self._for_host_us or self._for_host_us[0] > now_us:
             return b""
-        count = sum(1 for at_us in self._to_host_us if at_us <= now_us)
+        count = _count(self._for_host_us, now_us)
         if count > 1 and self._split:
             count = self._rng.randint(1, count)
-        for _ in range(count):
-            self._to_host_us.popleft()
-        return bytes(self._to_host.popleft() for _ in range(count))
+        return _take(self.for_host, self._for_host_us, count)
 
     def next_start_us(self) -> int | None:
         """When the next packet goes on the air, None when nothing waits."""
-        times = self._to_air_us
-        if not times or self.set_low or self.cs_low:
+        if not self._for_air_us or self.set_low or self.cs_low:
             return None
-        trigger_us = None
+        if self._trigger_us is None:
+            self._trigger_us = self._trigger(self._for_air_us)
+        return max(self._trigger_us, self.busy_until_us)
+
+    def _trigger(self, times: deque[int]) -> int:
         previous_us = times[0]
         for count, at_us in enumerate(islice(times, PACKET_BYTES), 1):
             if at_us - previous_us > self._gap_us:
                 break
             previous_us = at_us
             if count == PACKET_BYTES:
-                trigger_us = at_us
-        if trigger_us is None:
-            trigger_us = previous_us + self._gap_us
-        return max(trigger_us, self.busy_until_us)
+                return at_us
+        return previous_us + self._gap_us
 
     def take_packet(self, start_us: int) -> bytes:
         """Remove the bytes that go out in the packet that starts now."""
-        packet = bytearray()
-        while self._to_air and self._to_air_us[0] <= start_us and len(packet) < PACKET_BYTES:
-            self._to_air_us.popleft()
-            packet.append(self._to_air.popleft())
-        return bytes(packet)
+        self._trigger_us = None
+        count = min(_count(self._for_air_us, start_us), PACKET_BYTES)
+        return _take(self.for_air, self._for_air_us, count)
 
     # ---- configuration mode -------------------------------------------------------------------------------------
 
@@ -176,3 +174,22 @@ class RadioModule:
             return b"ERROR"
         self.block = block
         return b"OK"
+
+
+def _count(times_us: deque[int], until_us: int) -> int:
+    """How many of these times, which rise, have come."""
+    if not times_us or times_us[-1] <= until_us:
+        return len(times_us)
+    return sum(1 for at_us in times_us if at_us <= until_us)
+
+
+def _take(values: deque[int], times_us: deque[int], count: int) -> bytes:
+    """Remove the first bytes with their times."""
+    if count == len(values):
+        taken = bytes(values)
+        values.clear()
+        times_us.clear()
+        return taken
+    for _ in range(count):
+        times_us.popleft()
+    return bytes([values.popleft() for _ in range(count)])

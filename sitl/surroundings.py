@@ -47,9 +47,10 @@ class _RadioHost:
         for event in self.link.poll(now_us):
             if isinstance(event, Received):
                 self.end.write(event.data)
-        data = self.end.read()
-        if data:
-            self.link.write(0, data)
+        if self.end.module.for_host:
+            data = self.end.read()
+            if data:
+                self.link.write(0, data)
 
 
 class Surroundings:
@@ -69,7 +70,10 @@ class Surroundings:
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
         self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))
-        self._nmea = [make_link(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
+        self._nmea: list[tuple[Link, set[int]]] = [
+            (make_link(f"world-{item.name}", counterpart(item.url)), set()) for item in settings.sensors
+        ]
+        """Each with its open channels."""
         self._board = (
             make_link("world-actuators", counterpart(settings.actuators.url)) if settings.actuators.url else None
         )
@@ -78,7 +82,6 @@ class Surroundings:
             self._hosts.append(_RadioHost(self.radio.vessel, make_link("world-radio", counterpart(settings.radio.url))))
             if shore_url:
                 self._hosts.append(_RadioHost(self.radio.shore, make_link("world-shore", shore_url)))
-        self._channels: dict[str, set[int]] = {link.name: set() for link in self._nmea}
 
     @property
     def truth(self) -> Truth:
@@ -87,22 +90,25 @@ class Surroundings:
     @property
     def links(self) -> Sequence[Link]:
         own = () if self._board is None else (self._board,)
-        return (*self._nmea, *own, *(host.link for host in self._hosts))
+        return (*(link for link, _ in self._nmea), *own, *(host.link for host in self._hosts))
 
     def step(self, now_us: int) -> Truth:
         """Advance the world to ``now_us``: take actuator bytes, move, hand sensor bytes over."""
         self.carry_commands()
         sentences, status = self.plant.step(now_us)
-        if self._board is not None and status:
+        if status and self._board is not None:
             self._board.write(0, status)
         self._publish(now_us, b"".join(sentences))
-        self.pump(now_us)
+        self._carry_radio(now_us)
         return self.plant.truth
 
     def pump(self, now_us: int) -> None:
         """Carry actuator and radio bytes; may be called between steps."""
         self.carry_commands()
-        self.radio.step(now_us)
+        self._carry_radio(now_us)
+
+    def _carry_radio(self, now_us: int) -> None:
+        self.radio.air.step(now_us)
         for host in self._hosts:
             host.shuttle(now_us)
 
@@ -120,12 +126,11 @@ class Surroundings:
             link.close()
 
     def _publish(self, now_us: int, data: bytes) -> None:
-        for link in self._nmea:
-            channels = self._channels[link.name]
+        for link, channels in self._nmea:
             for event in link.poll(now_us):
                 if isinstance(event, Received):
                     continue
                 (channels.discard if hasattr(event, "reason") else channels.add)(event.channel)
-            for channel in channels:
-                if data:
+            if data:
+                for channel in channels:
                     link.write(channel, data)

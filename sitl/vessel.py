@@ -7,6 +7,7 @@ band, servos with lag and rate limit; faults that a test can switch on.
 from __future__ import annotations
 
 import math
+from math import cos, sin
 
 from companion.core.hull import ForceModel
 from companion.core.units import wrap_pi
@@ -49,9 +50,9 @@ class SimVessel:
 
     def ground_velocity(self, water: Conditions) -> tuple[float, float]:
         """Return (north, east) over ground, m/s, in this water."""
-        cos, sin = math.cos(self.psi_rad), math.sin(self.psi_rad)
+        cosine, sine = cos(self.psi_rad), sin(self.psi_rad)
         u, v = self.u_mps, self.v_mps
-        return cos * u - sin * v + water.current_n_mps, sin * u + cos * v + water.current_e_mps
+        return cosine * u - sine * v + water.current_n_mps, sine * u + cosine * v + water.current_e_mps
 
     @property
     def surge_over_ground_mps(self) -> float:
@@ -75,68 +76,76 @@ class SimVessel:
             thruster_starboard = thruster_port
         if self._one_rudder:
             rudder_starboard_rad = rudder_port_rad
-        share = min(1.0, dt_s / self._thruster_lag_s)
-        self._turn_propeller(0, thruster_port, share)
-        self._turn_propeller(1, thruster_starboard, share)
-        share = min(1.0, dt_s / self._rudder_lag_s) if self._rudder_lag_s > 0.0 else 1.0
-        most_rad = self._rudder_rate * dt_s
-        self._turn_rudder(0, rudder_port_rad, share, most_rad)
-        self._turn_rudder(1, rudder_starboard_rad, share, most_rad)
-        self._move(dt_s, water)
-
-    def _turn_propeller(self, side: int, command: float, share: float) -> None:
-        """``share``: how much of the way to the command this step goes."""
-        if abs(command) < self._dead_band:
-            command = 0.0
-        elif command > 1.0:
-            command = 1.0
-        elif command < -1.0:
-            command = -1.0
-        revs = self.revs[side]
-        revs += (command - revs) * share
-        self.revs[side] = revs
-        full = self._ahead_n if revs > 0.0 else self._astern_n
-        self.thrust_n[side] = full * revs * abs(revs) * self.thruster_health[side]
-
-    def _turn_rudder(self, side: int, command_rad: float, share: float, most: float) -> None:
-        stuck = self.rudder_stuck_rad[side]
-        if stuck is not None:
-            self.rudder_rad[side] = stuck
-            return
-        limit = self._rudder_max
-        command_rad = limit if command_rad > limit else -limit if command_rad < -limit else command_rad
-        move = (command_rad - self.rudder_rad[side]) * share
-        self.rudder_rad[side] += most if move > most else -most if move < -most else move
-
-    def _move(self, dt_s: float, water: Conditions) -> None:
-        cos, sin = math.cos(self.psi_rad), math.sin(self.psi_rad)
+        self._turn_propellers(dt_s, thruster_port, thruster_starboard)
+        self._turn_rudders(dt_s, rudder_port_rad, rudder_starboard_rad)
+        psi_rad = self.psi_rad
+        cosine, sine = cos(psi_rad), sin(psi_rad)
         surge_n = sway_n = yaw_nm = 0.0
         if water.wind_n_mps or water.wind_e_mps:
-            north = water.wind_n_mps - self.vn_mps
-            east = water.wind_e_mps - self.ve_mps
-            surge_n, sway_n, yaw_nm = self.model.wind(cos * north + sin * east, cos * east - sin * north)
+            north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
+            surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
         if water.wave_height_m > 0.0:
             yaw_nm += self._waves(water)
+        u_mps, v_mps, r_radps = self.u_mps, self.v_mps, self.r_radps
+        port_n, starboard_n = self.thrust_n
+        port_rad, starboard_rad = self.rudder_rad
         du, dv, dr = self.model.rates(
-            self.u_mps,
-            self.v_mps,
-            self.r_radps,
-            self.thrust_n[0],
-            self.thrust_n[1],
-            self.rudder_rad[0],
-            self.rudder_rad[1],
-            surge_n,
-            sway_n,
-            yaw_nm,
+            u_mps, v_mps, r_radps, port_n, starboard_n, port_rad, starboard_rad, surge_n, sway_n, yaw_nm
         )
-        self.u_mps += du * dt_s
-        self.v_mps += dv * dt_s
-        self.r_radps += dr * dt_s
-        self.vn_mps = cos * self.u_mps - sin * self.v_mps + water.current_n_mps
-        self.ve_mps = sin * self.u_mps + cos * self.v_mps + water.current_e_mps
-        self.north_m += self.vn_mps * dt_s
-        self.east_m += self.ve_mps * dt_s
-        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * dt_s)
+        self.u_mps = u_mps = u_mps + du * dt_s
+        self.v_mps = v_mps = v_mps + dv * dt_s
+        self.r_radps = r_radps = r_radps + dr * dt_s
+        self.vn_mps = vn_mps = cosine * u_mps - sine * v_mps + water.current_n_mps
+        self.ve_mps = ve_mps = sine * u_mps + cosine * v_mps + water.current_e_mps
+        self.north_m += vn_mps * dt_s
+        self.east_m += ve_mps * dt_s
+        self.psi_rad = wrap_pi(psi_rad + r_radps * dt_s)
+
+    def _turn_propellers(self, dt_s: float, port: float, starboard: float) -> None:
+        share = dt_s / self._thruster_lag_s
+        if share > 1.0:
+            share = 1.0
+        revs, thrust_n, health, dead_band = self.revs, self.thrust_n, self.thruster_health, self._dead_band
+        alike = port == starboard and revs[0] == revs[1] and health[0] == health[1]
+        side = 0
+        for command in (port, starboard):
+            if command >= dead_band:
+                if command > 1.0:
+                    command = 1.0
+            elif command > -dead_band:
+                command = 0.0
+            elif command < -1.0:
+                command = -1.0
+            turns = revs[side]
+            turns += (command - turns) * share
+            full_n = self._ahead_n * turns * turns if turns >= 0.0 else self._astern_n * turns * -turns
+            revs[side], thrust_n[side] = turns, full_n * health[side]
+            if alike:
+                revs[1], thrust_n[1] = revs[0], thrust_n[0]
+                return
+            side = 1
+
+    def _turn_rudders(self, dt_s: float, port_rad: float, starboard_rad: float) -> None:
+        share = 1.0 if self._rudder_lag_s <= dt_s else dt_s / self._rudder_lag_s
+        most, limit, angles, stuck = self._rudder_rate * dt_s, self._rudder_max, self.rudder_rad, self.rudder_stuck_rad
+        alike = port_rad == starboard_rad and angles[0] == angles[1] and stuck[0] is stuck[1] is None
+        side = 0
+        for wanted in (port_rad, starboard_rad):
+            if wanted > limit:
+                wanted = limit
+            elif wanted < -limit:
+                wanted = -limit
+            move = (wanted - angles[side]) * share
+            if move > most:
+                move = most
+            elif move < -most:
+                move = -most
+            held = stuck[side]
+            angles[side] = angles[side] + move if held is None else held
+            if alike:
+                angles[1] = angles[0]
+                return
+            side = 1
 
     def _waves(self, water: Conditions) -> float:
         """Attitude and heave follow the waves at once (the hull is stiffer than they are slow); return the yaw moment."""

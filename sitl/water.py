@@ -76,13 +76,17 @@ class Water(Still):
         self.config = config
         self._steady = not (config.current_sigma_mps > 0.0 or config.wind_mps > 0.0)
         self._published = False
+        self._calm = self._steady and config.direction_wander_deg <= 0.0 and config.wave_height_m <= 0.0
+        """Nothing is random: once published, nothing changes."""
         if config.wave_height_m <= 0.0:
             self.wave_height_m = 0.0
 
     def step(self, dt_s: float) -> None:
         """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter)."""
-        config = self.config
         self._t_s += dt_s
+        if self._calm and self._published:
+            return
+        config = self.config
         if self._t_s < config.start_s:
             return
         if config.current_sigma_mps > 0.0:

@@ -24,19 +24,24 @@ from companion.io.loop import LoopApp
 from companion.io.recorder import Recorder
 from companion.io.recording import Recording
 from companion.io.store import AnyStore
-from companion.io.truth import TRUTH_COLUMNS, Truth as Row, truth_row
+from companion.io.truth import TRUTH_COLUMNS, truth_row
 from companion.settings import load_vessel
+from mavlink_bridge.imc import Mode
 from mavlink_bridge.snapshot import Snapshot
 
 from .metrics import Metrics
 from .plant import Board
 from .settings import SimSettings
 from .surroundings import Surroundings
-from .truth import Truth, utc_us
+from .truth import SIM_UTC_START_US, Truth
 
 _RADIO_STEP_US = 10_000
 _MOST_MISSED = 2
 _FORGOTTEN_US = 1_000_000
+_FLUSH_US = 1_000_000
+_FLUSH_UNWATCHED_US = 10_000_000
+"""How often ``truth.csv`` is written; in lock-step, which takes a simulated second in milliseconds, nobody reads along."""
+_DEG = 180.0 / math.pi
 
 
 class World:
@@ -58,6 +63,8 @@ class World:
         self.snapshot: Snapshot | None = None
         self._ground: dict[str, MemLink] = {}
         self._unused: list[MemLink] = []
+        self._shore_listens = True
+        """False: the shore modem is in memory, and nobody has asked for it."""
         self._mem: dict[str, MemLink] = {}
         self._vessel_ends: dict[str, MemLink] = {}
         self._ahead_us: int | None = None
@@ -73,6 +80,10 @@ class World:
         )
         self._recording: Recording | None = None
         self._truth_file: LogFile | None = None
+        self._flush_us = _FLUSH_US if real_links else _FLUSH_UNWATCHED_US
+        self._mode: Mode | None = None
+        self._mode_text = b""
+        """The mode of the newest row, as the row shows it."""
         if run_dir is not None and settings.record.enabled:
             self._record(run_dir, about or {})
         self.app = build_app(
@@ -84,14 +95,11 @@ class World:
             about=about,
         )
         self.loop_app: LoopApp = self.app if self._recording is None else self._recording.app(self.app)
+        self.period_us = self.app.period_us
         self.metrics = Metrics(self.surroundings.plant.frame)
         self._keel_m = hull.keel_depth_m
 
     # ---- lock-step ----------------------------------------------------------------------------------------------
-
-    @property
-    def period_us(self) -> int:
-        return self.app.period_us
 
     def step(self) -> Truth:
         """Advance by one tick and return the truth after it."""
@@ -113,6 +121,7 @@ class World:
         end = self._ground[name]
         if end in self._unused:
             self._unused.remove(end)
+            self._shore_listens = self._shore_listens or name == "shore"
         return end
 
     def vessel_end(self, name: str) -> MemLink:
@@ -137,26 +146,30 @@ class World:
         that a slow laptop is not taken for a slow boat. ``now_us``: the clock that paces it, 0 in lock-step.
         """
         done = self._tick()
-        for _ in range(self._missed(now_us) if now_us else 0):
-            done = self._tick()
+        if now_us:
+            for _ in range(self._missed(now_us)):
+                done = self._tick()
         return done
 
     def _missed(self, now_us: int) -> int:
         """How many ticks to make up for; what is more than a second behind is forgotten."""
         behind_us = now_us - self.now_us - self._ahead_us if self._ahead_us is not None else _FORGOTTEN_US
+        if behind_us < self.period_us:
+            return 0
         if behind_us >= _FORGOTTEN_US:
             self._ahead_us = now_us - self.now_us
             return 0
-        return min(max(behind_us, 0) // self.period_us, _MOST_MISSED)
+        return min(behind_us // self.period_us, _MOST_MISSED)
 
     def _tick(self) -> object:
-        self._serve_radio()
-        self.now_us += self.period_us
-        truth = self.surroundings.step(self.now_us)
-        snapshot = self.loop_app.tick(self.now_us)
+        if self._shore_listens:
+            self._serve_radio()
+        self.now_us = now_us = self.now_us + self.period_us
+        truth = self.surroundings.step(now_us)
+        snapshot = self.loop_app.tick(now_us)
         self.surroundings.carry_commands()
         for end in self._unused:
-            end.discard(self.now_us)
+            end.discard(now_us)
         if isinstance(snapshot, Snapshot):
             self.snapshot = snapshot
             self.metrics.add(truth, snapshot, self.app.vehicle.mission.plan)
@@ -183,8 +196,6 @@ class World:
 
         Nobody at the shore modem in memory: nothing can come back, and the ticks alone will do.
         """
-        if self._ground.get("shore") in self._unused:
-            return
         was_busy = True
         for at_us in range(self.now_us + _RADIO_STEP_US, self.now_us + self.period_us, _RADIO_STEP_US):
             is_busy = self.surroundings.radio.is_busy
@@ -197,7 +208,7 @@ class World:
     def _record(self, run_dir: Path, about: dict[str, Any]) -> None:
         limits = self.settings.record
         recorder = Recorder(run_dir, max_mb=limits.max_mb, free_floor_mb=limits.free_floor_mb, about=about)
-        self._recording = Recording(recorder, lambda: utc_us(self.now_us))
+        self._recording = Recording(recorder, lambda: SIM_UTC_START_US + self.now_us)
         self._truth_file = LogFile(
             run_dir / "truth.csv",
             None,
@@ -211,6 +222,7 @@ class World:
         if url == "mem:shore":
             near, far = _pair("shore", datagrams=False)
             self._offer("shore", far)
+            self._shore_listens = False
             return near
         near, far = _pair(name.removeprefix("world-"), datagrams=False)
         self._mem[near.name] = near
@@ -230,37 +242,42 @@ class World:
         self._unused.append(end)
 
     def _write_truth(self, truth: Truth, snapshot: Snapshot) -> None:
-        if self._truth_file is None:
+        file = self._truth_file
+        if file is None:
             return
+        if snapshot.mode is not self._mode:
+            self._mode, self._mode_text = snapshot.mode, snapshot.mode.value.encode()
         hull = self.surroundings.plant.vessel
+        port, starboard = hull.revs
+        port_rad, starboard_rad = hull.rudder_rad
         depth = math.nan if truth.depth_m is None else truth.depth_m
-        self._truth_file.add(
+        file.add(
             truth_row(
-                Row(
+                (
                     truth.t_us * 1e-6,
-                    math.degrees(truth.lat_rad),
-                    math.degrees(truth.lon_rad),
+                    truth.lat_rad * _DEG,
+                    truth.lon_rad * _DEG,
                     truth.north_m,
                     truth.east_m,
-                    math.degrees(truth.psi_rad) % 360.0,
+                    truth.psi_rad * _DEG % 360.0,
                     truth.u_mps,
                     truth.v_mps,
-                    math.degrees(truth.r_radps),
+                    truth.r_radps * _DEG,
                     math.hypot(truth.vn_mps, truth.ve_mps),
-                    hull.revs[0],
-                    hull.revs[1],
-                    math.degrees(hull.rudder_rad[0]),
-                    math.degrees(hull.rudder_rad[1]),
+                    port,
+                    starboard,
+                    port_rad * _DEG,
+                    starboard_rad * _DEG,
                     depth,
                     depth - self._keel_m,
-                    snapshot.mode.value,
-                    int(snapshot.armed),
+                    self._mode_text,
+                    snapshot.armed,
                     snapshot.progress.seq,
                 )
             )
         )
-        if truth.t_us % 1_000_000 < self.period_us:
-            self._truth_file.flush(truth.t_us)
+        if truth.t_us % self._flush_us < self.period_us:
+            file.flush(truth.t_us)
 
 
 def _pair(name: str, *, datagrams: bool) -> tuple[MemLink, MemLink]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import config as shipped
 from companion.io.recorder import Recorder
-from companion.io.truth import Truth, truth_row
+from companion.io.truth import truth_row
 from companion.settings import load
 from sitl.settings import SimSettings
 from sitl.world import World
@@ -32,9 +32,7 @@ def run() -> list[dict[str, Any]]:
         inputs = recorder.inputs
         inputs.start({})
         frame, line = bytes(40), b"$GPGGA" + bytes(70)
-        truth = Truth(
-            1.0, 41.18, -8.7, 12.3, 4.5, 88.0, 1.0, 0.1, 0.1, 1.1, 0.5, 0.5, 1.0, 1.0, 10.0, 9.5, "Auto", 1, 2
-        )
+        truth = (1.0, 41.18, -8.7, 12.3, 4.5, 88.0, 1.0, 0.1, 0.1, 1.1, 0.5, 0.5, 1.0, 1.0, 10.0, 9.5, b"Auto", 1, 2)
 
         def tick(number: int) -> None:
             inputs.begin("tick", number * 50_000, utc_us=number)

@@ -45,15 +45,17 @@ class LocalFrame:
     micrometres, and it costs a hundredth of the geodesic. ``to_local`` is exact.
     """
 
-    __slots__ = ("_around", "_cell", "_corners", "lat_rad", "lon_rad")
+    __slots__ = ("_around", "_column", "_corners", "_row", "lat_rad", "lon_rad")
 
     def __init__(self, lat_rad: float, lon_rad: float) -> None:
         self.lat_rad = lat_rad
         self.lon_rad = lon_rad
         self._corners: dict[tuple[int, int], tuple[float, float]] = {}
-        self._cell: tuple[int, int] | None = None
+        self._row: float = math.nan
+        self._column: float = math.nan
+        """The newest point's cell; no number is within the first."""
         self._around: tuple[float, ...] = ()
-        """Latitudes and longitudes of the corners of ``_cell``; empty when it cannot be interpolated in."""
+        """Latitudes and longitudes of its corners; empty when it cannot be interpolated in."""
 
     def to_local(self, lat_rad: float, lon_rad: float) -> tuple[float, float]:
         """Return (north, east) in metres."""
@@ -63,28 +65,27 @@ class LocalFrame:
     def to_geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
         """Return (lat, lon) in rad, lon in [-pi, pi]."""
         up, right = north_m / _GRID_M, east_m / _GRID_M
-        row, column = math.floor(up), math.floor(right)
-        up, right = up - row, right - column
-        if (row, column) != self._cell:
-            self._around = self._look_around(row, column)
-            self._cell = (row, column)
+        if not (self._row <= up < self._row + 1.0 and self._column <= right < self._column + 1.0):
+            self._look_around(math.floor(up), math.floor(right))
         if not self._around:
             return self._exact(north_m, east_m)
         lat00, lat01, lat10, lat11, lon00, lon01, lon10, lon11 = self._around
-        w00, w01 = (1.0 - up) * (1.0 - right), (1.0 - up) * right
-        w10, w11 = up * (1.0 - right), up * right
+        up, right = up - self._row, right - self._column
+        down, left = 1.0 - up, 1.0 - right
+        w00, w01, w10, w11 = down * left, down * right, up * left, up * right
         return (
             w00 * lat00 + w01 * lat01 + w10 * lat10 + w11 * lat11,
             w00 * lon00 + w01 * lon01 + w10 * lon10 + w11 * lon11,
         )
 
-    def _look_around(self, row: int, column: int) -> tuple[float, ...]:
+    def _look_around(self, row: int, column: int) -> None:
         (lat00, lon00), (lat01, lon01) = self._corner(row, column), self._corner(row, column + 1)
         (lat10, lon10), (lat11, lon11) = self._corner(row + 1, column), self._corner(row + 1, column + 1)
         longitudes = (lon00, lon01, lon10, lon11)
+        self._row, self._column = row, column
+        self._around = (lat00, lat01, lat10, lat11, *longitudes)
         if max(longitudes) - min(longitudes) > 1.0:
-            return ()  # the cell lies across the 180th meridian, or holds a pole
-        return (lat00, lat01, lat10, lat11, *longitudes)
+            self._around = ()  # the cell lies across the 180th meridian, or holds a pole
 
     def _corner(self, row: int, column: int) -> tuple[float, float]:
         found = self._corners.get((row, column))

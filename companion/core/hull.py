@@ -7,6 +7,7 @@ Equations: vessel-control §1.2 (Fossen's 3-DOF form; steady current enters by r
 from __future__ import annotations
 
 import math
+from math import atan2, cos, sin, sqrt
 
 from companion.core.vessel import RHO_WATER, VesselConfig
 
@@ -56,59 +57,60 @@ class ForceModel:
         yaw_nm: float = 0.0,
     ) -> tuple[float, float, float]:
         """Return (du, dv, dr): accelerations for velocities through the water (m/s, rad/s) and outside forces (N, Nm)."""
-        x, y, n = self._hull(u, v, r)
-        x += surge_n + thrust_port_n + thrust_starboard_n
-        y += sway_n
-        n += yaw_nm + self.lateral_m * (thrust_port_n - thrust_starboard_n)
-        if self.lift > 0.0:
-            at_m, aside = self._x_m, self.lateral_m * r
-            flow = v + at_m * r
-            force = self._rudder(u + aside, flow, thrust_port_n, rudder_port_rad)
-            across = force * math.cos(rudder_port_rad)
-            x -= abs(force * math.sin(rudder_port_rad))
-            y -= across
-            n -= at_m * across
-            force = self._rudder(u - aside, flow, thrust_starboard_n, rudder_starboard_rad)
-            across = force * math.cos(rudder_starboard_rad)
-            x -= abs(force * math.sin(rudder_starboard_rad))
-            y -= across
-            n -= at_m * across
-        m22, m23 = self._m22, self._m23
-        return x / self._m11, (self._m33 * y - m23 * n) / self._det, (m22 * n - m23 * y) / self._det
-
-    def _hull(self, u: float, v: float, r: float) -> tuple[float, float, float]:
-        """Coriolis and damping forces on the bare hull."""
         xu, xuu, yv, yvv, nr, nrr, nur = self._damping
-        m23 = self._m23
-        speed = abs(u)
-        x = -(xu + xuu * speed) * u + self._m22 * v * r + m23 * r * r
-        y = -(yv + yvv * abs(v)) * v - self._m11 * u * r
-        n = -(nr + nrr * abs(r) + nur * speed) * r - self._munk_kg * u * v - m23 * u * r
+        m22, m23, lateral_m = self._m22, self._m23, self.lateral_m
+        speed = u if u >= 0.0 else -u
+        # Coriolis and damping forces on the bare hull
+        x = -(xu + xuu * speed) * u + m22 * v * r + m23 * r * r
+        y = -(yv + yvv * (v if v >= 0.0 else -v)) * v - self._m11 * u * r
+        n = -(nr + nrr * (r if r >= 0.0 else -r) + nur * speed) * r - self._munk_kg * u * v - m23 * u * r
         for at_m in self._strips_m:
             across = v + at_m * r
             drag = self._strip * abs(across) * across
             y -= drag
             n -= drag * at_m
-        return x, y, n
+        x += surge_n + thrust_port_n + thrust_starboard_n
+        y += sway_n
+        n += yaw_nm + lateral_m * (thrust_port_n - thrust_starboard_n)
+        if self.lift > 0.0:
+            at_m, aside = self._x_m, lateral_m * r
+            flow = v + at_m * r
+            cosine, sine = cos(rudder_port_rad), sin(rudder_port_rad)
+            force = self._rudder(u + aside, flow, thrust_port_n, rudder_port_rad)
+            along, across = force * sine, force * cosine
+            x -= along if along >= 0.0 else -along
+            y -= across
+            n -= at_m * across
+            if rudder_starboard_rad != rudder_port_rad:
+                cosine, sine = cos(rudder_starboard_rad), sin(rudder_starboard_rad)
+            force = self._rudder(u - aside, flow, thrust_starboard_n, rudder_starboard_rad)
+            along, across = force * sine, force * cosine
+            x -= along if along >= 0.0 else -along
+            y -= across
+            n -= at_m * across
+        det = self._det
+        return x / self._m11, (self._m33 * y - m23 * n) / det, (m22 * n - m23 * y) / det
 
     def _rudder(self, along: float, across: float, thrust_n: float, delta: float) -> float:
         """Normal force of one rudder, N: inflow from the hull's motion and the propeller race."""
+        share = 1.0
         if thrust_n > 0.0:
             flow2 = self.race_per_n * thrust_n
             if along > 0.0:
                 flow2 += along * along
-            flow = math.sqrt(flow2)
-            alpha = delta + math.atan2(across, flow)
-            share = 1.0
+            alpha = delta + atan2(across, sqrt(flow2))
         else:
             flow2 = along * along
-            alpha = delta + (math.atan2(across, along) if along >= 0.0 else -math.atan2(across, -along))
-            share = 1.0 if along >= 0.0 else self._astern
+            if along >= 0.0:
+                alpha = delta + atan2(across, along)
+            else:
+                alpha = delta - atan2(across, -along)
+                share = self._astern
         stall = self._stall_rad
-        if abs(alpha) > stall:
+        if alpha > stall or alpha < -stall:
             share *= self._after_stall
-            alpha = math.copysign(stall, alpha)
-        lift = 0.5 * math.sin(2.0 * alpha) if self._half_sin else math.sin(alpha)
+            alpha = stall if alpha > 0.0 else -stall
+        lift = 0.5 * sin(2.0 * alpha) if self._half_sin else sin(alpha)
         return self.lift * share * (flow2 + across * across) * lift
 
     def wind(self, air_surge_mps: float, air_sway_mps: float) -> tuple[float, float, float]:

@@ -85,7 +85,7 @@ def test_round_a_circle_at_any_rate_and_latency(
 @settings(max_examples=500, deadline=None)
 def test_a_sentence_reaches_the_ground_station_to_the_last_1e7th_of_a_degree(lat_e7: int, lon_e7: int) -> None:
     lat_rad, lon_rad = math.radians(lat_e7 / 1e7), math.radians(lon_e7 / 1e7)
-    sentence = write.gga("GP", "120000.00", lat_rad, lon_rad, 4, 12, 0.8, 1.0, 52.0)
+    sentence = write.gga("GP", "120000.00", write.fix_text(lat_rad, lon_rad, 0.0, None), 4, 12, 0.8, 1.0, 52.0)
     reader = NmeaReader(NmeaConfig())
     (fix,) = [*reader.receive(sentence, 0), *reader.poll(1_000_000)]
     assert (rad_to_degE7(fix.lat_rad, 0), rad_to_degE7(fix.lon_rad, 0)) == (lat_e7, lon_e7)

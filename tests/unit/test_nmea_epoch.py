@@ -46,11 +46,12 @@ class Talker:
 def epoch(utc_us: int, kinds: str = "ZDA GGA RMC VTG HDT", north_rad: float = 0.0, talker: str = "GP") -> list[bytes]:
     time = write.time_fields(utc_us)
     lat = LAT + north_rad
+    fix = write.fix_text(lat, LON, 1.5, 0.3)
     made = {
         "ZDA": write.zda(talker, time),
-        "GGA": write.gga(talker, time[0], lat, LON, 4, 12, 0.8, 2.1, 52.3),
-        "RMC": write.rmc(talker, time, lat, LON, 1.5, 0.3, None, "R"),
-        "VTG": write.vtg(talker, 1.5, 0.3, "R"),
+        "GGA": write.gga(talker, time[0], fix, 4, 12, 0.8, 2.1, 52.3),
+        "RMC": write.rmc(talker, time, fix, None, "R"),
+        "VTG": write.vtg(talker, fix, "R"),
         "HDT": write.heading(talker, "HDT", 0.3, None),
         "GLL": frame(f"{talker}GLL,{write.position(lat, LON)},{time[0]},A,R"),
         "GST": write.gst(talker, time[0], 0.05, 0.1),

@@ -15,7 +15,7 @@ from companion.io.link_mem import pair
 from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
 from companion.io.recording import Recording
 from companion.io.store import MemoryStore
-from companion.io.truth import TRUTH_COLUMNS, Truth, truth_row
+from companion.io.truth import TRUTH_COLUMNS, truth_row
 from companion.io.writer import Writer
 from mavlink_bridge import tlog
 from mavlink_bridge.imc import (
@@ -60,9 +60,7 @@ def test_a_run_directory_holds_everything(tmp_path):
     truth = recorder.extra("truth.csv", TRUTH_COLUMNS.encode() + b"\n")
     for tick in range(40):
         recorder.tick(snapshot(tick))
-        truth.add(
-            truth_row(Truth(tick / 20, 41.1, -8.7, 1.0, 2.0, 90, 1, 0, 0, 1, 0.5, 0.5, 0, 0, 10, 9, "Auto", 1, 0))
-        )
+        truth.add(truth_row((tick / 20, 41.1, -8.7, 1.0, 2.0, 90, 1, 0, 0, 1, 0.5, 0.5, 0, 0, 10, 9, b"Auto", 1, 0)))
     recorder.close(2_000_000, result="done")
     assert json.loads((tmp_path / "run/run.json").read_text()) == {"seed": 7, "result": "done"}
     with (tmp_path / "run/control.csv").open() as file:
