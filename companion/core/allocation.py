@@ -20,6 +20,7 @@ _KICK = 0.3
 """Share of full thrust that may be spent on the rudders' flow where there is no other way to turn."""
 _SOFT = 0.01
 """Share of full thrust below which the inverse of the propellers' law is a straight line."""
+_SOFT_ROOT = math.sqrt(_SOFT)
 
 
 @value
@@ -37,8 +38,8 @@ class Allocator:
     """Turns (surge force, yaw moment) into commands for one vessel."""
 
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
-        self._vessel = vessel
         self._model = model
+        self._lateral_m = model.lateral_m
         self._ahead_n = full_ahead_n(vessel)
         self._astern_n = full_astern_n(vessel)
         self._differential_n = 0.5 * (self._ahead_n + self._astern_n) if model.lateral_m > 0.0 else 0.0
@@ -46,23 +47,21 @@ class Allocator:
 
     def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float) -> Allocation:
         """Return commands for a total thrust and a yaw moment at a speed through the water."""
-        surge_n = clamp(surge_n, -2.0 * self._astern_n, 2.0 * self._ahead_n)
-        if self._differential_n <= 0.0 < self._rudder_max:
+        ahead_n, astern_n, lateral_m, most_n = self._ahead_n, self._astern_n, self._lateral_m, self._differential_n
+        surge_n = clamp(surge_n, -2.0 * astern_n, 2.0 * ahead_n)
+        if most_n <= 0.0 < self._rudder_max:
             surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
         slope = self._model.rudder_slope_nm(surge_mps, 0.5 * surge_n, 0.5 * surge_n)
         rudder_rad = self._rudder(yaw_nm, slope)
         by_rudder = 0.5 * slope * math.sin(2.0 * rudder_rad)
-        half_n = 0.0
-        if self._differential_n > 0.0:
-            half_n = (yaw_nm - by_rudder) / (2.0 * self._model.lateral_m)
-            half_n = clamp(half_n, -self._differential_n, self._differential_n)
-        low, high = -self._astern_n + abs(half_n), self._ahead_n - abs(half_n)
+        half_n = clamp((yaw_nm - by_rudder) / (2.0 * lateral_m), -most_n, most_n) if most_n > 0.0 else 0.0
+        low, high = -astern_n + abs(half_n), ahead_n - abs(half_n)
         each_n = clamp(0.5 * surge_n, low, high) if low < high else 0.5 * (low + high)
         return Allocation(
             self._command(each_n + half_n),
             self._command(each_n - half_n),
             rudder_rad,
-            by_rudder + 2.0 * self._model.lateral_m * half_n,
+            by_rudder + 2.0 * lateral_m * half_n,
             2.0 * each_n,
         )
 
@@ -80,7 +79,7 @@ class Allocator:
         share = 1.0
         if self._differential_n > 0.0:
             most = slope * self._rudder_max
-            most /= most + 2.0 * self._model.lateral_m * self._ahead_n
+            most /= most + 2.0 * self._lateral_m * self._ahead_n
             share = clamp((most - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
         ratio = clamp(2.0 * share * yaw_nm / slope, -1.0, 1.0)
         return clamp(0.5 * math.asin(ratio), -self._rudder_max, self._rudder_max)
@@ -88,6 +87,8 @@ class Allocator:
     def _command(self, force_n: float) -> float:
         """Inverse of the propellers' law; straight through zero, where its slope would be infinite."""
         full = self._ahead_n if force_n > 0.0 else self._astern_n
-        share = min(1.0, abs(force_n) / full)
-        size = math.sqrt(share) if share > _SOFT else share / math.sqrt(_SOFT)
+        share = abs(force_n) / full
+        if share > 1.0:
+            share = 1.0
+        size = math.sqrt(share) if share > _SOFT else share / _SOFT_ROOT
         return math.copysign(size, force_n)

@@ -36,15 +36,16 @@ from .plan_fence import PlanFence
 from .steering import make_controller
 from .stopping import braking_distance_m
 from .vehicle_config import TickInputs, VehicleConfig
-from .vessel import VesselConfig, stopping_distance_m
+from .vessel import Statics, VesselConfig
 
 
 class Controls:
     """Holds the parts and the latest results of each; one method for each thing that an order may change."""
 
     def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
-        self.config = config
+        self._adopt(config)
         self.vessel = vessel
+        self.statics = Statics(vessel)
         self.estimator = Estimator(config.estimate)
         self.mission = Mission(config.mission)
         self.navigator = Navigator(config.modes, self.mission)
@@ -67,10 +68,14 @@ class Controls:
         self.guided: GuidanceOutput | None = None
         self._output = self.gate.neutral(0, "start")
         self.inputs = TickInputs()
+        self.supply: SupplyVoltage | None = None
+        """The battery as the actuator board sees it; None when it does not measure."""
         self._home_by_operator = False
         self.terminating = self.aborting = self.ordered = self.rearmed = False
         self._owner: tuple[int, int] | None = None
         self.ticks = 0
+        self.utc_us: int | None = None
+        """UTC of this tick, microseconds since 1970; None = unknown."""
         self._last_us: int | None = None
         self._text_number = 0
         self._texts: list[LogText] = []
@@ -79,7 +84,8 @@ class Controls:
 
     def configure(self, config: VehicleConfig) -> None:
         """Take new live settings; a change of gains does not bump the actuators."""
-        old, self.config = self.config, config
+        old = self.config
+        self._adopt(config)
         self.mission.configure(config.mission)
         self.navigator.configure(config.modes)
         if config.guidance != old.guidance:
@@ -96,6 +102,14 @@ class Controls:
             self.monitors.configure(config.monitors)
         if config.gate != old.gate:
             self.gate.configure(config.gate)
+
+    def _adopt(self, config: VehicleConfig) -> None:
+        """Keep the settings, and at hand what of them is asked for in every tick."""
+        self.config = config
+        self.gcs_required = config.operator.gcs_required
+        self.depth_enabled = config.depth.enabled
+        self._loiter_radius_m = config.guidance.loiter_radius_m
+        self._brakes = config.depth.brake
 
     def load_plan(self, plan: PlanSpecification) -> None:
         self.mission.load(plan)
@@ -186,11 +200,12 @@ class Controls:
         self._text_number += 1
         self._texts.append(LogText(self._text_number, self._last_us or 0, severity, text))
 
-    @property
-    def supply(self) -> SupplyVoltage | None:
-        """The battery as the actuator board sees it; None when it does not measure."""
-        status = self.inputs.actuator
-        return None if status.voltage_v is None else SupplyVoltage(status.t_us, status.voltage_v)
+    def _note_supply(self) -> None:
+        status, known = self.inputs.actuator, self.supply
+        if status.voltage_v is None:
+            self.supply = None
+        elif known is None or known.t_us != status.t_us or known.voltage_v != status.voltage_v:
+            self.supply = SupplyVoltage(status.t_us, status.voltage_v)
 
     def _set_home_once(self) -> None:
         state = self.state
@@ -198,6 +213,6 @@ class Controls:
             self.mission.home = (state.lat_rad, state.lon_rad)
 
     def _stopping(self, speed_mps: float) -> float:
-        if self.config.depth.brake:
+        if self._brakes:
             return braking_distance_m(self.vessel, speed_mps)
-        return stopping_distance_m(self.vessel, speed_mps)
+        return self.statics.stopping_distance_m(speed_mps)

@@ -105,6 +105,11 @@ class DepthGuard:
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings; the next ``step`` re-evaluates with them."""
         self._config = config
+        self._enabled, self._brakes_astern = config.enabled, config.brake
+        self._min_m, self._good_margin_m = config.min_altitude_m, config.good_margin_m
+        self._minimum_margin_m = config.minimum_margin_m
+        self._datum_offset_m = config.datum_offset_m
+        self._slows_when_lost = config.unknown_policy == "slow"
         self.input.configure(config.input)
         self._ahead.configure(config)
 
@@ -114,7 +119,7 @@ class DepthGuard:
         self._ahead.note(passed)
         if self.memory is not None and state is not None:
             for reading in passed:
-                depth_m = reading.value_m - self._config.datum_offset_m
+                depth_m = reading.value_m - self._datum_offset_m
                 self.memory.note(state, reading.t_us, depth_m, self.utc_s)
 
     def set_map(self, grid: DepthGrid | None) -> None:
@@ -168,39 +173,37 @@ class DepthGuard:
         if self._started_us is None:
             self._started_us = now_us
         altitude_m = self.input.altitude_m(now_us)
-        if not self._config.enabled:
+        if not self._enabled:
             self.state, self._shallow = UNKNOWN, False
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
         texts: list[tuple[Severity, str]] = []
         entered = self._advance(altitude_m, texts)
         abort = (loops_active and entered) or self._refused
         self._refused = False
-        lost_s = self._lost_for_s(now_us, altitude_m)
+        lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
         ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.texts(stop_ahead, ahead, state)
         speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
         brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
-        slow_to_mps = ahead.slow_to_mps
-        if lost_s is not None and self._config.unknown_policy == "slow":
-            slow_to_mps = self._config.unknown_speed_mps
+        lost = lost_s is not None
         return GuardOutput(
-            state=self.state,
-            altitude_m=altitude_m,
-            altitude_raw_m=self.input.raw_m,
-            limit_m=ahead.limit_m,
-            abort=abort,
-            slow_to_mps=slow_to_mps,
-            stop_ahead=stop_ahead and not brake,
-            shallow=self._shallow and not brake,
-            locked=self.state is LOCKED and not self._unlocked and not brake,
-            lost=lost_s is not None,
-            blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
-            brake=brake,
-            closing_mps=ahead.closing_mps,
-            map_least_m=ahead.map_least_m,
-            suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,
-            texts=tuple(texts),
+            self.state,
+            altitude_m,
+            self.input.raw_m,
+            ahead.limit_m,
+            abort,
+            self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
+            stop_ahead and not brake,
+            self._shallow and not brake,
+            self.state is LOCKED and not self._unlocked and not brake,
+            lost,
+            lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            brake,
+            ahead.closing_mps,
+            ahead.map_least_m,
+            None if self.state is OK and not stop_ahead else self._ahead.last_good,
+            tuple(texts),
         )
 
     def startup_warning(self, stopping_distance_fn: StoppingDistance) -> str:
@@ -214,14 +217,11 @@ class DepthGuard:
 
     def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]]) -> bool:
         """Move the state; return True when this is an entry that aborts."""
-        config = self._config
-        old = self.state
-        new = next_state(old, altitude_m, config.min_altitude_m, config.minimum_margin_m, config.good_margin_m)
-        self.state = new
+        old, min_m = self.state, self._min_m
+        self.state = new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
         if new is OK:
             self._shallow = self._unlocked = False
-        limit_m = config.min_altitude_m - _EPS_M
-        below = altitude_m is not None and altitude_m < limit_m  # mutation: same (Lt -> LtE), as above
+        below = altitude_m is not None and altitude_m < min_m - _EPS_M  # mutation: same (Lt -> LtE), as above
         locks = new is LOCKED and old is not LOCKED
         corrects = new is CORRECTION and below and not self._shallow
         if locks:
@@ -234,8 +234,9 @@ class DepthGuard:
 
     def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
-        if not (self._config.brake and loops_active and speed_mps > _WAY_MPS):
-            self._brake_until_us = min(self._brake_until_us, now_us)
+        if not (self._brakes_astern and loops_active and speed_mps > _WAY_MPS):
+            if self._brake_until_us > now_us:  # mutation: same (Gt -> GtE), the same then
+                self._brake_until_us = now_us
         elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
             self._brake_until_us = now_us + _BRAKE_US
         return now_us < self._brake_until_us
@@ -251,10 +252,10 @@ class DepthGuard:
             return Severity.WARNING, f"{body}: correction manoeuvre allowed"
         return Severity.NOTICE, f"{body}: good"
 
-    def _lost_for_s(self, now_us: int, altitude_m: float | None) -> float | None:
-        """For how long the altitude has been missing in a way that matters, s; None when it is not."""
+    def _lost_for_s(self, now_us: int) -> float | None:
+        """For how long the altitude, which is missing, has been in a way that matters, s; None when it is not."""
         config = self._config
-        if altitude_m is not None or (config.unknown_policy == "ignore" and not config.required):
+        if config.unknown_policy == "ignore" and not config.required:
             return None
         if self.input.out_of_reach and not config.required:
             return None

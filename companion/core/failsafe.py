@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Final
 
 from companion.core.failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from companion.core.failsafe_flags import Flags
@@ -45,6 +46,7 @@ class Entry:
     escalated: bool = False
 
 
+_NONE: Final = Action.NONE
 _NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
 
 
@@ -73,7 +75,10 @@ class FailsafeResult:
 def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
     """Return the action for this tick, its causes, texts for the operator, and the new memory. Pure."""
     if not memory.entries and config.watch.quiet(flags):  # mutation: same (skipped), only a short cut
-        return FailsafeResult(FailsafeMemory({}, _required_since(memory, flags, now_us)), Action.NONE)
+        since_us = _required_since(memory, flags, now_us)
+        if since_us != memory.required_since_us:
+            memory = FailsafeMemory({}, since_us)
+        return FailsafeResult(memory, _NONE)
     return judge(memory, flags, now_us, config)
 
 

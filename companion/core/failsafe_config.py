@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from operator import attrgetter
 from typing import Annotated, Final, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from companion.core.config import Config, param
-from companion.core.failsafe_flags import ALARMS, Flags
+from companion.core.failsafe_flags import Flags
 from companion.core.failsafe_table import BY_NAME, TABLE, Condition
 from mavlink_bridge.imc import Action
 
@@ -133,30 +132,37 @@ class Rule:
 class Watch:
     """Whether anything at all is up, in one look: most ticks of a good day end here."""
 
+    __slots__ = ("_gcs_us", "_guided_us", "_manual_us", "_radio_us")
+
     def __init__(self, rules: Sequence[Rule]) -> None:
-        delays = {rule.row.name: rule.delay_us for rule in rules}
-        self._alarms = attrgetter(*ALARMS)
+        delays = {rule.row.name: _before(rule.delay_us) for rule in rules}
         self._manual_us, self._guided_us = delays["manual_lost"], delays["guided_lost"]
         self._gcs_us = min(delays["gcs_lost"], delays["gcs_degraded"])
         self._radio_us = delays["radio_lost"]
 
     def quiet(self, flags: Flags) -> bool:
         """True when no row's flag is up and no age has come to its delay."""
-        never_heard = flags.gcs_age_s is None and flags.radio_age_s is None  # mutation: same (And -> Or), slower only
+        manual_s, guided_s, gcs_s, radio_s = (
+            flags.manual_age_s,
+            flags.guided_age_s,
+            flags.gcs_age_s,
+            flags.radio_age_s,
+        )
         return (
-            True not in self._alarms(flags)  # mutation: same (True -> False), slower only
-            and not (flags.gcs_required and never_heard)  # mutation: same (And -> Or), slower only
-            and _younger(flags.manual_age_s, self._manual_us)
-            and _younger(flags.guided_age_s, self._guided_us)
-            and _younger(flags.gcs_age_s, self._gcs_us)
-            and _younger(flags.radio_age_s, self._radio_us)
+            not flags.any_alarm()
+            and (manual_s is None or manual_s * 1e6 < self._manual_us)
+            and (guided_s is None or guided_s * 1e6 < self._guided_us)
+            and (gcs_s is None or gcs_s * 1e6 < self._gcs_us)
+            and (radio_s is None or radio_s * 1e6 < self._radio_us)
+            and not (flags.gcs_required and gcs_s is None and radio_s is None)
         )
 
 
-def _younger(age_s: float | None, limit_us: int) -> bool:
-    return age_s is None or not reached(age_s, limit_us)
+def _before(limit_us: int) -> float:
+    """What an age in microseconds is less than as long as it has not come to the limit."""
+    return limit_us - 0.5
 
 
 def reached(age_s: float, limit_us: int) -> bool:
     """Whether an age has come to a limit, to the microsecond; an age that is not a number has."""
-    return not age_s * 1e6 < limit_us - 0.5
+    return not age_s * 1e6 < _before(limit_us)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, fields
+from dataclasses import fields
 from typing import Final
 
 from mavlink_bridge.value import value
@@ -10,9 +10,11 @@ from mavlink_bridge.value import value
 
 @value
 class Flags:
-    """What the vehicle knows at this tick. Ages in s; None = never heard or not in use. Levels unless called events."""
+    """What the vehicle knows at this tick. Ages in s; None = never heard or not in use. Levels unless called events.
 
-    _: KW_ONLY
+    ``vehicle_flags.gather`` gives them in this order.
+    """
+
     armed: bool = False
     autonomous: bool = False
     """The mode in force steers by position or heading (everything but Manual)."""
@@ -79,6 +81,45 @@ class Flags:
     """More than 5 % late ticks in 10 s."""
     task_failing: bool = False
     """A supervised part failed five times in 60 s."""
+
+    def any_alarm(self) -> bool:
+        """Whether anything is wrong that a flag says; ages are not looked at. One name for each of ``ALARMS``."""
+        return (
+            self.terminate
+            or self.emergency_stop
+            or self.position_lost
+            or self.heading_lost
+            or self.position_frozen
+            or self.sources_disagree
+            or self.actuator_lost
+            or self.actuator_reset
+            or self.actuator_mismatch
+            or self.actuator_noise
+            or self.actuator_garbage
+            or self.depth_shallow
+            or self.depth_locked
+            or self.depth_ahead
+            or self.depth_braking
+            or self.depth_lost
+            or self.depth_blind
+            or self.fence_ahead
+            or self.fence_breach
+            or self.plan_invalid
+            or self.battery_low
+            or self.battery_critical
+            or self.battery_empty
+            or self.battery_lost
+            or self.stuck
+            or self.moving_in_neutral
+            or self.drifting_while_stopped
+            or self.oscillating
+            or self.storage_fault
+            or self.time_jump
+            or self.tick_late
+            or self.tick_very_late
+            or self.overruns
+            or self.task_failing
+        )
 
 
 _CONTEXT: Final = ("armed", "autonomous", "manual", "operator_order", "operator_arm", "gcs_required")

@@ -66,17 +66,27 @@ class Polygon:
     """A simple or self-crossing polygon (even-odd rule), closed by itself."""
 
     def __init__(self, vertices: Sequence[Point]) -> None:
-        self.edges = [(vertices[i - 1], vertices[i]) for i in range(len(vertices))]
+        edges = ((vertices[i - 1], vertices[i]) for i in range(len(vertices)))
+        self._edges = [(*begin, end[1], end[0] - begin[0], end[1] - begin[1]) for begin, end in edges]
 
     def inside_m(self, point: Point) -> float:
         """Distance to the nearest edge, m, positive inside."""
         north, east = point
         inside = False
         nearest2 = math.inf
-        for (n1, e1), (n2, e2) in self.edges:
-            if (e1 > east) != (e2 > east) and north < n1 + (n2 - n1) * (east - e1) / (e2 - e1):
+        for n1, e1, e2, dn, de in self._edges:
+            n, e = north - n1, east - e1
+            if (e1 > east) != (e2 > east) and north < n1 + dn * e / de:
                 inside = not inside
-            nearest2 = min(nearest2, _segment_distance2(north, east, n1, e1, n2, e2))
+            length2 = dn * dn + de * de
+            share = 0.0 if length2 == 0.0 else (n * dn + e * de) / length2
+            if share < 0.0:
+                share = 0.0
+            elif share > 1.0:
+                share = 1.0
+            distance2 = (n - share * dn) ** 2 + (e - share * de) ** 2
+            if distance2 < nearest2:
+                nearest2 = distance2
         return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
 
 
@@ -95,7 +105,11 @@ class Region:
         """Distance to the nearest edge, m, positive where the vessel may be."""
         inside = [shape.inside_m(point) for shape in self._inclusions]
         allowed_m = (max(inside) if self._union else min(inside)) if inside else math.inf
-        return min([allowed_m, *(-shape.inside_m(point) for shape in self._exclusions)])
+        for shape in self._exclusions:
+            outside_m = -shape.inside_m(point)
+            if outside_m < allowed_m:
+                allowed_m = outside_m
+        return allowed_m
 
 
 def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = False) -> Region:
@@ -122,6 +136,19 @@ class Fence:
         self._origin: Point | None = None
         self._status = FenceStatus()
         self._stopping = False
+        self._clear = FenceOutput(self._status)
+        """What is said while nothing is judged."""
+        self._renew()
+
+    def _renew(self) -> None:
+        """Work out what follows from the areas, the setting and the switch."""
+        config = self._config
+        on = config.enabled if self._switched is None else self._switched
+        self.enabled = on and bool(self._areas)
+        """Whether the fence acts: switched on and not empty."""
+        self.version = (self._areas, config.union)
+        """Equal as long as the areas mean the same."""
+        self._margin_m, self._reaction_s, self._turn_s = config.margin_m, config.reaction_s, config.turn_s
 
     def configure(self, config: FenceConfig) -> None:
         """Take new settings; a switch by command stands until the setting itself changes."""
@@ -129,26 +156,18 @@ class Fence:
             self._switched = None
         self._config = config
         self._region = None
+        self._renew()
 
     def load(self, areas: Sequence[FenceArea]) -> None:
         """Replace all areas; a breach by the new ones shows at the next check. Empty = no fence."""
         self._areas = tuple(areas)
         self._region = None
+        self._renew()
 
     def enable(self, on: bool) -> None:
         """Switch by command (DO_FENCE_ENABLE), until the next switch or change of the setting."""
         self._switched = on
-
-    @property
-    def version(self) -> object:
-        """Equal as long as the areas mean the same."""
-        return self._areas, self._config.union
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the fence acts: switched on and not empty."""
-        on = self._config.enabled if self._switched is None else self._switched
-        return on and bool(self._areas)
+        self._renew()
 
     def distance_m(self, state: EstimatedState, point: Point) -> float | None:
         """Signed distance from a point in the state's plane to the nearest edge, positive inside; None = no fence."""
@@ -161,11 +180,9 @@ class Fence:
         ``stopping_distance_m``: at the present speed. ``ahead``: the next point of the path, used for the direction
         when the vessel has no speed yet.
         """
-        region = self._laid_out(state)
-        if region is None or not self.enabled or state.x_m is None or state.y_m is None:
-            self._stopping = False
-            self._status = FenceStatus(breach_count=self._status.breach_count)
-            return FenceOutput(self._status)
+        region = self._laid_out(state) if self.enabled else None
+        if region is None or state.x_m is None or state.y_m is None:
+            return self._nothing()
         here = (state.x_m, state.y_m)
         inside_m = region.inside_m(here)
         texts: list[tuple[Severity, str]] = []
@@ -175,6 +192,13 @@ class Fence:
             texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
         self._stopping = stop
         return FenceOutput(self._status, stop, tuple(texts))
+
+    def _nothing(self) -> FenceOutput:
+        self._stopping = False
+        if self._status is not self._clear.status:
+            self._status = FenceStatus(breach_count=self._status.breach_count)
+            self._clear = FenceOutput(self._status)
+        return self._clear
 
     def _note_breach(self, t_us: int, inside_m: float, texts: list[tuple[Severity, str]]) -> None:
         old = self._status
@@ -200,12 +224,12 @@ class Fence:
         speed_mps, course_rad = _motion(state, here, ahead)
         if course_rad is None:
             return False
-        run_m = stopping_distance_m + speed_mps * self._config.reaction_s
+        run_m = stopping_distance_m + speed_mps * self._reaction_s
         run = (run_m * math.cos(course_rad), run_m * math.sin(course_rad))
         # A vessel that keeps its place already is not set any more.
-        turn_s = self._config.turn_s if speed_mps > _UNDER_WAY_MPS else 0.0
+        turn_s = self._turn_s if speed_mps > _UNDER_WAY_MPS else 0.0
         set_by = ((state.drift_n_mps or 0.0) * turn_s, (state.drift_e_mps or 0.0) * turn_s)
-        margin_m = self._config.margin_m
+        margin_m = self._margin_m
         if inside_m > run_m + math.hypot(*set_by) + margin_m:
             return False
         way = _along(here, run)
@@ -237,12 +261,3 @@ def _along(start: Point, way: Point) -> list[Point]:
     """Points along a straight way, its end the last."""
     count = max(1, math.ceil(math.hypot(*way) / _SAMPLE_M))
     return [(start[0] + way[0] * i / count, start[1] + way[1] * i / count) for i in range(1, count + 1)]
-
-
-def _segment_distance2(north: float, east: float, n1: float, e1: float, n2: float, e2: float) -> float:
-    """Squared distance from a point to a segment."""
-    dn, de = n2 - n1, e2 - e1
-    length2 = dn * dn + de * de
-    share = 0.0 if length2 == 0.0 else ((north - n1) * dn + (east - e1) * de) / length2
-    share = min(max(share, 0.0), 1.0)
-    return (north - n1 - share * dn) ** 2 + (east - e1 - share * de) ** 2

@@ -48,12 +48,13 @@ class Integrator:
 
     def step(self, dt_s: float, cross_m: float, look_ahead_m: float, gain: float, corridor_m: float) -> float:
         """Return the offset to steer by: the cross-track error plus the integral's share."""
-        total = cross_m + gain * self.z_m
-        if abs(cross_m) < corridor_m and gain > 0.0:
-            self.z_m += dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
+        z_m = self.z_m
+        if -corridor_m < cross_m < corridor_m and gain > 0.0:
+            total = cross_m + gain * z_m
+            z_m += dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
             bound = 0.5 * look_ahead_m / gain
-            self.z_m = clamp(self.z_m, -bound, bound)
-        return cross_m + gain * self.z_m
+            self.z_m = z_m = clamp(z_m, -bound, bound)
+        return cross_m + gain * z_m
 
 
 @value
@@ -83,11 +84,18 @@ def triangle(
     cos, sin = math.cos(course_rad), math.sin(course_rad)
     along = drift[0] * cos + drift[1] * sin
     across = drift[1] * cos - drift[0] * sin
-    forward = math.sqrt(max(top_mps * top_mps - across * across, 0.0))
-    ground = min(max(speed_mps, along + _STEERAGE_MPS), along + forward)
+    spare2 = top_mps * top_mps - across * across
+    ground, least = speed_mps, along + _STEERAGE_MPS
+    if least > ground:
+        ground = least
+    most = along + (math.sqrt(spare2) if spare2 > 0.0 else 0.0)
+    if most < ground:
+        ground = most
     water = math.hypot(ground - along, across)
-    reference = max(now_mps, 0.6 * water, _STEERAGE_MPS)
+    reference = now_mps if now_mps > 0.6 * water else 0.6 * water
+    if reference < _STEERAGE_MPS:
+        reference = _STEERAGE_MPS
     angle = math.asin(clamp(across / reference, -0.97, 0.97))
     cosine = math.cos(angle)
     factor = clamp(1.0 + along / (reference * cosine), 0.2, 3.0) if abs(cosine) > 0.2 else 1.0
-    return Heading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(*drift) < top_mps)
+    return Heading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)

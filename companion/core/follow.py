@@ -8,8 +8,8 @@ from companion.core.config import Config, param
 from companion.core.field import Integrator, approach, triangle
 from companion.core.handling import Handling
 from companion.core.motion import SmoothMotion
-from companion.core.paths import Projection, Track
-from companion.core.swing import EarlySwing, Wish
+from companion.core.paths import Point, Projection, Track
+from companion.core.swing import EarlySwing, Wish, strong
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 from mavlink_bridge.value import value
@@ -38,6 +38,7 @@ class FollowConfig(Config):
 
 _AFTER_CORNER_S = 3.0
 _TURN_TAU_S = 0.3
+_NO_DRIFT = (0.0, 0.0)
 
 
 @value
@@ -54,17 +55,23 @@ class Follower:
     """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
 
     def __init__(self, config: FollowConfig, handling: Handling) -> None:
-        self._config = config
         self._handling = handling
+        self._fast_mps = 0.96 * handling.top_mps
+        """Less than top speed by what steering needs."""
         self.integrator = Integrator()
         self.motion = SmoothMotion()
         self._early = EarlySwing()
         self._sway_mps = self._turning = 0.0
         self._straight_s = math.inf
-        self._measure_bends()
+        self.configure(config)
 
     def configure(self, config: FollowConfig) -> None:
         self._config = config
+        self._double = 2.0 * config.deceleration
+        self._look_ahead_s, self._look_ahead_min_m = config.look_ahead_s, config.look_ahead_min_m
+        self._integral, self._corridor_m = config.integral, config.integral_corridor_m
+        self._turn_share, self._preview_s = config.turn_share, config.preview_s
+        self._use_drift = config.use_drift
         self._measure_bends()
 
     def bend_speed_mps(self, curvature: float) -> float:
@@ -72,15 +79,16 @@ class Follower:
 
         Where no speed will do, the one that turns tightest.
         """
-        bend = round(abs(curvature), 6)
+        speed = self._bend_speeds.get(curvature)
+        if speed is None:
+            speed = self._bend_speeds[curvature] = self._bend_speed(round(abs(curvature), 6))
+        return speed
+
+    def _bend_speed(self, bend: float) -> float:
         if bend < 1e-6:
             return self._handling.top_mps
-        speed = self._bend_speeds.get(bend)
-        if speed is None:
-            fits = [mps for mps, radius in self._radii if radius * bend <= 1.0]
-            speed = fits[-1] if fits else min(self._radii, key=lambda pair: pair[1])[0]
-            self._bend_speeds[bend] = speed
-        return speed
+        fits = [mps for mps, radius in self._radii if radius * bend <= 1.0]
+        return fits[-1] if fits else min(self._radii, key=lambda pair: pair[1])[0]
 
     def tightest_m(self) -> float:
         """Return the smallest radius that the vessel can sail at any speed."""
@@ -101,89 +109,92 @@ class Follower:
         motion = self.motion
         motion.step(dt_s, state)
         here = track.locate(motion.north_m, motion.east_m)
-        vn, ve = motion.vn_mps, motion.ve_mps
-        planned = self._plan(track, here, speed_mps, end_speed_mps, math.hypot(vn, ve))
-        course, rate = self._course(dt_s, track, here, vn, ve, planned)
-        desired, possible = self._steer(dt_s, state, course, rate, planned)
-        swing = self._swing(state, track, here, speed_mps, planned)
-        if swing is not None:
-            desired = swing
+        now_mps = math.hypot(motion.vn_mps, motion.ve_mps)
+        planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
+        course, rate = self._course(dt_s, track, here, now_mps, planned)
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0) if self._use_drift else _NO_DRIFT
+        desired, possible = self._steer(dt_s, state, course, rate, planned, drift)
+        if self._use_drift and strong(math.hypot(drift[0], drift[1]), speed_mps):
+            desired = self._swing(state, track, here, speed_mps, planned, drift) or desired
         return Followed(desired, here, planned, possible)
 
     def _plan(
-        self, track: Track, here: Projection, speed_mps: float, end_speed_mps: float | None, now_mps: float
+        self, track: Track, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
     ) -> float:
         """Speed that lets the vessel slow down in time for every bend within sight and for the end."""
-        double = 2.0 * self._config.deceleration
+        double = self._double
         planned = speed_mps
         horizon = speed_mps * speed_mps / double + 2.0 * speed_mps
         lag_m = 0.6 * now_mps
-        for distance, curvature in track.bends(here.along_m, horizon):
+        for distance, curvature in track.bends(along_m, horizon):
             if curvature:
                 limit = self.bend_speed_mps(curvature)
-                planned = min(planned, math.sqrt(limit * limit + double * max(0.0, distance - lag_m)))
+                rest = distance - lag_m
+                mps = math.sqrt(limit * limit + double * (rest if rest > 0.0 else 0.0))
+                if mps < planned:
+                    planned = mps
         if end_speed_mps is not None and not track.closed:
-            rest = max(0.0, track.rest_m(here.along_m) - lag_m)
+            rest = max(0.0, track.rest_m(along_m) - lag_m)
             planned = min(planned, math.sqrt(end_speed_mps * end_speed_mps + double * rest))
         return planned
 
     def _course(
-        self, dt_s: float, track: Track, here: Projection, vn: float, ve: float, planned: float
+        self, dt_s: float, track: Track, here: Projection, now_mps: float, planned: float
     ) -> tuple[float, float]:
-        config = self._config
-        speed = max(math.hypot(vn, ve), 0.5 * planned)
-        look_ahead = max(config.look_ahead_min_m, config.look_ahead_s * speed)
-        settled = self._settled(dt_s, track, here)
-        corridor = config.integral_corridor_m if settled else 0.0
-        offset = self.integrator.step(dt_s, here.cross_m, look_ahead, config.integral, corridor)
-        turn_m = self._turn_m(here, planned)
-        angle, slope = approach(offset, look_ahead, turn_m)
-        cos, sin = math.cos(here.course_rad), math.sin(here.course_rad)
+        speed = now_mps if now_mps >= 0.5 * planned else 0.5 * planned
+        look_ahead = self._look_ahead_s * speed
+        if look_ahead < self._look_ahead_min_m:
+            look_ahead = self._look_ahead_min_m
+        cross, curvature, path = here.cross_m, here.curvature, here.course_rad
+        corridor = self._corridor_m if self._settled(dt_s, track, curvature) else 0.0
+        offset = self.integrator.step(dt_s, cross, look_ahead, self._integral, corridor)
+        angle, slope = approach(offset, look_ahead, self._turn_m(cross, curvature, planned))
+        cos, sin, vn, ve = math.cos(path), math.sin(path), self.motion.vn_mps, self.motion.ve_mps
         along, across = vn * cos + ve * sin, ve * cos - vn * sin
-        preview = track.ahead(here.along_m, config.preview_s * speed)
-        bend = preview / max(0.2, 1.0 - here.curvature * here.cross_m)
-        return wrap_pi(here.course_rad - angle), bend * along - slope * across
+        inside = 1.0 - curvature * cross
+        bend = track.ahead(here.along_m, self._preview_s * speed) / (inside if inside > 0.2 else 0.2)
+        return wrap_pi(path - angle), bend * along - slope * across
 
-    def _settled(self, dt_s: float, track: Track, here: Projection) -> bool:
+    def _settled(self, dt_s: float, track: Track, curvature: float) -> bool:
         """False in a corner and for a while after it: its transient is no standing error, and must not be integrated."""
-        corner = here.curvature != 0.0 and not track.closed
+        corner = curvature != 0.0 and not track.closed
         self._straight_s = 0.0 if corner else self._straight_s + dt_s
         return self._straight_s > _AFTER_CORNER_S
 
-    def _turn_m(self, here: Projection, planned: float) -> float:
+    def _turn_m(self, cross_m: float, curvature: float, planned: float) -> float:
         """Radius of the arc by which the vessel joins the path."""
-        tightest = planned / (self._config.turn_share * self._handling.max_yaw_rate(planned))
-        inside = here.cross_m * here.curvature > 0.0
-        return max(2.0 * tightest, 1.0 / abs(here.curvature) if inside and here.curvature else 0.0)
+        least = 2.0 * (planned / (self._turn_share * self._handling.max_yaw_rate(planned)))
+        if cross_m * curvature > 0.0 and 1.0 / abs(curvature) > least:  # inside a bend: by its own radius
+            return 1.0 / abs(curvature)
+        return least
 
     def _steer(
-        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float
+        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: Point
     ) -> tuple[Desired, bool]:
-        drift = (0.0, 0.0)
-        if self._config.use_drift:
-            drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        water = max(self.motion.water_mps, 0.0)
-        heading = triangle(course, planned, drift, 0.96 * self._handling.top_mps, water)
+        water = self._water_mps()
         limit = self._handling.max_yaw_rate(water)
+        heading = triangle(course, planned, drift, self._fast_mps, water)
         turning = clamp(rate * heading.rate_factor, -limit, limit)
-        slip, slipping = self._leeway(dt_s, turning, max(water, 0.5 * planned))
+        slip, slipping = self._leeway(dt_s, turning, water if water >= 0.5 * planned else 0.5 * planned)
         psi = wrap_pi(heading.psi_rad - slip)
         # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
         bow = psi if state.psi_rad is None else state.psi_rad
         surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
         return Desired(psi, surge, clamp(turning - slipping, -limit, limit)), heading.possible
 
+    def _water_mps(self) -> float:
+        """The way ahead through the water."""
+        return self.motion.water_mps if self.motion.water_mps > 0.0 else 0.0
+
     def _swing(
-        self, state: EstimatedState, track: Track, here: Projection, speed_mps: float, planned: float
+        self, state: EstimatedState, track: Track, here: Projection, speed_mps: float, planned: float, drift: Point
     ) -> Desired | None:
         """Turn early for a corner in a strong current, with no more thrust than helps along the path."""
-        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        if not self._config.use_drift or state.psi_rad is None:
+        if state.psi_rad is None:
             return None
-        motion, handling = self.motion, self._handling
-        rate = self._config.turn_share * handling.max_yaw_rate(max(motion.water_mps, 0.0))
-        wish = Wish(speed_mps, drift, 0.96 * handling.top_mps, rate)
-        swing = self._early.step(track, here, motion, state.psi_rad, wish)
+        rate = self._turn_share * self._handling.max_yaw_rate(self._water_mps())
+        wish = Wish(speed_mps, drift, self._fast_mps, rate)
+        swing = self._early.step(track, here, self.motion, state.psi_rad, wish)
         if swing is None:
             return None
         cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
@@ -196,8 +207,9 @@ class Follower:
         """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""
         if speed_mps < 0.3:
             return 0.0, 0.0
-        self._turning += min(1.0, dt_s / _TURN_TAU_S) * (rate - self._turning)
+        self._turning += (dt_s / _TURN_TAU_S if dt_s < _TURN_TAU_S else 1.0) * (rate - self._turning)
         goal = self._handling.sway_per_rate(speed_mps) * self._turning
-        change = (goal - self._sway_mps) / max(self._handling.sway_lag_s, dt_s)
+        lag_s = self._handling.sway_lag_s
+        change = (goal - self._sway_mps) / (lag_s if lag_s >= dt_s else dt_s)
         self._sway_mps += change * dt_s
         return math.atan(self._sway_mps / speed_mps), change / speed_mps

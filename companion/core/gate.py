@@ -18,6 +18,7 @@ from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput
 from mavlink_bridge.value import value
 
 _ALLOWED: Final = (Action.NONE, Action.WARN, Action.HOLD, Action.RETURN)
+_TERMINATE: Final = Action.TERMINATE
 _NEUTRAL: Final = (0.0, 0.0, 0.0, 0.0)
 _STALE_PERIODS: Final = 2
 
@@ -70,11 +71,10 @@ class Gate:
 
     def configure(self, config: GateConfig) -> None:
         """Take new limits at once; a tighter range applies to the very next output."""
-        rudder = math.radians(config.rudder_max_deg)
-        rudder_rate = math.radians(config.rudder_rate_degps)
-        self._low = (config.thruster_min, config.thruster_min, -rudder, -rudder)
-        self._high = (config.thruster_max, config.thruster_max, rudder, rudder)
-        self._rate = (config.thruster_rate, config.thruster_rate, rudder_rate, rudder_rate)
+        self._thruster_min, self._thruster_max = config.thruster_min, config.thruster_max
+        self._rudder_max = math.radians(config.rudder_max_deg)
+        self._thruster_rate = config.thruster_rate or math.inf
+        self._rudder_rate = math.radians(config.rudder_rate_degps) or math.inf
         self._stale_us = round(config.control_period_s * 1e6) * _STALE_PERIODS
 
     @property
@@ -87,7 +87,7 @@ class Gate:
     ) -> ActuatorOutput:
         """Return this tick's output: the demand within limits, or neutral with the cause. Never raises."""
         try:
-            if action == Action.TERMINATE:
+            if action == _TERMINATE:
                 self._terminated = True
             cause = self._refusal(now_us, demand, action, armed, evidence)
             if cause is None:
@@ -120,38 +120,47 @@ class Gate:
             return "no demand"
         if not 0 <= now_us - demand.t_us <= self._stale_us:
             return "stale demand"
-        port, starboard, rudder_port, rudder_starboard = _channels(demand)
-        finite = math.isfinite(port) and math.isfinite(starboard)
-        finite = finite and math.isfinite(rudder_port) and math.isfinite(rudder_starboard)
+        finite = math.isfinite(demand.thruster_port) and math.isfinite(demand.thruster_starboard)
+        finite = finite and math.isfinite(demand.rudder_port_rad) and math.isfinite(demand.rudder_starboard_rad)
         return None if finite else "demand is not a number"
 
     def _pass(self, now_us: int, demand: ActuatorDemand, evidence: Evidence) -> ActuatorOutput:
+        share, low, high, rudder_max = evidence.thrust_limit, self._thruster_min, self._thruster_max, self._rudder_max
+        if not share > 0.0:  # mutation: same (Gt -> GtE), both are none
+            share = 0.0
+        if -share > low:  # mutation: same (Gt -> GtE), both are the same
+            low = -share
+        if share < high:  # mutation: same (Lt -> LtE), both are the same
+            high = share
         dt_s = self._elapsed_s(now_us)
-        share = max(0.0, evidence.thrust_limit)
-        shares = (share, share, math.inf, math.inf)
-        port, starboard, rudder_port, rudder_starboard = (
-            _toward(last, _within(wanted, max(low, -part), min(high, part)), rate * dt_s if rate > 0.0 else math.inf)
-            for wanted, last, low, high, rate, part in zip(
-                _channels(demand), self._last, self._low, self._high, self._rate, shares, strict=True
-            )
-        )
+        port, starboard, rudder_port, rudder_starboard = self._last
+        port = _limited(demand.thruster_port, port, low, high, self._thruster_rate, dt_s)
+        starboard = _limited(demand.thruster_starboard, starboard, low, high, self._thruster_rate, dt_s)
+        low, high = -rudder_max, rudder_max
+        rudder_port = _limited(demand.rudder_port_rad, rudder_port, low, high, self._rudder_rate, dt_s)
+        rudder_starboard = _limited(demand.rudder_starboard_rad, rudder_starboard, low, high, self._rudder_rate, dt_s)
         self._last = (port, starboard, rudder_port, rudder_starboard)
         self._last_us = now_us
-        return ActuatorOutput(now_us, *self._last, "manual" if evidence.manual else "demand")
+        cause = "manual" if evidence.manual else "demand"
+        return ActuatorOutput(now_us, port, starboard, rudder_port, rudder_starboard, cause)
 
     def _elapsed_s(self, now_us: int) -> float:
         """Time since the last output, s; never negative and at most two periods, so that a pause buys no step."""
-        if self._last_us is None:
+        if self._last_us is None or now_us < self._last_us:  # mutation: same (Lt -> LtE), zero either way
             return 0.0
-        return min(max(now_us - self._last_us, 0), self._stale_us) / 1e6
+        elapsed_us = now_us - self._last_us
+        if elapsed_us > self._stale_us:  # mutation: same (Gt -> GtE), the same then
+            elapsed_us = self._stale_us
+        return elapsed_us / 1e6
 
 
-def _channels(demand: ActuatorDemand) -> tuple[float, float, float, float]:
-    return demand.thruster_port, demand.thruster_starboard, demand.rudder_port_rad, demand.rudder_starboard_rad
-
-
-def _within(wanted: float, low: float, high: float) -> float:
-    return min(max(wanted, low), high)
+def _limited(wanted: float, last: float, low: float, high: float, rate: float, dt_s: float) -> float:
+    """Keep one channel within its range and, where it has a rate (1/s), within that on the way from neutral."""
+    if low > wanted:  # mutation: same (Gt -> GtE), both are the same
+        wanted = low
+    if high < wanted:  # mutation: same (Lt -> LtE), both are the same
+        wanted = high
+    return wanted if rate == math.inf else _toward(last, wanted, rate * dt_s)
 
 
 def _toward(last: float, wanted: float, step: float) -> float:

@@ -72,6 +72,7 @@ class Guidance:
 
     def __init__(self, config: GuidanceConfig, vessel: VesselConfig) -> None:
         self._config = config
+        self._acceptance_m = config.acceptance_m
         self._handling = Handling(vessel)
         self._follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
@@ -83,6 +84,10 @@ class Guidance:
 
     def _clear(self) -> None:
         self._maneuver: Goto | Loiter | None = None
+        self._loiter: Loiter | None = None
+        """The manoeuvre, when it is a loiter."""
+        self._about_it = False
+        """It is a circle about its point."""
         self._target: Point = (0.0, 0.0)
         self._track: Track | None = None
         self._onward: Point | None = None
@@ -96,10 +101,13 @@ class Guidance:
     def configure(self, config: GuidanceConfig) -> None:
         """Take new settings; geometry changes at the next manoeuvre."""
         self._config = config
+        self._acceptance_m = config.acceptance_m
         self._follower.configure(config.follow)
         self._station.configure(config.station)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
+        if not self._texts:
+            return ()
         texts, self._texts = tuple(self._texts), []
         return texts
 
@@ -120,6 +128,7 @@ class Guidance:
         self._clear()
         self._corner = None
         self._maneuver = maneuver
+        self._loiter = maneuver if isinstance(maneuver, Loiter) else None
         self._target = frame.to_local(maneuver.lat_rad, maneuver.lon_rad)
         if isinstance(maneuver, Goto):
             start = None if previous is None or maneuver.leg_from_here else frame.to_local(*previous)
@@ -143,7 +152,7 @@ class Guidance:
 
     def step(self, now_us: int, dt_s: float, state: EstimatedState, speed_mps: float) -> GuidanceOutput:
         """Return what to steer now. Without a position or a heading: nothing (neutral)."""
-        if not state.position_valid or not state.heading_valid:
+        if state.x_m is None or state.y_m is None or state.psi_rad is None:
             return GuidanceOutput(Desired(None, None), PathControlState(), self._arrived, self._on_path, self._turns())
         if self._track is None or (self._arrived and self._end_mps is not None):
             return self._keep_station(dt_s, state)
@@ -199,6 +208,7 @@ class Guidance:
         self._follower.integrator.z_m *= 1.0 if entry else 0.0
 
     def _begin_loiter(self, state: EstimatedState, loiter: Loiter, speed_mps: float) -> None:
+        self._about_it = loiter.kind is LoiterKind.CIRCULAR
         radius = loiter.radius_m or self._config.loiter_radius_m
         tightest = self._follower.tightest_m()
         if radius < tightest:
@@ -238,10 +248,12 @@ class Guidance:
     def _follow(self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float) -> GuidanceOutput:
         followed = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
         here = followed.projection
-        self._progress(track, here, state)
-        if isinstance(self._maneuver, Loiter):
+        if self._loiter is None:
+            path = self._progress_of_leg(track, here, state)
+        else:
+            self._progress_of_loiter(track, here, state)
             self._tell_slowed(followed.planned_mps, speed_mps)
-        path = self._path_state(state, track, here)
+            path = self._orbit_state(self._loiter, state, track, here)
         if not followed.possible:
             return self._result(Desired(None, None), path, _TOO_FAST)
         return self._result(followed.desired, path)
@@ -251,15 +263,12 @@ class Guidance:
             self._station.begin(self._target)
         desired, able = self._station.step(dt_s, state)
         distance = self._station.distance_m(state)
-        self._on_path = self._on_path or distance < self._config.acceptance_m
+        near = distance < self._acceptance_m
+        self._on_path = self._on_path or near
         maneuver = self._maneuver
-        path = PathControlState(
-            distance_m=distance,
-            target_bearing_rad=self._bearing(state),
-            target_lat_rad=maneuver.lat_rad if maneuver else None,
-            target_lon_rad=maneuver.lon_rad if maneuver else None,
-            on_path=distance < self._config.acceptance_m,
-        )
+        lat_rad = None if maneuver is None else maneuver.lat_rad
+        lon_rad = None if maneuver is None else maneuver.lon_rad
+        path = PathControlState(None, distance, self._bearing(state), lat_rad, lon_rad, near)
         return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
 
     def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
@@ -271,14 +280,21 @@ class Guidance:
     def _turns(self) -> float:
         return self._sailed_m / self._track.lap_m if self._track is not None and self._track.closed else 0.0
 
-    def _progress(self, track: Track, here: Projection, state: EstimatedState) -> None:
-        """Arrival by radius or by passing abeam; laps from the first touch of a loiter's path."""
-        if isinstance(self._maneuver, Goto):
-            distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
-            radius = self._maneuver.acceptance_m or self._config.acceptance_m
+    def _progress_of_leg(self, track: Track, here: Projection, state: EstimatedState) -> PathControlState:
+        """Arrival by radius or by passing abeam."""
+        maneuver, target = self._maneuver, self._target
+        assert isinstance(maneuver, Goto)
+        distance = math.hypot((state.x_m or 0.0) - target[0], (state.y_m or 0.0) - target[1])
+        if not self._arrived:
+            radius = maneuver.acceptance_m or self._acceptance_m
             passed = track.run_m + here.along_m >= self._goal_m
-            self._arrived = self._arrived or passed or (self._corner is None and distance <= radius)
-            return
+            self._arrived = passed or (self._corner is None and distance <= radius)
+        cross = here.cross_m
+        on_path = -self._acceptance_m < cross < self._acceptance_m
+        return PathControlState(cross, distance, self._bearing(state), maneuver.lat_rad, maneuver.lon_rad, on_path)
+
+    def _progress_of_loiter(self, track: Track, here: Projection, state: EstimatedState) -> None:
+        """Laps from the first touch of the path."""
         if not self._on_path:
             course = state.cog_rad if state.cog_rad is not None else state.psi_rad or 0.0
             aligned = abs(wrap_pi(course - here.course_rad)) < math.radians(35.0)
@@ -291,26 +307,19 @@ class Guidance:
             self._sailed_m += step - lap * round(step / lap)
         self._last_run_m = run
 
-    def _path_state(self, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
-        maneuver = self._maneuver
-        assert maneuver is not None
-        loiter = isinstance(maneuver, Loiter)
-        circling = loiter and isinstance(track.segment, Arc)
-        about_it = isinstance(maneuver, Loiter) and maneuver.kind is LoiterKind.CIRCULAR
-        segment = track.segment
-        radius = segment.sense * segment.radius_m if circling and isinstance(segment, Arc) else None
-        distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
+    def _orbit_state(self, loiter: Loiter, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
+        about_it, segment = self._about_it, track.segment
         return PathControlState(
-            cross_track_m=here.cross_m,
-            distance_m=abs(here.cross_m) if loiter else distance,
-            target_bearing_rad=self._bearing(state),
-            target_lat_rad=maneuver.lat_rad,
-            target_lon_rad=maneuver.lon_rad,
-            on_path=self._on_path if loiter else abs(here.cross_m) < self._config.acceptance_m,
-            orbit_radius_m=radius,
-            orbit_lat_rad=maneuver.lat_rad if about_it else None,
-            orbit_lon_rad=maneuver.lon_rad if about_it else None,
-            eight=self._eight if loiter else None,
+            here.cross_m,
+            abs(here.cross_m),
+            self._bearing(state),
+            loiter.lat_rad,
+            loiter.lon_rad,
+            self._on_path,
+            segment.sense * segment.radius_m if isinstance(segment, Arc) else None,
+            loiter.lat_rad if about_it else None,
+            loiter.lon_rad if about_it else None,
+            self._eight,
         )
 
     def _bearing(self, state: EstimatedState) -> float:

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.hull import ForceModel
-from companion.core.vessel import VesselConfig, drag_n, full_ahead_n, full_astern_n, top_speed_mps
+from companion.core.vessel import Statics, VesselConfig, drag_n, full_ahead_n, full_astern_n, top_speed_mps
 
 _POINTS = 9
 _STEP_S = 0.05
@@ -32,6 +32,8 @@ class Handling:
     def __init__(self, vessel: VesselConfig) -> None:
         self.vessel = vessel
         self.model = ForceModel(vessel)
+        self.drag_n = Statics(vessel).drag_n
+        """Resistance in N at a speed through the water in m/s."""
         self.top_mps = top_speed_mps(vessel)
         self._speeds = [self.top_mps * k / (_POINTS - 1) for k in range(_POINTS)]
         self._per_mps = (_POINTS - 1) / self.top_mps
@@ -55,7 +57,15 @@ class Handling:
 
     def yaw_damping(self, speed_mps: float) -> tuple[float, float]:
         """Return (linear, quadratic) damping of the steadily turning hull, Nm/(rad/s) and Nm/(rad/s)²."""
-        return self._look_up(self._linear, speed_mps), self._look_up(self._quadratic, speed_mps)
+        place = speed_mps * self._per_mps
+        linear, quadratic = self._linear, self._quadratic
+        if place <= 0.0:
+            return linear[0], quadratic[0]
+        if place >= _POINTS - 1:
+            return linear[-1], quadratic[-1]
+        k = int(place)
+        part = place - k
+        return linear[k] + part * (linear[k + 1] - linear[k]), quadratic[k] + part * (quadratic[k + 1] - quadratic[k])
 
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""

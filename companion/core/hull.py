@@ -122,5 +122,7 @@ class ForceModel:
     def rudder_slope_nm(self, surge_mps: float, thrust_port_n: float, thrust_starboard_n: float) -> float:
         """Return the yaw moment per radian of both rudders together, Nm/rad, at small angles, in the race."""
         ahead2 = surge_mps * surge_mps if surge_mps > 0.0 else 0.0
-        flow2 = 2.0 * ahead2 + self.race_per_n * (max(0.0, thrust_port_n) + max(0.0, thrust_starboard_n))
+        port_n = thrust_port_n if thrust_port_n > 0.0 else 0.0
+        starboard_n = thrust_starboard_n if thrust_starboard_n > 0.0 else 0.0
+        flow2 = 2.0 * ahead2 + self.race_per_n * (port_n + starboard_n)
         return -self._x_m * self.lift * flow2

@@ -8,7 +8,7 @@ is ended by a cap, so that no plan hangs for ever.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from mavlink_bridge.imc import (
     ChangeSpeed,
@@ -71,6 +71,10 @@ class Leg:
 
 Effect = SetHome | FenceEnable | Noted
 """Items that act on the vessel at once instead of being sailed."""
+News = tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ...]]
+"""Items reached, effects due, texts."""
+_NOTHING: Final[News] = ((), (), ())
+_ACTIVE: Final = PlanState.ACTIVE
 
 
 class Mission:
@@ -79,6 +83,8 @@ class Mission:
     def __init__(self, config: MissionConfig) -> None:
         self.config = config
         self.plan = PlanSpecification()
+        self.total = 0
+        """Items of the plan."""
         self.state = PlanState.NO_MISSION
         self.seq = 0
         self.home: Point | None = None
@@ -103,10 +109,6 @@ class Mission:
         """Take new settings; they count from the next leg on."""
         self.config = config
 
-    @property
-    def total(self) -> int:
-        return len(self.plan.maneuvers)
-
     def load(self, plan: PlanSpecification) -> None:
         """Replace the plan. A running plan goes on at the same item when that item is unchanged, else from the start."""
         running = self.state is PlanState.ACTIVE
@@ -114,7 +116,7 @@ class Mission:
             self.seq < min(self.total, len(plan.maneuvers))
             and self.plan.maneuvers[self.seq] == plan.maneuvers[self.seq]
         )
-        self.plan = plan
+        self.plan, self.total = plan, len(plan.maneuvers)
         self._last = None
         if not plan.maneuvers:
             self._forget(PlanState.NO_MISSION)
@@ -170,7 +172,7 @@ class Mission:
 
     def active(self, now_us: int, state: EstimatedState) -> Leg | None:
         """Return the leg to sail now, or None when the plan is not running, is done, or has no position to start from."""
-        if self.state is not PlanState.ACTIVE:
+        if self.state is not _ACTIVE:
             return None
         if self._leg is None and state.position_valid:
             self._next_leg(now_us, state)
@@ -179,17 +181,19 @@ class Mission:
     def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
         """Take guidance's report on the active leg; finish the item when its condition holds."""
         leg = self._leg
-        if leg is None or self.state is not PlanState.ACTIVE:
+        if leg is None or self.state is not _ACTIVE:
             return
-        if report.on_path and self._on_path_us is None:
+        if self._on_path_us is None and report.on_path:
             self._on_path_us = now_us
-        if report.arrived and self._arrived_us is None:
+        if self._arrived_us is None and report.arrived:
             self._arrived_us = now_us
         if self._done(now_us, state, leg, report):
             self._finish(leg)
 
-    def drain(self) -> tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ...]]:
+    def drain(self) -> News:
         """Return and forget the items reached, the effects due and the texts since the last call."""
+        if not (self._reached or self._effects or self._texts):
+            return _NOTHING
         result = tuple(self._reached), tuple(self._effects), tuple(self._texts)
         self._reached, self._effects, self._texts = [], [], []
         return result

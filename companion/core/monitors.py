@@ -78,13 +78,13 @@ class Held:
     def __init__(self) -> None:
         self._since_us: int | None = None
 
-    def step(self, now_us: int, holds: bool, for_s: float) -> bool:
+    def step(self, now_us: int, holds: bool, for_us: int) -> bool:
         if not holds:
             self._since_us = None
             return False
         if self._since_us is None:
             self._since_us = now_us
-        return now_us - self._since_us >= round(for_s * 1e6)
+        return now_us - self._since_us >= for_us
 
 
 class Reversals:
@@ -94,21 +94,23 @@ class Reversals:
         self._side = 0
         self._times_us: deque[int] = deque(maxlen=64)
 
-    def step(self, now_us: int, value: float, config: MonitorConfig) -> bool:
+    def configure(self, config: MonitorConfig) -> None:
+        self._bound, self._enough = config.oscillation_output, config.oscillation_reversals
+        self._window_us = round(config.oscillation_window_s * 1e6)
+
+    def step(self, now_us: int, value: float) -> bool:
         """``value``: -1...1. True when there were enough reversals within the window."""
-        if not self._times_us and self._side == 0 and -config.oscillation_output <= value <= config.oscillation_output:
-            return False
-        if abs(value) > config.oscillation_output:
-            side = 1 if value > 0.0 else -1
-            if side == -self._side:
-                self._times_us.append(now_us)
+        times_us = self._times_us
+        side = 1 if value > self._bound else -1 if value < -self._bound else 0
+        if side and side != self._side:
+            if self._side:
+                times_us.append(now_us)
             self._side = side
-        if not self._times_us:
+        if not times_us:
             return False
-        window_us = round(config.oscillation_window_s * 1e6)
-        while self._times_us and now_us - self._times_us[0] > window_us:
-            self._times_us.popleft()
-        return len(self._times_us) >= config.oscillation_reversals
+        while times_us and now_us - times_us[0] > self._window_us:
+            times_us.popleft()
+        return len(times_us) >= self._enough
 
 
 class Battery:
@@ -118,25 +120,32 @@ class Battery:
         self._volts: float | None = None
         self._seen_us: int | None = None
 
-    def step(self, now_us: int, supply: SupplyVoltage | None, config: MonitorConfig) -> tuple[bool, bool, bool, bool]:
-        """Return (low, critical, empty, lost)."""
-        volts = None if supply is None else supply.voltage_v
-        if supply is not None and volts is not None and math.isfinite(volts) and supply.t_us != self._seen_us:
-            self._filter(supply.t_us, volts, config.battery_filter_s)
-        lost = self._seen_us is not None and now_us - self._seen_us > round(config.battery_stale_s * 1e6)
-        if self._volts is None:
-            return False, False, False, False
-        low, critical, empty = (
-            self._volts < level for level in (config.battery_low_v, config.battery_critical_v, config.battery_empty_v)
+    def configure(self, config: MonitorConfig) -> None:
+        self._low_v, self._critical_v, self._empty_v = (
+            config.battery_low_v,
+            config.battery_critical_v,
+            config.battery_empty_v,
         )
-        return low, critical, empty, lost
+        self._filter_s, self._stale_us = config.battery_filter_s, round(config.battery_stale_s * 1e6)
 
-    def _filter(self, t_us: int, volts: float, time_constant_s: float) -> None:
+    def step(self, now_us: int, supply: SupplyVoltage | None) -> tuple[bool, bool, bool, bool]:
+        """Return (low, critical, empty, lost)."""
+        if supply is not None and supply.t_us != self._seen_us:
+            volts = supply.voltage_v
+            if volts is not None and math.isfinite(volts):
+                self._take(supply.t_us, volts)
+        volts = self._volts
+        if volts is None or self._seen_us is None:
+            return False, False, False, False
+        lost = now_us - self._seen_us > self._stale_us
+        return volts < self._low_v, volts < self._critical_v, volts < self._empty_v, lost
+
+    def _take(self, t_us: int, volts: float) -> None:
         if self._volts is None or self._seen_us is None:
             self._volts = volts
         else:
             dt_s = max(t_us - self._seen_us, 0) / 1e6
-            self._volts += (volts - self._volts) * (1.0 - math.exp(-dt_s / time_constant_s))
+            self._volts += (volts - self._volts) * (1.0 - math.exp(-dt_s / self._filter_s))
         self._seen_us = t_us
 
 
@@ -147,17 +156,24 @@ class Ticks:
         self._last_us: int | None = None
         self._late_us: deque[int] = deque(maxlen=512)
 
-    def step(self, now_us: int, late_s: float, config: MonitorConfig) -> tuple[bool, bool, bool, bool]:
+    def configure(self, config: MonitorConfig) -> None:
+        self._period_s, self._late_s, self._very_late_s = config.control_period_s, config.late_s, config.very_late_s
+        self._jump_s = config.jump_s
+        self._allowed = config.overrun_share * _TICK_WINDOW_US / 1e6 / config.control_period_s
+
+    def step(self, now_us: int, late_s: float) -> tuple[bool, bool, bool, bool]:
         """Return (jump, late, very late, overruns)."""
         gap_s = 0.0 if self._last_us is None else (now_us - self._last_us) / 1e6
         self._last_us = now_us
-        jump = gap_s > config.jump_s or gap_s < 0.0
-        if late_s > config.control_period_s:
-            self._late_us.append(now_us)
-        while self._late_us and now_us - self._late_us[0] > _TICK_WINDOW_US:
-            self._late_us.popleft()
-        allowed = config.overrun_share * _TICK_WINDOW_US / 1e6 / config.control_period_s
-        return jump, late_s > config.late_s, late_s > config.very_late_s, len(self._late_us) > allowed
+        jump = gap_s > self._jump_s or gap_s < 0.0
+        times_us = self._late_us
+        if late_s > self._period_s:
+            times_us.append(now_us)
+        elif not times_us:
+            return jump, late_s > self._late_s, late_s > self._very_late_s, False
+        while times_us and now_us - times_us[0] > _TICK_WINDOW_US:
+            times_us.popleft()
+        return jump, late_s > self._late_s, late_s > self._very_late_s, len(times_us) > self._allowed
 
 
 class Drift:
@@ -181,14 +197,22 @@ class Monitors:
     """All of them together; one call per tick."""
 
     def __init__(self, config: MonitorConfig) -> None:
-        self._config = config
         self._stuck, self._adrift = Held(), Held()
         self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
         self._battery, self._ticks, self._drift = Battery(), Ticks(), Drift()
+        self._said: tuple[bool, ...] = ()
+        self._flags = MonitorFlags()
+        self.configure(config)
 
     def configure(self, config: MonitorConfig) -> None:
         """Take new thresholds; running times go on."""
-        self._config = config
+        self._stuck_us, self._stuck_share = round(config.stuck_s * 1e6), config.stuck_share
+        self._watch_way = config.stuck_s > 0.0
+        self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
+        self._alarm_m = config.drift_alarm_m
+        self._full_rad = math.radians(config.rudder_max_deg)
+        for part in (*self._swings, self._battery, self._ticks):
+            part.configure(config)
 
     def step(
         self,
@@ -202,44 +226,37 @@ class Monitors:
         vessel_speed_fn: SpeedForThrust,
     ) -> MonitorFlags:
         """``output``: what was sent last. ``stopped``: a failsafe holds the vessel in neutral. ``late_s``: of this tick."""
-        config = self._config
-        low, critical, empty, lost = self._battery.step(now_us, supply, config)
-        jump, late, very_late, overruns = self._ticks.step(now_us, late_s, config)
-        thrust = 0.5 * (output.thruster_port + output.thruster_starboard)
-        neutral = output.thruster_port == 0.0 and output.thruster_starboard == 0.0
+        no_way = adrift = False
         speed_mps = state.sog_mps
-        no_way = speed_mps is not None and thrust > 0.0 and self._no_way(speed_mps, thrust, desired, vessel_speed_fn)
-        adrift = speed_mps is not None and neutral and speed_mps > config.drift_mps
-        return MonitorFlags(
-            stuck=self._stuck.step(now_us, no_way and config.stuck_s > 0.0, config.stuck_s),
-            moving_in_neutral=self._adrift.step(now_us, adrift, config.drift_s),
-            drifting_while_stopped=self._drift.step(state, stopped, config.drift_alarm_m),
-            oscillating=self._oscillates(now_us, output),
-            battery_low=low,
-            battery_critical=critical,
-            battery_empty=empty,
-            battery_lost=lost,
-            time_jump=jump,
-            tick_late=late,
-            tick_very_late=very_late,
-            overruns=overruns,
+        if speed_mps is not None:
+            port, starboard = output.thruster_port, output.thruster_starboard
+            adrift = port == 0.0 and starboard == 0.0 and speed_mps > self._drift_mps
+            no_way = self._watch_way and self._no_way(speed_mps, 0.5 * (port + starboard), desired, vessel_speed_fn)
+        said = (
+            self._stuck.step(now_us, no_way, self._stuck_us),
+            self._adrift.step(now_us, adrift, self._drift_us),
+            self._drift.step(state, stopped, self._alarm_m),
+            self._oscillates(now_us, output),
+            *self._battery.step(now_us, supply),
+            *self._ticks.step(now_us, late_s),
         )
+        if said != self._said:
+            self._said, self._flags = said, MonitorFlags(*said)
+        return self._flags
 
     def _no_way(
         self, speed_mps: float, thrust: float, desired: Desired | None, vessel_speed_fn: SpeedForThrust
     ) -> bool:
-        # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
-        if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < self._config.drift_mps:
+        if thrust <= 0.0:
             return False
-        return speed_mps < self._config.stuck_share * vessel_speed_fn(thrust)
+        # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
+        if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < self._drift_mps:
+            return False
+        return speed_mps < self._stuck_share * vessel_speed_fn(thrust)
 
     def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
-        full_rad = math.radians(self._config.rudder_max_deg)
-        shares = (
-            output.thruster_port,
-            output.thruster_starboard,
-            output.rudder_port_rad / full_rad,
-            output.rudder_starboard_rad / full_rad,
-        )
-        swinging = [swing.step(now_us, share, self._config) for swing, share in zip(self._swings, shares, strict=True)]
-        return any(swinging)
+        port, starboard, port_rudder, starboard_rudder = self._swings
+        full_rad = self._full_rad
+        thrusters = port.step(now_us, output.thruster_port) | starboard.step(now_us, output.thruster_starboard)
+        rudders = port_rudder.step(now_us, output.rudder_port_rad / full_rad)
+        return thrusters | rudders | starboard_rudder.step(now_us, output.rudder_starboard_rad / full_rad)

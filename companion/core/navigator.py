@@ -7,13 +7,19 @@ keeps station where it was entered and becomes neutral without a position. Strea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from mavlink_bridge.imc import EstimatedState, Goto, Loiter, LoiterKind, Mode, PlanState, Severity
 from mavlink_bridge.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
-from mavlink_bridge.value import value
 
 from .config import Config, param
-from .mission import Leg, Mission, Point, nearest
+from .mission import Leg, Mission, Point, Report, nearest
+
+_MANUAL: Final = Mode.MANUAL
+_AUTO: Final = Mode.AUTO
+_RTL: Final = Mode.RTL
+_GUIDED: Final = Mode.GUIDED
+_ACTIVE: Final = PlanState.ACTIVE
 
 
 class ModeConfig(Config):
@@ -71,6 +77,8 @@ class Navigator:
         self.config = config
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
+        if not self._texts:
+            return ()
         texts, self._texts = tuple(self._texts), []
         return texts
 
@@ -188,37 +196,38 @@ class Navigator:
     @property
     def speed_mps(self) -> float:
         """The speed in force for the active leg."""
-        if self.mode is Mode.AUTO:
+        if self.mode is _AUTO:
             return self.mission.speed_mps
-        if self.mode is Mode.RTL and self.config.return_speed_mps > 0.0:
+        if self.mode is _RTL and self.config.return_speed_mps > 0.0:
             return self.config.return_speed_mps
         return self._speed_mps or self.mission.config.cruise_speed_mps
 
     def intent(self, now_us: int, state: EstimatedState) -> Intent:
         """Return what the mode wants done in this tick."""
-        if self.mode is Mode.MANUAL:
+        mode = self.mode
+        if mode is _MANUAL:
             return self._manual(now_us)
-        if self.mode is Mode.AUTO:
+        if mode is _AUTO:
             return self.mission.active(now_us, state) or self._station(state)
         if self._steer_us is not None and now_us - self._steer_us > self.config.guided_timeout_s * 1e6:
             self._texts.append((Severity.WARNING, "guided set-points stopped: holding here"))
             self._steer = self._steer_us = self._leg = None
             self._hold = _here(state) if state.position_valid else None
-        if self.mode is Mode.GUIDED and self._steer is not None:
+        if self._steer is not None and mode is _GUIDED:
             return self._steer
         return self._leg or self._station(state)
 
-    def advance(self, now_us: int, state: EstimatedState, *, arrived: bool, on_path: bool, turns: float) -> None:
+    def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
         """Take guidance's report: the plan moves on, a guided go-to ends in station keeping."""
-        if self.mode is Mode.AUTO:
-            self.mission.advance(now_us, state, _Report(arrived, on_path, turns))
+        if self.mode is _AUTO:
+            self.mission.advance(now_us, state, report)
             return
         leg = self._leg
         if leg is None:
             return
-        if isinstance(leg.maneuver, Goto) and arrived:
+        if isinstance(leg.maneuver, Goto) and report.arrived:
             self._sail(Loiter(-1, leg.maneuver.lat_rad, leg.maneuver.lon_rad, kind=LoiterKind.HOVER))
-        elif isinstance(leg.maneuver, Loiter) and leg.maneuver.turns is not None and turns >= leg.maneuver.turns:
+        elif isinstance(leg.maneuver, Loiter) and leg.maneuver.turns is not None and report.turns >= leg.maneuver.turns:
             self._leg = None
             self._hold = _here(state) if state.position_valid else None
 
@@ -248,7 +257,7 @@ class Navigator:
 
     def _station(self, state: EstimatedState) -> Leg | None:
         """Station keeping where it began: in HOLD, after a plan, and when a stream has ended."""
-        if self.mode is Mode.AUTO and self.mission.state is PlanState.ACTIVE:
+        if self.mode is _AUTO and self.mission.state is _ACTIVE:
             return None
         if self._hold is None and state.position_valid:
             self._hold = _here(state)
@@ -264,13 +273,6 @@ class Navigator:
         if self._sticks is None or age_s is None or age_s > self.config.manual_timeout_s:
             return None
         return Sticks(self._sticks.surge, self._sticks.yaw)
-
-
-@value
-class _Report:
-    arrived: bool
-    on_path: bool
-    turns: float
 
 
 def _here(state: EstimatedState) -> Point:

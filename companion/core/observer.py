@@ -24,10 +24,14 @@ class WaterSpeedObserver:
     """Integrates surge and sway through the water; yaw rate is taken as measured."""
 
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
-        self._vessel = vessel
-        self._model = model
+        thruster = vessel.thruster
+        self._rates = model.rates
         self._ahead_n = full_ahead_n(vessel)
         self._astern_n = full_astern_n(vessel)
+        self._single = thruster.count == 1
+        self._dead_band = thruster.dead_band
+        self._lag_s = thruster.lag_s
+        self._rudder_lag_s = vessel.rudder.lag_s + 0.02
         self._clear()
 
     def _clear(self) -> None:
@@ -41,8 +45,7 @@ class WaterSpeedObserver:
         self._along_mps = 0.0
         self._gained: list[float] = []
         self._newer_mps = 0.0
-        self.thrust_n = [0.0, 0.0]
-        self._revs = [0.0, 0.0]
+        self._port_revs = self._starboard_revs = 0.0
         self._rudder_rad = 0.0
 
     def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
@@ -57,35 +60,45 @@ class WaterSpeedObserver:
                 along = state.drift_n_mps * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
                 self.u_mps = state.u_mps - along
         elif dt_s > 0.0:
-            self.step(min(dt_s, 0.2), state, sent)
+            self._advance(dt_s if dt_s < 0.2 else 0.2, state, sent)
         self.surge_mps = self.rate_radps = None
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Advance by one tick with what was sent during it; nothing sent is neutral."""
-        port, starboard, rudder_rad = 0.0, 0.0, 0.0
-        if sent is not None:
-            port, starboard = sent.thruster_port, sent.thruster_starboard
-            if self._vessel.thruster.count == 1:
-                starboard = port
-            rudder_rad = sent.rudder_port_rad
-        self._actuators(dt_s, port, starboard, rudder_rad)
-        thrust, angle = self.thrust_n, self._rudder_rad
-        rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
-        du, dv, dr = self._model.rates(self.u_mps, self.v_mps, rate, thrust[0], thrust[1], angle, angle)
-        self.u_mps += du * dt_s
-        self.v_mps += dv * dt_s
-        self._age(dt_s, state, du)
+        du, dr = self._advance(dt_s, state, sent)
         self._carry(dt_s, state, du, dr)
 
-    def _age(self, dt_s: float, state: EstimatedState, du: float) -> None:
+    def _advance(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[float, float]:
+        """Carry the speed through the water on; return the accelerations of surge and yaw."""
+        port = starboard = rudder_rad = 0.0
+        if sent is not None:
+            port, rudder_rad = sent.thruster_port, sent.rudder_port_rad
+            starboard = port if self._single else sent.thruster_starboard
+        share = dt_s / self._lag_s if dt_s < self._lag_s else 1.0
+        band, revs = self._dead_band, self._port_revs
+        self._port_revs = revs = revs + ((0.0 if -band < port < band else port) - revs) * share
+        port_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
+        revs = self._starboard_revs
+        self._starboard_revs = revs = revs + ((0.0 if -band < starboard < band else starboard) - revs) * share
+        starboard_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
+        share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
+        self._rudder_rad = angle = self._rudder_rad + (rudder_rad - self._rudder_rad) * share
+        rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
+        du, dv, dr = self._rates(self.u_mps, self.v_mps, rate, port_n, starboard_n, angle, angle)
+        self.u_mps += du * dt_s
+        self.v_mps += dv * dt_s
+        self._age(dt_s, state.position_age_s or 0.0, du * dt_s)
+        return du, dr
+
+    def _age(self, dt_s: float, age_s: float, gained_mps: float) -> None:
         """Keep what was gained since the moment that the estimate's velocity is of."""
         gained = self._gained
-        gained.append(du * dt_s)
-        del gained[:-_HISTORY]
-        old = round(((state.position_age_s or 0.0) + _FILTER_LAG_S) / max(dt_s, 1e-3))
-        self._newer_mps = sum(gained[-old:]) if old > 0 else 0.0
+        gained.append(gained_mps)
+        if len(gained) > 2 * _HISTORY:
+            del gained[:_HISTORY]
+        newer = round((age_s + _FILTER_LAG_S) / (dt_s if dt_s > 1e-3 else 1e-3))
+        self._newer_mps = sum(gained[-(newer if newer < _HISTORY else _HISTORY) :]) if newer > 0 else 0.0
 
-    @property
     def aligned_mps(self) -> float:
         """Surge through the water at the moment that the estimate's ground velocity is of: the pair to take drift from."""
         return self.u_mps - self._newer_mps
@@ -96,12 +109,13 @@ class WaterSpeedObserver:
             self.rate_radps = measured
         else:
             predicted = self.rate_radps + dr * dt_s
-            self.rate_radps = predicted + min(1.0, dt_s / _RATE_TAU_S) * (measured - predicted)
-        if state.u_mps is None or state.psi_rad is None:
+            share = dt_s / _RATE_TAU_S if dt_s < _RATE_TAU_S else 1.0
+            self.rate_radps = predicted + share * (measured - predicted)
+        psi = state.psi_rad
+        if state.u_mps is None or psi is None:
             self.surge_mps = None
             return
-        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
-        along = drift_n * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
+        along = (state.drift_n_mps or 0.0) * math.cos(psi) + (state.drift_e_mps or 0.0) * math.sin(psi)
         if self.surge_mps is None:
             self.surge_mps = state.u_mps
         else:
@@ -109,17 +123,6 @@ class WaterSpeedObserver:
             predicted = self.surge_mps + du * dt_s + along - self._along_mps
             # the estimate's speed is as old as its fix: compare it with what the model had then
             then = predicted - self._newer_mps
-            self.surge_mps = predicted + min(1.0, dt_s / _SURGE_TAU_S) * (state.u_mps - then)
+            share = dt_s / _SURGE_TAU_S if dt_s < _SURGE_TAU_S else 1.0
+            self.surge_mps = predicted + share * (state.u_mps - then)
         self._along_mps = along
-
-    def _actuators(self, dt_s: float, port: float, starboard: float, rudder_rad: float) -> None:
-        thruster, rudder = self._vessel.thruster, self._vessel.rudder
-        share = min(1.0, dt_s / thruster.lag_s)
-        for side, command in ((0, port), (1, starboard)):
-            if abs(command) < thruster.dead_band:
-                command = 0.0
-            revs = self._revs[side] + (command - self._revs[side]) * share
-            self._revs[side] = revs
-            self.thrust_n[side] = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
-        lag_s = rudder.lag_s + 0.02
-        self._rudder_rad += (rudder_rad - self._rudder_rad) * min(1.0, dt_s / lag_s)

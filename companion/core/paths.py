@@ -7,7 +7,6 @@ starboard of the path, as everywhere.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from companion.core.units import wrap_pi
 from mavlink_bridge.value import value
@@ -32,6 +31,8 @@ class Line:
     """A straight segment. A line of no length points north."""
 
     curvature = 0.0
+    round_m = 0.0
+    """No bearing of its ends starts anew."""
 
     def __init__(self, start: Point, end: Point) -> None:
         self.start, self.end = start, end
@@ -58,14 +59,18 @@ class Arc:
         """Positive; a full circle or more is allowed."""
         self.length_m = radius_m * sweep_rad
         self.curvature = sense / radius_m
+        self.round_m = 2.0 * math.pi * radius_m
+        """Once round the whole circle."""
+        self._half_sweep = 0.5 * sweep_rad
+        self._quarter = sense * 0.5 * math.pi
 
     def project(self, north_m: float, east_m: float) -> Projection:
         north, east = north_m - self.centre[0], east_m - self.centre[1]
         bearing = math.atan2(east, north)
-        distance = math.hypot(north, east)
-        swept = wrap_pi((bearing - self.start_rad) * self.sense - 0.5 * self.sweep_rad) + 0.5 * self.sweep_rad
-        course = wrap_pi(bearing + self.sense * 0.5 * math.pi)
-        return Projection(swept * self.radius_m, self.sense * (self.radius_m - distance), course, self.curvature)
+        radius, sense, half = self.radius_m, self.sense, self._half_sweep
+        swept = wrap_pi((bearing - self.start_rad) * sense - half) + half
+        course = wrap_pi(bearing + self._quarter)
+        return Projection(swept * radius, sense * (radius - math.hypot(north, east)), course, self.curvature)
 
     def point(self, along_m: float) -> Point:
         bearing = self.start_rad + self.sense * along_m / self.radius_m
@@ -150,23 +155,22 @@ class Track:
     def __init__(self, segments: tuple[Segment, ...], *, closed: bool, index: int = 0) -> None:
         self.segments = segments
         self.closed = closed
-        self.index = index
+        self.endless = closed and len(segments) == 1
+        """One circle, round and round."""
+        self.lap_m = sum(segment.length_m for segment in segments)
         self.run_m = 0.0
         """Length of the segments left behind, m."""
         self._along_m: float | None = None
         self._cross_m = 0.0
+        self._take(index)
 
-    @property
-    def segment(self) -> Segment:
-        return self.segments[self.index]
-
-    @property
-    def lap_m(self) -> float:
-        return sum(segment.length_m for segment in self.segments)
+    def _take(self, index: int) -> None:
+        self.index = index
+        self.segment = self.segments[index]
 
     def nearest(self, north_m: float, east_m: float) -> None:
         """Start on the segment that is closest."""
-        self.index = min(range(len(self.segments)), key=lambda k: _gap_m(self.segments[k], north_m, east_m))
+        self._take(min(range(len(self.segments)), key=lambda k: _gap_m(self.segments[k], north_m, east_m)))
 
     def locate(self, north_m: float, east_m: float) -> Projection:
         """Advance to the segment in force and return the projection on it."""
@@ -180,35 +184,38 @@ class Track:
 
     def _unwrapped(self, here: Projection) -> Projection:
         """Let the run along an arc go on where its bearing starts anew; a circle counts its laps."""
-        segment = self.segment
-        if isinstance(segment, Arc):
-            lap = 2.0 * math.pi * segment.radius_m
+        along, lap = here.along_m, self.segment.round_m
+        if lap:
             if self._along_m is None:
                 # a full loop's end looks like its beginning
-                along = here.along_m - lap if here.along_m > 0.9 * lap else here.along_m
+                along = along - lap if along > 0.9 * lap else along
             else:
-                along = here.along_m + lap * round((self._along_m - here.along_m) / lap)
-            here = replace(here, along_m=along)
-        self._along_m, self._cross_m = here.along_m, here.cross_m
+                along = along + lap * round((self._along_m - along) / lap)
+            if along != here.along_m:
+                here = Projection(along, here.cross_m, here.course_rad, here.curvature)
+        self._along_m, self._cross_m = along, here.cross_m
         return here
 
     def _advance(self) -> bool:
         if self.index + 1 < len(self.segments):
             self.run_m += self.segment.length_m
-            self.index += 1
+            self._take(self.index + 1)
             return True
         if self.closed and len(self.segments) > 1:
             self.run_m += self.segment.length_m
-            self.index = 0
+            self._take(0)
             return True
         return False
 
     def ahead(self, along_m: float, distance_m: float) -> float:
         """Return the curvature at ``distance_m`` beyond ``along_m`` of the present segment; beyond the end it is 0."""
-        index, rest = self.index, along_m + distance_m
+        segment, rest = self.segment, along_m + distance_m
+        if self.endless or rest < segment.length_m:
+            return segment.curvature
+        index = self.index
         for _ in range(len(self.segments) + 1):
             segment = self.segments[index]
-            if rest < segment.length_m or (self.closed and len(self.segments) == 1):
+            if rest < segment.length_m:
                 return segment.curvature
             rest -= segment.length_m
             index += 1
@@ -225,7 +232,7 @@ class Track:
         while distance < horizon_m and len(result) < 8:
             index += 1
             if index == len(self.segments):
-                if not self.closed or len(self.segments) == 1:
+                if not self.closed or self.endless:
                     break
                 index = 0
             result.append((max(0.0, distance), self.segments[index].curvature))
@@ -238,13 +245,12 @@ class Track:
         A vessel beside the track is thought to join it at 45 degrees: the way begins that much farther on.
         """
         index, along, left = self.index, max(0.0, self._along_m or 0.0) + abs(self._cross_m), reach_m
-        if not (self.closed and len(self.segments) == 1):
+        if not self.endless:
             along = min(along, self.segment.length_m)
         points: list[Point] = [self.segment.point(along)]
         while left > 0.0 and len(points) < _WAY_POINTS:
             segment = self.segments[index]
-            endless = self.closed and len(self.segments) == 1
-            part = left if endless else min(left, max(0.0, segment.length_m - along))
+            part = left if self.endless else min(left, max(0.0, segment.length_m - along))
             steps = max(1, math.ceil(0.5 * part)) if segment.curvature else 1
             points += [segment.point(along + part * step / steps) for step in range(1, steps + 1)]
             left -= part

@@ -16,6 +16,7 @@ from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 
 _TURN_ROUND_S = 6.0
+_AT_REST = Desired(None, None)
 
 
 class StationConfig(Config):
@@ -35,16 +36,19 @@ class StationKeeper:
     """Holds one anchor point at a time."""
 
     def __init__(self, config: StationConfig, handling: Handling) -> None:
-        self._config = config
-        self._handling = handling
+        self._able_mps = 0.96 * handling.top_mps
+        """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
         self._returning = False
         self._facing = False
+        self.configure(config)
 
     def configure(self, config: StationConfig) -> None:
-        self._config = config
+        self._drifts = config.mode == "drift"
+        self._radius_m, self._gain = config.radius_m, config.gain
+        self._speed_mps, self._calm_mps = config.speed_mps, config.calm_mps
 
     def begin(self, anchor: tuple[float, float]) -> None:
         self.anchor = anchor
@@ -59,57 +63,53 @@ class StationKeeper:
 
     def step(self, dt_s: float, state: EstimatedState) -> tuple[Desired, bool]:
         """Return what to steer, and whether the vessel is able to stay at all."""
-        self._motion.step(dt_s, state)
-        north, east = self.anchor[0] - self._motion.north_m, self.anchor[1] - self._motion.east_m
+        motion = self._motion
+        motion.step(dt_s, state)
+        north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        able = math.hypot(*drift) < 0.96 * self._handling.top_mps
-        if self._config.mode == "drift":
-            return self._drift_and_return(state, north, east, drift), able
-        return self._weathervane(state, north, east, drift), able
+        strength = math.hypot(drift[0], drift[1])
+        if self._drifts:
+            return self._drift_and_return(state, north, east, drift), strength < self._able_mps
+        return self._weathervane(state, north, east, drift, strength), strength < self._able_mps
 
-    def _weathervane(self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]) -> Desired:
-        config = self._config
+    def _weathervane(
+        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], strength: float
+    ) -> Desired:
         distance = math.hypot(north, east)
-        if distance > 4.0 * config.radius_m:
-            return self._go(state, north, east, drift, config.speed_mps)
-        strength = math.hypot(*drift)
-        self._facing = strength > (0.8 if self._facing else 1.2) * config.calm_mps
+        if distance > 4.0 * self._radius_m:
+            return self._go(state, north, east, drift)
+        self._facing = strength > (0.8 if self._facing else 1.2) * self._calm_mps
         if not self._facing:
             return self._rest(state, north, east, distance)
         facing = math.atan2(-drift[1], -drift[0])
         cos, sin = math.cos(facing), math.sin(facing)
         ahead, starboard = north * cos + east * sin, east * cos - north * sin
-        aside = math.atan2(config.gain * starboard, max(strength, 0.3) + 0.2)
+        aside = math.atan2(self._gain * starboard, (strength if strength >= 0.3 else 0.3) + 0.2)
         self._heading_rad = wrap_pi(facing + aside)
-        speed = clamp(config.gain * ahead, -0.4, 0.8)
-        return Desired(self._heading_rad, speed, brake=True)
+        return Desired(self._heading_rad, clamp(self._gain * ahead, -0.4, 0.8), 0.0, False, True)
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
-        psi = state.psi_rad or 0.0
-        edge = 0.5 * self._config.radius_m
-        self._returning = distance > (0.2 if self._returning else 0.4) * self._config.radius_m
+        self._returning = distance > (0.2 if self._returning else 0.4) * self._radius_m
         if not self._returning:
             self._heading_rad = None
-            return Desired(None, None)
+            return _AT_REST
+        psi = state.psi_rad or 0.0
         if self._heading_rad is None:
             self._heading_rad = psi
         cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        abeam = abs(east * cos - north * sin)
-        if distance > edge and abeam > 0.5:
+        if distance > 0.5 * self._radius_m and abs(east * cos - north * sin) > 0.5:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - psi)) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))
             cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        speed = clamp(self._config.gain * (north * cos + east * sin), -0.4, self._config.speed_mps)
-        return Desired(self._heading_rad, speed, brake=True)
+        speed = clamp(self._gain * (north * cos + east * sin), -0.4, self._speed_mps)
+        return Desired(self._heading_rad, speed, 0.0, False, True)
 
-    def _go(
-        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], most_mps: float
-    ) -> Desired:
+    def _go(self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]) -> Desired:
         """Head for the point by the triangle of velocities, slower while the bow is elsewhere."""
         distance = math.hypot(north, east)
-        wanted = min(most_mps, self._config.gain * distance) / max(distance, 1e-6)
+        wanted = min(self._speed_mps, self._gain * distance) / max(distance, 1e-6)
         water_n, water_e = north * wanted - drift[0], east * wanted - drift[1]
         psi = math.atan2(water_e, water_n)
         self._heading_rad = psi
@@ -120,7 +120,7 @@ class StationKeeper:
     def _drift_and_return(
         self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
     ) -> Desired:
-        distance, radius = math.hypot(north, east), self._config.radius_m
+        distance, radius = math.hypot(north, east), self._radius_m
         # turning round takes time, in which the water carries it on
         early = min(0.5 * radius, _TURN_ROUND_S * math.hypot(*drift))
         if distance > radius - early:
@@ -129,4 +129,4 @@ class StationKeeper:
             self._returning = False
         if not self._returning:
             return Desired(None, None)
-        return self._go(state, north, east, drift, self._config.speed_mps)
+        return self._go(state, north, east, drift)

@@ -15,7 +15,7 @@ from companion.core.handling import Handling
 from companion.core.observer import WaterSpeedObserver
 from companion.core.steering import ModelConfig, SteeringConfig
 from companion.core.units import clamp, wrap_pi
-from companion.core.vessel import VesselConfig, drag_n
+from companion.core.vessel import VesselConfig
 from mavlink_bridge.imc import ActuatorDemand, ActuatorOutput, Desired, EstimatedState
 from mavlink_bridge.snapshot import ControlTrace
 
@@ -32,6 +32,8 @@ _SPEED_REFERENCE = 2.0
 """Bandwidth of the speed reference, 1/s."""
 _CALM_SURGE = 0.15
 """Acceleration of the reference, m/s², below which the speed integral works."""
+_SAME = 0.03
+"""Outputs that differ by less are the same."""
 _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
 
@@ -45,6 +47,8 @@ class ModelController:
         self._allocator = Allocator(vessel, self._handling.model)
         self._observer = WaterSpeedObserver(vessel, self._handling.model)
         hull = vessel.hull
+        self._m11 = hull.m11_kg
+        self._ahead_n, self._astern_n = vessel.thruster.ahead_n, vessel.thruster.astern_n
         self._inertia = hull.m33_kgm2 - hull.m23_kgm**2 / hull.m22_kg
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
         self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
@@ -82,7 +86,10 @@ class ModelController:
             for k in range(_POINTS + 1)
         ]
         self._saturated_nm = self._inertia * most**2 * _SATURATED_RAD
-        self._acceleration = min(config.yaw_acceleration, 0.2 * reach * reach)
+        self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
+        self._rate_limit, self._damping = config.yaw_rate_limit, config.heading_damping
+        self._heading_integral, self._speed_integral = config.heading_integral, config.speed_integral
+        self._surge_most, self._speed_gain = config.acceleration, config.speed_gain
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -126,121 +133,119 @@ class ModelController:
         return self._handling.yaw_damping(speed_mps)[0]
 
     def water_speed_mps(self) -> float | None:
-        return self._observer.aligned_mps
+        return self._observer.aligned_mps()
 
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:
         dt_s = clamp(dt_s, _SHORTEST_STEP_S, _LONGEST_STEP_S)
         self._observer.step(dt_s, state, sent)
-        rate = self._observer.rate_radps or 0.0
-        free = self._free(sent)
-        surge_n, speed = self._surge(dt_s, state, desired, free)
-        yaw_nm, heading = self._yaw(dt_s, state, desired, rate)
+        water = self._observer.u_mps
+        ahead = water if water > 0.0 else 0.0
+        omega = self._omega(ahead)
+        surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
+        yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        given = self._allocator.allocate(surge_n, yaw_nm, self._observer.u_mps)
-        self._integrate(dt_s, given, surge_n, yaw_nm, speed[0], free)
-        self._last = ActuatorDemand(
-            now_us, given.thruster_port, given.thruster_starboard, given.rudder_rad, given.rudder_rad
+        given = self._allocator.allocate(surge_n, yaw_nm, water)
+        if self._free(sent):
+            self._integrate(dt_s, given, surge_n, yaw_nm, speed_error, omega)
+        rudder_rad = given.rudder_rad
+        self._last = ActuatorDemand(now_us, given.thruster_port, given.thruster_starboard, rudder_rad, rudder_rad)
+        return self._last, ControlTrace(
+            self._heading_error,
+            heading_p,
+            self._yaw_integral_nm,
+            heading_d,
+            speed_error,
+            speed_p,
+            self._surge_integral_n,
+            0.0,
+            self._psi_ref,
+            self._u_ref,
         )
-        return self._last, self._trace(heading, speed)
 
     def _free(self, sent: ActuatorOutput | None) -> bool:
         """True when what went out is what was asked for, so that integrals may act."""
         last = self._last
         if last is None or sent is None:
             return True
-        gap = max(
-            abs(sent.thruster_port - last.thruster_port),
-            abs(sent.thruster_starboard - last.thruster_starboard),
-            abs(sent.rudder_port_rad - last.rudder_port_rad),
+        return (
+            abs(sent.thruster_port - last.thruster_port) < _SAME
+            and abs(sent.thruster_starboard - last.thruster_starboard) < _SAME
+            and abs(sent.rudder_port_rad - last.rudder_port_rad) < _SAME
         )
-        return gap < 0.03
 
     def _yaw(
-        self, dt_s: float, state: EstimatedState, desired: Desired, rate: float
-    ) -> tuple[float, tuple[float, float]]:
-        """Return the moment, and (P, D) of it."""
-        if desired.psi_rad is None or state.psi_rad is None:
+        self, dt_s: float, psi: float | None, desired: Desired, speed: float, omega: float
+    ) -> tuple[float, float, float]:
+        """Return the moment, and P and D of it."""
+        if desired.psi_rad is None or psi is None:
             self._psi_ref, self._a_ref = None, 0.0
-            return 0.0, (0.0, 0.0)
-        speed = max(self._observer.u_mps, 0.0)
+            return 0.0, 0.0, 0.0
+        rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        self._reference(dt_s, state.psi_rad, rate, desired, speed)
-        assert self._psi_ref is not None
-        self._heading_error = wrap_pi(self._psi_ref - state.psi_rad)
-        omega = self._omega(speed) * (_GENTLE if desired.brake else 1.0)
-        damping = 2.0 * self._config.heading_damping * omega * self._inertia
-        p = self._inertia * omega * omega * self._heading_error
-        d = max(damping - linear, 0.0) * (self._r_ref - rate)
-        forward = self._inertia * self._a_ref + (linear + quadratic * abs(self._r_ref)) * self._r_ref
-        return forward + p + d + self._yaw_integral_nm, (p, d)
+        reference = self._reference(dt_s, psi, rate, desired.psi_rad, desired.r_radps, speed)
+        self._heading_error = error = wrap_pi(reference - psi)
+        if desired.brake:
+            omega *= _GENTLE
+        r_ref, damping = self._r_ref, 2.0 * self._damping * omega * inertia - linear
+        p = inertia * omega * omega * error
+        d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
+        forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
+        return forward + p + d + self._yaw_integral_nm, p, d
 
-    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, speed: float) -> None:
+    def _reference(
+        self, dt_s: float, psi: float, rate: float, wanted_rad: float, ahead_radps: float, speed: float
+    ) -> float:
         """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
-        assert desired.psi_rad is not None
-        if self._psi_ref is None:
-            self._psi_ref, self._r_ref = psi, rate
-        able = max(0.95 * self._handling.max_yaw_rate(speed), self._least_rate)
-        limit = min(self._config.yaw_rate_limit, able)
-        error = wrap_pi(desired.psi_rad - self._psi_ref)
-        wanted = clamp(0.5 * _REFERENCE_RATE * error + desired.r_radps, -limit, limit)
-        most = self._acceleration
+        reference = self._psi_ref
+        if reference is None:
+            reference, self._r_ref = psi, rate
+        limit = 0.95 * self._handling.max_yaw_rate(speed)
+        if limit < self._least_rate:
+            limit = self._least_rate
+        if limit > self._rate_limit:
+            limit = self._rate_limit
+        wanted = clamp(0.5 * _REFERENCE_RATE * wrap_pi(wanted_rad - reference) + ahead_radps, -limit, limit)
+        most = self._turn_most
         self._a_ref = clamp((wanted - self._r_ref) * 2.0 * _REFERENCE_RATE, -most, most)
         self._r_ref += self._a_ref * dt_s
-        self._psi_ref = wrap_pi(self._psi_ref + self._r_ref * dt_s)
+        self._psi_ref = reference = wrap_pi(reference + self._r_ref * dt_s)
+        return reference
 
-    def _surge(
-        self, dt_s: float, state: EstimatedState, desired: Desired, free: bool
-    ) -> tuple[float, tuple[float, float]]:
-        """Return the thrust, and (error, P)."""
-        surge = self._observer.surge_mps
-        if desired.speed_mps is None or surge is None:
+    def _surge(self, dt_s: float, desired: Desired, water: float) -> tuple[float, float, float]:
+        """Return the thrust, error and P."""
+        surge, wanted = self._observer.surge_mps, desired.speed_mps
+        if wanted is None or surge is None:
             self._u_ref = None
-            return 0.0, (0.0, 0.0)
-        water = self._observer.u_mps
+            return 0.0, 0.0, 0.0
         measured = water if desired.through_water else surge
-        if self._u_ref is None:
-            self._u_ref = measured
-        most = self._config.acceleration
-        self._du_ref = clamp((desired.speed_mps - self._u_ref) * _SPEED_REFERENCE, -most, most)
-        self._u_ref += self._du_ref * dt_s
-        error = self._u_ref - measured
-        m11 = self._vessel.hull.m11_kg
-        p = self._config.speed_gain * m11 * error
-        through = clamp(self._u_ref + (water - measured), -0.5, 1.05 * self._handling.top_mps)
-        forward = drag_n(self._vessel, through) + m11 * self._du_ref
+        reference = measured if self._u_ref is None else self._u_ref
+        most, m11 = self._surge_most, self._m11
+        self._du_ref = change = clamp((wanted - reference) * _SPEED_REFERENCE, -most, most)
+        self._u_ref = reference = reference + change * dt_s
+        error = reference - measured
+        p = self._speed_gain * m11 * error
+        through = clamp(reference + (water - measured), -0.5, 1.05 * self._handling.top_mps)
+        forward = self._handling.drag_n(through) + m11 * change
         total = forward + p + self._surge_integral_n
-        if not desired.brake and desired.speed_mps >= 0.0:
-            total = max(total, -0.5 * self._vessel.thruster.astern_n)
-        return total, (error, p)
+        if not desired.brake and wanted >= 0.0 and total < -0.5 * self._astern_n:
+            total = -0.5 * self._astern_n
+        return total, error, p
 
     def _integrate(
-        self, dt_s: float, given: Allocation, surge_n: float, yaw_nm: float, speed_error: float, free: bool
+        self, dt_s: float, given: Allocation, surge_n: float, yaw_nm: float, speed_error: float, omega: float
     ) -> None:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
-        if free and abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
-            gain = self._config.heading_integral * self._inertia * self._omega(max(self._observer.u_mps, 0.0)) ** 2
+        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
+            gain = self._heading_integral * self._inertia * omega**2
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )
-        if free and abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
-            gain = self._config.speed_integral * self._config.speed_gain * self._vessel.hull.m11_kg
-            bound_n = self._vessel.thruster.ahead_n
+        if abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
+            gain = self._speed_integral * self._speed_gain * self._m11
+            bound_n = self._ahead_n
             self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)
-
-    def _trace(self, heading: tuple[float, float], speed: tuple[float, float]) -> ControlTrace:
-        return ControlTrace(
-            heading_error_rad=self._heading_error,
-            heading_p=heading[0],
-            heading_i=self._yaw_integral_nm,
-            heading_d=heading[1],
-            speed_error_mps=speed[0],
-            speed_p=speed[1],
-            speed_i=self._surge_integral_n,
-            psi_ref_rad=self._psi_ref,
-            speed_ref_mps=self._u_ref,
-        )

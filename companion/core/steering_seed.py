@@ -55,7 +55,7 @@ class SeedController:
         self._speed.configure(new.speed_gains, new.max_thruster_output)
 
     def water_speed_mps(self) -> float | None:
-        return self._observer.aligned_mps
+        return self._observer.aligned_mps()
 
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None

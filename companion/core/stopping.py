@@ -5,7 +5,7 @@ Both through the water, in metres, without any reaction time; whoever uses them 
 
 from __future__ import annotations
 
-from companion.core.vessel import VesselConfig, drag_n, full_astern_n
+from companion.core.vessel import Statics, VesselConfig, full_astern_n
 
 _STEPS = 16
 
@@ -17,11 +17,11 @@ def braking_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
     speed for one time constant.
     """
     speed = abs(speed_mps)
-    force_n = 2.0 * full_astern_n(vessel)
+    force_n, m11, drag_n = 2.0 * full_astern_n(vessel), vessel.hull.m11_kg, Statics(vessel).drag_n
     width = speed / _STEPS
-
-    def way(u_mps: float) -> float:
-        return vessel.hull.m11_kg * u_mps / (force_n + drag_n(vessel, u_mps))
-
-    inner = sum((4.0 if i % 2 else 2.0) * way(i * width) for i in range(1, _STEPS))
-    return (inner + way(speed)) * width / 3.0 + speed * vessel.thruster.lag_s
+    inner = 0.0
+    for i in range(1, _STEPS):
+        mps = i * width
+        inner += (4.0 if i % 2 else 2.0) * (m11 * mps / (force_n + drag_n(mps)))
+    last = m11 * speed / (force_n + drag_n(speed))
+    return (inner + last) * width / 3.0 + speed * vessel.thruster.lag_s

@@ -40,6 +40,11 @@ class Swing:
     rate_radps: float
 
 
+def strong(drift_mps: float, onward_mps: float) -> bool:
+    """Whether the water is so fast that a corner may need an early swing."""
+    return drift_mps >= 0.4 * onward_mps
+
+
 class EarlySwing:
     """Decides when the bow starts to swing; once begun for a corner, it goes on until that corner is behind."""
 
@@ -47,9 +52,10 @@ class EarlySwing:
         self._begun: Arc | None = None
 
     def step(self, track: Track, here: Projection, motion: SmoothMotion, psi_rad: float, wish: Wish) -> Swing | None:
-        """Return the heading to steer when the coming corner needs more time than is left, else None."""
-        if math.hypot(*wish.drift) < 0.4 * wish.onward_mps:
-            return None
+        """Return the heading to steer when the coming corner needs more time than is left, else None.
+
+        Only for a current that is strong for the speed wanted (``strong``).
+        """
         found = _corner(track, here)
         if found is None:
             self._begun = None

@@ -8,6 +8,7 @@ not caught here: the app answers it with neutral in the same tick.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from mavlink_bridge.imc import (
     Action,
@@ -16,6 +17,7 @@ from mavlink_bridge.imc import (
     Desired,
     Distance,
     FenceEnable,
+    LogText,
     Mode,
     Noted,
     SetHome,
@@ -33,8 +35,13 @@ from .orders import Orders
 from .steering import manual_demand
 from .vehicle_config import Measurement, TickInputs, VehicleConfig
 from .vehicle_flags import gather
-from .vehicle_view import picture
-from .vessel import VesselConfig, throttle_to_speed
+from .vehicle_view import View
+from .vessel import VesselConfig
+
+_STOP: Final = Action.STOP
+_WARN: Final = Action.WARN
+_MANUAL: Final = Mode.MANUAL
+_NO_TRACE: Final = ControlTrace()
 
 
 class Vehicle(Controls):
@@ -43,6 +50,7 @@ class Vehicle(Controls):
     def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
         super().__init__(config, vessel)
         self.orders = Orders(self)
+        self._view = View(self)
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request at a tick boundary and answer it."""
@@ -54,42 +62,44 @@ class Vehicle(Controls):
         self.inputs, self._last_us = inputs, now_us
         self.ticks += 1
         self._measure(inputs.measurements, now_us)
-        intent = self._intent(now_us)
+        self._note_supply()
+        intent = self.navigator.intent(now_us, self.state) if self.armed and self.result.action < _STOP else None
+        manual = isinstance(intent, Sticks)
         demand = self._steer(now_us, dt_s, intent)
-        self._guard(now_us, intent)
-        self._judge(now_us, intent)
-        if self.guard_out.brake and not isinstance(intent, Sticks):
+        self._guard(now_us, steers_itself=self.armed and intent is not None and not manual)
+        self._judge(now_us)
+        if self.guard_out.brake and not manual:
             demand = ActuatorDemand(now_us, -1.0, -1.0)
-        output = self._decide(now_us, demand, isinstance(intent, Sticks))
+        output = self._decide(now_us, demand, manual)
         self._follow_up(now_us)
         reached = self._effects()
-        texts, self._texts = tuple(self._texts), []
-        return picture(self, now_us, demand, output, reached, texts)
+        texts: tuple[LogText, ...] = ()
+        if self._texts:
+            texts, self._texts = tuple(self._texts), []
+        return self._view.picture(now_us, demand, output, reached, texts)
 
     def _measure(self, measurements: Sequence[tuple[Measurement, int]], now_us: int) -> None:
+        estimator, guard = self.estimator, self.guard
         for item, source in measurements:
-            self.estimator.update(item, source)
+            estimator.update(item, source)
             if isinstance(item, Distance):
-                self.guard.measure(item, self.state)
-        for reading in self._depth_inputs:
-            self.estimator.update(reading)
-            self.guard.measure(reading, self.state)
-        self._depth_inputs.clear()
-        self.estimator.note_water_speed(self.controller.water_speed_mps())
-        self.state = self.estimator.predict(now_us, self.guard_out.altitude_m)
-        utc_us = self.estimator.utc_us(now_us)
+                guard.measure(item, self.state)
+        if self._depth_inputs:
+            for reading in self._depth_inputs:
+                estimator.update(reading)
+                guard.measure(reading, self.state)
+            self._depth_inputs.clear()
+        estimator.note_water_speed(self.controller.water_speed_mps())
+        self.state = estimator.predict(now_us, self.guard_out.altitude_m)
+        self.utc_us = utc_us = estimator.utc_us(now_us)
         self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
-        self.guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
-        self._set_home_once()
-
-    def _intent(self, now_us: int) -> Intent:
-        if not self.armed or self.result.action >= Action.STOP:
-            return None
-        return self.navigator.intent(now_us, self.state)
+        guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
+        if self.mission.home is None:
+            self._set_home_once()
 
     def _steer(self, now_us: int, dt_s: float, intent: Intent) -> ActuatorDemand | None:
         """Turn the intent into a demand; None where there is none (and the gate makes neutral of it)."""
-        self.guided, self.desired, self.trace = None, None, ControlTrace()
+        self.guided, self.desired, self.trace = None, None, _NO_TRACE
         if intent is None:
             self._generation = None
             self.controller.reset(self.state, dt_s, self._output)
@@ -119,50 +129,48 @@ class Vehicle(Controls):
         return Desired(psi_rad, intent.speed_mps)
 
     def _path(self, now_us: int, dt_s: float, leg: Leg) -> Desired:
+        state, speed_mps = self.state, self.navigator.speed_mps
         if leg.generation != self._generation:
-            if not self.state.position_valid:
+            if not state.position_valid:
                 return Desired(None, None)
             self._generation = leg.generation
-            self.guidance.begin(now_us, self.state, leg.maneuver, leg.previous, leg.following, self.navigator.speed_mps)
-        self.guided = self.guidance.step(now_us, dt_s, self.state, self.navigator.speed_mps)
-        return self.guided.desired
+            self.guidance.begin(now_us, state, leg.maneuver, leg.previous, leg.following, speed_mps)
+        self.guided = guided = self.guidance.step(now_us, dt_s, state, speed_mps)
+        return guided.desired
 
-    def _guard(self, now_us: int, intent: Intent) -> None:
-        loops_active = self.armed and intent is not None and not isinstance(intent, Sticks)
+    def _guard(self, now_us: int, *, steers_itself: bool) -> None:
         path_ahead = None if self.guided is None else self.guidance.path_ahead
-        self.guard_out = self.guard.step(now_us, self.state, loops_active, path_ahead, self._stopping)
-        for severity, text in self.guard_out.texts:
-            self.say(severity, text)
-        if self.guard_out.abort and self.navigator.mode is not Mode.MANUAL:
+        self.guard_out = guard = self.guard.step(now_us, self.state, steers_itself, path_ahead, self._stopping)
+        self._say_all(guard.texts)
+        if guard.abort and self.navigator.mode is not _MANUAL:
             self.navigator.enter(Mode.HOLD, self.state)
 
-    def _judge(self, now_us: int, intent: Intent) -> None:
-        run_m = self._stopping(self.state.sog_mps or 0.0) if self.fence.enabled else 0.0
-        fence = self.fence.check(self.state, run_m)
+    def _judge(self, now_us: int) -> None:
+        state, before = self.state, self.result.action
+        run_m = self._stopping(state.sog_mps or 0.0) if self.fence.enabled else 0.0
+        fence = self.fence.check(state, run_m)
         self.fence_status = fence.status
-        for severity, text in fence.texts:
-            self.say(severity, text)
-        told = self.plan_fence.step(now_us, self.mission.plan, self.state, self.config.guidance.loiter_radius_m)
+        self._say_all(fence.texts)
+        told = self.plan_fence.step(now_us, self.mission.plan, state, self._loiter_radius_m)
         if told is not None:
             self.say(*told)
         monitored = self.monitors.step(
             now_us,
-            self.state,
+            state,
             self._output,
             self.desired,
-            stopped=self.result.action >= Action.STOP,
-            late_s=self.inputs.late_s,
-            supply=self.supply,
-            vessel_speed_fn=self._speed_at,
+            before >= _STOP,
+            self.inputs.late_s,
+            self.supply,
+            self.statics.throttle_to_speed,
         )
-        flags = gather(self, now_us, monitored, fence_ahead=fence.stop)
-        before = self.result.action
-        self.result = failsafe.step(self.memory, flags, now_us, self.config.failsafe)
-        self.memory = self.result.memory
-        for severity, text in self.result.texts:
-            self.say(severity, text)
+        flags = gather(self, now_us, monitored, fence.stop)
+        self.result = result = failsafe.step(self.memory, flags, now_us, self.config.failsafe)
+        self.memory = result.memory
+        self._say_all(result.texts)
         self.ordered = self.rearmed = self.aborting = False
-        self._react(before)
+        if result.action > _WARN:
+            self._react(before)
 
     def _react(self, before: Action) -> None:
         """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
@@ -181,28 +189,25 @@ class Vehicle(Controls):
                 self.navigator.enter(Mode.HOLD, self.state)
 
     def _decide(self, now_us: int, demand: ActuatorDemand | None, manual: bool) -> ActuatorOutput:
-        evidence = Evidence(
-            actuator_ready=self.inputs.actuator_ready,
-            reason=self.inputs.actuator_reason,
-            manual=manual,
-            emergency_stop=self.inputs.actuator.emergency_stop,
-            thrust_limit=self.result.thrust_limit,
-        )
-        if self.result.action >= Action.STOP:
+        inputs, result = self.inputs, self.result
+        ready, reason = inputs.actuator_ready, inputs.actuator_reason
+        evidence = Evidence(ready, reason, manual, inputs.actuator.emergency_stop, result.thrust_limit)
+        if result.action >= _STOP:
             self.navigator.forget_hold()
-        self._output = self.gate.decide(now_us, demand, self.result.action, self.armed, evidence)
-        return self._output
+        self._output = output = self.gate.decide(now_us, demand, result.action, self.armed, evidence)
+        return output
 
     def _follow_up(self, now_us: int) -> None:
         """Let the plan move on, and collect what the parts have to say."""
         if self.guided is not None:
-            report = self.guided
-            self.navigator.advance(
-                now_us, self.state, arrived=report.arrived, on_path=report.on_path, turns=report.turns
-            )
-        for source in (self.estimator, self.guidance, self.navigator):
-            for severity, text in source.drain_texts():
-                self.say(severity, text)
+            self.navigator.advance(now_us, self.state, self.guided)
+        self._say_all(self.estimator.drain_texts())
+        self._say_all(self.guidance.drain_texts())
+        self._say_all(self.navigator.drain_texts())
+
+    def _say_all(self, texts: Sequence[tuple[Severity, str]]) -> None:
+        for severity, text in texts:
+            self.say(severity, text)
 
     def _effects(self) -> tuple[int, ...]:
         reached, effects, texts = self.mission.drain()
@@ -213,9 +218,5 @@ class Vehicle(Controls):
                 self.enable_fence(effect.enable)
             elif isinstance(effect, Noted):
                 self.say(Severity.INFO, f"item {effect.seq}: command {effect.command} noted, nothing done")
-        for severity, text in texts:
-            self.say(severity, text)
+        self._say_all(texts)
         return reached
-
-    def _speed_at(self, throttle: float) -> float:
-        return throttle_to_speed(self.vessel, throttle)

@@ -140,7 +140,7 @@ class VesselConfig(Config):
 
 def drag_n(vessel: VesselConfig, surge_mps: float) -> float:
     """Return the resistance at a speed through the water, N, with the sign of the speed."""
-    return (vessel.hull.xu + vessel.hull.xuu * abs(surge_mps)) * surge_mps
+    return Statics(vessel).drag_n(surge_mps)
 
 
 def thrust_n(vessel: VesselConfig, command: float) -> float:
@@ -159,10 +159,7 @@ def command_for_thrust(vessel: VesselConfig, force_n: float) -> float:
 
 def speed_for_thrust(vessel: VesselConfig, total_n: float) -> float:
     """Return the steady speed through the water, m/s, for a total thrust ahead of at least 0 N."""
-    xu, xuu = vessel.hull.xu, vessel.hull.xuu
-    if xuu < 1e-9:
-        return total_n / max(xu, 1e-9)
-    return (math.sqrt(xu * xu + 4.0 * xuu * total_n) - xu) / (2.0 * xuu)
+    return Statics(vessel).speed_for_thrust(total_n)
 
 
 def top_speed_mps(vessel: VesselConfig) -> float:
@@ -172,8 +169,7 @@ def top_speed_mps(vessel: VesselConfig) -> float:
 
 def throttle_to_speed(vessel: VesselConfig, throttle: float) -> float:
     """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
-    total_n = 2.0 * full_ahead_n(vessel) * max(0.0, throttle) ** 2 if throttle >= vessel.thruster.dead_band else 0.0
-    return speed_for_thrust(vessel, total_n)
+    return Statics(vessel).throttle_to_speed(throttle)
 
 
 def full_ahead_n(vessel: VesselConfig) -> float:
@@ -187,10 +183,42 @@ def full_astern_n(vessel: VesselConfig) -> float:
 
 
 def stopping_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
-    """Return the way made through the water while coasting to rest (closed form of m u' = -(Xu + Xuu u) u)."""
-    hull, speed = vessel.hull, abs(speed_mps)
-    if hull.xu < 1e-9:
-        raise ValueError("without linear surge damping the vessel coasts for ever: give hull.xu")
-    if hull.xuu < 1e-9:
-        return hull.m11_kg * speed / hull.xu
-    return hull.m11_kg / hull.xuu * math.log1p(hull.xuu * speed / hull.xu)
+    """Return the way made through the water while coasting to rest."""
+    return Statics(vessel).stopping_distance_m(speed_mps)
+
+
+class Statics:
+    """One vessel's numbers at hand, for what asks every tick. Holds no state."""
+
+    __slots__ = ("_all_ahead_n", "_dead_band", "_m11", "_xu", "_xuu")
+
+    def __init__(self, vessel: VesselConfig) -> None:
+        self._m11, self._xu, self._xuu = vessel.hull.m11_kg, vessel.hull.xu, vessel.hull.xuu
+        self._all_ahead_n = 2.0 * full_ahead_n(vessel)
+        self._dead_band = vessel.thruster.dead_band
+
+    def drag_n(self, surge_mps: float) -> float:
+        """Return the resistance at a speed through the water, N, with the sign of the speed."""
+        return (self._xu + self._xuu * abs(surge_mps)) * surge_mps
+
+    def speed_for_thrust(self, total_n: float) -> float:
+        """Return the steady speed through the water, m/s, for a total thrust ahead of at least 0 N."""
+        xu, xuu = self._xu, self._xuu
+        if xuu < 1e-9:
+            return total_n / max(xu, 1e-9)
+        return (math.sqrt(xu * xu + 4.0 * xuu * total_n) - xu) / (2.0 * xuu)
+
+    def throttle_to_speed(self, throttle: float) -> float:
+        """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
+        if throttle < self._dead_band:
+            return self.speed_for_thrust(0.0)
+        return self.speed_for_thrust(self._all_ahead_n * max(0.0, throttle) ** 2)
+
+    def stopping_distance_m(self, speed_mps: float) -> float:
+        """Return the way made through the water while coasting to rest (closed form of m u' = -(Xu + Xuu u) u)."""
+        xu, xuu, speed = self._xu, self._xuu, abs(speed_mps)
+        if xu < 1e-9:
+            raise ValueError("without linear surge damping the vessel coasts for ever: give hull.xu")
+        if xuu < 1e-9:
+            return self._m11 * speed / xu
+        return self._m11 / xuu * math.log1p(xuu * speed / xu)

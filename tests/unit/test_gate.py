@@ -104,6 +104,12 @@ def test_row_20_full_ahead_to_full_astern_is_slewed():
     assert gate.decide(now, ahead(now, -1.0), Action.NONE, True, READY).thruster_port == pytest.approx(-0.1)
 
 
+def test_a_demand_for_neutral_is_a_demand_where_changes_are_slewed_too():
+    gate = Gate(GateConfig(thruster_rate=2.0))
+    gate.neutral(0, "start")
+    assert gate.decide(TICK_US, ahead(TICK_US, 0.0, 0.0), Action.NONE, True, READY).cause == "demand"
+
+
 def test_the_rudder_rate_is_in_degrees_per_second():
     gate = Gate(GateConfig(rudder_rate_degps=60.0))
     gate.neutral(0, "start")
