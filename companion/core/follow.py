@@ -12,7 +12,6 @@ from companion.core.paths import Point, Projection, Track
 from companion.core.swing import EarlySwing, Wish, strong
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
-from mavlink_bridge.value import value
 
 
 class FollowConfig(Config):
@@ -41,14 +40,8 @@ _TURN_TAU_S = 0.3
 _NO_DRIFT = (0.0, 0.0)
 
 
-@value
-class Followed:
-    """One step's result."""
-
-    desired: Desired
-    projection: Projection
-    planned_mps: float
-    possible: bool
+Followed = tuple[Desired, Projection, float, bool]
+"""What to steer, where on the track the vessel is, the speed planned in m/s, and whether the vessel can do it at all."""
 
 
 class Follower:
@@ -72,6 +65,9 @@ class Follower:
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
         self._turn_share, self._preview_s = config.turn_share, config.preview_s
         self._use_drift = config.use_drift
+        self._turn_mps: float | None = None
+        self._turn_least_m = 0.0
+        """Radius by which a path is joined at the speed ``_turn_mps``."""
         self._measure_bends()
 
     def bend_speed_mps(self, curvature: float) -> float:
@@ -116,7 +112,7 @@ class Follower:
         desired, possible = self._steer(dt_s, state, course, rate, planned, drift)
         if self._use_drift and strong(math.hypot(drift[0], drift[1]), speed_mps):
             desired = self._swing(state, track, here, speed_mps, planned, drift) or desired
-        return Followed(desired, here, planned, possible)
+        return desired, here, planned, possible
 
     def _plan(
         self, track: Track, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
@@ -163,7 +159,10 @@ class Follower:
 
     def _turn_m(self, cross_m: float, curvature: float, planned: float) -> float:
         """Radius of the arc by which the vessel joins the path."""
-        least = 2.0 * (planned / (self._turn_share * self._handling.max_yaw_rate(planned)))
+        if planned != self._turn_mps:
+            self._turn_mps = planned
+            self._turn_least_m = 2.0 * (planned / (self._turn_share * self._handling.max_yaw_rate(planned)))
+        least = self._turn_least_m
         if cross_m * curvature > 0.0 and 1.0 / abs(curvature) > least:  # inside a bend: by its own radius
             return 1.0 / abs(curvature)
         return least

@@ -246,17 +246,16 @@ class Guidance:
         return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
 
     def _follow(self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float) -> GuidanceOutput:
-        followed = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
-        here = followed.projection
+        desired, here, planned_mps, possible = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
         if self._loiter is None:
             path = self._progress_of_leg(track, here, state)
         else:
             self._progress_of_loiter(track, here, state)
-            self._tell_slowed(followed.planned_mps, speed_mps)
+            self._tell_slowed(planned_mps, speed_mps)
             path = self._orbit_state(self._loiter, state, track, here)
-        if not followed.possible:
+        if not possible:
             return self._result(Desired(None, None), path, _TOO_FAST)
-        return self._result(followed.desired, path)
+        return self._result(desired, path)
 
     def _keep_station(self, dt_s: float, state: EstimatedState) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:

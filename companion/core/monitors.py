@@ -100,10 +100,10 @@ class Reversals:
 
     def step(self, now_us: int, value: float) -> bool:
         """``value``: -1...1. True when there were enough reversals within the window."""
-        times_us = self._times_us
-        side = 1 if value > self._bound else -1 if value < -self._bound else 0
-        if side and side != self._side:
-            if self._side:
+        times_us, bound = self._times_us, self._bound
+        if value > bound or value < -bound:
+            side = 1 if value > bound else -1
+            if side == -self._side:
                 times_us.append(now_us)
             self._side = side
         if not times_us:
@@ -255,8 +255,8 @@ class Monitors:
         return speed_mps < self._stuck_share * vessel_speed_fn(thrust)
 
     def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
-        port, starboard, port_rudder, starboard_rudder = self._swings
-        full_rad = self._full_rad
-        thrusters = port.step(now_us, output.thruster_port) | starboard.step(now_us, output.thruster_starboard)
-        rudders = port_rudder.step(now_us, output.rudder_port_rad / full_rad)
-        return thrusters | rudders | starboard_rudder.step(now_us, output.rudder_starboard_rad / full_rad)
+        swings, full_rad = self._swings, self._full_rad
+        found = swings[0].step(now_us, output.thruster_port)
+        found |= swings[1].step(now_us, output.thruster_starboard)
+        found |= swings[2].step(now_us, output.rudder_port_rad / full_rad)
+        return found | swings[3].step(now_us, output.rudder_starboard_rad / full_rad)

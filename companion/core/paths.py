@@ -27,6 +27,10 @@ class Projection:
     curvature: float
 
 
+Place = tuple[float, float, float]
+"""The first three of them: along, cross, course."""
+
+
 class Line:
     """A straight segment. A line of no length points north."""
 
@@ -41,10 +45,13 @@ class Line:
         self.course_rad = math.atan2(east, north)
         self._cos, self._sin = math.cos(self.course_rad), math.sin(self.course_rad)
 
-    def project(self, north_m: float, east_m: float) -> Projection:
+    def place(self, north_m: float, east_m: float) -> Place:
         north, east = north_m - self.start[0], east_m - self.start[1]
-        along = north * self._cos + east * self._sin
-        return Projection(along, east * self._cos - north * self._sin, self.course_rad, 0.0)
+        cos, sin = self._cos, self._sin
+        return north * cos + east * sin, east * cos - north * sin, self.course_rad
+
+    def project(self, north_m: float, east_m: float) -> Projection:
+        return Projection(*self.place(north_m, east_m), 0.0)
 
     def point(self, along_m: float) -> Point:
         return self.start[0] + along_m * self._cos, self.start[1] + along_m * self._sin
@@ -64,13 +71,15 @@ class Arc:
         self._half_sweep = 0.5 * sweep_rad
         self._quarter = sense * 0.5 * math.pi
 
-    def project(self, north_m: float, east_m: float) -> Projection:
+    def place(self, north_m: float, east_m: float) -> Place:
         north, east = north_m - self.centre[0], east_m - self.centre[1]
         bearing = math.atan2(east, north)
         radius, sense, half = self.radius_m, self.sense, self._half_sweep
         swept = wrap_pi((bearing - self.start_rad) * sense - half) + half
-        course = wrap_pi(bearing + self._quarter)
-        return Projection(swept * radius, sense * (radius - math.hypot(north, east)), course, self.curvature)
+        return swept * radius, sense * (radius - math.hypot(north, east)), wrap_pi(bearing + self._quarter)
+
+    def project(self, north_m: float, east_m: float) -> Projection:
+        return Projection(*self.place(north_m, east_m), self.curvature)
 
     def point(self, along_m: float) -> Point:
         bearing = self.start_rad + self.sense * along_m / self.radius_m
@@ -174,27 +183,26 @@ class Track:
 
     def locate(self, north_m: float, east_m: float) -> Projection:
         """Advance to the segment in force and return the projection on it."""
-        here = self._unwrapped(self.segment.project(north_m, east_m))
+        here = self._project(north_m, east_m)
         while here.along_m >= self.segment.length_m and self._advance():
             self._along_m = None
-            here = self._unwrapped(self.segment.project(north_m, east_m))
+            here = self._project(north_m, east_m)
             if here.along_m < 0.5 * self.segment.length_m:
                 break
         return here
 
-    def _unwrapped(self, here: Projection) -> Projection:
+    def _project(self, north_m: float, east_m: float) -> Projection:
         """Let the run along an arc go on where its bearing starts anew; a circle counts its laps."""
-        along, lap = here.along_m, self.segment.round_m
+        segment = self.segment
+        along, cross, course = segment.place(north_m, east_m)
+        lap, last = segment.round_m, self._along_m
         if lap:
-            if self._along_m is None:
-                # a full loop's end looks like its beginning
-                along = along - lap if along > 0.9 * lap else along
-            else:
-                along = along + lap * round((self._along_m - along) / lap)
-            if along != here.along_m:
-                here = Projection(along, here.cross_m, here.course_rad, here.curvature)
-        self._along_m, self._cross_m = along, here.cross_m
-        return here
+            if last is not None:
+                along += lap * round((last - along) / lap)
+            elif along > 0.9 * lap:  # a full loop's end looks like its beginning
+                along -= lap
+        self._along_m, self._cross_m = along, cross
+        return Projection(along, cross, course, segment.curvature)
 
     def _advance(self) -> bool:
         if self.index + 1 < len(self.segments):

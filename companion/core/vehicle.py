@@ -141,7 +141,8 @@ class Vehicle(Controls):
     def _guard(self, now_us: int, *, steers_itself: bool) -> None:
         path_ahead = None if self.guided is None else self.guidance.path_ahead
         self.guard_out = guard = self.guard.step(now_us, self.state, steers_itself, path_ahead, self._stopping)
-        self._say_all(guard.texts)
+        if guard.texts:
+            self._say_all(guard.texts)
         if guard.abort and self.navigator.mode is not _MANUAL:
             self.navigator.enter(Mode.HOLD, self.state)
 
@@ -150,7 +151,8 @@ class Vehicle(Controls):
         run_m = self._stopping(state.sog_mps or 0.0) if self.fence.enabled else 0.0
         fence = self.fence.check(state, run_m)
         self.fence_status = fence.status
-        self._say_all(fence.texts)
+        if fence.texts:
+            self._say_all(fence.texts)
         told = self.plan_fence.step(now_us, self.mission.plan, state, self._loiter_radius_m)
         if told is not None:
             self.say(*told)
@@ -167,7 +169,8 @@ class Vehicle(Controls):
         flags = gather(self, now_us, monitored, fence.stop)
         self.result = result = failsafe.step(self.memory, flags, now_us, self.config.failsafe)
         self.memory = result.memory
-        self._say_all(result.texts)
+        if result.texts:
+            self._say_all(result.texts)
         self.ordered = self.rearmed = self.aborting = False
         if result.action > _WARN:
             self._react(before)
@@ -201,9 +204,10 @@ class Vehicle(Controls):
         """Let the plan move on, and collect what the parts have to say."""
         if self.guided is not None:
             self.navigator.advance(now_us, self.state, self.guided)
-        self._say_all(self.estimator.drain_texts())
-        self._say_all(self.guidance.drain_texts())
-        self._say_all(self.navigator.drain_texts())
+        for part in (self.estimator, self.guidance, self.navigator):
+            texts = part.drain_texts()
+            if texts:
+                self._say_all(texts)
 
     def _say_all(self, texts: Sequence[tuple[Severity, str]]) -> None:
         for severity, text in texts:
@@ -218,5 +222,6 @@ class Vehicle(Controls):
                 self.enable_fence(effect.enable)
             elif isinstance(effect, Noted):
                 self.say(Severity.INFO, f"item {effect.seq}: command {effect.command} noted, nothing done")
-        self._say_all(texts)
+        if texts:
+            self._say_all(texts)
         return reached
