@@ -80,7 +80,8 @@ class Allocator:
         if self._differential_n > 0.0:
             most = slope * self._rudder_max
             most /= most + 2.0 * self._lateral_m * self._ahead_n
-            share = clamp((most - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
+            if most < _USEFUL:
+                share = clamp((most - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
         ratio = clamp(2.0 * share * yaw_nm / slope, -1.0, 1.0)
         return clamp(0.5 * math.asin(ratio), -self._rudder_max, self._rudder_max)
 

@@ -208,11 +208,19 @@ class ModelController:
             limit = self._least_rate
         if limit > self._rate_limit:
             limit = self._rate_limit
-        wanted = clamp(0.5 * _REFERENCE_RATE * wrap_pi(wanted_rad - reference) + ahead_radps, -limit, limit)
-        most = self._turn_most
-        self._a_ref = clamp((wanted - self._r_ref) * 2.0 * _REFERENCE_RATE, -most, most)
-        self._r_ref += self._a_ref * dt_s
-        self._psi_ref = reference = wrap_pi(reference + self._r_ref * dt_s)
+        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(wanted_rad - reference) + ahead_radps
+        if wanted > limit:
+            wanted = limit
+        elif wanted < -limit:
+            wanted = -limit
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * _REFERENCE_RATE
+        if change > most:
+            change = most
+        elif change < -most:
+            change = -most
+        self._a_ref = change
+        self._r_ref = rate = self._r_ref + change * dt_s
+        self._psi_ref = reference = wrap_pi(reference + rate * dt_s)
         return reference
 
     def _surge(self, dt_s: float, desired: Desired, water: float) -> tuple[float, float, float]:
