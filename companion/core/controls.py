@@ -106,6 +106,7 @@ class Controls:
     def _adopt(self, config: VehicleConfig) -> None:
         """Keep the settings, and at hand what of them is asked for in every tick."""
         self.config = config
+        self._failsafe = config.failsafe
         self.gcs_required = config.operator.gcs_required
         self.depth_enabled = config.depth.enabled
         self._loiter_radius_m = config.guidance.loiter_radius_m

@@ -6,7 +6,7 @@ It holds no state of its own: the memory goes in and comes out, time is an argum
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Final
@@ -90,18 +90,20 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     texts: list[tuple[Severity, str]] = []
     causes: list[str] = []
     action = Action.NONE
+    before = memory.entries
     for rule in config.rules:
-        old = memory.entries.get(rule.row.name)
-        raised = _raised(rule, flags)
+        row = rule.row
+        old = before.get(row.name)
+        raised = _come(rule, row.age, flags) if row.flag is None else row.flag(flags)
         if old is None and not raised:
             continue
         entry = _advance(rule, old, raised, flags, now_us)
         _tell(rule, old, entry, texts)
         if entry is None:
             continue
-        entries[rule.row.name] = entry
+        entries[row.name] = entry
         if entry.fired_us is not None:
-            causes.append(rule.row.name)
+            causes.append(row.name)
             action = max(action, _action(rule, entry, flags))
     if action is Action.RETURN and _bars_the_way(entries, flags):
         action = Action.HOLD
@@ -139,12 +141,11 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     return flags
 
 
-def _raised(rule: Rule, flags: Flags) -> bool:
-    if rule.row.age is not None:
-        age_s = rule.row.age(flags)
-        return age_s is not None and reached(age_s, rule.delay_us)
-    assert rule.row.flag is not None
-    return rule.row.flag(flags)
+def _come(rule: Rule, age: Callable[[Flags], float | None] | None, flags: Flags) -> bool:
+    """Whether an age has come to its delay."""
+    assert age is not None
+    age_s = age(flags)
+    return age_s is not None and reached(age_s, rule.delay_us)
 
 
 def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int) -> Entry | None:
@@ -211,7 +212,7 @@ def _sentence(text: str, action: Action) -> str:
 def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
     """Names of the conditions of STOP or worse whose cause still stands, so that arming could not clear them."""
     standing = []
-    for rule in config.rules:
+    for rule in config.rules if memory.entries else ():
         entry = memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None or entry.gone_us is not None or entry.taken:
             continue

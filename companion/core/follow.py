@@ -9,7 +9,7 @@ from companion.core.field import Integrator, approach, triangle
 from companion.core.handling import Handling
 from companion.core.motion import SmoothMotion
 from companion.core.paths import Point, Projection, Track
-from companion.core.swing import EarlySwing, Wish, strong
+from companion.core.swing import STRONG, EarlySwing, Wish
 from companion.core.units import clamp, wrap_pi
 from mavlink_bridge.imc import Desired, EstimatedState
 
@@ -110,7 +110,7 @@ class Follower:
         course, rate = self._course(dt_s, track, here, now_mps, planned)
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0) if self._use_drift else _NO_DRIFT
         desired, possible = self._steer(dt_s, state, course, rate, planned, drift)
-        if self._use_drift and strong(math.hypot(drift[0], drift[1]), speed_mps):
+        if self._use_drift and math.hypot(drift[0], drift[1]) >= STRONG * speed_mps:
             desired = self._swing(state, track, here, speed_mps, planned, drift) or desired
         return desired, here, planned, possible
 

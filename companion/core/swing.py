@@ -27,6 +27,8 @@ class Wish:
     """Yaw rate that the vessel can hold."""
 
 
+STRONG = 0.4
+"""Share of the speed wanted from which on the water is so fast that a corner may need an early swing."""
 _EXTRA_RAD = math.radians(25.0)
 """The bow must turn by this much more than the path before the swing begins early."""
 _MARGIN_S = 1.0
@@ -40,11 +42,6 @@ class Swing:
     rate_radps: float
 
 
-def strong(drift_mps: float, onward_mps: float) -> bool:
-    """Whether the water is so fast that a corner may need an early swing."""
-    return drift_mps >= 0.4 * onward_mps
-
-
 class EarlySwing:
     """Decides when the bow starts to swing; once begun for a corner, it goes on until that corner is behind."""
 
@@ -54,7 +51,7 @@ class EarlySwing:
     def step(self, track: Track, here: Projection, motion: SmoothMotion, psi_rad: float, wish: Wish) -> Swing | None:
         """Return the heading to steer when the coming corner needs more time than is left, else None.
 
-        Only for a current that is strong for the speed wanted (``strong``).
+        To be asked only in a current of at least ``STRONG`` times the speed wanted.
         """
         found = _corner(track, here)
         if found is None:

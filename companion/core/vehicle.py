@@ -167,7 +167,7 @@ class Vehicle(Controls):
             self.statics.throttle_to_speed,
         )
         flags = gather(self, now_us, monitored, fence.stop)
-        self.result = result = failsafe.step(self.memory, flags, now_us, self.config.failsafe)
+        self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)
         self.memory = result.memory
         if result.texts:
             self._say_all(result.texts)

@@ -274,6 +274,14 @@ def test_conditions_of_a_vessel_under_way_do_not_hold_a_disarmed_one():
     assert Run().step(replace(idle, autonomous=True)) is Action.NONE
 
 
+def test_every_age_belongs_to_an_armed_vessel():
+    old = Flags(armed=True, gcs_required=True, gcs_age_s=99.0, radio_age_s=99.0, manual_age_s=99.0, guided_age_s=99.0)
+    for row in TABLE:
+        if row.age is not None:
+            assert row.age(old) == 99.0
+            assert row.age(replace(old, armed=False)) is None
+
+
 def test_row_63_a_stuck_vessel_is_stopped_in_the_end():
     """Fault row 63: the monitor reports after 10 s of thrust without speed; neutral 10 s later."""
     run = Run()
