@@ -67,5 +67,5 @@ def reasons(
         found.append((mode is Mode.AUTO and bool(plan_refusal), f"plan: {plan_refusal}"))
     else:
         holding_causes = [cause for cause in holding_causes if BY_NAME[cause].takeover is Takeover.NEVER]
-    found.extend((True, f"failsafe: {BY_NAME[cause].text}") for cause in holding_causes)
-    return tuple(text for holds, text in found if holds)
+    standing = [f"failsafe: {BY_NAME[cause].text}" for cause in holding_causes]
+    return tuple([text for holds, text in found if holds] + standing)

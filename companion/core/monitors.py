@@ -92,7 +92,8 @@ class Reversals:
 
     def __init__(self) -> None:
         self._side = 0
-        self._times_us: deque[int] = deque(maxlen=64)
+        self.times_us: deque[int] = deque(maxlen=64)
+        """When it swung over, lately."""
 
     def configure(self, config: MonitorConfig) -> None:
         self._bound, self._enough = config.oscillation_output, config.oscillation_reversals
@@ -100,7 +101,7 @@ class Reversals:
 
     def step(self, now_us: int, value: float) -> bool:
         """``value``: -1...1. True when there were enough reversals within the window."""
-        times_us, bound = self._times_us, self._bound
+        times_us, bound = self.times_us, self._bound
         if value > bound or value < -bound:
             side = 1 if value > bound else -1
             if side == -self._side:
@@ -211,6 +212,9 @@ class Monitors:
         self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
         self._alarm_m = config.drift_alarm_m
         self._full_rad = math.radians(config.rudder_max_deg)
+        self._shares: tuple[float, ...] = ()
+        self._at_rest = False
+        """No actuator has swung over lately: as long as none moves, none does."""
         for part in (*self._swings, self._battery, self._ticks):
             part.configure(config)
 
@@ -255,8 +259,16 @@ class Monitors:
         return speed_mps < self._stuck_share * vessel_speed_fn(thrust)
 
     def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
-        swings, full_rad = self._swings, self._full_rad
-        found = swings[0].step(now_us, output.thruster_port)
-        found |= swings[1].step(now_us, output.thruster_starboard)
-        found |= swings[2].step(now_us, output.rudder_port_rad / full_rad)
-        return found | swings[3].step(now_us, output.rudder_starboard_rad / full_rad)
+        shares = (
+            output.thruster_port,
+            output.thruster_starboard,
+            output.rudder_port_rad / self._full_rad,
+            output.rudder_starboard_rad / self._full_rad,
+        )
+        if shares == self._shares and self._at_rest:
+            return False
+        self._shares, self._at_rest, found = shares, True, False
+        for swing, share in zip(self._swings, shares, strict=True):
+            found |= swing.step(now_us, share)
+            self._at_rest &= not swing.times_us
+        return found
