@@ -211,7 +211,7 @@ class Monitors:
         self._watch_way = config.stuck_s > 0.0
         self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
         self._alarm_m = config.drift_alarm_m
-        self._full_rad = math.radians(config.rudder_max_deg)
+        self._full_rad, self._bound = math.radians(config.rudder_max_deg), config.oscillation_output
         self._shares: tuple[float, ...] = ()
         self._at_rest = False
         """No actuator has swung over lately: as long as none moves, none does."""
@@ -268,7 +268,9 @@ class Monitors:
         if shares == self._shares and self._at_rest:
             return False
         self._shares, self._at_rest, found = shares, True, False
-        for swing, share in zip(self._swings, shares, strict=True):
-            found |= swing.step(now_us, share)
-            self._at_rest &= not swing.times_us
+        bound, swings = self._bound, self._swings
+        for k, share in enumerate(shares):
+            if share > bound or share < -bound or swings[k].times_us:
+                found |= swings[k].step(now_us, share)
+                self._at_rest &= not swings[k].times_us
         return found

@@ -274,6 +274,10 @@ def test_conditions_of_a_vessel_under_way_do_not_hold_a_disarmed_one():
     assert Run().step(replace(idle, autonomous=True)) is Action.NONE
 
 
+def test_what_is_wrong_counts_disarmed_and_unheard_too():
+    assert Run().step(Flags(gcs_required=True, emergency_stop=True)) is Action.DISARM
+
+
 def test_every_age_belongs_to_an_armed_vessel():
     old = Flags(armed=True, gcs_required=True, gcs_age_s=99.0, radio_age_s=99.0, manual_age_s=99.0, guided_age_s=99.0)
     for row in TABLE:
