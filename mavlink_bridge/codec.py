@@ -8,6 +8,7 @@ the services to answer. It does its own packing, because the library's signing a
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any, Final, Protocol
 
@@ -145,20 +146,21 @@ class Codec:
 
     def seal(self, message_id: int, body: bytes) -> bytes:
         """Put header, checksum and signature around what ``payload`` made; takes the next sequence number."""
-        covered = _HEADER.pack(
-            len(body),
-            INCOMPAT_SIGNED if self.signer else 0,
-            0,
-            self._sequence,
-            self.system_id,
-            self.component_id,
-            message_id & 0xFFFF,
-            message_id >> 16,
-        )
-        covered += body
-        self._sequence = (self._sequence + 1) & 0xFF
-        frame = _MARKER + covered + checksum(covered, message_id).to_bytes(2, "little")
-        return frame + self.signer.sign(frame) if self.signer else frame
+        return self.seal_all(((message_id, body),))
+
+    def seal_all(self, messages: Iterable[tuple[int, bytes]]) -> bytes:
+        """Return the frames of ids and payloads one behind the other, in this order."""
+        signer, sequence, system, component = self.signer, self._sequence, self.system_id, self.component_id
+        flags = INCOMPAT_SIGNED if signer else 0
+        frames: list[bytes] = []
+        for message_id, body in messages:
+            low, high = message_id & 0xFFFF, message_id >> 16
+            covered = _HEADER.pack(len(body), flags, 0, sequence, system, component, low, high) + body
+            sequence = sequence + 1 & 0xFF
+            frame = _MARKER + covered + checksum(covered, message_id).to_bytes(2, "little")
+            frames.append(frame if signer is None else frame + signer.sign(frame))
+        self._sequence = sequence
+        return b"".join(frames)
 
     def decode(self, frame: Frame) -> Message | None:
         """The message in a frame, or None for an unknown id. Never raises."""

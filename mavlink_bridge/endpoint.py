@@ -35,9 +35,9 @@ from mavlink_bridge.signing import POLICIES, Signer, SigningState, Verifier, set
 from mavlink_bridge.snapshot import Snapshot
 from mavlink_bridge.speaker import Speaker
 from mavlink_bridge.stations import Peer, Stations
-from mavlink_bridge.streams import Composer, Streams, message_id
+from mavlink_bridge.streams import Composer, Streams
 from mavlink_bridge.stub_params import COMMON_STUBS, ROVER_STUBS
-from mavlink_bridge.wire import Packed, packed
+from mavlink_bridge.wire import Packed, message_id, packed
 
 _TEXT_GAP_US: Final = 1_000_000
 _MAX_TEXTS_KEPT: Final = 32
@@ -50,8 +50,8 @@ class Endpoint:
     """The vessel on one channel of one link.
 
     ``composer``, ``locks`` and ``signing`` are shared by all endpoints of a vessel; ``timing`` is of uploads; ``link_id`` marks this
-    link's signatures; ``on_key`` takes a new signing key that a station may set; ``tap`` sees each valid frame in and each
-    frame out; ``on_station`` is told of each station's first heartbeat here (system id, persona); ``make_outbox``: a slow link has its own.
+    link's signatures; ``on_key`` takes a new signing key that a station may set; ``on_station`` is told of each station's first
+    heartbeat here (system id, persona); ``make_outbox``: a slow link has its own.
     """
 
     def __init__(
@@ -65,7 +65,6 @@ class Endpoint:
         signing: SigningState | None = None,
         link_id: int = 0,
         on_key: Callable[[bytes], None] | None = None,
-        tap: Callable[[bytes], None] | None = None,
         on_station: Callable[[int, str], None] | None = None,
         make_outbox: MakeOutbox = Outbox,
     ) -> None:
@@ -78,10 +77,9 @@ class Endpoint:
         )
         self._verifier = Verifier(self._signing, POLICIES[config.link_class])
         self._on_key = on_key
-        self._tap = tap
         self._on_station = on_station
-        self._inbound = Inbound(config, self._verifier, tap)
-        self._outbox = make_outbox(config.limits, self._seal, 12 + (SIGNATURE_LEN if signs else 0))
+        self._inbound = Inbound(config, self._verifier)
+        self._outbox = make_outbox(config.limits, self.codec.seal_all, 12 + (SIGNATURE_LEN if signs else 0))
         self.streams = Streams(config)
         self._speaker = Speaker(config, self._outbox, self.streams, composer or Composer())
         self._commands = CommandServer(config.give_up_s)
@@ -102,12 +100,20 @@ class Endpoint:
         self._rtcm = RtcmAssembler()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
-        self._requests: list[Request] = []
+        self.asked: list[Request] = []
+        """What the stations ask of the vessel since the last ``requests``, oldest first."""
         self._next_id = 1
         self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
         self._wants_current: set[int] = set()
         self._said: dict[str, int] = {}
         self._now_us = 0
+        self._is_slow = config.profile == "lora"
+        """On a slow link a plan's dialogue must not queue behind texts and values: the station's timers run."""
+        self._is_summary = config.profile == "high_latency"
+        self._has_timers = False
+        """Whether a service may have something under way; only what is received or replied can begin it."""
+        self.last_heartbeat_us: int | None = None
+        """When a ground station's HEARTBEAT was last heard here; None = never."""
         self._handlers = self._make_handlers()
 
     def _make_handlers(self) -> dict[int, Callable[[Any, int], None]]:
@@ -116,7 +122,7 @@ class Endpoint:
         }
         handlers |= {message_id(name): self._on_log for name in self._logs.handles}
         named: dict[str, Callable[[Any, int], None]] = {
-            "HEARTBEAT": self._stations.heartbeat,
+            "HEARTBEAT": self._on_heartbeat,
             "COMMAND_LONG": self._on_command,
             "COMMAND_INT": self._on_command,
             "SET_MODE": self._on_set_mode,
@@ -144,6 +150,7 @@ class Endpoint:
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Answers that need no decision of the vessel can be taken at once. Never raises on input."""
         self._now_us = now_us
+        self._has_timers = True
         for message in self._inbound.receive(data, now_us):
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
@@ -153,12 +160,14 @@ class Endpoint:
 
     def requests(self) -> list[Request]:
         """What the stations ask of the vessel since the last call, oldest first."""
-        requests, self._requests = self._requests, []
+        requests = self.asked.copy()
+        self.asked.clear()
         return requests
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
         self._now_us = now_us
+        self._has_timers = True
         outcome = self._commands.reply(request_id, reply)
         if outcome is not None:
             self._finish(outcome)
@@ -178,19 +187,24 @@ class Endpoint:
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what the vessel says by itself at this tick. Not called = no HEARTBEAT."""
         self._now_us = now_us
-        quiet = self.config.profile == "lora" and self._missions.busy
-        self._speaker.tick(now_us, snapshot, summary_on=self.high_latency_on, quiet=quiet)
+        if self._is_summary:
+            self._speaker.summary(now_us, snapshot, is_on=self.high_latency_on)
+        else:
+            self._speaker.tick(now_us, snapshot, quiet=self._is_slow and self._missions.busy)
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return whole frames to write now, within the budget and ``limit_bytes``; b"" when nothing is due. Serves the timers.
 
         A single frame that is longer than the limit is handed out alone.
         """
-        self.poll(now_us)
-        return self._outbox.take(now_us, limit_bytes)
+        if self._has_timers:
+            self.poll(now_us)
+        return self._outbox.take(now_us, limit_bytes) if self._outbox.waits else b""
 
     def poll(self, now_us: int) -> None:
         """Serve the timers."""
+        if not self._has_timers:
+            return
         self._now_us = now_us
         if self._commands.waiting:
             self._answer(self._commands.poll(now_us), urgent=True)
@@ -199,6 +213,7 @@ class Endpoint:
             self._after_missions()
         if self._logs.busy:
             self._outbox.bulk(self._logs.next)
+        self._has_timers = bool(self._commands.waiting) or self._missions.busy or self._logs.busy
 
     def param_changed(self, name: str) -> None:
         """Tell this link's stations of a parameter that somebody else changed."""
@@ -225,11 +240,6 @@ class Endpoint:
         """Stations heard here, by system id."""
         return self._stations.peers
 
-    @property
-    def last_heartbeat_us(self) -> int | None:
-        """When a ground station's HEARTBEAT was last heard here; None = never."""
-        return self._stations.last_heartbeat_us
-
     # What the services use
 
     def compose(self, number: int) -> Packed | None:
@@ -239,12 +249,6 @@ class Endpoint:
     def component_metadata(self) -> Any:
         """COMPONENT_METADATA with the CRC of what FTP serves here; None on a slow link, which must not carry files."""
         return None if self._is_slow else metadata.component_metadata(self._table, self._now_us)
-
-    def _seal(self, item: Packed) -> bytes:
-        frame = self.codec.seal(item.message_id, item.payload)
-        if self._tap is not None:
-            self._tap(frame)
-        return frame
 
     def _answer(self, messages: list[Any], urgent: bool = False) -> None:
         for message in messages:
@@ -256,8 +260,8 @@ class Endpoint:
     def _ask(self, body: RequestBody, sender: int, reply: bool = True, origin: Origin | None = None) -> int:
         request_id = self._next_id
         self._next_id += 1
-        if len(self._requests) < _MAX_REQUESTS:
-            self._requests.append(Request(request_id, body, sender, reply, origin))
+        if len(self.asked) < _MAX_REQUESTS:
+            self.asked.append(Request(request_id, body, sender, reply, origin))
         return request_id
 
     def _explain(self, reason: str) -> None:
@@ -276,6 +280,10 @@ class Endpoint:
             self._explain(outcome.reason)
 
     # Messages
+
+    def _on_heartbeat(self, message: Any, now_us: int) -> None:
+        self._stations.heartbeat(message, now_us)
+        self.last_heartbeat_us = self._stations.last_heartbeat_us
 
     def _welcome(self, system: int) -> None:
         self._speaker.say(Severity.INFO, greeting(self.vehicle.identity, self.config))
@@ -376,11 +384,6 @@ class Endpoint:
             self._explain(refusal or "keys are set on the vessel, not over MAVLink")
         else:
             self._on_key(bytes(message.secret_key))
-
-    @property
-    def _is_slow(self) -> bool:
-        """On a slow link a plan's dialogue must not queue behind texts and values: the station's timers run."""
-        return self.config.profile == "lora"
 
     def _on_mission(self, message: Any, now_us: int) -> None:
         self._answer(self._missions.handle(message, now_us), urgent=self._is_slow)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -32,10 +31,9 @@ class Counters:
 class Inbound:
     """The receiving half of an endpoint, up to decoded messages addressed to it."""
 
-    def __init__(self, config: EndpointConfig, verifier: Verifier, tap: Callable[[bytes], None] | None) -> None:
+    def __init__(self, config: EndpointConfig, verifier: Verifier) -> None:
         self._config = config
         self._verifier = verifier
-        self._tap = tap
         self._deframer = Deframer()
         self._filter = DuplicateFilter()
         self._bucket = TokenBucket(config.flood_frames_per_s, config.flood_burst_frames)
@@ -73,8 +71,6 @@ class Inbound:
         if not self._filter.is_new(frame, now_us):
             counters.copies += 1
             return None
-        if self._tap is not None:
-            self._tap(frame.raw)
         message = decode(frame)
         if message is None:
             counters.unknown += 1

@@ -12,8 +12,8 @@ from mavlink_bridge.command import ACCEPTED, DENIED, REJECTED_NOW, UNSUPPORTED, 
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.identity import autopilot_version
 from mavlink_bridge.port import VehiclePort
-from mavlink_bridge.streams import HEARTBEAT, STREAMED, Streams, message_id
-from mavlink_bridge.wire import Packed, packed
+from mavlink_bridge.streams import HEARTBEAT, STREAMED, Streams
+from mavlink_bridge.wire import Packed, message_id, packed
 
 _AUTOPILOT_VERSION: Final = message_id("AUTOPILOT_VERSION")
 _AVAILABLE_MODES: Final = message_id("AVAILABLE_MODES")

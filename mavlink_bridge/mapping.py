@@ -21,13 +21,14 @@ NAN: Final = float("nan")
 
 def _scaled(value: float | None, factor: float, low: int, high: int, unknown: int) -> int:
     """Scale, round to nearest and limit to [low, high]; what is not finite gives ``unknown``."""
-    if value is None or not math.isfinite(value):
+    if value is None:
         return unknown
-    return round(min(max(value * factor, low), high))
-
-
-def _degrees_360(angle_rad: float) -> float:
-    return math.degrees(angle_rad) % 360.0
+    scaled = value * factor
+    if low <= scaled <= high:
+        return round(scaled)
+    if not math.isfinite(value):
+        return unknown
+    return low if scaled < low else high
 
 
 # Positions
@@ -38,7 +39,7 @@ def rad_to_degE7(angle_rad: float | None, unknown: int = INT32_UNKNOWN) -> int: 
 
     ``unknown``: INT32_MAX where the definition says so (commands, set-points), 0 for GPS_RAW_INT and GLOBAL_POSITION_INT.
     """
-    if angle_rad is None or not math.isfinite(angle_rad):
+    if angle_rad is None:
         return unknown
     return _scaled(math.degrees(angle_rad), 1e7, -1_800_000_000, 1_800_000_000, unknown)
 
@@ -65,7 +66,7 @@ def rad_to_cdeg(angle_rad: float | None) -> int:
     """Heading or course in rad to centidegrees 0...35999; unknown 65535."""
     if angle_rad is None or not math.isfinite(angle_rad):
         return UINT16_UNKNOWN
-    return round(_degrees_360(angle_rad) * 100.0) % 36_000
+    return round(math.degrees(angle_rad) % 360.0 * 100.0) % 36_000
 
 
 def rad_to_yaw_cdeg(angle_rad: float | None, *, fitted: bool = True) -> int:
@@ -80,7 +81,7 @@ def rad_to_deg(angle_rad: float | None, unknown: int = 0) -> int:
     """Bearing in rad to whole degrees 0...359 (VFR_HUD.heading, NAV_CONTROLLER_OUTPUT)."""
     if angle_rad is None or not math.isfinite(angle_rad):
         return unknown
-    return round(_degrees_360(angle_rad)) % 360
+    return round(math.degrees(angle_rad) % 360.0) % 360
 
 
 def rad_to_deg_half(angle_rad: float | None) -> int:
@@ -146,6 +147,16 @@ def m_to_m16(length_m: float | None) -> int:
 def m_to_dam(length_m: float | None) -> int:
     """HIGH_LATENCY2.target_distance: decametres in a uint16; unknown 0."""
     return _scaled(length_m, 0.1, 0, UINT16_UNKNOWN, 0)
+
+
+def m_to_m_i16(length_m: float | None) -> int:
+    """HIGH_LATENCY2.altitude: whole metres in an int16; unknown 0."""
+    return _scaled(length_m, 1.0, -INT16_MAX, INT16_MAX, 0)
+
+
+def m_to_dm(length_m: float | None) -> int:
+    """HIGH_LATENCY2.eph: decimetres in a uint8; unknown 255."""
+    return _scaled(length_m, 10.0, 0, UINT8_UNKNOWN - 1, UINT8_UNKNOWN)
 
 
 def bottom_clearance_m(altitude_m: float | None) -> float:

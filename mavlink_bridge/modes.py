@@ -124,11 +124,3 @@ def available_modes(index: int, config: EndpointConfig) -> Any:
         properties=0,
         mode_name=shown.mode.value.encode(),
     )
-
-
-def current_mode(mode: Mode, intended: Mode, config: EndpointConfig) -> Any:
-    return dialect.MAVLink_current_mode_message(
-        standard_mode=_BY_MODE[mode].standard,
-        custom_mode=custom_mode(mode, config),
-        intended_custom_mode=custom_mode(intended, config),
-    )

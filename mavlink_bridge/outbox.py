@@ -8,7 +8,7 @@ share only urgent frames may use, so that nothing else can starve them.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from mavlink_bridge.endpoint_config import Budget
@@ -24,8 +24,8 @@ _BIN_US: Final = 250_000
 
 Bulk = Callable[[int], Packed | None]
 """Given now_us, the next message of a long list or None when there is none at the moment."""
-Seal = Callable[[Packed], bytes]
-"""Makes a frame of a payload; called in the order of sending."""
+Seal = Callable[[Iterable[Packed]], bytes]
+"""Makes frames of payloads, one behind the other; called in the order of sending."""
 
 
 class TokenBucket:
@@ -80,7 +80,9 @@ class _Allowance:
 
     def for_urgent(self) -> float:
         """Bytes that may go now."""
-        return min(self._bucket.level, self._window_bytes - self._total)
+        left = self._window_bytes - self._total
+        level = self._bucket.level
+        return level if level < left else left
 
     def for_others(self, urgent_now: int) -> float:
         """Bytes that may go now, ``urgent_now`` included, when something stays for urgent frames to come."""
@@ -100,27 +102,35 @@ class _Allowance:
 
 
 class _Parcel:
-    """What one call hands out: frames, within a limit and within the budget."""
+    """What one call hands out: messages, within a limit and within the budget."""
 
-    __slots__ = ("_overhead", "_room", "_seal", "frames", "left", "size")
+    __slots__ = ("_overhead", "_room", "left", "messages", "size")
 
-    def __init__(self, seal: Seal, overhead: int, room: int, left: float) -> None:
-        self._seal = seal
+    def __init__(self, overhead: int, room: int, left: float) -> None:
         self._overhead = overhead
         self._room = room
         self.left = left
         """Bytes of the budget that it may hold."""
-        self.frames: list[bytes] = []
+        self.messages: list[Packed] = []
         self.size = 0
+        """Of their frames."""
 
     def add(self, packed: Packed) -> bool:
-        """Frame and add a message. False, and nothing done, when it does not fit."""
-        size = self.size + len(packed.payload) + self._overhead
-        if (size > self._room and self.frames) or size > self.left:
-            return False
-        self.frames.append(self._seal(packed))
+        """Add a message. False, and nothing done, when it does not fit."""
+        return self.add_first((packed,)) == 1
+
+    def add_first(self, waiting: Iterable[Packed]) -> int:
+        """Add messages from the first up to one that does not fit; return how many."""
+        messages, overhead, room, left, size = self.messages, self._overhead, self._room, self.left, self.size
+        before = len(messages)
+        for packed in waiting:
+            grown = size + len(packed.payload) + overhead
+            if (grown > room and messages) or grown > left:
+                break
+            messages.append(packed)
+            size = grown
         self.size = size
-        return True
+        return len(messages) - before
 
 
 class Outbox:
@@ -132,10 +142,12 @@ class Outbox:
         self.overhead_bytes = overhead_bytes
         self._urgent: deque[Packed] = deque()
         self._answers: deque[Packed] = deque()
-        self._telemetry: dict[object, Packed] = {}
+        self._telemetry: dict[int, Packed] = {}
         self._bulk: deque[Bulk] = deque()
         self._bulk_head: Packed | None = None
         self._turn = False
+        self.waits = False
+        """False: nothing is queued, ``take`` has nothing."""
         self.dropped = 0
         self.sent_bytes = 0
 
@@ -145,6 +157,7 @@ class Outbox:
             self._urgent.popleft()
             self.dropped += 1
         self._urgent.append(packed)
+        self.waits = True
 
     def answer(self, packed: Packed) -> None:
         """Queue what somebody asked for. Beyond the bound the new one is dropped: whoever asked asks again."""
@@ -152,48 +165,52 @@ class Outbox:
             self.dropped += 1
         else:
             self._answers.append(packed)
+            self.waits = True
 
-    def telemetry(self, key: object, packed: Packed) -> None:
-        """Queue a periodic message; an older one with the same key that still waits is replaced."""
-        self._telemetry[key] = packed
+    def telemetry(self, made: Mapping[int, Packed], silent: Iterable[int] = ()) -> None:
+        """Queue periodic messages by their ids, each in place of an older one that still waits; take back the ``silent``."""
+        self._telemetry.update(made)
+        for number in silent:
+            self._telemetry.pop(number, None)
+        self.waits = True
 
     def bulk(self, source: Bulk) -> None:
         """Add a source of a long list, asked when nothing more important waits, until it has nothing left."""
         if source not in self._bulk:
             self._bulk.append(source)
-
-    def forget(self, key: object) -> None:
-        """Take back a periodic message that waits."""
-        self._telemetry.pop(key, None)
+            self.waits = True
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return whole frames within the budget and ``limit_bytes``, b"" when nothing is due.
 
         A single frame that is longer than the limit is handed out alone, or it would block the rest for ever.
         """
-        if not (self._urgent or self._answers or self._telemetry or self._bulk or self._bulk_head):
+        if not self.waits:
             return b""
         allowance = self._allowance
         allowance.at(now_us)
-        parcel = _Parcel(self._seal, self.overhead_bytes, limit_bytes, allowance.for_urgent())
+        parcel = _Parcel(self.overhead_bytes, limit_bytes, allowance.for_urgent())
         urgent, answers = self._urgent, self._answers
-        while urgent and parcel.add(urgent[0]):
-            urgent.popleft()
+        _drop_first(urgent, parcel.add_first(urgent))
         urgent_size = parcel.size
         if not urgent:
             parcel.left = allowance.for_others(urgent_size)
-            while answers and parcel.add(answers[0]):
-                answers.popleft()
+            _drop_first(answers, parcel.add_first(answers))
             if not answers:
                 self._fill(parcel, now_us)
-        if parcel.size:
-            allowance.spend(parcel.size, urgent_size, now_us)
+        self.waits = bool(urgent or answers or self._telemetry or self._bulk or self._bulk_head)
+        if not parcel.size:
+            return b""
+        allowance.spend(parcel.size, urgent_size, now_us)
         self.sent_bytes += parcel.size
-        return b"".join(parcel.frames)
+        return self._seal(parcel.messages)
 
     def _fill(self, parcel: _Parcel, now_us: int) -> None:
         """Telemetry and lists take turns, so that neither a list nor fast streams starve the other."""
         telemetry = self._telemetry
+        if not (self._bulk or self._bulk_head):
+            self._fill_alone(parcel)
+            return
         while telemetry or self._bulk or self._bulk_head:
             self._turn = not self._turn
             if telemetry and (self._turn or not (self._bulk or self._bulk_head)):
@@ -208,6 +225,19 @@ class Outbox:
                 return
             self._bulk_head = None
 
+    def _fill_alone(self, parcel: _Parcel) -> None:
+        """The same with no list there: telemetry has each turn, of which it leaves the last."""
+        telemetry = self._telemetry
+        count = parcel.add_first(telemetry.values())
+        if count == len(telemetry):
+            turns = count
+            telemetry.clear()
+        else:
+            turns = count + 1
+            for key in list(telemetry)[:count]:
+                del telemetry[key]
+        self._turn ^= turns % 2 == 1
+
     def _next_bulk(self, now_us: int) -> Packed | None:
         """The next message of a list; lists take turns, one that is done goes."""
         while self._bulk:
@@ -217,6 +247,11 @@ class Outbox:
                 return packed
             self._bulk.popleft()
         return None
+
+
+def _drop_first(waiting: deque[Packed], count: int) -> None:
+    for _ in range(count):
+        waiting.popleft()
 
 
 MakeOutbox = Callable[[Budget, Seal, int], Outbox]

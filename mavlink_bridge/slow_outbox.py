@@ -8,7 +8,7 @@ is not given again: the copies crossed. Replies, the HEARTBEAT and the rest are 
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from mavlink_bridge.codec import dialect
@@ -53,7 +53,6 @@ class SlowOutbox(Outbox):
         clock: Callable[[], int],
     ) -> None:
         super().__init__(budget, seal, overhead_bytes)
-        self._frame = seal
         self._way_us = way_us
         self._clock = clock
         self._urgent_replies: OrderedDict[Key, Packed] = OrderedDict()
@@ -67,7 +66,7 @@ class SlowOutbox(Outbox):
         self._again: deque[tuple[int, int, Packed]] = deque(maxlen=_MAX_WAITING)
         """When to say it again, how often still, and what."""
         self._arrives_us: OrderedDict[Packed, int] = OrderedDict()
-        self._streams: dict[object, Packed] = {}
+        self._streams: dict[int, Packed] = {}
         self._lists: deque[Bulk] = deque()
         self._list_head: Packed | None = None
 
@@ -90,11 +89,10 @@ class SlowOutbox(Outbox):
         else:
             self._reply(packed, self._replies)
 
-    def telemetry(self, key: object, packed: Packed) -> None:
-        self._streams[key] = packed
-
-    def forget(self, key: object) -> None:
-        self._streams.pop(key, None)
+    def telemetry(self, made: Mapping[int, Packed], silent: Iterable[int] = ()) -> None:
+        self._streams.update(made)
+        for number in silent:
+            self._streams.pop(number, None)
 
     def bulk(self, source: Bulk) -> None:
         if source not in self._lists:
@@ -160,7 +158,7 @@ class SlowOutbox(Outbox):
     def take_of_list(self) -> bytes:
         """Its frame."""
         packed, self._list_head = self._list_head, None
-        data = b"" if packed is None else self._frame(packed)
+        data = b"" if packed is None else self._seal((packed,))
         self.sent_bytes += len(data)
         return data
 
@@ -189,7 +187,7 @@ class SlowOutbox(Outbox):
                 break
             taken.append(first)
             shelf.popitem(last=False)
-        data = b"".join(self._frame(packed) for packed in taken)
+        data = self._seal(taken)
         for packed in taken:
             self._arrives_us.pop(packed, None)
             self._arrives_us[packed] = now_us + self._way_us(len(data))
@@ -206,21 +204,21 @@ class SlowOutbox(Outbox):
     def take_beat(self) -> bytes:
         """The HEARTBEAT's frame."""
         beat, self._beat = self._beat, None
-        data = b"" if beat is None else self._frame(beat)
+        data = b"" if beat is None else self._seal((beat,))
         self.sent_bytes += len(data)
         return data
 
     def take_news(self, now_us: int, limit_bytes: int) -> bytes:
         """Frames of what the vessel says by itself, the HEARTBEAT apart: as many as the limit holds, at least one."""
-        frames: list[bytes] = []
+        taken: list[Packed] = []
         size = 0
         while (packed := self._next_news(now_us)) is not None:
             size += len(packed.payload) + self.overhead_bytes
-            if frames and size > limit_bytes:
+            if taken and size > limit_bytes:
                 self._held = packed
                 break
-            frames.append(self._frame(packed))
-        data = b"".join(frames)
+            taken.append(packed)
+        data = self._seal(taken)
         self.sent_bytes += len(data)
         return data
 

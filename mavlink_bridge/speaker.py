@@ -47,43 +47,46 @@ class Speaker:
     def compose(self, number: int) -> Packed | None:
         return None if self.snapshot is None else self._composer.compose(number, self.snapshot, self._config)
 
-    def tick(self, now_us: int, snapshot: Snapshot, *, summary_on: bool = False, quiet: bool = False) -> None:
-        """Queue what is due; when ``quiet`` no streams.
-
-        On a high-latency link that is HIGH_LATENCY2 alone, and only when it is switched on.
-        """
+    def tick(self, now_us: int, snapshot: Snapshot, *, quiet: bool) -> None:
+        """Queue what is due; when ``quiet`` no streams."""
         self.snapshot = snapshot
-        if self._config.profile == "high_latency":
-            self._summary(now_us, summary_on)
-            return
-        digest = self._composer.digest(snapshot)
-        changed = digest is not self._digest and self._changes(digest)
+        composer = self._composer
+        if snapshot is not composer.snapshot:
+            composer.turn_to(snapshot)
+        changed = composer.digest is not self._digest and self._changes(composer.digest)
         if changed or now_us >= self._next_heartbeat_us:
             self._heartbeat(now_us)
+        if composer.is_eventful:
+            self._events(snapshot)
+        if self.wanted or now_us >= self._streams.due_us:
+            self._tell(now_us, snapshot, quiet)
+
+    def _events(self, snapshot: Snapshot) -> None:
         for seq in snapshot.progress.reached:
-            self._outbox.answer(packed(mission_item_reached(seq, self._config)))
+            made = mission_item_reached(seq, self._config)
+            if made is not None:
+                self._outbox.answer(made)
         for log in snapshot.texts:
             self.say(log.severity, log.text)
-        due = [] if quiet else self._streams.due(now_us)
-        if self.wanted:
-            due += self.wanted.difference(due)
-            self.wanted.clear()
-        for number in due:
-            made = self._composer.compose(number, snapshot, self._config)
-            if made is None:
-                self._outbox.forget(number)
-            else:
-                self._outbox.telemetry(number, made)
 
-    def _summary(self, now_us: int, is_on: bool) -> None:
+    def _tell(self, now_us: int, snapshot: Snapshot, quiet: bool) -> None:
+        """Queue the streams that are due, and what is wanted besides."""
+        due = () if quiet else self._streams.due(now_us)
+        if self.wanted:
+            due = (*due, *self.wanted.difference(due))
+            self.wanted.clear()
+        if due:
+            self._outbox.telemetry(*self._composer.batch(due, snapshot, self._config))
+
+    def summary(self, now_us: int, snapshot: Snapshot, *, is_on: bool) -> None:
+        """What a high-latency link says in place of ``tick``: HIGH_LATENCY2 alone, and only when it is switched on."""
+        self.snapshot = snapshot
         if not is_on:
             self._next_summary_us = None
             return
         if self._next_summary_us is None or now_us >= self._next_summary_us:
             self._next_summary_us = now_us + round(self._config.high_latency_period_s * 1e6)
-            made = self.compose(HIGH_LATENCY2)
-            if made is not None:
-                self._outbox.telemetry(HIGH_LATENCY2, made)
+            self._outbox.telemetry(*self._composer.batch((HIGH_LATENCY2,), snapshot, self._config))
 
     def _heartbeat(self, now_us: int) -> None:
         if now_us >= self._next_heartbeat_us:

@@ -6,56 +6,44 @@ endpoint and knows its rates. Streams start at multiples of their period, so tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from heapq import heapify, heappop, heappush, heapreplace
-from typing import Any, Final, NamedTuple
+from collections.abc import Iterable
+from typing import Final, NamedTuple
 
 from mavlink_bridge import telemetry_motion as motion, telemetry_system as system
-from mavlink_bridge.codec import dialect
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.snapshot import Snapshot
-from mavlink_bridge.wire import Packed, packed
+from mavlink_bridge.wire import Packed, Teller, message_id
 
-Build = Callable[[Snapshot], Any]
-BuildForPersona = Callable[[Snapshot, EndpointConfig], Any]
-
-_COMMON: Final[dict[str, Build]] = {
-    "SYSTEM_TIME": system.system_time,
-    "GPS_RAW_INT": motion.gps_raw_int,
-    "ATTITUDE": motion.attitude,
-    "ATTITUDE_QUATERNION": motion.attitude_quaternion,
-    "LOCAL_POSITION_NED": motion.local_position_ned,
-    "GLOBAL_POSITION_INT": motion.global_position_int,
-    "SERVO_OUTPUT_RAW": system.servo_output_raw,
-    "NAV_CONTROLLER_OUTPUT": motion.nav_controller_output,
-    "VFR_HUD": motion.vfr_hud,
-    "POSITION_TARGET_GLOBAL_INT": motion.position_target_global_int,
-    "DISTANCE_SENSOR": motion.distance_sensor,
-    "ALTITUDE": motion.altitude,
-    "BATTERY_STATUS": system.battery_status,
-    "FENCE_STATUS": system.fence_status,
-    "HOME_POSITION": motion.home_position,
-    "EXTENDED_SYS_STATE": system.extended_sys_state,
-    "ORBIT_EXECUTION_STATUS": motion.orbit_execution_status,
-    "FIGURE_EIGHT_EXECUTION_STATUS": motion.figure_eight_execution_status,
-    "SYS_STATUS": system.sys_status,
-    "WATER_DEPTH": motion.water_depth,
+_COMMON: Final[dict[int, Teller[[Snapshot]]]] = {
+    teller.message_id: teller
+    for teller in (
+        system.system_time,
+        motion.gps_raw_int,
+        motion.attitude,
+        motion.attitude_quaternion,
+        motion.local_position_ned,
+        motion.global_position_int,
+        system.servo_output_raw,
+        motion.nav_controller_output,
+        motion.vfr_hud,
+        motion.position_target_global_int,
+        motion.distance_sensor,
+        motion.altitude,
+        system.battery_status,
+        system.fence_status,
+        motion.home_position,
+        system.extended_sys_state,
+        motion.orbit_execution_status,
+        motion.figure_eight_execution_status,
+        system.sys_status,
+        motion.water_depth,
+    )
 }
-_PERSONAL: Final[dict[str, BuildForPersona]] = {
-    "HEARTBEAT": system.heartbeat,
-    "MISSION_CURRENT": system.mission_current,
-    "CURRENT_MODE": system.current_mode,
-    "HIGH_LATENCY2": system.high_latency2,
+_PERSONAL: Final[dict[int, Teller[[Snapshot, EndpointConfig]]]] = {
+    teller.message_id: teller
+    for teller in (system.heartbeat, system.mission_current, system.current_mode, system.high_latency2)
 }
-
-
-def message_id(name: str) -> int:
-    number: int = getattr(dialect, f"MAVLINK_MSG_ID_{name}")
-    return number
-
-
-_BUILDERS: Final[dict[int, Build]] = {message_id(name): build for name, build in _COMMON.items()}
-_PERSONAL_BUILDERS: Final[dict[int, BuildForPersona]] = {message_id(name): build for name, build in _PERSONAL.items()}
+"""What looks different under another persona."""
 
 HEARTBEAT: Final = message_id("HEARTBEAT")
 MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
@@ -64,7 +52,7 @@ SYS_STATUS: Final = message_id("SYS_STATUS")
 FENCE_STATUS: Final = message_id("FENCE_STATUS")
 HIGH_LATENCY2: Final = message_id("HIGH_LATENCY2")
 
-STREAMED: Final = frozenset(_BUILDERS) | frozenset(_PERSONAL_BUILDERS)
+STREAMED: Final = frozenset(_COMMON) | frozenset(_PERSONAL)
 """Every message that SET_MESSAGE_INTERVAL and REQUEST_MESSAGE can ask for from the snapshot."""
 
 DATA_STREAMS: Final[dict[int, tuple[int, ...]]] = {
@@ -103,49 +91,89 @@ class Digest(NamedTuple):
     fence: tuple[object, ...]
 
 
-class Composer:
-    """Builds and packs a message at most once for each snapshot and face."""
+class Batch(NamedTuple):
+    """Messages that are due together."""
 
-    __slots__ = ("_cache", "_digest", "_snapshot")
+    made: dict[int, Packed]
+    silent: tuple[int, ...]
+    """Those that have nothing true to say at present."""
+
+
+class Composer:
+    """Packs a message at most once for each snapshot and face, and a batch once for all links on which it is due."""
+
+    __slots__ = ("_batches", "_cache", "_seen", "digest", "is_eventful", "snapshot")
 
     def __init__(self) -> None:
-        self._snapshot: Snapshot | None = None
+        self.snapshot: Snapshot | None = None
+        """The one of this tick."""
+        self.digest = Digest((), (), ())
+        """What of the snapshot is told at once when it changes; the very same object while nothing of it changed."""
+        self.is_eventful = False
+        """Whether the snapshot brings texts, or items that were reached."""
+        self._seen: tuple[object, ...] = ()
         self._cache: dict[object, Packed | None] = {}
-        self._digest: Digest | None = None
+        self._batches: dict[object, Batch] = {}
 
-    def digest(self, snapshot: Snapshot) -> Digest:
-        """What of a snapshot is told at once when it changes; the very same object while nothing of it changed."""
-        if snapshot is not self._snapshot:
-            self._turn_to(snapshot)
-        return self._digest or Digest((), (), ())
-
-    def _turn_to(self, snapshot: Snapshot) -> None:
-        self._snapshot = snapshot
+    def turn_to(self, snapshot: Snapshot) -> None:
+        """Take up a new snapshot."""
+        self.snapshot = snapshot
         self._cache.clear()
+        self._batches.clear()
         progress, health = snapshot.progress, snapshot.health
-        fresh = Digest(
-            (snapshot.mode, snapshot.armed, system.system_status(snapshot)),
-            (progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id),
-            (snapshot.fence.breached, health.fence_enabled, health.fence_ok),
-        )
-        if fresh != self._digest:
-            self._digest = fresh
+        self.is_eventful = bool(snapshot.texts or progress.reached)
+        plan = progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id
+        fence = snapshot.fence.breached, health.fence_enabled, health.fence_ok
+        seen = (snapshot.mode, snapshot.armed, snapshot.action, snapshot.guard, snapshot.terminated, plan, fence)
+        if seen == self._seen:
+            return
+        self._seen = seen
+        fresh = Digest((snapshot.mode, snapshot.armed, system.system_status(snapshot)), plan, fence)
+        if fresh != self.digest:
+            self.digest = fresh
 
     def compose(self, number: int, snapshot: Snapshot, config: EndpointConfig) -> Packed | None:
         """Return the packed message of this id, None when there is nothing to say or no such stream."""
-        if snapshot is not self._snapshot:
-            self._turn_to(snapshot)
-        personal = _PERSONAL_BUILDERS.get(number)
+        if snapshot is not self.snapshot:
+            self.turn_to(snapshot)
+        personal = _PERSONAL.get(number)
         key: object = number if personal is None else (number, config.persona, config.generic_mode_encoding)
         if key in self._cache:
             return self._cache[key]
-        message: Any = None
+        made: Packed | None = None
         if personal is not None:
-            message = personal(snapshot, config)
-        elif number in _BUILDERS:
-            message = _BUILDERS[number](snapshot)
-        made = self._cache[key] = None if message is None else packed(message)
+            made = personal(snapshot, config)
+        elif number in _COMMON:
+            made = _COMMON[number](snapshot)
+        self._cache[key] = made
         return made
+
+    def batch(self, numbers: tuple[int, ...], snapshot: Snapshot, config: EndpointConfig) -> Batch:
+        """Return the messages of these ids, packed, in this order."""
+        if snapshot is not self.snapshot:
+            self.turn_to(snapshot)
+        key = numbers, config.persona, config.generic_mode_encoding
+        batch = self._batches.get(key)
+        if batch is None:
+            composed = [(number, self.compose(number, snapshot, config)) for number in numbers]
+            made = {number: packed for number, packed in composed if packed is not None}
+            silent = tuple([number for number, packed in composed if packed is None])
+            batch = self._batches[key] = Batch(made, silent)
+        return batch
+
+
+_NEVER_US: Final = 1 << 62
+
+
+class _Pace:
+    """Messages that come at the same times."""
+
+    __slots__ = ("at_us", "numbers", "period_us")
+
+    def __init__(self, at_us: int, period_us: int) -> None:
+        self.at_us = at_us
+        self.period_us = period_us
+        self.numbers: list[int] = []
 
 
 class Streams:
@@ -156,9 +184,11 @@ class Streams:
         self._caps = config.profile == "lora"
         self._defaults = {message_id(name): round(1e6 / rate) for name, rate in config.rates.items() if rate > 0}
         self._period_us: dict[int, int] = {}
-        self._queue: list[tuple[int, int, int]] = []
-        self._version: dict[int, int] = {}
+        self._paces: list[_Pace] = []
         self._fresh: list[int] = []
+        """Turned on since the last look, so without a time."""
+        self.due_us = _NEVER_US
+        """Before this time nothing is due."""
         for number in self._defaults:
             self._turn_on(number, self._defaults[number])
 
@@ -192,38 +222,45 @@ class Streams:
             for number in numbers:
                 self.set_interval(number, interval_us)
 
-    def due(self, now_us: int) -> list[int]:
-        """Return the ids due at this time and plan their next ones."""
-        if not self._fresh and (not self._queue or self._queue[0][0] > now_us):
-            return []
+    def due(self, now_us: int) -> tuple[int, ...]:
+        """Return the ids due at this time, those that wait longest first, and plan their next ones."""
+        if now_us < self.due_us:
+            return ()
         for number in self._fresh:
-            period_us = self._period_us.get(number)
-            if period_us is not None:
-                start_us = now_us + (-now_us % period_us if period_us <= 1_000_000 else 0)
-                heappush(self._queue, (start_us, number, self._version[number]))
-        if self._fresh and len(self._queue) > 4 * len(STREAMED):
-            self._queue = [entry for entry in self._queue if self._version[entry[1]] == entry[2]]
-            heapify(self._queue)
+            self._plan(number, now_us)
         self._fresh.clear()
-        queue, ready = self._queue, []
-        while queue and queue[0][0] <= now_us:
-            at_us, number, version = queue[0]
-            if self._version[number] != version:
-                heappop(queue)
-                continue
-            ready.append(number)
-            period_us = self._period_us[number]
-            heapreplace(queue, (max(at_us, now_us - period_us + 1) + period_us, number, version))
-        return ready
+        ready: dict[int, list[int]] = {}
+        for pace in self._paces:
+            if pace.at_us <= now_us:
+                ready.setdefault(pace.at_us, []).extend(pace.numbers)
+                pace.at_us = max(pace.at_us, now_us - pace.period_us + 1) + pace.period_us
+        self.due_us = min([pace.at_us for pace in self._paces], default=_NEVER_US)
+        return tuple([number for at_us in sorted(ready) for number in sorted(ready[at_us])])
+
+    def _plan(self, number: int, now_us: int) -> None:
+        """Give a message its first time and those that keep the same times for company."""
+        period_us = self._period_us[number]
+        at_us = now_us + (-now_us % period_us if period_us <= 1_000_000 else 0)
+        for pace in self._paces:
+            if pace.period_us == period_us and pace.at_us == at_us:
+                break
+        else:
+            pace = _Pace(at_us, period_us)
+            self._paces.append(pace)
+        pace.numbers.append(number)
 
     def _turn_on(self, number: int, period_us: int) -> None:
         if self._period_us.get(number) != period_us:
             self._turn_off(number)
             self._period_us[number] = period_us
             self._fresh.append(number)
+            self.due_us = 0
 
     def _turn_off(self, number: int) -> None:
         self._period_us.pop(number, None)
-        self._version[number] = self._version.get(number, 0) + 1
         if number in self._fresh:
             self._fresh.remove(number)
+        for pace in self._paces:
+            if number in pace.numbers:
+                pace.numbers.remove(number)
+        self._paces = [pace for pace in self._paces if pace.numbers]

@@ -1,17 +1,21 @@
-"""Telemetry of the vessel itself: health, battery, plan progress, actuators, fence, clock. Snapshot in, message out, or None."""
+"""Telemetry of the vessel itself: health, battery, plan progress, actuators, fence, clock.
+
+Snapshot in, the message's values out in the order of the wire, or None when there is nothing true to say.
+"""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 from mavlink_bridge import modes
-from mavlink_bridge.codec import dialect
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.imc import Action, GuardState, Mode
 from mavlink_bridge.mapping import (
     a_to_ca,
     boot_ms,
     m_to_dam,
+    m_to_dm,
+    m_to_m_i16,
     mps_to_fifths,
     rad_to_deg_half,
     rad_to_deg_i8,
@@ -22,8 +26,7 @@ from mavlink_bridge.mapping import (
     v_to_mv,
 )
 from mavlink_bridge.snapshot import Health, Snapshot
-
-Message = Any
+from mavlink_bridge.wire import Values, told_as
 
 _GYRO: Final = 0x01
 _ACCEL: Final = 0x02
@@ -38,6 +41,12 @@ _AHRS: Final = 0x200000
 _LOGGING: Final = 0x1000000
 _BATTERY: Final = 0x2000000
 _PREARM: Final = 0x10000000
+
+_SURFACE_BOAT: Final = 11
+"""MAV_TYPE_SURFACE_BOAT."""
+_NO_CELLS: Final = (0xFFFF,) * 9
+"""BATTERY_STATUS.voltages behind the first, which is the whole battery's."""
+_NO_PULSES: Final = (0, 0, 0, 0)
 
 _STANDBY: Final = 3
 _ACTIVE: Final = 4
@@ -54,15 +63,16 @@ def system_status(snapshot: Snapshot) -> int:
     return _ACTIVE if snapshot.armed else _STANDBY
 
 
-def heartbeat(snapshot: Snapshot, config: EndpointConfig) -> Message:
+@told_as("HEARTBEAT", "custom_mode type autopilot base_mode system_status mavlink_version")
+def heartbeat(snapshot: Snapshot, config: EndpointConfig) -> Values:
     """HEARTBEAT of a surface boat under the endpoint's persona."""
-    return dialect.MAVLink_heartbeat_message(
-        type=11,
-        autopilot=3 if config.persona == "ardurover" else 0,
-        base_mode=modes.base_mode(snapshot.mode, snapshot.armed),
-        custom_mode=modes.custom_mode(snapshot.mode, config),
-        system_status=system_status(snapshot),
-        mavlink_version=3,
+    return (
+        modes.custom_mode(snapshot.mode, config),
+        _SURFACE_BOAT,
+        3 if config.persona == "ardurover" else 0,
+        modes.base_mode(snapshot.mode, snapshot.armed),
+        system_status(snapshot),
+        3,
     )
 
 
@@ -98,111 +108,120 @@ def _bits(health: Health, snapshot: Snapshot) -> tuple[int, int, int]:
     return present, enabled, healthy
 
 
-def sys_status(snapshot: Snapshot) -> Message | None:
+@told_as(
+    "SYS_STATUS",
+    "onboard_control_sensors_present onboard_control_sensors_enabled onboard_control_sensors_health load"
+    " voltage_battery current_battery drop_rate_comm errors_comm errors_count1 errors_count2 errors_count3"
+    " errors_count4 battery_remaining",
+)
+def sys_status(snapshot: Snapshot) -> Values | None:
     """SYS_STATUS with bits that are true: present means fitted, enabled means on, health means good."""
     present, enabled, healthy = _bits(snapshot.health, snapshot)
     supply = snapshot.supply
-    return dialect.MAVLink_sys_status_message(
-        onboard_control_sensors_present=present,
-        onboard_control_sensors_enabled=enabled,
-        onboard_control_sensors_health=healthy,
-        load=share_to_permille(snapshot.load),
-        voltage_battery=v_to_mv(supply.voltage_v if supply else None),
-        current_battery=a_to_ca(supply.current_a if supply else None),
-        battery_remaining=share_to_percent(supply.remaining if supply else None),
-        drop_rate_comm=0,
-        errors_comm=min(sum(link.bad_frames for link in snapshot.links), 0xFFFF),
-        errors_count1=0,
-        errors_count2=0,
-        errors_count3=0,
-        errors_count4=0,
+    return (
+        present,
+        enabled,
+        healthy,
+        share_to_permille(snapshot.load),
+        v_to_mv(supply.voltage_v if supply else None),
+        a_to_ca(supply.current_a if supply else None),
+        0,  # share of frames lost: not known
+        min(sum([link.bad_frames for link in snapshot.links]), 0xFFFF),
+        *(0, 0, 0, 0),  # ArduPilot's own counters
+        share_to_percent(supply.remaining if supply else None),
     )
 
 
-def battery_status(snapshot: Snapshot) -> Message | None:
+@told_as(
+    "BATTERY_STATUS",
+    "current_consumed energy_consumed temperature voltages current_battery id battery_function type battery_remaining",
+)
+def battery_status(snapshot: Snapshot) -> Values | None:
     """BATTERY_STATUS; voltage, current and charge each carry their own 'unknown'."""
     supply = snapshot.supply
     voltage_mv = v_to_mv(supply.voltage_v if supply else None)
-    return dialect.MAVLink_battery_status_message(
-        id=0,
-        battery_function=1,
-        type=0,
-        temperature=0x7FFF,
-        voltages=[voltage_mv] + [0xFFFF] * 9,
-        current_battery=a_to_ca(supply.current_a if supply else None),
-        current_consumed=-1,
-        energy_consumed=-1,
-        battery_remaining=share_to_percent(supply.remaining if supply else None),
+    return (
+        *(-1, -1, 0x7FFF),  # charge and energy used, temperature: unknown
+        voltage_mv,
+        *_NO_CELLS,
+        a_to_ca(supply.current_a if supply else None),
+        *(0, 1, 0),  # battery 0, for all functions, of unknown type
+        share_to_percent(supply.remaining if supply else None),
     )
 
 
-def extended_sys_state(snapshot: Snapshot) -> Message | None:
+@told_as("EXTENDED_SYS_STATE", "vtol_state landed_state")
+def extended_sys_state(snapshot: Snapshot) -> Values | None:
     """EXTENDED_SYS_STATE: 'in air' while armed and under way, so that stations offer what they offer a vehicle under way."""
     output = snapshot.output
     moving = snapshot.armed and (
         snapshot.mode is not Mode.MANUAL or bool(output.thruster_port or output.thruster_starboard)
     )
-    return dialect.MAVLink_extended_sys_state_message(vtol_state=0, landed_state=2 if moving else 1)
+    return 0, 2 if moving else 1
 
 
-def mission_current(snapshot: Snapshot, config: EndpointConfig) -> Message | None:
+@told_as("MISSION_CURRENT", "seq total mission_state mission_mode mission_id fence_id rally_points_id")
+def mission_current(snapshot: Snapshot, config: EndpointConfig) -> Values | None:
     """MISSION_CURRENT; under persona ardurover item 0 is home, so numbers are one higher."""
     progress = snapshot.progress
     shift = 1 if config.has_home_item else 0
     total = progress.total + (shift if progress.total else 0)
-    return dialect.MAVLink_mission_current_message(
-        seq=progress.seq + (shift if progress.total else 0),
-        total=total if total else 0xFFFF,
-        mission_state=int(progress.state),
-        mission_mode=1 if snapshot.mode is Mode.AUTO else 2,
-        mission_id=progress.mission_id,
-        fence_id=progress.fence_id,
-        rally_points_id=progress.rally_id,
+    return (
+        progress.seq + (shift if progress.total else 0),
+        total if total else 0xFFFF,
+        progress.state,
+        1 if snapshot.mode is Mode.AUTO else 2,
+        progress.mission_id,
+        progress.fence_id,
+        progress.rally_id,
     )
 
 
-def mission_item_reached(seq: int, config: EndpointConfig) -> Message:
-    return dialect.MAVLink_mission_item_reached_message(seq + (1 if config.has_home_item else 0))
+@told_as("MISSION_ITEM_REACHED", "seq")
+def mission_item_reached(seq: int, config: EndpointConfig) -> Values:
+    return (seq + (1 if config.has_home_item else 0),)
 
 
-def fence_status(snapshot: Snapshot) -> Message | None:
+@told_as("FENCE_STATUS", "breach_time breach_count breach_status breach_type breach_mitigation")
+def fence_status(snapshot: Snapshot) -> Values | None:
     fence = snapshot.fence
-    return dialect.MAVLink_fence_status_message(
-        breach_status=1 if fence.breached else 0,
-        breach_count=min(fence.breach_count, 0xFFFF),
-        breach_type=fence.breach_type,
-        breach_time=boot_ms(fence.breach_t_us),
-        breach_mitigation=1 if fence.breached else 0,
+    return (
+        boot_ms(fence.breach_t_us),
+        min(fence.breach_count, 0xFFFF),
+        1 if fence.breached else 0,
+        fence.breach_type,
+        1 if fence.breached else 0,
     )
 
 
-def servo_output_raw(snapshot: Snapshot) -> Message | None:
+@told_as(
+    "SERVO_OUTPUT_RAW",
+    "time_usec servo1_raw servo2_raw servo3_raw servo4_raw servo5_raw servo6_raw servo7_raw servo8_raw port",
+)
+def servo_output_raw(snapshot: Snapshot) -> Values | None:
     """SERVO_OUTPUT_RAW: the pulse widths that the actuator board says it applied, never those merely asked for; 0 = unknown."""
     applied = snapshot.actuator.applied_us if snapshot.actuator.connected else None
-    one, two, three, four = applied or (0, 0, 0, 0)
-    return dialect.MAVLink_servo_output_raw_message(
-        time_usec=snapshot.actuator.t_us & 0xFFFFFFFF,
-        port=0,
-        servo1_raw=one,
-        servo2_raw=two,
-        servo3_raw=three,
-        servo4_raw=four,
-        servo5_raw=0,
-        servo6_raw=0,
-        servo7_raw=0,
-        servo8_raw=0,
-    )
+    return (snapshot.actuator.t_us & 0xFFFFFFFF, *(applied or _NO_PULSES), *_NO_PULSES, 0)
 
 
-def system_time(snapshot: Snapshot) -> Message | None:
-    return dialect.MAVLink_system_time_message(time_unix_usec=snapshot.utc_us or 0, time_boot_ms=boot_ms(snapshot.t_us))
+@told_as("SYSTEM_TIME", "time_unix_usec time_boot_ms")
+def system_time(snapshot: Snapshot) -> Values | None:
+    return snapshot.utc_us or 0, boot_ms(snapshot.t_us)
 
 
-def current_mode(snapshot: Snapshot, config: EndpointConfig) -> Message:
-    return modes.current_mode(snapshot.mode, snapshot.mode, config)
+@told_as("CURRENT_MODE", "custom_mode intended_custom_mode standard_mode")
+def current_mode(snapshot: Snapshot, config: EndpointConfig) -> Values:
+    number = modes.custom_mode(snapshot.mode, config)
+    return number, number, modes.face(snapshot.mode).standard
 
 
-def high_latency2(snapshot: Snapshot, config: EndpointConfig) -> Message | None:
+@told_as(
+    "HIGH_LATENCY2",
+    "timestamp latitude longitude custom_mode altitude target_altitude target_distance wp_num failure_flags type"
+    " autopilot heading target_heading throttle airspeed airspeed_sp groundspeed windspeed wind_heading eph epv"
+    " temperature_air climb_rate battery custom0 custom1 custom2",
+)
+def high_latency2(snapshot: Snapshot, config: EndpointConfig) -> Values | None:
     """HIGH_LATENCY2. custom_mode has 16 bits: Rover numbers as they are, the PX4 layout by its upper half.
 
     custom0 holds base_mode under persona ardurover, where stations look for the armed flag, and roll in degrees otherwise;
@@ -211,40 +230,32 @@ def high_latency2(snapshot: Snapshot, config: EndpointConfig) -> Message | None:
     state, path = snapshot.state, snapshot.path
     number = modes.custom_mode(snapshot.mode, config)
     base = modes.base_mode(snapshot.mode, snapshot.armed)
-    return dialect.MAVLink_high_latency2_message(
-        timestamp=boot_ms(snapshot.t_us),
-        type=11,
-        autopilot=3 if config.persona == "ardurover" else 0,
-        custom_mode=number if number < 0x10000 else number >> 16,
-        latitude=rad_to_degE7(state.lat_rad, 0),
-        longitude=rad_to_degE7(state.lon_rad, 0),
-        altitude=round(min(max(state.height_msl_m or 0.0, -0x7FFF), 0x7FFF)),
-        target_altitude=0,
-        heading=rad_to_deg_half(state.psi_rad),
-        target_heading=rad_to_deg_half(path.target_bearing_rad),
-        target_distance=m_to_dam(path.distance_m),
-        throttle=thrust_to_percent(abs(snapshot.throttle)),
-        airspeed=mps_to_fifths(state.sog_mps),
-        airspeed_sp=mps_to_fifths(snapshot.desired.speed_mps or 0.0) if snapshot.desired else 0,
-        groundspeed=mps_to_fifths(state.sog_mps),
-        windspeed=0,
-        wind_heading=0,
-        eph=_eph(snapshot),
-        epv=255,
-        temperature_air=-128,
-        climb_rate=0,
-        battery=share_to_percent(snapshot.supply.remaining if snapshot.supply else None),
-        wp_num=min(snapshot.progress.seq + (1 if config.has_home_item else 0), 0xFFFF),
-        failure_flags=_failure_flags(snapshot),
-        custom0=(base - 256 if base > 127 else base) if config.persona == "ardurover" else rad_to_deg_i8(state.phi_rad),
-        custom1=rad_to_deg_i8(state.theta_rad),
-        custom2=0,
+    return (
+        boot_ms(snapshot.t_us),
+        rad_to_degE7(state.lat_rad, 0),
+        rad_to_degE7(state.lon_rad, 0),
+        number if number < 0x10000 else number >> 16,
+        m_to_m_i16(state.height_msl_m),
+        0,  # target's altitude
+        m_to_dam(path.distance_m),
+        min(snapshot.progress.seq + (1 if config.has_home_item else 0), 0xFFFF),
+        _failure_flags(snapshot),
+        _SURFACE_BOAT,
+        3 if config.persona == "ardurover" else 0,
+        rad_to_deg_half(state.psi_rad),
+        rad_to_deg_half(path.target_bearing_rad),
+        thrust_to_percent(abs(snapshot.throttle)),
+        mps_to_fifths(state.sog_mps),
+        mps_to_fifths(snapshot.desired.speed_mps or 0.0) if snapshot.desired else 0,
+        mps_to_fifths(state.sog_mps),
+        *(0, 0),  # wind's speed and direction
+        m_to_dm(snapshot.fix.hacc_m if snapshot.fix else None),
+        *(255, -128, 0),  # vertical accuracy and temperature unknown, climb rate
+        share_to_percent(snapshot.supply.remaining if snapshot.supply else None),
+        (base - 256 if base > 127 else base) if config.persona == "ardurover" else rad_to_deg_i8(state.phi_rad),
+        rad_to_deg_i8(state.theta_rad),
+        0,
     )
-
-
-def _eph(snapshot: Snapshot) -> int:
-    hacc_m = snapshot.fix.hacc_m if snapshot.fix else None
-    return 255 if hacc_m is None else min(round(hacc_m * 10.0), 254)
 
 
 def _failure_flags(snapshot: Snapshot) -> int:

@@ -1,10 +1,18 @@
-"""Messages as payloads, not yet framed, so that one packing serves every link: each frames it with its own sequence number."""
+"""Messages as payloads, not yet framed, so that one packing serves every link: each frames it with its own sequence number.
+
+What a service answers is a message object of the library, packed by ``packed``. Telemetry goes without: a ``Teller`` packs the
+values that a function finds in the vessel's picture at once, in the layout that the library gives the message.
+"""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, Generic, NamedTuple, ParamSpec
 
-from mavlink_bridge.codec import payload
+from mavlink_bridge.codec import dialect, payload
+
+Shown = ParamSpec("Shown")
+Values = tuple[float, ...]
 
 
 class Packed(NamedTuple):
@@ -17,3 +25,49 @@ class Packed(NamedTuple):
 def packed(message: Any) -> Packed:
     """Pack a message. Raises struct.error for a value that its field cannot hold: a fault of the caller."""
     return Packed(message.get_msgId(), payload(message))
+
+
+def message_id(name: str) -> int:
+    """Id of a message of the dialect."""
+    number: int = getattr(dialect, f"MAVLINK_MSG_ID_{name}")
+    return number
+
+
+class Teller(Generic[Shown]):
+    """One kind of telemetry: ``values`` gives its fields in the order of the wire, or None when there is nothing true to say."""
+
+    __slots__ = ("_pack", "_rest", "fields", "message_id", "values")
+
+    def __init__(self, name: str, fields: str, values: Callable[Shown, Values | None]) -> None:
+        self.message_id = message_id(name)
+        self.fields = fields.split()
+        self.values = values
+        message_class = dialect.mavlink_map[self.message_id]
+        given = len(self.fields)
+        if self.fields != message_class.ordered_fieldnames[:given]:
+            raise ValueError(f"{name}: the wire has {' '.join(message_class.ordered_fieldnames)}")
+        self._pack: Callable[..., bytes] = message_class.unpacker.pack
+        self._rest: Values = (0,) * sum(message_class.lengths[given:])
+
+    def __call__(self, *args: Shown.args, **kwargs: Shown.kwargs) -> Packed | None:
+        """Return the message, packed; None when there is nothing true to say."""
+        values = self.values(*args, **kwargs)
+        return None if values is None else self.packed(values)
+
+    def packed(self, values: Values) -> Packed:
+        """Pack what ``values`` returned. Raises struct.error for a value that its field cannot hold."""
+        body = self._pack(*values, *self._rest)
+        return Packed(self.message_id, body.rstrip(b"\0") or body[:1])
+
+
+def told_as(name: str, fields: str) -> Callable[[Callable[Shown, Values | None]], Teller[Shown]]:
+    """Make a function that returns a message's values a ``Teller``.
+
+    ``fields`` names the values in their order, which is the wire's: large fields first, extensions last. An array is one
+    field and several values. Extensions at the end that nobody fills may be left out.
+    """
+
+    def teller(values: Callable[Shown, Values | None]) -> Teller[Shown]:
+        return Teller(name, fields, values)
+
+    return teller

@@ -72,9 +72,9 @@ def test_the_page_is_rendered_and_is_up_to_date():
         assert text in page.read_text(encoding="utf-8"), "docs/IMC.md is old: make docs"
 
 
-def through(message):
-    """A message as a ground station reads it."""
-    (frame,) = Deframer().receive(Codec(1, 1).encode(message), 0)
+def through(packed):
+    """Packed telemetry as a ground station reads it."""
+    (frame,) = Deframer().receive(Codec(1, 1).seal(*packed), 0)
     return decode(frame)
 
 
