@@ -290,8 +290,10 @@ class App:
             for answer, body in own:
                 self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
-            for talk, request in self._watched.call(ground.name, now_us, ground.requests) or ():
-                self._carry_out(request, self._replying(talk, request), now_us)
+            for talk in ground.conversations.values():
+                if talk.asked:
+                    for request in self._watched.call(ground.name, now_us, talk.requests) or ():
+                        self._carry_out(request, self._replying(talk, request), now_us)
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:

@@ -45,6 +45,8 @@ class _Counted:
 
     def events(self, now_us: int) -> list[LinkEvent]:
         events = self.link.poll(now_us)
+        if not events:
+            return events
         for event in events:
             if isinstance(event, Received):
                 self.bytes_in += len(event.data)
@@ -61,18 +63,10 @@ class _Counted:
         return accepted
 
     def summary(self, now_us: int, bad_frames: int, text: str) -> LinkHealth:
-        age = None if self.last_rx_us is None else (now_us - self.last_rx_us) * 1e-6
-        return LinkHealth(
-            name=self.link.name,
-            kind=self.kind,
-            is_open=bool(self.open_channels),
-            peers=len(self.open_channels),
-            bytes_in=self.bytes_in,
-            bytes_out=self.bytes_out,
-            bad_frames=bad_frames,
-            last_rx_age_s=age,
-            text=text,
-        )
+        age_s = None if self.last_rx_us is None else (now_us - self.last_rx_us) * 1e-6
+        peers = len(self.open_channels)
+        traffic = self.bytes_in, self.bytes_out, bad_frames
+        return LinkHealth(self.name, self.kind, peers > 0, peers, *traffic, age_s, text)
 
 
 class NmeaPort(_Counted):
@@ -153,6 +147,9 @@ class ArduinoPort(_Counted):
 class Conversation(Protocol):
     """One ground station's side of a protocol: a MAVLink endpoint, the seed's JSON or the compact radio link."""
 
+    asked: list[Request]
+    """What ``requests`` is going to return; a look at it costs less."""
+
     def receive(self, data: bytes, now_us: int) -> None: ...
     def requests(self) -> list[Request]: ...
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None: ...
@@ -176,7 +173,8 @@ class GroundPort(_Counted):
         self.dropped_bytes = 0
 
     def read(self, now_us: int) -> None:
-        for event in self.events(now_us):
+        events = self.events(now_us)
+        for event in events:
             if isinstance(event, Opened):
                 self.conversations[event.channel] = self._converse(event.channel, event.peer)
             elif isinstance(event, Closed):

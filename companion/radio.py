@@ -19,6 +19,7 @@ from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.vessel import VesselRadio
 from mavlink_bridge.missions import MissionTiming
 from mavlink_bridge.port import VehiclePort
+from mavlink_bridge.streams import Composer
 
 from .io.store import AnyStore
 from .io.store_content import SaveValue
@@ -60,17 +61,19 @@ def read_key(path: str) -> bytes:
     return key
 
 
-def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore) -> Converse:
+def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore, composer: Composer) -> Converse:
     """Return what makes the conversation of the radio port. It lives as long as the process: a port that closes and opens goes on with it.
 
-    Raises ConfigError.
+    ``composer`` is the one that all endpoints of the vessel share. Raises ConfigError.
     """
     profile = load_radio(settings.radio.profile)
-    talk = _conversation(settings, profile, vehicle, store)
+    talk = _conversation(settings, profile, vehicle, store, composer)
     return lambda channel, peer: talk
 
 
-def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore) -> Conversation:
+def _conversation(
+    settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore, composer: Composer
+) -> Conversation:
     """The protocol's object."""
     protocol, system = settings.radio.protocol, settings.system
     values = store.snapshot().values
@@ -87,7 +90,7 @@ def _conversation(settings: Settings, profile: RadioProfile, vehicle: VehiclePor
     ledger = KeptLedger(profile.hour_us, values.get(AIRTIME_KEY, ""), lambda text: _save(store, AIRTIME_KEY, text))
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger)
-    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger)
+    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, composer=composer)
 
 
 def plain_radio(
@@ -97,12 +100,16 @@ def plain_radio(
     *,
     system_id: int = 1,
     ledger: Ledger | None = None,
+    composer: Composer | None = None,
 ) -> PlainRadio:
     """Return the ``mavlink`` protocol: an ordinary endpoint that a ``PlainRadio`` lets speak."""
     config = EndpointConfig(name="radio", system_id=system_id, profile="lora", heartbeat_s=1.0)
     timing = MissionTiming(retry_us=1_500_000, window=1)
     return PlainRadio(
-        lambda make: Endpoint(config, vehicle, timing=timing, make_outbox=make), profile, rng, ledger=ledger
+        lambda make: Endpoint(config, vehicle, composer=composer, timing=timing, make_outbox=make),
+        profile,
+        rng,
+        ledger=ledger,
     )
 
 

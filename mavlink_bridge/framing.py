@@ -204,7 +204,8 @@ class Deframer:
 
 def checksum(covered: bytes, message_id: int) -> int:
     """CRC-16/MCRF4XX of a frame without its marker, checksum and signature, and of the message's CRC_EXTRA byte."""
-    return int(crc16.mcrf4xx(covered + _CRC_EXTRA[message_id]))
+    crc: int = crc16.mcrf4xx(covered + _CRC_EXTRA[message_id])
+    return crc
 
 
 def _frame(raw: bytes, version: int, header: int, message_id: int, *, signed: bool, known: bool) -> Frame:

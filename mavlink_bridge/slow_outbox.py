@@ -62,7 +62,8 @@ class SlowOutbox(Outbox):
         self._news: deque[Packed] = deque(maxlen=_MAX_WAITING)
         self._held: Packed | None = None
         """News that found no more room."""
-        self._beat: Packed | None = None
+        self.beat: Packed | None = None
+        """The HEARTBEAT that waits."""
         self._again: deque[tuple[int, int, Packed]] = deque(maxlen=_MAX_WAITING)
         """When to say it again, how often still, and what."""
         self._arrives_us: OrderedDict[Packed, int] = OrderedDict()
@@ -74,7 +75,7 @@ class SlowOutbox(Outbox):
 
     def urgent(self, packed: Packed) -> None:
         if packed.message_id == HEARTBEAT:
-            self._beat = packed
+            self.beat = packed
             return
         if packed.message_id == _MISSION_ACK:
             kind = _key(packed)[1]
@@ -123,7 +124,7 @@ class SlowOutbox(Outbox):
 
     @property
     def replies_wait(self) -> bool:
-        return bool(self._shelf)
+        return bool(self._urgent_replies or self._replies)
 
     @property
     def first_reply(self) -> Packed | None:
@@ -136,9 +137,9 @@ class SlowOutbox(Outbox):
         return bool(self._urgent_replies)
 
     @property
-    def beat(self) -> Packed | None:
-        """The HEARTBEAT that waits."""
-        return self._beat
+    def lists_wait(self) -> bool:
+        """Whether somebody asked for a list of which something is left."""
+        return bool(self._list_head or self._lists)
 
     @property
     def news_wait(self) -> bool:
@@ -203,7 +204,7 @@ class SlowOutbox(Outbox):
 
     def take_beat(self) -> bytes:
         """The HEARTBEAT's frame."""
-        beat, self._beat = self._beat, None
+        beat, self.beat = self.beat, None
         data = b"" if beat is None else self._seal((beat,))
         self.sent_bytes += len(data)
         return data

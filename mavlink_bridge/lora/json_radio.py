@@ -88,7 +88,8 @@ class JsonRadio:
         self._clock = AirClock(profile)
         self._stream = JsonStream()
         self._snapshot: Snapshot | None = None
-        self._requests: list[Request] = []
+        self.asked: list[Request] = []
+        """What is asked of the vessel since the last ``requests``, oldest first."""
         self._next_id = 1
         self._orders: list[_Order] = []
         self._names: dict[int, str] = {}
@@ -116,7 +117,8 @@ class JsonRadio:
             self._take_up(value, now_us)
 
     def requests(self) -> list[Request]:
-        requests, self._requests = self._requests, []
+        requests = self.asked.copy()
+        self.asked.clear()
         return requests
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
@@ -200,7 +202,7 @@ class JsonRadio:
     def _ask_next(self, order: _Order) -> None:
         order.waiting = self._next_id
         self._next_id += 1
-        self._requests.append(Request(order.waiting, order.steps.popleft(), sender=0))
+        self.asked.append(Request(order.waiting, order.steps.popleft(), sender=0))
 
     def _end(self, order: _Order, result: str, reason: str, now_us: int) -> None:
         answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}

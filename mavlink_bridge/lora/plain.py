@@ -49,6 +49,8 @@ _STOPS: Final = frozenset((176, 185, 193, 400))
 class PlainEndpoint(Protocol):
     """What is paced."""
 
+    asked: list[Request]
+
     def receive(self, data: bytes, now_us: int) -> None: ...
     def requests(self) -> list[Request]: ...
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None: ...
@@ -89,6 +91,7 @@ class PlainRadio:
         self._rng = rng
         self._now_us = 0
         self.endpoint = build(self._make_outbox)
+        self.asked = self.endpoint.asked
         self._listen_until_us = 0
         self._stuck_us: int | None = None
         """Since when a reply waits for its moment."""
@@ -142,11 +145,17 @@ class PlainRadio:
         """Return one packet's bytes when the air is ours, b"" otherwise."""
         self._now_us = now_us
         self.endpoint.poll(now_us)
-        if not self._clock.is_free(now_us) or self._ear.is_hearing(now_us) or now_us < self._listen_until_us:
+        if now_us < self._listen_until_us or not self._clock.is_free(now_us) or self._ear.is_hearing(now_us):
             return b""
-        if self.outbox.replies_wait:
+        outbox = self.outbox
+        if outbox.replies_wait:
             return self._a_reply(now_us)
-        return self._a_beat(now_us) or self._a_list_item(now_us) or self._some_news(now_us)
+        data = self._a_beat(now_us) if outbox.beat is not None else b""
+        if not data and outbox.lists_wait:
+            data = self._a_list_item(now_us)
+        if not data and now_us >= self._news_from_us:
+            data = self._some_news(now_us)
+        return data
 
     # ---- what goes out ------------------------------------------------------------------------------------------
 
@@ -193,7 +202,7 @@ class PlainRadio:
 
     def _a_beat(self, now_us: int) -> bytes:
         """The HEARTBEAT, each second or so; less often in a dialogue, and as the hour is used up."""
-        if self.outbox.beat is None or now_us < self._beat_from_us:
+        if now_us < self._beat_from_us:
             return b""
         if self._in_dialogue(now_us) and now_us - self._beat_sent_us < _DIALOGUE_BEAT_US:
             return b""
@@ -222,7 +231,7 @@ class PlainRadio:
 
     def _some_news(self, now_us: int) -> bytes:
         """Streams and texts, while nobody is in a dialogue with the vessel."""
-        if not self.outbox.news_wait or now_us < self._news_from_us or self._in_dialogue(now_us):
+        if not self.outbox.news_wait or self._in_dialogue(now_us):
             return b""
         room = self.profile.max_frame_bytes
         share = self.news_share(now_us)

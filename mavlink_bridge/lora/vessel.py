@@ -68,7 +68,8 @@ class VesselRadio:
         self._reporter = Reporter(profile, self.link)
         self._names = name_codes(_names(vehicle))
         self._snapshot: Snapshot | None = None
-        self._requests: list[Request] = []
+        self.asked: list[Request] = []
+        """What is asked of the vessel since the last ``requests``, oldest first."""
         self._next_id = 1
         self._asked: dict[int, tuple[int, RequestBody]] = {}
         self._beacon_us: int | None = None
@@ -89,7 +90,8 @@ class VesselRadio:
                 self._on_frame(item, now_us)
 
     def requests(self) -> list[Request]:
-        requests, self._requests = self._requests, []
+        requests = self.asked.copy()
+        self.asked.clear()
         return requests
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
@@ -168,7 +170,7 @@ class VesselRadio:
         self._beacon_us = now_us
         self._asked[self._next_id] = (message.id, body)
         sender = GATEWAY_SENDER if origin is None else origin.source[0]
-        self._requests.append(Request(self._next_id, body, sender, origin=origin))
+        self.asked.append(Request(self._next_id, body, sender, origin=origin))
         self._next_id += 1
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
