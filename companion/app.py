@@ -253,7 +253,7 @@ class App:
         """Ages of the newest HEARTBEAT over an ordinary link and over the radio, s; None = never heard."""
         gcs_s = radio_s = None
         for ground in self.grounds:
-            for talk in ground.conversations.values():
+            for _, talk in ground.talks:
                 stamp = talk.last_heartbeat_us
                 if stamp is None:
                     continue
@@ -290,7 +290,7 @@ class App:
             for answer, body in own:
                 self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
-            for talk in ground.conversations.values():
+            for _, talk in ground.talks:
                 if talk.asked:
                     for request in self._watched.call(ground.name, now_us, talk.requests) or ():
                         self._carry_out(request, self._replying(talk, request), now_us)

@@ -168,12 +168,16 @@ class GroundPort(_Counted):
     def __init__(self, link: Link, kind: str, converse: Callable[[int, str], Conversation]) -> None:
         super().__init__(link, kind)
         self.conversations: dict[int, Conversation] = {}
+        self.talks: tuple[tuple[int, Conversation], ...] = ()
+        """The same, to go through at each tick."""
         self._converse = converse
         self._backlog: dict[int, bytes] = {}
         self.dropped_bytes = 0
 
     def read(self, now_us: int) -> None:
         events = self.events(now_us)
+        if not events:
+            return
         for event in events:
             if isinstance(event, Opened):
                 self.conversations[event.channel] = self._converse(event.channel, event.peer)
@@ -182,12 +186,14 @@ class GroundPort(_Counted):
                 self._backlog.pop(event.channel, None)
             elif event.channel in self.conversations:
                 self.conversations[event.channel].receive(event.data, now_us)
+        self.talks = tuple(self.conversations.items())
 
     def requests(self) -> list[tuple[Conversation, Request]]:
         return [(talk, request) for talk in self.conversations.values() for request in talk.requests()]
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
-        for talk in self.conversations.values():
+        """Let every conversation speak of this tick."""
+        for _, talk in self.talks:
             talk.tick(now_us, snapshot)
 
     def tell(self, now_us: int, snapshot: Snapshot) -> None:
@@ -197,14 +203,11 @@ class GroundPort(_Counted):
 
     def flush(self, now_us: int) -> None:
         """Send what is due. A stream peer that takes only part gets the rest first next time; a datagram is all or nothing."""
-        for channel, talk in self.conversations.items():
+        for channel, talk in self.talks:
             waiting = b""
             if self._backlog and (waiting := self._backlog.pop(channel, b"")):
                 waiting = waiting[self.send(channel, waiting) :]
-            while not waiting:
-                data = talk.take(now_us, MTU_BYTES)
-                if not data:
-                    break
+            while not waiting and (data := talk.take(now_us, MTU_BYTES)):
                 accepted = self.send(channel, data)
                 if accepted < len(data) and self.link.datagrams:
                     self.dropped_bytes += len(data)
@@ -214,5 +217,5 @@ class GroundPort(_Counted):
                 self._backlog[channel] = waiting
 
     def health(self, now_us: int) -> LinkHealth:
-        bad = sum(talk.bad_frames for talk in self.conversations.values())
+        bad = sum([talk.bad_frames for _, talk in self.talks])
         return self.summary(now_us, bad, self.link.describe())

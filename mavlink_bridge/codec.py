@@ -12,13 +12,20 @@ from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any, Final, Protocol
 
+from fastcrc import crc16
+
 from mavlink_bridge.extensions import dialect, messages
-from mavlink_bridge.framing import INCOMPAT_SIGNED, MARKER_V2, Frame, checksum
+from mavlink_bridge.framing import INCOMPAT_SIGNED, MARKER_V2, Frame
 
 __all__ = ["Codec", "FrameSigner", "Message", "decode", "dialect", "payload"]
 
-_HEADER: Final = struct.Struct("<BBBBBBHB")
+_HEADER: Final = struct.Struct("<BBBBBB")
 _MARKER: Final = bytes((MARKER_V2,))
+_SEALS: Final = {
+    message_id: (message_id.to_bytes(3, "little"), bytes((message_class.crc_extra,)))
+    for message_id, message_class in messages.items()
+}
+"""The id as it stands at the end of a header, and what the checksum covers behind the payload."""
 
 Message = Any
 """A message object of the dialect; the library leaves no better type."""
@@ -152,15 +159,17 @@ class Codec:
         """Return the frames of ids and payloads one behind the other, in this order."""
         signer, sequence, system, component = self.signer, self._sequence, self.system_id, self.component_id
         flags = INCOMPAT_SIGNED if signer else 0
-        frames: list[bytes] = []
+        parts: list[bytes] = []
         for message_id, body in messages:
-            low, high = message_id & 0xFFFF, message_id >> 16
-            covered = _HEADER.pack(len(body), flags, 0, sequence, system, component, low, high) + body
+            number, crc_extra = _SEALS[message_id]
+            covered = _HEADER.pack(len(body), flags, 0, sequence, system, component) + number + body
             sequence = sequence + 1 & 0xFF
-            frame = _MARKER + covered + checksum(covered, message_id).to_bytes(2, "little")
-            frames.append(frame if signer is None else frame + signer.sign(frame))
+            crc = crc16.mcrf4xx(covered + crc_extra).to_bytes(2, "little")
+            parts += _MARKER, covered, crc
+            if signer is not None:
+                parts.append(signer.sign(_MARKER + covered + crc))
         self._sequence = sequence
-        return b"".join(frames)
+        return b"".join(parts)
 
     def decode(self, frame: Frame) -> Message | None:
         """The message in a frame, or None for an unknown id. Never raises."""

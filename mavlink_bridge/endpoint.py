@@ -189,8 +189,10 @@ class Endpoint:
         self._now_us = now_us
         if self._is_summary:
             self._speaker.summary(now_us, snapshot, is_on=self.high_latency_on)
-        else:
-            self._speaker.tick(now_us, snapshot, quiet=self._is_slow and self._missions.busy)
+            return
+        if self._is_slow:
+            self._speaker.is_quiet = self._missions.busy
+        self._speaker.tick(now_us, snapshot)
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return whole frames to write now, within the budget and ``limit_bytes``; b"" when nothing is due. Serves the timers.

@@ -168,7 +168,7 @@ class LogServer:
         if wanted.start >= wanted.end:
             self._sent = now_us, self._ranges.popleft()
         body = _DATA.pack(at, wanted.log + self._first, len(data)) + data
-        return Packed(_DATA_ID, body.rstrip(b"\0") or b"\0")
+        return _DATA_ID, body.rstrip(b"\0") or b"\0"
 
     @staticmethod
     def _bytes(shelf: LogShelf, log: int, at: int, count: int) -> bytes | None:

@@ -101,38 +101,6 @@ class _Allowance:
             self._bins.append([now_us, size, urgent])
 
 
-class _Parcel:
-    """What one call hands out: messages, within a limit and within the budget."""
-
-    __slots__ = ("_overhead", "_room", "left", "messages", "size")
-
-    def __init__(self, overhead: int, room: int, left: float) -> None:
-        self._overhead = overhead
-        self._room = room
-        self.left = left
-        """Bytes of the budget that it may hold."""
-        self.messages: list[Packed] = []
-        self.size = 0
-        """Of their frames."""
-
-    def add(self, packed: Packed) -> bool:
-        """Add a message. False, and nothing done, when it does not fit."""
-        return self.add_first((packed,)) == 1
-
-    def add_first(self, waiting: Iterable[Packed]) -> int:
-        """Add messages from the first up to one that does not fit; return how many."""
-        messages, overhead, room, left, size = self.messages, self._overhead, self._room, self.left, self.size
-        before = len(messages)
-        for packed in waiting:
-            grown = size + len(packed.payload) + overhead
-            if (grown > room and messages) or grown > left:
-                break
-            messages.append(packed)
-            size = grown
-        self.size = size
-        return len(messages) - before
-
-
 class Outbox:
     """The messages that wait on one link. ``overhead_bytes`` is what framing adds: 12, or 25 when signed."""
 
@@ -189,54 +157,81 @@ class Outbox:
             return b""
         allowance = self._allowance
         allowance.at(now_us)
-        parcel = _Parcel(self.overhead_bytes, limit_bytes, allowance.for_urgent())
+        taken: list[Packed] = []
         urgent, answers = self._urgent, self._answers
-        _drop_first(urgent, parcel.add_first(urgent))
-        urgent_size = parcel.size
+        urgent_size = size = self._take_first(urgent, taken, 0, limit_bytes, allowance.for_urgent())
         if not urgent:
-            parcel.left = allowance.for_others(urgent_size)
-            _drop_first(answers, parcel.add_first(answers))
+            left = allowance.for_others(urgent_size)
+            if answers:
+                size = self._take_first(answers, taken, size, limit_bytes, left)
             if not answers:
-                self._fill(parcel, now_us)
+                size = self._fill(taken, size, limit_bytes, left, now_us)
         self.waits = bool(urgent or answers or self._telemetry or self._bulk or self._bulk_head)
-        if not parcel.size:
+        if not taken:
             return b""
-        allowance.spend(parcel.size, urgent_size, now_us)
-        self.sent_bytes += parcel.size
-        return self._seal(parcel.messages)
+        allowance.spend(size, urgent_size, now_us)
+        self.sent_bytes += size
+        return self._seal(taken)
 
-    def _fill(self, parcel: _Parcel, now_us: int) -> None:
+    def size_of(self, packed: Packed) -> int:
+        """Bytes of a message's frame."""
+        return len(packed[1]) + self.overhead_bytes
+
+    def _take_first(self, waiting: deque[Packed], taken: list[Packed], size: int, room: int, left: float) -> int:
+        """Move messages from the first up to one that does not fit; return the size of all that are taken."""
+        while waiting:
+            grown = size + len(waiting[0][1]) + self.overhead_bytes
+            if (grown > room and taken) or grown > left:
+                break
+            taken.append(waiting.popleft())
+            size = grown
+        return size
+
+    def _fill(self, taken: list[Packed], size: int, room: int, left: float, now_us: int) -> int:
         """Telemetry and lists take turns, so that neither a list nor fast streams starve the other."""
-        telemetry = self._telemetry
+        telemetry, overhead = self._telemetry, self.overhead_bytes
         if not (self._bulk or self._bulk_head):
-            self._fill_alone(parcel)
-            return
+            return self._fill_alone(taken, size, room, left)
         while telemetry or self._bulk or self._bulk_head:
             self._turn = not self._turn
+            key: int | None = None
             if telemetry and (self._turn or not (self._bulk or self._bulk_head)):
                 key = next(iter(telemetry))
-                if not parcel.add(telemetry[key]):
-                    return
-                del telemetry[key]
+                packed: Packed | None = telemetry[key]
+            else:
+                packed = self._bulk_head or self._next_bulk(now_us)
+                self._bulk_head = packed
+            if packed is None:
                 continue
-            head = self._bulk_head or self._next_bulk(now_us)
-            if head is not None and not parcel.add(head):
-                self._bulk_head = head
-                return
-            self._bulk_head = None
+            grown = size + len(packed[1]) + overhead
+            if (grown > room and taken) or grown > left:
+                break
+            taken.append(packed)
+            size = grown
+            if key is None:
+                self._bulk_head = None
+            else:
+                del telemetry[key]
+        return size
 
-    def _fill_alone(self, parcel: _Parcel) -> None:
-        """The same with no list there: telemetry has each turn, of which it leaves the last."""
-        telemetry = self._telemetry
-        count = parcel.add_first(telemetry.values())
+    def _fill_alone(self, taken: list[Packed], size: int, room: int, left: float) -> int:
+        """The same while no list is there: every turn is telemetry's."""
+        telemetry, overhead = self._telemetry, self.overhead_bytes
+        count = 0
+        for packed in telemetry.values():
+            self._turn = not self._turn
+            grown = size + len(packed[1]) + overhead
+            if (grown > room and taken) or grown > left:
+                break
+            taken.append(packed)
+            size = grown
+            count += 1
         if count == len(telemetry):
-            turns = count
             telemetry.clear()
         else:
-            turns = count + 1
             for key in list(telemetry)[:count]:
                 del telemetry[key]
-        self._turn ^= turns % 2 == 1
+        return size
 
     def _next_bulk(self, now_us: int) -> Packed | None:
         """The next message of a list; lists take turns, one that is done goes."""
@@ -247,11 +242,6 @@ class Outbox:
                 return packed
             self._bulk.popleft()
         return None
-
-
-def _drop_first(waiting: deque[Packed], count: int) -> None:
-    for _ in range(count):
-        waiting.popleft()
 
 
 MakeOutbox = Callable[[Budget, Seal, int], Outbox]

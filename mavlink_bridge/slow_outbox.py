@@ -74,17 +74,19 @@ class SlowOutbox(Outbox):
     # ---- in -----------------------------------------------------------------------------------------------------
 
     def urgent(self, packed: Packed) -> None:
-        if packed.message_id == HEARTBEAT:
+        message_id, _ = packed
+        if message_id == HEARTBEAT:
             self.beat = packed
             return
-        if packed.message_id == _MISSION_ACK:
+        if message_id == _MISSION_ACK:
             kind = _key(packed)[1]
             for number in _MISSION_REQUESTS:
                 self._urgent_replies.pop((number, kind), None)
         self._reply(packed, self._urgent_replies)
 
     def answer(self, packed: Packed) -> None:
-        if packed.message_id in _NEWS:
+        message_id, _ = packed
+        if message_id in _NEWS:
             if packed not in self._news:
                 self._news.append(packed)
         else:
@@ -113,7 +115,8 @@ class SlowOutbox(Outbox):
         arrives_us = self._arrives_us.get(packed)
         if arrives_us is None:
             return False
-        return self._clock() - self._way_us(_ASKED_BYTES.get(packed.message_id, _OTHER_ASKED)) < arrives_us
+        message_id, _ = packed
+        return self._clock() - self._way_us(_ASKED_BYTES.get(message_id, _OTHER_ASKED)) < arrives_us
 
     # ---- out ----------------------------------------------------------------------------------------------------
 
@@ -170,8 +173,8 @@ class SlowOutbox(Outbox):
     def reply_size(self, limit_bytes: int) -> int:
         """Bytes that ``take_replies`` would return."""
         total = 0
-        for packed in self._shelf.values():
-            size = len(packed.payload) + self.overhead_bytes
+        for _, payload in self._shelf.values():
+            size = len(payload) + self.overhead_bytes
             if total and total + size > limit_bytes:
                 break
             total += size
@@ -183,7 +186,7 @@ class SlowOutbox(Outbox):
         size, shelf = 0, self._shelf
         while shelf:
             first = next(iter(shelf.values()))
-            size += len(first.payload) + self.overhead_bytes
+            size += self.size_of(first)
             if taken and size > limit_bytes:
                 break
             taken.append(first)
@@ -214,7 +217,7 @@ class SlowOutbox(Outbox):
         taken: list[Packed] = []
         size = 0
         while (packed := self._next_news(now_us)) is not None:
-            size += len(packed.payload) + self.overhead_bytes
+            size += self.size_of(packed)
             if taken and size > limit_bytes:
                 self._held = packed
                 break
@@ -233,7 +236,7 @@ class SlowOutbox(Outbox):
             return again
         if self._news:
             news = self._news.popleft()
-            if news.message_id == _REACHED:
+            if news[0] == _REACHED:
                 self._say_again(news, _REACHED_TIMES, now_us)
             return news
         return self._streams.pop(next(iter(self._streams))) if self._streams else None
@@ -252,9 +255,10 @@ class SlowOutbox(Outbox):
 
 def _key(packed: Packed) -> Key:
     """What a newer reply replaces: the same step of a plan's dialogue, the same command's acknowledgement to the same station."""
-    if packed.message_id == COMMAND_ACK:
-        return COMMAND_ACK, packed.payload[:2], packed.payload[8:]
-    place = _KIND_AT.get(packed.message_id)
+    message_id, payload = packed
+    if message_id == COMMAND_ACK:
+        return COMMAND_ACK, payload[:2], payload[8:]
+    place = _KIND_AT.get(message_id)
     if place is None:
         return packed
-    return packed.message_id, packed.payload[place] if len(packed.payload) > place else 0
+    return message_id, payload[place] if len(payload) > place else 0

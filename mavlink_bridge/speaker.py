@@ -43,12 +43,14 @@ class Speaker:
         self.snapshot: Snapshot | None = None
         self.wanted: set[int] = set()
         """Messages to send with the next snapshot whatever their rate."""
+        self.is_quiet = False
+        """Whether streams wait, as while a plan is loaded over a slow link."""
 
     def compose(self, number: int) -> Packed | None:
         return None if self.snapshot is None else self._composer.compose(number, self.snapshot, self._config)
 
-    def tick(self, now_us: int, snapshot: Snapshot, *, quiet: bool) -> None:
-        """Queue what is due; when ``quiet`` no streams."""
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        """Queue what is due."""
         self.snapshot = snapshot
         composer = self._composer
         if snapshot is not composer.snapshot:
@@ -59,7 +61,7 @@ class Speaker:
         if composer.is_eventful:
             self._events(snapshot)
         if self.wanted or now_us >= self._streams.due_us:
-            self._tell(now_us, snapshot, quiet)
+            self._tell(now_us, snapshot)
 
     def _events(self, snapshot: Snapshot) -> None:
         for seq in snapshot.progress.reached:
@@ -69,9 +71,9 @@ class Speaker:
         for log in snapshot.texts:
             self.say(log.severity, log.text)
 
-    def _tell(self, now_us: int, snapshot: Snapshot, quiet: bool) -> None:
+    def _tell(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue the streams that are due, and what is wanted besides."""
-        due = () if quiet else self._streams.due(now_us)
+        due = () if self.is_quiet else self._streams.due(now_us)
         if self.wanted:
             due = (*due, *self.wanted.difference(due))
             self.wanted.clear()

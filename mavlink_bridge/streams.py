@@ -95,14 +95,14 @@ class Batch(NamedTuple):
     """Messages that are due together."""
 
     made: dict[int, Packed]
-    silent: tuple[int, ...]
+    silent: list[int]
     """Those that have nothing true to say at present."""
 
 
 class Composer:
     """Packs a message at most once for each snapshot and face, and a batch once for all links on which it is due."""
 
-    __slots__ = ("_batches", "_cache", "_seen", "digest", "is_eventful", "snapshot")
+    __slots__ = ("_batches", "_common", "_personal", "_seen", "digest", "is_eventful", "snapshot")
 
     def __init__(self) -> None:
         self.snapshot: Snapshot | None = None
@@ -112,14 +112,17 @@ class Composer:
         self.is_eventful = False
         """Whether the snapshot brings texts, or items that were reached."""
         self._seen: tuple[object, ...] = ()
-        self._cache: dict[object, Packed | None] = {}
-        self._batches: dict[object, Batch] = {}
+        self._common: dict[int, Packed | None] = {}
+        self._personal: dict[tuple[int, str, str], Packed | None] = {}
+        self._batches: dict[tuple[tuple[int, ...], str, str], Batch] = {}
 
     def turn_to(self, snapshot: Snapshot) -> None:
         """Take up a new snapshot."""
         self.snapshot = snapshot
-        self._cache.clear()
-        self._batches.clear()
+        if self._common or self._personal:
+            self._common.clear()
+            self._personal.clear()
+            self._batches.clear()
         progress, health = snapshot.progress, snapshot.health
         self.is_eventful = bool(snapshot.texts or progress.reached)
         plan = progress.seq, progress.state, progress.total, progress.mission_id, progress.fence_id, progress.rally_id
@@ -136,17 +139,19 @@ class Composer:
         """Return the packed message of this id, None when there is nothing to say or no such stream."""
         if snapshot is not self.snapshot:
             self.turn_to(snapshot)
+        teller = _COMMON.get(number)
+        if teller is not None:
+            if number not in self._common:
+                values = teller.values(snapshot)
+                self._common[number] = None if values is None else teller.packed(values)
+            return self._common[number]
         personal = _PERSONAL.get(number)
-        key: object = number if personal is None else (number, config.persona, config.generic_mode_encoding)
-        if key in self._cache:
-            return self._cache[key]
-        made: Packed | None = None
-        if personal is not None:
-            made = personal(snapshot, config)
-        elif number in _COMMON:
-            made = _COMMON[number](snapshot)
-        self._cache[key] = made
-        return made
+        if personal is None:
+            return None
+        key = number, config.persona, config.generic_mode_encoding
+        if key not in self._personal:
+            self._personal[key] = personal(snapshot, config)
+        return self._personal[key]
 
     def batch(self, numbers: tuple[int, ...], snapshot: Snapshot, config: EndpointConfig) -> Batch:
         """Return the messages of these ids, packed, in this order."""
@@ -155,10 +160,14 @@ class Composer:
         key = numbers, config.persona, config.generic_mode_encoding
         batch = self._batches.get(key)
         if batch is None:
-            composed = [(number, self.compose(number, snapshot, config)) for number in numbers]
-            made = {number: packed for number, packed in composed if packed is not None}
-            silent = tuple([number for number, packed in composed if packed is None])
-            batch = self._batches[key] = Batch(made, silent)
+            batch = self._batches[key] = Batch({}, [])
+            common = self._common
+            for number in numbers:
+                packed = common[number] if number in common else self.compose(number, snapshot, config)
+                if packed is None:
+                    batch.silent.append(number)
+                else:
+                    batch.made[number] = packed
         return batch
 
 
@@ -229,13 +238,20 @@ class Streams:
         for number in self._fresh:
             self._plan(number, now_us)
         self._fresh.clear()
-        ready: dict[int, list[int]] = {}
+        waiting: dict[int, list[int]] = {}
+        next_us = _NEVER_US
         for pace in self._paces:
-            if pace.at_us <= now_us:
-                ready.setdefault(pace.at_us, []).extend(pace.numbers)
-                pace.at_us = max(pace.at_us, now_us - pace.period_us + 1) + pace.period_us
-        self.due_us = min([pace.at_us for pace in self._paces], default=_NEVER_US)
-        return tuple([number for at_us in sorted(ready) for number in sorted(ready[at_us])])
+            at_us = pace.at_us
+            if at_us <= now_us:
+                waiting.setdefault(at_us, []).extend(pace.numbers)
+                at_us = pace.at_us = max(at_us, now_us - pace.period_us + 1) + pace.period_us
+            if at_us < next_us:
+                next_us = at_us
+        self.due_us = next_us
+        due: list[int] = []
+        for at_us in sorted(waiting):
+            due += sorted(waiting[at_us])
+        return tuple(due)
 
     def _plan(self, number: int, now_us: int) -> None:
         """Give a message its first time and those that keep the same times for company."""

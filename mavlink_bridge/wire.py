@@ -7,24 +7,19 @@ values that a function finds in the vessel's picture at once, in the layout that
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, NamedTuple, ParamSpec
+from typing import Any, Generic, ParamSpec
 
 from mavlink_bridge.codec import dialect, payload
 
 Shown = ParamSpec("Shown")
 Values = tuple[float, ...]
-
-
-class Packed(NamedTuple):
-    """A message's id and payload, trailing zeros cut."""
-
-    message_id: int
-    payload: bytes
+Packed = tuple[int, bytes]
+"""A message's id and payload, trailing zeros cut."""
 
 
 def packed(message: Any) -> Packed:
     """Pack a message. Raises struct.error for a value that its field cannot hold: a fault of the caller."""
-    return Packed(message.get_msgId(), payload(message))
+    return message.get_msgId(), payload(message)
 
 
 def message_id(name: str) -> int:
@@ -36,7 +31,7 @@ def message_id(name: str) -> int:
 class Teller(Generic[Shown]):
     """One kind of telemetry: ``values`` gives its fields in the order of the wire, or None when there is nothing true to say."""
 
-    __slots__ = ("_pack", "_rest", "fields", "message_id", "values")
+    __slots__ = ("_rest", "_whole", "fields", "message_id", "pack", "values")
 
     def __init__(self, name: str, fields: str, values: Callable[Shown, Values | None]) -> None:
         self.message_id = message_id(name)
@@ -46,8 +41,9 @@ class Teller(Generic[Shown]):
         given = len(self.fields)
         if self.fields != message_class.ordered_fieldnames[:given]:
             raise ValueError(f"{name}: the wire has {' '.join(message_class.ordered_fieldnames)}")
-        self._pack: Callable[..., bytes] = message_class.unpacker.pack
+        self._whole: Callable[..., bytes] = message_class.unpacker.pack
         self._rest: Values = (0,) * sum(message_class.lengths[given:])
+        self.pack = self._padded if self._rest else self._whole
 
     def __call__(self, *args: Shown.args, **kwargs: Shown.kwargs) -> Packed | None:
         """Return the message, packed; None when there is nothing true to say."""
@@ -56,8 +52,10 @@ class Teller(Generic[Shown]):
 
     def packed(self, values: Values) -> Packed:
         """Pack what ``values`` returned. Raises struct.error for a value that its field cannot hold."""
-        body = self._pack(*values, *self._rest)
-        return Packed(self.message_id, body.rstrip(b"\0") or body[:1])
+        return self.message_id, self.pack(*values).rstrip(b"\0") or b"\0"
+
+    def _padded(self, *values: float) -> bytes:
+        return self._whole(*values, *self._rest)
 
 
 def told_as(name: str, fields: str) -> Callable[[Callable[Shown, Values | None]], Teller[Shown]]:

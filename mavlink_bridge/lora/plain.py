@@ -65,9 +65,10 @@ class PlainEndpoint(Protocol):
 
 def _may_stop(reply: Packed | None) -> bool:
     """Whether a reply acknowledges a command that makes the vessel stop."""
-    if reply is None or reply.message_id != COMMAND_ACK:
+    if reply is None:
         return False
-    return int.from_bytes(reply.payload[:2], "little") in _STOPS
+    message_id, payload = reply
+    return message_id == COMMAND_ACK and int.from_bytes(payload[:2], "little") in _STOPS
 
 
 class PlainRadio:
@@ -225,7 +226,7 @@ class PlainRadio:
     def _a_list_item(self, now_us: int) -> bytes:
         """A piece of a long answer (parameters, files): the station waits for it in silence."""
         packed = self.outbox.next_of_list(now_us)
-        if packed is None or not self._may(len(packed.payload) + self.outbox.overhead_bytes, Priority.BULK, now_us):
+        if packed is None or not self._may(self.outbox.size_of(packed), Priority.BULK, now_us):
             return b""
         return self._sent(self.outbox.take_of_list(), now_us)
 

@@ -58,7 +58,7 @@ class Vessel:
             packed = self.server.next(now_us)
             if packed is None:
                 break
-            out.append(self.codec.seal(packed.message_id, packed.payload))
+            out.append(self.codec.seal(*packed))
         self.sent += len(out)
         return out
 
