@@ -107,10 +107,9 @@ class Endpoint:
         self._wants_current: set[int] = set()
         self._said: dict[str, int] = {}
         self._now_us = 0
-        self._is_slow = config.profile == "lora"
-        """On a slow link a plan's dialogue must not queue behind texts and values: the station's timers run."""
-        self._is_summary = config.profile == "high_latency"
-        self._has_timers = False
+        # on a slow link a plan's dialogue must not queue behind texts and values: the station's timers run
+        self._is_slow, self._is_summary = config.profile == "lora", config.profile == "high_latency"
+        self.has_timers = False
         """Whether a service may have something under way; only what is received or replied can begin it."""
         self.last_heartbeat_us: int | None = None
         """When a ground station's HEARTBEAT was last heard here; None = never."""
@@ -150,7 +149,7 @@ class Endpoint:
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Answers that need no decision of the vessel can be taken at once. Never raises on input."""
         self._now_us = now_us
-        self._has_timers = True
+        self.has_timers = True
         for message in self._inbound.receive(data, now_us):
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
@@ -159,7 +158,7 @@ class Endpoint:
             self._speaker.say(Severity.WARNING, text)
 
     def requests(self) -> list[Request]:
-        """What the stations ask of the vessel since the last call, oldest first."""
+        """Take over ``asked``."""
         requests = self.asked.copy()
         self.asked.clear()
         return requests
@@ -167,7 +166,7 @@ class Endpoint:
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
         self._now_us = now_us
-        self._has_timers = True
+        self.has_timers = True
         outcome = self._commands.reply(request_id, reply)
         if outcome is not None:
             self._finish(outcome)
@@ -199,14 +198,12 @@ class Endpoint:
 
         A single frame that is longer than the limit is handed out alone.
         """
-        if self._has_timers:
+        if self.has_timers:
             self.poll(now_us)
         return self._outbox.take(now_us, limit_bytes) if self._outbox.waits else b""
 
     def poll(self, now_us: int) -> None:
         """Serve the timers."""
-        if not self._has_timers:
-            return
         self._now_us = now_us
         if self._commands.waiting:
             self._answer(self._commands.poll(now_us), urgent=True)
@@ -215,7 +212,7 @@ class Endpoint:
             self._after_missions()
         if self._logs.busy:
             self._outbox.bulk(self._logs.next)
-        self._has_timers = bool(self._commands.waiting) or self._missions.busy or self._logs.busy
+        self.has_timers = bool(self._commands.waiting) or self._missions.busy or self._logs.busy
 
     def param_changed(self, name: str) -> None:
         """Tell this link's stations of a parameter that somebody else changed."""

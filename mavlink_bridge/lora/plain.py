@@ -50,6 +50,7 @@ class PlainEndpoint(Protocol):
     """What is paced."""
 
     asked: list[Request]
+    has_timers: bool
 
     def receive(self, data: bytes, now_us: int) -> None: ...
     def requests(self) -> list[Request]: ...
@@ -145,7 +146,8 @@ class PlainRadio:
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return one packet's bytes when the air is ours, b"" otherwise."""
         self._now_us = now_us
-        self.endpoint.poll(now_us)
+        if self.endpoint.has_timers:
+            self.endpoint.poll(now_us)
         if now_us < self._listen_until_us or not self._clock.is_free(now_us) or self._ear.is_hearing(now_us):
             return b""
         outbox = self.outbox
