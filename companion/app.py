@@ -254,8 +254,7 @@ class App:
         gcs_s = radio_s = None
         for ground in self.grounds:
             for _, talk in ground.talks:
-                stamp = talk.last_heartbeat_us
-                if stamp is None:
+                if (stamp := talk.last_heartbeat_us) is None:
                     continue
                 age_s = (now_us - stamp) * 1e-6
                 if ground.kind == "radio":
