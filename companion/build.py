@@ -160,7 +160,7 @@ def _budget(bytes_per_s: int | None) -> Budget | None:
 
 def _radio(app: App, link: Link) -> GroundPort:
     """The LoRa port."""
-    return GroundPort(link, "radio", radio_conversation(app.settings, app.facade, app.store, app.shared.composer))
+    return GroundPort(link, "radio", radio_conversation(app.settings, app.facade, app.store, app.shared))
 
 
 def _load_map(app: App) -> None:

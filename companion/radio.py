@@ -19,8 +19,8 @@ from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.vessel import VesselRadio
 from mavlink_bridge.missions import MissionTiming
 from mavlink_bridge.port import VehiclePort
-from mavlink_bridge.streams import Composer
 
+from .facade import Shared
 from .io.store import AnyStore
 from .io.store_content import SaveValue
 from .ports import Conversation
@@ -61,18 +61,18 @@ def read_key(path: str) -> bytes:
     return key
 
 
-def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore, composer: Composer) -> Converse:
+def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore, shared: Shared) -> Converse:
     """Return what makes the conversation of the radio port. It lives as long as the process: a port that closes and opens goes on with it.
 
-    ``composer`` is the one that all endpoints of the vessel share. Raises ConfigError.
+    ``shared``: what all endpoints of the vessel have in common. Raises ConfigError.
     """
     profile = load_radio(settings.radio.profile)
-    talk = _conversation(settings, profile, vehicle, store, composer)
+    talk = _conversation(settings, profile, vehicle, store, shared)
     return lambda channel, peer: talk
 
 
 def _conversation(
-    settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore, composer: Composer
+    settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore, shared: Shared
 ) -> Conversation:
     """The protocol's object."""
     protocol, system = settings.radio.protocol, settings.system
@@ -90,7 +90,7 @@ def _conversation(
     ledger = KeptLedger(profile.hour_us, values.get(AIRTIME_KEY, ""), lambda text: _save(store, AIRTIME_KEY, text))
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger)
-    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, composer=composer)
+    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, shared=shared)
 
 
 def plain_radio(
@@ -100,13 +100,14 @@ def plain_radio(
     *,
     system_id: int = 1,
     ledger: Ledger | None = None,
-    composer: Composer | None = None,
+    shared: Shared | None = None,
 ) -> PlainRadio:
     """Return the ``mavlink`` protocol: an ordinary endpoint that a ``PlainRadio`` lets speak."""
     config = EndpointConfig(name="radio", system_id=system_id, profile="lora", heartbeat_s=1.0)
     timing = MissionTiming(retry_us=1_500_000, window=1)
+    composer, locks = (None, None) if shared is None else (shared.composer, shared.locks)
     return PlainRadio(
-        lambda make: Endpoint(config, vehicle, composer=composer, timing=timing, make_outbox=make),
+        lambda make: Endpoint(config, vehicle, composer=composer, locks=locks, timing=timing, make_outbox=make),
         profile,
         rng,
         ledger=ledger,

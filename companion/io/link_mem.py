@@ -29,6 +29,8 @@ class MemLink:
         self._open = False
         self._reason = "unplugged"
         self._shut = False
+        self._joined = False
+        """The cable is in, and neither end is shut."""
 
     @classmethod
     def check(cls, url: LinkUrl) -> None:
@@ -53,6 +55,14 @@ class MemLink:
     def connect(self, other: MemLink) -> None:
         """Join two ends."""
         self._peer, other._peer = other, self
+        self._look()
+
+    def _look(self) -> None:
+        """Work out anew whether the ends are joined."""
+        peer = self._peer
+        self._joined = peer is not None and self._plugged and not self._shut and not peer._shut
+        if peer is not None:
+            peer._joined = peer._plugged and not self._shut and not peer._shut
 
     def unplug(self, reason: str = "unplugged") -> None:
         """Pull the cable; what was under way is lost."""
@@ -61,12 +71,14 @@ class MemLink:
                 end._plugged, end._reason = False, reason
                 end._inbox.clear()
                 end._size = 0
+        self._look()
 
     def plug(self) -> None:
         """Put the cable back."""
         for end in (self, self._peer):
             if end is not None:
                 end._plugged = True
+        self._look()
 
     @property
     def waiting(self) -> int:
@@ -74,8 +86,7 @@ class MemLink:
         return self._size
 
     def poll(self, now_us: int) -> list[LinkEvent]:
-        peer = self._peer
-        joined = self._plugged and peer is not None and not peer._shut and not self._shut
+        joined = self._joined
         if self._open is joined and not self._inbox:
             return []
         if not joined and not self._open:
@@ -98,7 +109,7 @@ class MemLink:
 
     def discard(self, now_us: int) -> None:
         """Poll, and throw away what came: a reader who does not listen."""
-        if not self._open or not self._plugged:
+        if not self._open or not self._joined:
             self.poll(now_us)
         elif self._inbox:
             self._inbox.clear()
@@ -106,15 +117,17 @@ class MemLink:
 
     def write(self, channel: int, data: bytes) -> int:
         peer = self._peer
-        if channel != 0 or not self._open or not self._plugged or peer is None or peer._shut or not data:
+        if channel != 0 or not self._open or not self._joined or peer is None:
             return 0
-        room = peer.capacity - peer._size
-        fits = len(data) <= room
-        taken = data if fits else b"" if self.datagrams else data[:room]
-        if taken:
-            peer._inbox.append(bytes(taken))
-            peer._size += len(taken)
-        return len(taken)
+        size, room = len(data), peer.capacity - peer._size
+        if size > room:
+            if self.datagrams:
+                return 0
+            data, size = data[:room], room
+        if size:
+            peer._inbox.append(bytes(data))
+            peer._size += size
+        return size
 
     def filenos(self) -> list[int]:
         return []
@@ -125,6 +138,7 @@ class MemLink:
     def close(self) -> None:
         self._shut = True
         self._open = False
+        self._look()
         if _waiting.get(self._label) is self:
             del _waiting[self._label]
 

@@ -8,12 +8,16 @@ import random
 
 import pytest
 
-from mavlink_bridge.codec import dialect
+import config as shipped
+from companion.settings import load
+from mavlink_bridge.codec import Codec, decode, dialect
 from mavlink_bridge.framing import Deframer
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.lora.ledger import HOUR_US
 from mavlink_bridge.lora.memory import KeptLedger
 from mavlink_bridge.requests import Arm, LoadPlan, PlanKind, StartPlan
+from sitl.settings import SimSettings
+from sitl.world import World
 from tests.fake_vessel import FakeVessel, Station
 from tests.mavsdk_like import MavsdkLike
 from tests.plain_rig import PLAN, PlainRig
@@ -153,3 +157,18 @@ def test_qgroundcontrol_connects_and_uploads(phy, seed):
             results.append(client.result)
         assert 0 in results
     assert rig.vessel.mode is Mode.AUTO
+
+
+def test_a_plan_cannot_be_uploaded_over_the_radio_and_a_lan_link_at_once():
+    world = World(load(shipped.path("sim.toml"), (), SimSettings), 1)
+    world.run(0.2)
+    lan, radio = (port.conversations[0] for port in (world.app.grounds[0], world.app.grounds[-1]))
+    count = dialect.MAVLink_mission_count_message(1, 1, 3, 0)
+    lan.receive(Codec(255, 190).encode(count), world.now_us)
+    radio.receive(Codec(254, 190).encode(count), world.now_us)
+    said = b""
+    for _ in range(40):
+        world.now_us += 50_000
+        said += radio.take(world.now_us, 300)
+    acks = [decode(frame) for frame in Deframer().receive(said, world.now_us) if frame.message_id == 47]
+    assert [(ack.target_system, ack.type) for ack in acks] == [(254, dialect.MAV_MISSION_DENIED)]
