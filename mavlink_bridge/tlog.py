@@ -49,21 +49,24 @@ def pack_output(t_us: int, link: int, data: bytes, *, leave_out: bytes = b"") ->
     ``leave_out``: the three bytes of a MAVLink 2 message id that is not to be logged. Otherwise as ``pack``.
     """
     stamp = _STAMP.pack((t_us & ~_LINK_MASK) | (link & _LINK_MASK))
-    records = []
+    kept: list[bytes] = []
     for raw in split_frames(data):
-        if raw[7:10] == leave_out:
-            continue
-        records.append(stamp + (_unsigned(raw) if raw[0] == MARKER_V2 and raw[2] & INCOMPAT_SIGNED else raw))
-    return b"".join(records)
+        if raw[7:10] != leave_out:
+            kept += stamp, _unsigned(raw) if raw[2] & INCOMPAT_SIGNED and raw[0] == MARKER_V2 else raw
+    return b"".join(kept)
 
 
 def split_frames(data: bytes) -> list[bytes]:
     """Cut our own output, which holds whole MAVLink frames, into frames; a rest that is none is left out."""
     frames = []
     at, end = 0, len(data)
-    while at + 8 <= end and data[at] in (MARKER_V2, MARKER_V1):
-        extra = 8 if data[at] == MARKER_V1 else 25 if data[at + 2] & INCOMPAT_SIGNED else 12
-        after = at + data[at + 1] + extra
+    while at + 8 <= end:
+        if data[at] == MARKER_V2:
+            after = at + data[at + 1] + (25 if data[at + 2] & INCOMPAT_SIGNED else 12)
+        elif data[at] == MARKER_V1:
+            after = at + data[at + 1] + 8
+        else:
+            break
         if after > end:
             break
         frames.append(data[at:after])

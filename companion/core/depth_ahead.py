@@ -88,6 +88,9 @@ class DepthAhead:
         """Take new settings."""
         self._config = config
         self._sigma_m = config.input.sigma_m
+        self._least_m, self._good_m = config.min_altitude_m, config.min_altitude_m + config.good_margin_m
+        self._by_rate_too, self._by_map_too = config.rate_look_ahead, config.map_look_ahead
+        self._warn_s = config.warn_s
 
     @property
     def last_good(self) -> Point | None:
@@ -111,14 +114,13 @@ class DepthAhead:
         stopping_distance_fn: StoppingDistance | None,
     ) -> Look:
         """Look ahead by closing rate and by map; the stricter counts."""
-        config = self._config
         self._keep_track(state, altitude_m)
-        look = Look(config.min_altitude_m)
+        look = Look(self._least_m)
         if state is None or stopping_distance_fn is None:
             return look
-        if config.rate_look_ahead:
+        if self._by_rate_too:
             look = self._by_sounder(look, now_us, state.sog_mps or 0.0, altitude_m, source, stopping_distance_fn)
-        if config.map_look_ahead:
+        if self._by_map_too:
             look = self._by_place(look, state, altitude_m, path_ahead, stopping_distance_fn)
         return look
 
@@ -150,10 +152,9 @@ class DepthAhead:
     def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
         """What to tell about this look: once per approach, once per stop."""
         texts = []
-        warn_s = self._config.warn_s
-        if look.left_s is None or look.left_s > 1.5 * warn_s:
+        if look.left_s is None or look.left_s > 1.5 * self._warn_s:
             self._warned = False
-        elif look.left_s < warn_s and not self._warned:
+        elif look.left_s < self._warn_s and not self._warned:
             self._warned = True
             texts.append((Severity.WARNING, f"Bottom closing: depth limit in {max(look.left_s, 0.0):.0f} s"))
         if look.blind and not self._blind:
@@ -275,10 +276,9 @@ class DepthAhead:
 
     def _keep_track(self, state: EstimatedState | None, altitude_m: float | None) -> None:
         """Remember where the water was good, every two metres."""
-        config = self._config
         if state is None or state.x_m is None or state.y_m is None or altitude_m is None:
             return
-        if altitude_m < config.min_altitude_m + config.good_margin_m:
+        if altitude_m < self._good_m:
             return
         here = (state.x_m, state.y_m)
         if not self._good_track or math.dist(self._good_track[-1], here) >= _TRACK_M:
