@@ -152,10 +152,9 @@ def _turn(
     due_us = clock.now_us()
     fed_us = due_us
     placed = False
-    may_stop, senses = hasattr(app, "stop_wanted"), hasattr(app, "sensed_us")
     notifier.send("READY=1")
     while not stop.raised and (until_us is None or due_us < until_us):
-        if may_stop and getattr(app, "stop_wanted", False):
+        if getattr(app, "stop_wanted", False):
             stop.stop("a ground station asked for it")
             return
         _wait(app, clock, stop, stats, due_us)
@@ -167,7 +166,7 @@ def _turn(
         stats.ticks += 1
         stats.load = (ended_us - now_us) / period_us
         stats.overruns += ended_us - now_us > period_us
-        slide_us = _slide_us(app, due_us, period_us) if senses else 0
+        slide_us = _slide_us(app, due_us, period_us)
         due_us += period_us + (max(-SLEW_US, min(SLEW_US, slide_us)) if placed else slide_us)
         placed = placed or slide_us != 0
         missed = max(0, (ended_us - due_us) // period_us)
