@@ -214,7 +214,7 @@ class QgcClient:
     def _modes(self) -> Script:
         index, count = 1, 1
         while index <= count:
-            mode = yield from self.request_message(435, index, lambda m, index=index: m.mode_index == index)
+            mode = yield from self.request_message(435, index, _has_index(index))
             if mode is None:
                 self._fail(f"no AVAILABLE_MODES {index}")
                 return
@@ -474,9 +474,13 @@ def _first_gap(parts: dict[int, bytes]) -> int:
     return at
 
 
+def _has_index(index: int) -> Callable[[Any], bool]:
+    return lambda message: bool(message.mode_index == index)
+
+
 def _is_ack(message: Any, command: int) -> bool:
     """QGroundControl goes by component and command alone."""
-    return message.get_type() == "COMMAND_ACK" and message.command == command
+    return bool(message.get_type() == "COMMAND_ACK" and message.command == command)
 
 
 def _is_plan_talk(message: Any, kind: int) -> bool:

@@ -116,7 +116,7 @@ def stop_s(body: RequestBody, origin: Origin, phases: int, spread_us: int) -> fl
             rig = settled(seed=index)
         rig.run(6.0 + spread_us * 1e-6 * index / phases)
         start_us = rig.now_us
-        rig.vessel.neutral_us = None
+        rig.vessel.under_way_again()
         rig.ask(body, origin=origin)
         assert rig.vessel.neutral_us is not None
         worst = max(worst, (rig.vessel.neutral_us - start_us) * 1e-6)

@@ -13,6 +13,7 @@ import config as shipped
 from companion.io.recorder import Recorder
 from companion.io.truth import truth_row
 from companion.settings import load
+from mavlink_bridge import tlog
 from sitl.settings import SimSettings
 from sitl.world import World
 from tools.figures import row
@@ -31,7 +32,7 @@ def run() -> list[dict[str, Any]]:
         recorder = Recorder(Path(folder) / "run")
         inputs = recorder.inputs
         inputs.start({})
-        frame, line = bytes(40), b"$GPGGA" + bytes(70)
+        frame, line = bytes((0xFD, 28)) + bytes(38), b"$GPGGA" + bytes(70)
         truth = (1.0, 41.18, -8.7, 12.3, 4.5, 88.0, 1.0, 0.1, 0.1, 1.1, 0.5, 0.5, 1.0, 1.0, 10.0, 9.5, b"Auto", 1, 2)
 
         def tick(number: int) -> None:
@@ -39,7 +40,7 @@ def run() -> list[dict[str, Any]]:
             inputs.wrote(1, 0, line, len(line), True)
             for link in (2, 3, 4):
                 inputs.wrote(link, 0, frame, 40, False)
-                recorder.frame(link, number, frame)
+                recorder.frames(tlog.pack_output(number, link, frame))
             recorder.tick(snapshot)
             truth_row(truth)
 

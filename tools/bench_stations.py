@@ -127,7 +127,7 @@ def run() -> list[dict[str, Any]]:
     """All rows."""
     with tempfile.TemporaryDirectory() as folder:
         companion = Path(sys.executable).parent / "companion"
-        words = [
+        words: list[str | Path] = [
             companion,
             "sim",
             "--speed",

@@ -7,7 +7,6 @@ nothing and fails when a page is out of date (the test suite does that).
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -114,8 +113,9 @@ def wanted(folder: Path) -> dict[Path, str]:
     for name, make in PARTS.items():
         path = folder / name
         text = path.read_text(encoding="utf-8")
-        pattern = re.escape(BEGIN) + r".*?" + re.escape(END)
-        pages[path] = re.sub(pattern, lambda _, make=make: f"{BEGIN}\n{make().strip()}\n{END}", text, flags=re.DOTALL)
+        before, _, rest = text.partition(BEGIN)
+        _, _, after = rest.partition(END)
+        pages[path] = f"{before}{BEGIN}\n{make().strip()}\n{END}{after}"
     return pages
 
 

@@ -16,7 +16,7 @@ from mavlink_bridge.lora.shore import ShoreTwin
 from mavlink_bridge.lora.shore_view import CachedPlans
 from mavlink_bridge.lora.vessel import VesselRadio
 from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.port import Identity, ParamInfo
+from mavlink_bridge.port import Identity, LogShelf, ParamInfo
 from mavlink_bridge.requests import (
     Arm,
     LoadPlan,
@@ -79,6 +79,7 @@ class BookVessel:
     params: Table = field(default_factory=table)
     plans: CachedPlans = field(default_factory=CachedPlans)
     identity: Identity = field(default_factory=Identity)
+    logs: LogShelf | None = None
     armed: bool = True
     mode: Mode = Mode.AUTO
     speed_mps: float = 1.5
@@ -89,6 +90,10 @@ class BookVessel:
     """The commands that these came in, as rebuilt here."""
     neutral_us: int | None = None
     refuse: str = ""
+
+    def under_way_again(self) -> None:
+        """Forget that it was stopped."""
+        self.neutral_us = None
 
     def handle(self, request: Request, now_us: int) -> Reply:
         body = request.body
