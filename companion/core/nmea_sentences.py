@@ -84,21 +84,23 @@ def decoder_of(address: str) -> Decoder | None:
 
 def _of_epoch(talker: str, kind: str) -> Decoder:
     read, wanted = _EPOCH[kind]
-    pick, blanks = _places(kind, wanted)
-    full = len(blanks)
-
-    def decode(fields: list[str], t_us: int) -> Part | None:
-        if len(fields) < full:
-            fields += blanks[len(fields) :]
-        return read(talker, pick(fields))
-
-    return decode
+    return _picking(kind, wanted, lambda t_us, picked: read(talker, picked))
 
 
 def _measured(kind: str) -> Decoder:
     read, wanted = _MEASURED[kind]
-    pick, blanks = _places(kind, wanted)
+    return _picking(kind, wanted, read)
+
+
+def _picking(kind: str, wanted: str, read: Callable[[int, Any], Part | None]) -> Decoder:
+    """Make a decoder that hands ``read`` the wanted fields; those that a sentence does not have are blank or as ``_ABSENT`` says."""
+    # pynmea2 has a blank inside one name, and does not count the address.
+    names = ["", *(field[1].replace(" ", "") for field in pynmea2.TalkerSentence.sentence_types[kind].fields)]
+    absent = _ABSENT.get(kind, {})
+    blanks = [absent.get(name, "") for name in names]
     full = len(blanks)
+    pick: Callable[[list[str]], Any]
+    pick = itemgetter(*map(names.index, wanted.split())) if wanted else itemgetter(slice(1, None))
 
     def decode(fields: list[str], t_us: int) -> Part | None:
         if len(fields) < full:
@@ -106,15 +108,6 @@ def _measured(kind: str) -> Decoder:
         return read(t_us, pick(fields))
 
     return decode
-
-
-def _places(kind: str, wanted: str) -> tuple[Callable[[list[str]], Any], list[str]]:
-    """What picks the named fields out of a sentence, and what stands for fields that it does not have."""
-    # pynmea2 has a blank inside one name, and does not count the address.
-    names = ["", *(field[1].replace(" ", "") for field in pynmea2.TalkerSentence.sentence_types[kind].fields)]
-    absent = _ABSENT.get(kind, {})
-    pick = itemgetter(*map(names.index, wanted.split())) if wanted else itemgetter(slice(1, None))
-    return pick, [absent.get(name, "") for name in names]
 
 
 def _proprietary(address: str) -> Decoder:

@@ -139,7 +139,6 @@ def test_plain_on_the_shore_modems_port():
         shore.turn()
         if shore.sim.app.facade.plans.plan_id(PlanKind.MISSION):
             break
-    else:
-        raise AssertionError(f"never uploaded: {shore.client.report}")
+    assert shore.sim.app.facade.plans.plan_id(PlanKind.MISSION), f"never uploaded: {shore.client.report}"
     shore.run()
     sail(shore, tries=6)
