@@ -19,6 +19,7 @@ from mavlink_bridge.snapshot import Snapshot
 
 from .io.keys import KeyFileError, fingerprint, read_key, write_key
 from .io.link_url import LinkConfigError, parse_link_url
+from .io.links import check_link
 from .io.store import AnyStore
 from .io.store_content import SaveStamp, Together
 from .settings import ConfigError, EndpointSettings, SecurityConfig
@@ -84,6 +85,7 @@ def _problem(item: EndpointSettings, *, has_key: bool) -> str:
     if item.link_class == "signed" and not has_key:
         return "link_class = \"signed\" needs security.key_file; make a key with 'companion keys make'"
     try:
+        check_link(item.url)
         open_to_others = not is_local(item.url)
     except LinkConfigError:
         return ""  # told by the check of links

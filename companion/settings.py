@@ -6,12 +6,14 @@ each with its key, its value and the mend. No environment variables, no merging 
 
 from __future__ import annotations
 
+import copy
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError, field_validator
+from pydantic_core import ErrorDetails
 
 import config as shipped
 from companion.core.arduino import ActuatorConfig
@@ -134,21 +136,55 @@ class Settings(VehicleConfig):
         return value
 
 
-def load(path: Path | None, overrides: Sequence[str] = (), model: type[Model] = Settings) -> Model:  # type: ignore[assignment]
+def load(
+    path: Path | None,
+    overrides: Sequence[str] = (),
+    model: type[Model] = Settings,  # type: ignore[assignment]
+    *,
+    further: Callable[[Model], list[str]] = lambda settings: [],
+) -> Model:
     """Read a TOML file (None: defaults only), apply ``key=value`` overrides and validate.
 
-    Raises ConfigError with every mistake.
+    ``further`` finds what is wrong with settings of which each value is right. Raises ConfigError with every mistake.
     """
     source = str(path) if path else "defaults"
     data = _read(path) if path else {}
     mistakes = [mistake for item in overrides if (mistake := override(data, item))]
     try:
         settings = model.model_validate(data)
+        mistakes += further(settings)
     except ValidationError as error:
-        raise ConfigError(source, mistakes + [explain(item) for item in error.errors()]) from None
+        wrong = error.errors()
+        mistakes += [*map(explain, wrong), *_beside(wrong, data, model, further)]
     if mistakes:
         raise ConfigError(source, mistakes)
     return settings
+
+
+def _beside(
+    wrong: Sequence[ErrorDetails], data: dict[str, Any], model: type[Model], further: Callable[[Model], list[str]]
+) -> list[str]:
+    """What ``further`` finds beside values that validation refused: their defaults stand for them, and are not judged."""
+    rest = copy.deepcopy(data)
+    for item in wrong:
+        _leave_out(rest, item["loc"])
+    try:
+        found = further(model.model_validate(rest))
+    except ValidationError:
+        return []
+    refused = tuple(".".join(map(str, item["loc"][:2])) for item in wrong)
+    return [mistake for mistake in found if not mistake.startswith(refused)]
+
+
+def _leave_out(data: Any, where: Sequence[int | str]) -> None:
+    """Take a value out of configuration data. One in the list itself stays, because keys count what comes before."""
+    for step in where[:-1]:
+        try:
+            data = data[step]
+        except (LookupError, TypeError):
+            return
+    if isinstance(data, dict):
+        data.pop(where[-1], None)
 
 
 def load_vessel(name: str) -> VesselConfig:
@@ -197,14 +233,27 @@ def override(data: dict[str, Any], item: str) -> str:
         value = text
     *tables, last = key.strip().split(".")
     place: Any = data
-    for table in tables:
-        place = place[int(table)] if isinstance(place, list) and table.isdigit() else place.setdefault(table, {})
-        if not isinstance(place, dict | list):
-            return f"--set {item}: {table} is not a table"
-    if isinstance(place, list):
-        place[int(last)] = value
-    else:
-        place[last] = value
+    for depth, table in enumerate(tables):
+        if isinstance(place, dict):
+            place.setdefault(table, {})
+        problem = _no_place(place, table, ".".join(tables[:depth]))
+        if problem:
+            return f"--set {item}: {problem}"
+        place = place[table if isinstance(place, dict) else int(table)]
+    problem = _no_place(place, last, ".".join(tables))
+    if not problem:
+        place[last if isinstance(place, dict) else int(last)] = value
+    return problem and f"--set {item}: {problem}"
+
+
+def _no_place(place: Any, name: str, where: str) -> str:
+    """Why configuration data has no place of a name; nothing when it has, or can get, one."""
+    if isinstance(place, dict):
+        return ""
+    if not isinstance(place, list):
+        return f"{where} is a value, not a table; leave out .{name}"
+    if not name.isdecimal() or int(name) >= len(place):
+        return f"{where} has {len(place)} entries, counted from 0; {name} is none of them: add it to the file"
     return ""
 
 

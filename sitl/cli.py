@@ -11,9 +11,9 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
-from companion.commands.check import link_mistakes
 from companion.commands.run import describe, new_run_dir
 from companion.commands.status import StatusView, Watched, airtime_of
+from companion.configuration import link_mistakes, vessel_mistakes
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.store import AnyStore, MemoryStore, Store
@@ -123,11 +123,32 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         overrides.insert(0, "operator.gcs_required=false")
     if arguments.arduino:
         overrides.append(f"world.arduino={arguments.arduino}")
-    settings = load(arguments.config, overrides, SimSettings)
-    if not arguments.world_only:  # a separate vessel looks for its world where its own file says
-        settings = on_this_computer(settings)
-    settings = move_instance(settings, arguments.instance)
-    mistakes = link_mistakes(settings)
+
+    def placed(settings: SimSettings) -> SimSettings:
+        if not arguments.world_only:  # a separate vessel looks for its world where its own file says
+            settings = on_this_computer(settings)
+        return move_instance(settings, arguments.instance)
+
+    def misplaced(settings: SimSettings) -> list[str]:
+        judge = link_mistakes if arguments.world_only else vessel_mistakes
+        try:
+            return judge(placed(settings))
+        except ConfigError as error:
+            return list(error.mistakes)
+
+    speed, mistakes = _usage(arguments)
+    try:
+        settings = load(arguments.config, overrides, SimSettings, further=misplaced)
+    except ConfigError as error:
+        raise ConfigError(error.source, [*error.mistakes, *mistakes]) from None
+    if mistakes:
+        raise ConfigError(str(arguments.config), mistakes)
+    return at_speed(placed(settings), speed), speed
+
+
+def _usage(arguments: argparse.Namespace) -> tuple[float | None, list[str]]:
+    """The wanted speed (None: as fast as it goes), and what of the command line cannot be meant."""
+    mistakes: list[str] = []
     speed: float | None = None
     if arguments.speed != "max":
         try:
@@ -144,9 +165,7 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         mistakes.append("--world-only: a separate process cannot keep up with --speed max; give a number")
     if arguments.duration is not None and arguments.duration <= 0:
         mistakes.append(f"--duration {arguments.duration}: must be more than 0 s")
-    if mistakes:
-        raise ConfigError(str(arguments.config), mistakes)
-    return at_speed(settings, speed), speed
+    return speed, mistakes
 
 
 def _plan(arguments: argparse.Namespace) -> Any:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from companion import security
 from companion.commands.check_live import watch
+from companion.configuration import mistakes_of, vessel_settings
 from companion.core.vessel import stopping_distance_m, top_speed_mps
-from companion.io.link_url import LinkConfigError
-from companion.io.links import check_link
-from companion.radio import load_radio, read_key
-from companion.settings import ConfigError, Settings, load, load_vessel
+from companion.radio import read_key
+from companion.settings import load_vessel
 
 
 def register(subparsers: Any) -> None:
@@ -38,16 +36,9 @@ def command(arguments: argparse.Namespace) -> int:
 
     if check_gateway.is_gateway(arguments.config):
         return check_gateway.check(arguments.config, arguments.set)
-    settings = load(arguments.config, arguments.set, Settings)
+    settings = vessel_settings(arguments.config, arguments.set)
     radio = settings.radio
-    mistakes = link_mistakes(settings) + security.mistakes(settings)
-    mistakes += mistakes_of(lambda: load_radio(radio.profile)) if radio.url else []
-    try:
-        vessel = load_vessel(settings.vessel)
-    except ConfigError as error:
-        raise ConfigError(str(arguments.config), [*mistakes, *error.mistakes]) from None
-    if mistakes:
-        raise ConfigError(str(arguments.config), mistakes)
+    vessel = load_vessel(settings.vessel)
     print(f"{arguments.config}: good")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
@@ -71,35 +62,3 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.live is None:
         return 0
     return 0 if watch(settings, arguments.live) else 1
-
-
-def link_mistakes(settings: Settings) -> list[str]:
-    """Return every link that cannot be meant, with its key."""
-    wanted = [(f"sensors.{number}.url", item.url, item.baud) for number, item in enumerate(settings.sensors)]
-    wanted.append(("actuators.url", settings.actuators.url, settings.actuators.baud))
-    wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
-    wanted.append(("radio.url", settings.radio.url, None))
-    wanted.append(("plotter", settings.plotter, None))
-    return wrong_links(wanted)
-
-
-def wrong_links(wanted: Iterable[tuple[str, str, int | None]]) -> list[str]:
-    """What is wrong with links, each as (key, address, baud rate)."""
-    mistakes = []
-    for key, url, baud in wanted:
-        if not url:
-            continue
-        try:
-            check_link(url, **({} if baud is None else {"baud": baud}))
-        except LinkConfigError as error:
-            mistakes.append(f"{key} = {url!r}: {error}")
-    return mistakes
-
-
-def mistakes_of(read: Callable[[], object]) -> list[str]:
-    """What a part of the configuration says when it is read."""
-    try:
-        read()
-    except ConfigError as error:
-        return list(error.mistakes)
-    return []

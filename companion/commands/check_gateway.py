@@ -6,10 +6,8 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from companion import security
-from companion.commands.check import mistakes_of, wrong_links
+from companion.configuration import gateway_settings, mistakes_of
 from companion.radio import load_radio, read_key
-from companion.settings import ConfigError, Settings, load
 
 _OWN = ("url", "vessel_config", "key_file", "profile")
 """Keys at the top of a gateway's file that no vessel's has."""
@@ -27,17 +25,7 @@ def is_gateway(path: Path) -> bool:
 
 def check(path: Path, overrides: Sequence[str]) -> int:
     """Print what a gateway's configuration means. Raises ConfigError with every mistake."""
-    from companion.gateway import GatewaySettings
-
-    settings = load(path, overrides, GatewaySettings)
-    wanted = [("url", settings.url, None)]
-    wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
-    mistakes = [*wrong_links(wanted), *security.mistakes(settings)]
-    mistakes += mistakes_of(lambda: load_radio(settings.profile))
-    if settings.vessel_config:
-        mistakes += mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
-    if mistakes:
-        raise ConfigError(str(path), mistakes)
+    settings = gateway_settings(path, overrides)
     profile = load_radio(settings.profile)
     print(f"{path}: good, a gateway's")
     print(f"  modem       {settings.url}")

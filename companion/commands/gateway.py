@@ -7,11 +7,11 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from companion.gateway import PERIOD_US, Gateway, GatewaySettings
+from companion.configuration import gateway_settings
+from companion.gateway import PERIOD_US, Gateway
 from companion.io.clock import SystemClock
 from companion.io.loop import StopFlag, run
 from companion.io.store import AnyStore, MemoryStore, Store
-from companion.settings import load
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM."""
-    settings = load(arguments.config, arguments.set, GatewaySettings)
+    settings = gateway_settings(arguments.config, arguments.set)
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)

@@ -10,6 +10,7 @@ from typing import Any
 
 from companion.build import build_app, in_run_dir
 from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
+from companion.configuration import vessel_settings
 from companion.facade import software_version
 from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
@@ -17,7 +18,7 @@ from companion.io.recorder import Recorder
 from companion.io.recording import Recording
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.io.writer import Writer
-from companion.settings import Settings, load
+from companion.settings import Settings
 
 log = logging.getLogger(__name__)
 
@@ -37,7 +38,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM; neutral is written last."""
-    settings = load(arguments.config, arguments.set, Settings)
+    settings = vessel_settings(arguments.config, arguments.set)
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))

@@ -75,6 +75,17 @@ def test_overrides_reach_tables_in_lists() -> None:
     assert (settings.sensors[0].url, settings.system.tick_hz) == ("tcp://10.0.0.1:99", 25)
 
 
+@pytest.mark.parametrize(
+    "key", ["sensors.9.url", "sensors.first.url", "sensors.-1.url", "sensors.0.url.host", "system.name.x"]
+)
+def test_an_override_without_a_place_is_a_mistake_of_its_own(tmp_path: Path, key: str) -> None:
+    found = mistakes(
+        tmp_path, '[system]\nname = "a"\n[[sensors]]\nurl = "tcp://127.0.0.1:1"\n', f"{key}=1", "system.tick_hz=5"
+    )
+    assert len(found) == 2
+    assert found[0].startswith(f"--set {key}=1: ")
+
+
 def test_parameter_names_are_unique_and_fit_the_wire() -> None:
     names = [entry.param.name for entry in params.entries(Settings)]
     assert len(set(names)) == len(names)
