@@ -100,6 +100,8 @@ class RecordConfig(Config):
     """Total size of one run's files; the oldest pieces go first."""
     free_floor_mb: int = Field(200, ge=0)
     """Logging stops while the disk has less room than this."""
+    make_room: bool = True
+    """At its start `companion run` deletes the oldest runs here until a whole new one (`max_mb`) has room above `free_floor_mb`."""
 
 
 class SecurityConfig(Config):

@@ -11,11 +11,12 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
-from companion.commands.run import describe, new_run_dir
+from companion.commands.run import describe
 from companion.commands.status import StatusView, Watched, airtime_of
 from companion.configuration import link_mistakes, vessel_mistakes
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
+from companion.io.run_folders import new_run_dir
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.settings import ConfigError, load, load_vessel
 

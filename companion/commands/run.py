@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import logging
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,10 @@ from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
 from companion.io.recorder import Recorder
 from companion.io.recording import Recording
+from companion.io.run_folders import make_room, new_run_dir
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.io.writer import Writer
-from companion.settings import Settings
+from companion.settings import RecordConfig, Settings
 
 log = logging.getLogger(__name__)
 
@@ -42,6 +42,8 @@ def command(arguments: argparse.Namespace) -> int:
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
+    if settings.record.enabled and settings.record.make_room:
+        _make_room(settings.record)
     settings = in_run_dir(settings, run_dir)
     writer = Writer()
     store: AnyStore = Store(Path(settings.store), writer) if settings.store else MemoryStore()
@@ -66,16 +68,11 @@ def command(arguments: argparse.Namespace) -> int:
         writer.close()
 
 
+def _make_room(record: RecordConfig) -> None:
+    for run_dir in make_room(Path(record.directory), (record.max_mb + record.free_floor_mb) << 20):
+        log.warning("the disk is nearly full: the recording %s was deleted", run_dir)
+
+
 def describe(settings: Settings, **more: object) -> dict[str, Any]:
     """Return what ``run.json`` says of a run."""
     return {"version": ".".join(map(str, software_version())), "settings": settings.model_dump(mode="json"), **more}
-
-
-def new_run_dir(base: Path) -> Path:
-    """Return a fresh directory named after the time, in ``base``."""
-    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    for number in range(1000):
-        candidate = base / (stamp if not number else f"{stamp}-{number}")
-        if not candidate.exists():
-            return candidate
-    raise OSError(f"{base}: a thousand runs in one second")
