@@ -13,7 +13,7 @@ import config as shipped
 from companion.build import in_run_dir
 from companion.commands.run import describe
 from companion.commands.status import StatusView, Watched, airtime_of
-from companion.configuration import link_mistakes, vessel_mistakes
+from companion.configuration import link_mistakes, radio_key_mistakes, vessel_mistakes
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.run_folders import new_run_dir
@@ -131,9 +131,11 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         return move_instance(settings, arguments.instance)
 
     def misplaced(settings: SimSettings) -> list[str]:
-        judge = link_mistakes if arguments.world_only else vessel_mistakes
         try:
-            return judge(placed(settings))
+            if arguments.world_only:
+                return link_mistakes(placed(settings))
+            no_key = [] if arguments.gateway else radio_key_mistakes(settings)  # the simulated gateway brings its own
+            return vessel_mistakes(placed(settings)) + no_key
         except ConfigError as error:
             return list(error.mistakes)
 

@@ -27,7 +27,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM."""
-    settings = gateway_settings(arguments.config, arguments.set)
+    settings = gateway_settings(arguments.config, arguments.set, to_serve=True)
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)

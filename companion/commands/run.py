@@ -38,7 +38,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM; neutral is written last."""
-    settings = vessel_settings(arguments.config, arguments.set)
+    settings = vessel_settings(arguments.config, arguments.set, to_sail=True)
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
