@@ -11,6 +11,7 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
+from companion.commands.numbers import positive
 from companion.commands.run import describe
 from companion.commands.status import StatusView, Watched, airtime_of
 from companion.configuration import link_mistakes, radio_key_mistakes, vessel_mistakes
@@ -40,7 +41,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--speed", default="1", metavar="N|max", help="times real time; 'max' runs in lock-step, in memory"
     )
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many simulated seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many simulated seconds")
     parser.add_argument("--seed", type=int, help="of all random sources (default: 0, or what a scenario says)")
     parser.add_argument(
         "--run-dir", type=Path, help="where the run is recorded (default: a new one in record.directory)"
@@ -166,8 +167,6 @@ def _usage(arguments: argparse.Namespace) -> tuple[float | None, list[str]]:
         mistakes.append("--gateway: ground stations cannot keep up with --speed max; give a number")
     if speed is None and arguments.world_only:
         mistakes.append("--world-only: a separate process cannot keep up with --speed max; give a number")
-    if arguments.duration is not None and arguments.duration <= 0:
-        mistakes.append(f"--duration {arguments.duration}: must be more than 0 s")
     return speed, mistakes
 
 

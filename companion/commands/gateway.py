@@ -7,6 +7,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from companion.commands.numbers import positive
 from companion.configuration import gateway_settings
 from companion.gateway import PERIOD_US, Gateway
 from companion.io.clock import SystemClock
@@ -21,7 +22,7 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser("gateway", help="the shore side of the LoRa link", description=__doc__)
     parser.add_argument("config", type=Path, help="TOML file; config/gateway.toml is a commented example")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.set_defaults(run=command)
 
 

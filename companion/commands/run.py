@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.build import build_app, in_run_dir
+from companion.commands.numbers import positive
 from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
 from companion.configuration import vessel_settings
 from companion.facade import software_version
@@ -31,7 +32,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--run-dir", type=Path, help="where this run is recorded (default: a new one in record.directory)"
     )
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--status", action="store_true", help="show a status on the terminal")
     parser.set_defaults(run=command)
 
