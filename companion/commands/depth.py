@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.commands.depth_convert import add_convert
+from companion.commands.numbers import number
 from companion.commands.store import read_store, write_store
 from companion.core.depth_grid import metres_per_radian
 from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
@@ -51,7 +52,7 @@ def register(subparsers: Any) -> None:
     forget = actions.add_parser("forget", help="forget soundings; the vessel must not be running")
     forget.add_argument("store", type=Path)
     what = forget.add_mutually_exclusive_group(required=True)
-    what.add_argument("--near", type=float, nargs=3, metavar=("LAT", "LON", "M"), help="within M metres of a place")
+    what.add_argument("--near", type=number(), nargs=3, metavar=("LAT", "LON", "M"), help="within M metres of a place")
     what.add_argument("--all", action="store_true")
     forget.set_defaults(run=_forget)
     add_convert(actions)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from companion.commands import plan_link
+from companion.commands.numbers import number, positive
 from companion.commands.plan_draw import ascii_map, svg_map
 from companion.commands.plan_explain import explain, refusals
 from companion.commands.plan_json import send_json
@@ -54,16 +55,16 @@ def _register_files(actions: Any) -> None:
     make.add_argument("out", type=Path)
     make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
     make.add_argument("--kind", choices=[kind.value for kind in LoiterKind], default="circular")
-    make.add_argument("--radius", type=float, metavar="M")
-    make.add_argument("--length", type=float, metavar="M")
-    make.add_argument("--bearing", type=float, metavar="DEG", help="long axis, from north")
-    make.add_argument("--duration", type=float, metavar="S", help="from reaching the path; without: for ever")
+    make.add_argument("--radius", type=positive, metavar="M")
+    make.add_argument("--length", type=positive, metavar="M")
+    make.add_argument("--bearing", type=number(), metavar="DEG", help="long axis, from north")
+    make.add_argument("--duration", type=positive, metavar="S", help="from reaching the path; without: for ever")
     make.add_argument("--ccw", action="store_true", help="turn to port")
-    make.add_argument("--speed", type=float, metavar="M/S")
+    make.add_argument("--speed", type=positive, metavar="M/S")
     send = _add(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
     send.add_argument("file", type=Path)
     send.add_argument("port", help="device, or an address such as serial:/dev/ttyUSB0?baud=9600")
-    send.add_argument("--wait", type=float, default=60.0, metavar="S", help="how long to wait for the answer")
+    send.add_argument("--wait", type=positive, default=60.0, metavar="S", help="how long to wait for the answer")
 
 
 def _register_vessel(actions: Any) -> None:
@@ -97,7 +98,7 @@ def _vessel(
 
     parser = _add(actions, name, command, text)
     parser.add_argument("--url", default=DEFAULT_URL, help="MAVSDK connection (default %(default)s)")
-    parser.add_argument("--wait", type=float, default=30.0, metavar="S", help="how long to look for the vessel")
+    parser.add_argument("--wait", type=positive, default=30.0, metavar="S", help="how long to look for the vessel")
     return parser
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.commands import MissingExtraError
+from companion.commands.numbers import number
 from companion.report.flight import Flight
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
@@ -79,9 +80,9 @@ def read_limits(changes: list[str]) -> Limits:
     for item in changes:
         name, _, text = item.partition("=")
         try:
-            values[name] = float(text)
-        except ValueError:
-            mistakes.append(f"--limit {item}: write it as name=number")
+            values[name] = number(0.0)(text)
+        except argparse.ArgumentTypeError:
+            mistakes.append(f"--limit {item}: write it as name=number, the number 0 or more")
         if name not in _limit_names():
             mistakes.append(f"--limit {item}: no such limit; known: {', '.join(_limit_names())}")
     if mistakes:

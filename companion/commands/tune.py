@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from companion.commands import MissingExtraError
+from companion.commands.numbers import number
 from companion.core.pid import PidGains
 from companion.core.steering import SteeringConfig
 from companion.core.vessel import VesselConfig
@@ -30,13 +31,13 @@ def register(subparsers: Any) -> None:
     written.add_argument("-o", "--output", type=Path, metavar="F.toml", help="file for the gains; default: print them")
     drawn = _add(actions, "figures", figures, "root locus, Bode and sisotool pictures of the heading loop")
     drawn.add_argument("-o", "--output", type=Path, default=Path("tune"), metavar="DIR")
-    drawn.add_argument("--speed", type=float, default=1.5, metavar="MPS")
+    drawn.add_argument("--speed", type=number(0.1, 20.0), default=1.5, metavar="MPS")
     found = actions.add_parser("identify", help="K and T from a recorded step, turn or zig-zag")
     found.add_argument("record", type=Path, metavar="F.csv|RUN_DIR")
     found.add_argument(
         "--columns", nargs=3, metavar=("TIME", "INPUT", "RATE"), help="names, when they are not known ones"
     )
-    found.add_argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help="seconds of the record to use")
+    found.add_argument("--span", nargs=2, type=number(), metavar=("FROM", "TO"), help="seconds of the record to use")
     found.set_defaults(run=identify_record)
 
 
@@ -47,7 +48,7 @@ def _add(actions: Any, name: str, function: Any, text: str) -> argparse.Argument
         "--vessel", default="", help="a shipped vessel or a path; default: the configuration's, or otter"
     )
     parser.add_argument("--profile", choices=("model", "seed"), help="default: the configuration's")
-    parser.add_argument("--delay", type=float, default=0.15, metavar="S", help="delay in the loop")
+    parser.add_argument("--delay", type=number(0.0, 5.0), default=0.15, metavar="S", help="delay in the loop")
     parser.set_defaults(run=function)
     return parser
 
