@@ -19,6 +19,7 @@ from typing import Any, Final
 from companion.commands import MissingExtraError
 from companion.commands.numbers import number
 from companion.core.depth_grid import Sounding, build, metres_per_radian
+from companion.settings import ConfigError
 
 METRES: Final = {
     "": 1.0,
@@ -96,11 +97,7 @@ def _convert(arguments: argparse.Namespace) -> int:
             places = _thinned(_places(arguments), arguments.thin)
             count = _write(arguments, places)
     except (ChartError, ValueError) as error:
-        print(f"{arguments.chart}: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
+        raise ConfigError(str(arguments.chart), [str(error)]) from None
     print(f"{arguments.out}: {count} depths")
     return 0
 

@@ -192,23 +192,33 @@ def _convert(arguments: argparse.Namespace) -> int:
 
 def _extract(arguments: argparse.Namespace) -> int:
     source: Path = arguments.file
+    wants_params = arguments.out.suffix == ".params"
     try:
-        if arguments.out.suffix == ".params":
-            return _extract_params(source, arguments.out)
-        plan = plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
+        found = _params(source) if wants_params else _transferred(source)
     except OSError as error:
         raise ConfigError(str(source), [error.strerror or str(error)]) from None
-    if not (plan.mission or plan.fence or plan.rally):
-        print(f"{arguments.file}: no complete plan was transferred in this log", file=sys.stderr)
+    if isinstance(found, str):
+        return _write_params(found, source, arguments.out)
+    if not (found.mission or found.fence or found.rally):
+        print(f"{source}: no complete plan was transferred in this log", file=sys.stderr)
         return 1
-    write_file(plan, arguments.out)
-    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    write_file(found, arguments.out)
+    print(f"{arguments.out}: {len(found.mission)} items, fence {len(found.fence)}, rally {len(found.rally)}")
     return 0
 
 
-def _extract_params(source: Path, out: Path) -> int:
+def _transferred(source: Path) -> PlanFile:
+    return plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
+
+
+def _params(source: Path) -> str:
     parts = parts_of(source / "mavlink.tlog") if source.is_dir() else [source]
-    text = params_from_tlog(b"".join(part.read_bytes() for part in parts))
+    if not parts:
+        raise ConfigError(str(source), ["holds no telemetry log"])
+    return params_from_tlog(b"".join(part.read_bytes() for part in parts))
+
+
+def _write_params(text: str, source: Path, out: Path) -> int:
     if not text:
         print(f"{source}: no vehicle told its parameters in this log", file=sys.stderr)
         return 1

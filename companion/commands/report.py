@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import importlib.util
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -33,12 +32,9 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Write the report and print the summary; exit status 0, 1 when there is nothing to read, 2 wrong usage."""
+    """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
     flight = read(arguments.source)
-    if flight is None:
-        print(f"{arguments.source}: neither a run directory nor a telemetry log", file=sys.stderr)
-        return 1
     if importlib.util.find_spec("matplotlib") is None:
         raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
     from companion.report import page, plots
@@ -57,11 +53,19 @@ def command(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def read(source: Path) -> Flight | None:
-    """Read a run directory or a telemetry log; None when it is neither."""
-    if source.is_dir():
-        return read_run(source) if any(source.glob("*.json*")) or any(source.glob("*.tlog")) else None
-    return read_tlog(source) if source.is_file() else None
+def read(source: Path) -> Flight:
+    """Read a run directory or a telemetry log. Raises ConfigError when it is neither."""
+    try:
+        if source.is_dir():
+            if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
+                raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
+            return read_run(source)
+        flight = read_tlog(source)
+    except OSError as error:
+        raise ConfigError(str(source), [f"cannot be read: {error.strerror or error}"]) from None
+    if "frames" not in flight.about:
+        raise ConfigError(str(source), ["holds no MAVLink frame: give a run directory or a telemetry log"])
+    return flight
 
 
 def default_output(source: Path) -> Path:

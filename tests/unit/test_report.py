@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import random
 import shutil
 import subprocess
 
@@ -99,7 +100,22 @@ def test_a_wrong_limit_or_source_says_so(tmp_path, capsys):
     shown = capsys.readouterr().err
     assert "no such limit" in shown
     assert "name=number" in shown
-    assert main(["report", str(tmp_path)]) == 1
+    assert main(["report", str(tmp_path)]) == 2
+    assert "holds no run" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["noise.bin", "empty.tlog", "route.plan", "nowhere.tlog"])
+def test_what_holds_no_frame_gives_no_report(name, tmp_path, capsys):
+    noise = random.Random(5).randbytes(300_000)
+    content = {"noise.bin": noise, "empty.tlog": b"", "route.plan": b'{"fileType": "Plan"}' * 100}.get(name)
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    before = sorted(tmp_path.iterdir())
+    assert main(["report", str(tmp_path / name)]) == 2
+    said = capsys.readouterr()
+    assert ("No such file" if content is None else "holds no MAVLink frame") in said.err
+    assert said.out == ""
+    assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.77, 0.999])
