@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,10 @@ from companion.settings import ConfigError, explain, load_vessel
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
+
+LEAST_FIT = 0.7
+"""Below it K and T are no description of the vessel: a loiter, or a record that the wind made."""
+MANOEUVRE = "sail a zig-zag, or say with --span where one is"
 
 
 def register(subparsers: Any) -> None:
@@ -165,13 +170,19 @@ def identify_record(arguments: argparse.Namespace) -> int:
 
     try:
         times, inputs, rates = read_columns(arguments.record, arguments.columns)
-        if arguments.span:
-            kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
-            times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
-        found = identify(times, inputs, rates)
     except (OSError, ValueError) as error:
-        print(error)
+        raise ConfigError(str(arguments.record), [getattr(error, "strerror", None) or str(error)]) from None
+    if arguments.span:
+        kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
+        times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
+    try:
+        found = identify(times, inputs, rates)
+    except ValueError as error:
+        print(f"{arguments.record}: {error}; {MANOEUVRE}", file=sys.stderr)
         return 1
     print(f"K = {found.gain:.3f} rad/s per unit of input, T = {found.lag_s:.2f} s, bias {found.bias:+.4f} rad/s2")
     print(f"fit {100 * found.fit:.0f} %")
+    if found.fit < LEAST_FIT:
+        print(f"{arguments.record}: no usable manoeuvre; {MANOEUVRE}", file=sys.stderr)
+        return 1
     return 0
