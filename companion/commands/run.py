@@ -57,7 +57,7 @@ def command(arguments: argparse.Namespace) -> int:
         )
         recording = Recording(recorder, clock.utc_us)
     app = build_app(settings, store=store, recording=recording, about=about)
-    log.info("running %s; recorded in %s", settings.system.name, run_dir if recording else "nothing")
+    log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
@@ -67,6 +67,14 @@ def command(arguments: argparse.Namespace) -> int:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:
         writer.close()
+
+
+def _recorded(recording: Recording | None, run_dir: Path) -> str:
+    """Where the run can be found afterwards, or that it cannot."""
+    if recording is None:
+        return "recorded in nothing"
+    problems = [text for _, text in recording.recorder.texts]
+    return f"NOT recorded in {run_dir}: {'; '.join(problems)}" if problems else f"recorded in {run_dir}"
 
 
 def _make_room(record: RecordConfig) -> None:
