@@ -196,6 +196,8 @@ def line(s: Snapshot) -> str:
     ]
     if s.action > Action.NONE:
         parts.append(f"{s.action.name}: {', '.join(s.causes)}")
+    if _not_ready(s):
+        parts.append(f"not ready: {_not_ready(s)}")
     return "  ".join(parts)
 
 
@@ -236,6 +238,8 @@ def rows(s: Snapshot, airtime: str = "") -> list[tuple[str, str, str]]:
             "green" if s.action is Action.NONE else "yellow" if s.action is Action.WARN else "red",
         ),
     ]
+    if _not_ready(s):
+        found.append(("Not ready", _not_ready(s), "yellow"))
     if airtime:
         found.append(("Airtime", airtime, ""))
     found += [(f"Link {link.name}", _link(link), "green" if link.is_open else "red") for link in s.links]
@@ -275,9 +279,13 @@ def _plan(s: Snapshot) -> str:
 
 def _failsafe(s: Snapshot) -> str:
     if s.action is Action.NONE:
-        reasons = "" if s.armed or s.health.prearm_ok else f"; not ready: {'; '.join(s.health.prearm_reasons[:2])}"
-        return f"none{reasons}"
+        return "none"
     return f"{s.action.name.lower()}: {', '.join(s.causes)}"
+
+
+def _not_ready(s: Snapshot) -> str:
+    """Everything that keeps the vessel from being armed."""
+    return "" if s.armed or s.health.prearm_ok else "; ".join(s.health.prearm_reasons)
 
 
 def _link(link: LinkHealth) -> str:

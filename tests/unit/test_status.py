@@ -26,7 +26,7 @@ from mavlink_bridge.imc import (
     PlanState,
     Severity,
 )
-from mavlink_bridge.snapshot import LinkHealth, Progress, Snapshot
+from mavlink_bridge.snapshot import Health, LinkHealth, Progress, Snapshot
 from sitl.settings import SimSettings
 from sitl.world import World
 
@@ -178,3 +178,12 @@ def test_a_recording_that_is_not_made_is_no_recording(view, tmp_path, monkeypatc
     assert "; NOT recorded in file/run: Recorder: " in said
     for words in ("Store x.db: ", "changes are kept in memory only", "Recorder: control.csv: "):
         assert said.count(words) == 1
+
+
+@pytest.mark.parametrize("action", [Action.NONE, Action.DISARM])
+def test_every_reason_for_not_arming_is_shown(action):
+    reasons = ("no position", "no heading", "actuator board: no status", "no ground station heard")
+    shown = snapshot(armed=False, health=Health(prearm_reasons=reasons), action=action)
+    assert line(shown).endswith(f"not ready: {'; '.join(reasons)}")
+    assert ("Not ready", "; ".join(reasons), "yellow") in rows(shown)
+    assert "not ready" not in line(snapshot(health=Health(prearm_reasons=reasons)))
