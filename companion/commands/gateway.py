@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.commands.numbers import positive
+from companion.commands.stations import places
 from companion.configuration import gateway_settings
 from companion.gateway import PERIOD_US, Gateway
 from companion.io.clock import SystemClock
@@ -37,6 +38,8 @@ def command(arguments: argparse.Namespace) -> int:
     profile = gateway.profile
     label = settings.entity_label or profile.entity_label or settings.name
     log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
+    for place in places(settings.endpoints):
+        log.info("stations: %s", place)
     stop = StopFlag().install()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)
