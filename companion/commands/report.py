@@ -60,7 +60,8 @@ def read(source: Path) -> Flight:
             if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
                 raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
             return read_run(source)
-        flight = read_tlog(source)
+        ours = source.name.startswith("mavlink") and (source.parent / "run.json").is_file()
+        flight = read_tlog(source, numbered=ours)
     except OSError as error:
         raise ConfigError(str(source), [f"cannot be read: {error.strerror or error}"]) from None
     if "frames" not in flight.about:

@@ -365,3 +365,12 @@ def test_the_map_shows_where_a_failsafe_acted_and_is_not_lost_in_a_wide_fence():
     ax = made.axes[0]
     assert "STOP, 1 min" in [text.get_text() for text in ax.texts]
     assert ax.get_ylim()[1] - ax.get_ylim()[0] < 300.0
+
+
+def test_our_own_log_is_read_by_its_links(run_dir, tmp_path, capsys):
+    copy = tmp_path / "run"
+    shutil.copytree(run_dir, copy)
+    assert main(["report", str(copy / "mavlink.tlog"), "-o", str(tmp_path / "a.html")]) == 0
+    ours = capsys.readouterr().out
+    assert "missing on link 1" in ours
+    assert all("0.00 %" in line and line.endswith("holds") for line in ours.splitlines() if "missing on" in line)
