@@ -157,7 +157,8 @@ def figures(arguments: argparse.Namespace) -> int:
         loop = seed_loop(steering, vessel, arguments.speed, steering.seed.heading_gains or PidGains(kp=1.8, kd=0.4))
     else:
         loop = model_loop(steering, vessel, arguments.speed)
-    for path in draw(loop, arguments.output, f"{vessel.name}, {profile}, {arguments.speed} m/s"):
+    title = f"{vessel.name}, {profile}, {arguments.speed:g} m/s, {arguments.delay:g} s of delay"
+    for path in draw(loop, arguments.output, title, arguments.delay):
         print(path)
     return 0
 

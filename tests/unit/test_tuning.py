@@ -193,3 +193,24 @@ def test_a_record_that_tells_nothing_of_the_hull_is_no_success(tmp_path, capsys)
     record.write_text("t_s,rudder_port_deg,yaw_rate_dps\n")
     assert main(["tune", "identify", str(record)]) == 2
     assert "holds no row with t_s, rudder_port_deg, yaw_rate_dps" in capsys.readouterr().err
+
+
+def test_figures_show_the_loop_with_its_delay_around_its_poles(tmp_path, caplog):
+    import control
+
+    from companion.cli import main
+    from companion.tuning.figures import delayed, view_radps
+    from companion.tuning.margins import loop_margins, model_loop
+
+    loop = model_loop(SteeringConfig(), load_vessel("otter"), 1.5)
+    late = delayed(loop, 0.15)
+    gain, phase_deg, *_ = control.margin(late)
+    expected = loop_margins(loop, 1.5, 0.15)
+    assert 20.0 * math.log10(gain) == pytest.approx(expected.gain_db, abs=0.2)
+    assert phase_deg == pytest.approx(expected.phase_deg, abs=1.0)
+    assert view_radps(control.feedback(late, 1).poles()) < 20.0
+    for delay in ("0.15", "0.5"):
+        assert main(["tune", "figures", "-o", str(tmp_path / delay), "--delay", delay]) == 0
+    for name in ("bode.png", "rootlocus.png", "sisotool.png"):
+        assert (tmp_path / "0.15" / name).read_bytes() != (tmp_path / "0.5" / name).read_bytes()
+    assert not caplog.records
