@@ -242,7 +242,9 @@ def _params(source: Path) -> str:
 
 def _write_params(text: str, source: Path, out: Path) -> int:
     if not text:
-        print(f"{source}: no vehicle told its parameters in this log", file=sys.stderr)
+        print(
+            f"{source}: no vehicle told its parameters in this log, and no station fetched them whole", file=sys.stderr
+        )
         return 1
     out.write_text(text, encoding="utf-8")
     print(f"{out}: {text.count(chr(10)) - 1} parameters")
