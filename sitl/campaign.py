@@ -62,7 +62,7 @@ def read_campaign(path: Path) -> list[Job]:
 
 def _read(path: Path) -> CampaignText:
     try:
-        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8"))).campaign
+        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig"))).campaign
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
     except tomllib.TOMLDecodeError as error:

@@ -72,7 +72,7 @@ def _chosen(arguments: argparse.Namespace) -> tuple[SteeringConfig, VesselConfig
 def _read(path: Path) -> tuple[SteeringConfig, str]:
     """Take steering and vessel out of a configuration file of any kind (boat or simulation)."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
     try:

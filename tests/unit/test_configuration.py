@@ -180,3 +180,32 @@ def test_a_mistake_in_the_hulls_file_is_told_with_its_name(tmp_path: Path, capsy
     hull.write_text("length_m = -1\n")
     assert main(["check", str(config.path("boat.toml")), "--set", f"vessel={hull}"]) == 2
     assert f"{hull}: length_m: no such key" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        ('failsafe.gcs_action="none"', "failsafe.gcs_action = none: must be at least warn"),
+        ('failsafe.gcs_action="DISARM"', "failsafe.gcs_action = disarm: must be at most stop"),
+        ("endpoints={}", "endpoints = a table: must be a list"),
+        ("depth.map=[]", "depth.map = a list: must be a table"),
+        ("system=3", "system = 3: must be a table"),
+        ("system.name=[]", "system.name = a list: must be a text, in quotes"),
+        ("system.tick_hz=x", "system.tick_hz = 'x': must be a whole number"),
+        ("depth.enabled=perhaps", "depth.enabled = 'perhaps': must be true or false"),
+        ("depth.min_altitude_m=nan", "depth.min_altitude_m = nan: must be a number"),
+    ],
+)
+def test_a_wrong_kind_of_value_is_told_in_the_files_own_words(
+    override: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(config.path("boat.toml")), "--set", override]) == 2
+    assert f"  {told}\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["boat.toml", "gateway.toml"])
+def test_a_file_with_a_byte_order_mark_is_read(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / name
+    path.write_text(config.path(name).read_text("utf-8"), "utf-8-sig")
+    assert main(["check", str(path)]) == 0
+    assert ": good" in capsys.readouterr().out
