@@ -209,11 +209,18 @@ def _read(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
     folder = str(path.resolve().parent)
     return {key: _placed(value, folder) for key, value in data.items()}
+
+
+def unreadable(error: Exception) -> str:
+    """Why a file of text cannot be read, without the computer's numbers."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"holds no UTF-8 text: byte {error.object[error.start]:#04x} at {error.start}"
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 
 def _placed(value: Any, folder: str) -> Any:

@@ -15,7 +15,7 @@ from companion.commands.numbers import positive
 from companion.commands.run import describe
 from companion.commands.stations import places
 from companion.commands.status import StatusView, Watched, airtime_of
-from companion.configuration import link_mistakes, radio_key_mistakes, vessel_mistakes
+from companion.configuration import link_mistakes, mistakes_of, radio_key_mistakes, vessel_mistakes
 from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
@@ -137,9 +137,9 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
     def misplaced(settings: SimSettings) -> list[str]:
         try:
             if arguments.world_only:
-                return link_mistakes(placed(settings))
+                return link_mistakes(placed(settings)) + _hull_mistakes(settings.world.vessel)
             no_key = [] if arguments.gateway else radio_key_mistakes(settings)  # the simulated gateway brings its own
-            return vessel_mistakes(placed(settings)) + no_key
+            return vessel_mistakes(placed(settings)) + no_key + _hull_mistakes(settings.world.vessel)
         except ConfigError as error:
             return list(error.mistakes)
 
@@ -151,6 +151,12 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
     if mistakes:
         raise ConfigError(str(arguments.config), mistakes)
     return at_speed(placed(settings), speed), speed
+
+
+def _hull_mistakes(name: str) -> list[str]:
+    """What is wrong with the hull that is really there."""
+    found = mistakes_of(lambda: load_vessel(name)) if name else []
+    return [f"world.{mistake}" if mistake.startswith("vessel = ") else mistake for mistake in found]
 
 
 def _usage(arguments: argparse.Namespace) -> tuple[float | None, list[str]]:

@@ -16,7 +16,7 @@ from companion.commands.numbers import number
 from companion.core.pid import PidGains
 from companion.core.steering import SteeringConfig
 from companion.core.vessel import VesselConfig
-from companion.settings import ConfigError, explain, load_vessel
+from companion.settings import ConfigError, explain, load_vessel, unreadable
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
@@ -74,7 +74,7 @@ def _read(path: Path) -> tuple[SteeringConfig, str]:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     try:
         return SteeringConfig.model_validate(data.get("steering", {})), str(data.get("vessel", "otter"))
     except ValidationError as error:

@@ -209,3 +209,27 @@ def test_a_file_with_a_byte_order_mark_is_read(name: str, tmp_path: Path, capsys
     path.write_text(config.path(name).read_text("utf-8"), "utf-8-sig")
     assert main(["check", str(path)]) == 0
     assert ": good" in capsys.readouterr().out
+
+
+def test_the_hull_of_the_world_is_judged_by_its_own_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sim", "--set", "world.vessel=submarine", "--set", "system.system_id=0"]) == 2
+    said = capsys.readouterr().err
+    assert "  world.vessel = 'submarine': no such file" in said
+    assert "2 mistake(s)" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["check"], ["sim", "--campaign"], ["sim", "--scenario"], ["tune", "margins"]])
+def test_a_file_that_cannot_be_read_is_told_without_numbers(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    assert main([*words, str(tmp_path / "folder.toml")]) == 2
+    assert "Errno" not in capsys.readouterr().err
+    noise = tmp_path / "noise.toml"
+    noise.write_bytes(b"a = '\xff'")
+    assert main([*words, str(noise)]) == 2
+    assert "noise.toml" in capsys.readouterr().err
