@@ -244,16 +244,16 @@ class Gateway:
             return  # a frame that is taken costs airtime and counters
         frame = self.twin.take(now_us)
         taken = self.modem.write(0, frame) if frame else 0
-        if frame and not taken and self._modem_open is None:
-            self._modem_open = False
-        elif taken != len(frame):
+        if frame and self._modem_open is None:
+            self._modem_open = taken > 0
+        if self._modem_open and taken != len(frame):
             log.warning("the modem took only part of a frame")
 
     def _note_modem(self, now_us: int) -> None:
         """Say in the log that the modem is missing, once it has had time to open, and when it is back."""
         if self._since_us is None:
             self._since_us = now_us
-        missing = self._modem_open is False and now_us - self._since_us >= _SETTLE_US
+        missing = not self._modem_open and now_us - self._since_us >= _SETTLE_US
         if missing == self._modem_missing:
             return
         self._modem_missing = missing
