@@ -24,9 +24,10 @@ def test_a_missing_modem_is_told_once_and_where_stations_connect(
     write_key(tmp_path / "radio.key", os.urandom(32))
     sets = [f"url=serial:{tmp_path}/tty?baud=9600", "store=", 'endpoints=[{name="gcs",url="udp://127.0.0.1:14997"}]']
     words = [word for item in sets for word in ("--set", item)]
-    assert main(["gateway", str(config.path("gateway.toml")), "--duration", "2.5", *words]) == 0
+    assert main(["gateway", str(config.path("gateway.toml")), "--duration", "5", *words]) == 0
     assert "stations: gcs      udp://127.0.0.1:14997  (ardurover)  MAVSDK: udpin://0.0.0.0:14997" in caplog.messages
     warnings = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    warnings = [text for text in warnings if "modem" in text]  # a busy machine adds its own
     assert len(warnings) == 1
     assert warnings[0].startswith(f"modem is missing, tried again for ever: {tmp_path}/tty")
     assert warnings[0].endswith("No such file or directory)")
