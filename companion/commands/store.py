@@ -65,6 +65,8 @@ def _ours(connection: sqlite3.Connection) -> None:
 def _no_store(error: sqlite3.Error) -> str:
     if isinstance(error, sqlite3.OperationalError) and "no such table" not in str(error):
         return f"cannot be read: {error}"
+    if "malformed" in str(error):
+        return f"is damaged ({error}); a vessel that starts with it rescues what it can"
     return f"is no store of this program ({error})"
 
 

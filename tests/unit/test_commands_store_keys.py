@@ -93,6 +93,14 @@ def test_a_missing_or_foreign_store_is_named(store, tmp_path, capsys):
     assert other.read_bytes() == before
 
 
+def test_a_damaged_store_is_not_taken_for_another_programs(store, capsys):
+    data = bytearray(store.read_bytes())
+    data[data.index(b"CREATE TABLE") + 30] ^= 0x80
+    store.write_bytes(data)
+    assert main(["store", "show", str(store)]) == 2
+    assert "is damaged (malformed database schema" in capsys.readouterr().err
+
+
 def test_an_export_to_standard_output_is_json(store, capsys):
     assert main(["store", "export", str(store)]) == 0
     assert json.loads(capsys.readouterr().out)["param"] == {"DEPTH_MIN": 4.5}
