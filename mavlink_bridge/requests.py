@@ -137,7 +137,8 @@ class SetSpeed:
 class GuidedHeading:
     """Steer a heading or course, with a speed when given (IMC DesiredHeading, DesiredSpeed)."""
 
-    psi_rad: float
+    psi_rad: float | None
+    """None = as it is."""
     speed_mps: float | None = None
     throttle: float | None = None
     course: bool = False

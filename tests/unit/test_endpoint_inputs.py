@@ -64,6 +64,12 @@ def target(mask, lat=LAT, lon=LON, vx=0.0, vy=0.0, yaw=0.0, frame=6):
 POSITION, VELOCITY, NOTHING = 0b110111111000, 0b110111000111, 0b111111111111
 
 
+def test_a_velocity_of_nothing_is_a_stop_that_keeps_the_stream_alive(bench):
+    bench.send(target(VELOCITY | 1 << 10, vx=0.0, vy=0.0))
+    (stop,) = got(bench, ask.GuidedHeading)
+    assert (stop.psi_rad, stop.speed_mps, stop.stream) == (None, 0.0, True)
+
+
 def test_guided_positions_and_velocities(bench):
     bench.send(target(POSITION))
     bench.send(target(VELOCITY, vx=0.0, vy=2.0))
@@ -88,7 +94,6 @@ def test_guided_positions_and_velocities(bench):
         target(POSITION, frame=8),
         target(VELOCITY, vx=NAN),
         target(VELOCITY, vx=1e9),
-        target(VELOCITY | 1 << 10, vx=0.0, vy=0.0),
     ],
 )
 def test_absurd_set_points_are_ignored(bench, bad):
