@@ -30,11 +30,12 @@ from companion.io.store_file import (
     MIGRATIONS,
     NotOursError,
     check,
+    finish_replacing,
     is_of_the_disk,
     migrate,
-    move_aside,
     plain,
     read_entries,
+    replace_damaged,
     rescue,
     write_entries,
 )
@@ -175,6 +176,7 @@ class Store:
         """Open for writing, or read what can be read and stay in memory."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+            finish_replacing(self.path)
             return self._open_writable()
         except NotOursError as error:
             return self._stay_in_memory(str(error))
@@ -217,16 +219,15 @@ class Store:
         return {}
 
     def _start_afresh(self, reason: str) -> dict[tuple[str, str], str]:
-        """Move the damaged file aside, take over what it still gives, and begin a new one."""
+        """Begin a new file with what the damaged one still gives, and keep that one beside it."""
+        rescued = rescue(self.path)
+        found = f"Store {self.path.name} is damaged ({reason}), {len(rescued)} entries rescued"
         try:
-            aside = move_aside(self.path)
-            rescued = rescue(aside)
-            self._texts.append(
-                f"Store {self.path.name} was damaged ({reason}); moved to {aside.name}, {len(rescued)} entries rescued"
-            )
-            rows = self._open_writable()
-            assert self._connection is not None
-            write_entries(self._connection, [Entry(section, key, body) for (section, key), body in rescued.items()])
-            return rows | rescued
+            aside = replace_damaged(self.path, rescued)
+            self._texts.append(f"{found}; moved to {aside.name}")
+            return self._open_writable()
         except (OSError, *DAMAGE) as error:
-            return self._stay_in_memory(str(error) if isinstance(error, OSError) else plain(error))
+            why = error.strerror or str(error) if isinstance(error, OSError) else plain(error)
+            self._in_memory = f"kept in memory only: {why}"
+            self._texts.append(f"{found}; {why}, so changes are kept in memory only")
+            return rescued

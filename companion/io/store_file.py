@@ -6,10 +6,11 @@ import contextlib
 import os
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
+from companion.io.log_file import sync_folder
 from companion.io.store_content import Entry
 
 MIGRATIONS: Final[tuple[str, ...]] = (
@@ -71,7 +72,7 @@ def check(connection: sqlite3.Connection) -> None:
     except UnicodeError:  # SQLite's own text quotes the damaged schema
         raise sqlite3.DatabaseError("malformed database schema") from None
     if found is None or found[0] != "ok":
-        raise sqlite3.DatabaseError(str(found[0]) if found else "no answer")
+        raise sqlite3.DatabaseError(str(found[0]).splitlines()[-1] if found else "no answer")
 
 
 def crc_of(section: str, key: str, generation: int, body: str) -> int:
@@ -136,16 +137,55 @@ def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> N
     connection.execute("COMMIT")
 
 
-def move_aside(path: Path) -> Path:
+def replace_damaged(path: Path, rescued: Mapping[tuple[str, str], str]) -> Path:
+    """Put a new file with the rescued rows in the place of a damaged one; return where that is now.
+
+    Nothing is moved before the new file is whole on the disk. Raises OSError, sqlite3.Error.
+    """
+    fresh = _fresh_name(path)
+    for old in _with_journals(fresh, "-journal"):
+        old.unlink(missing_ok=True)
+    try:
+        with contextlib.closing(sqlite3.connect(fresh, isolation_level=None)) as connection:
+            connection.execute("PRAGMA synchronous=FULL")
+            migrate(connection)
+            write_entries(connection, [Entry(section, key, body) for (section, key), body in rescued.items()])
+        aside = _move_aside(path)
+    except BaseException:
+        if path.exists():
+            fresh.unlink(missing_ok=True)
+        raise
+    finish_replacing(path)
+    return aside
+
+
+def finish_replacing(path: Path) -> None:
+    """Give a new file its name; a power cut may have come before that. Raises OSError."""
+    fresh = _fresh_name(path)
+    if fresh.exists() and not path.exists():
+        for journal in _with_journals(path, "-wal", "-shm")[1:]:
+            journal.unlink(missing_ok=True)  # of the damaged file: they would be played into the new one
+        fresh.replace(path)
+        sync_folder(path.parent)
+
+
+def _fresh_name(path: Path) -> Path:
+    return path.with_name(f"{path.name}.new")
+
+
+def _with_journals(path: Path, *suffixes: str) -> list[Path]:
+    return [path, *(path.with_name(path.name + suffix) for suffix in suffixes)]
+
+
+def _move_aside(path: Path) -> Path:
     """Rename a damaged file (and its journals) to the first free ``name.damaged-N``."""
     number = 1
     while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
         number += 1
     path.replace(aside)
-    for suffix in ("-wal", "-shm"):
-        journal = path.with_name(path.name + suffix)
-        if journal.exists():
-            journal.replace(aside.with_name(aside.name + suffix))
+    for old, new in zip(_with_journals(path, "-wal", "-shm"), _with_journals(aside, "-wal", "-shm"), strict=True):
+        if old.exists():
+            old.replace(new)
     return aside
 
 

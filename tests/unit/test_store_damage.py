@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sqlite3
 import time
@@ -114,6 +115,56 @@ def test_a_number_of_a_generation_that_cannot_go_on_does_not_stop_saving(tmp_pat
     again = Store(tmp_path / "store.db")
     again.close()
     assert (again.snapshot().counters, again.warnings) == ({"boots": 6}, ())
+
+
+DAMAGED = 36  # the header's count of free pages
+DAMAGED_NAME = ".damaged-"
+WHOLE = {f"DEPTH_{number}": 5.0 for number in range(20)}
+
+
+def test_rows_58_and_56_what_was_rescued_is_used_though_the_disk_takes_no_new_file(
+    tmp_path: Path, sound: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, damaged = tmp_path / "store.db", flipped(sound, DAMAGED, 0x07)
+    path.write_bytes(damaged)
+
+    def full(*arguments: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    with monkeypatch.context() as context:
+        context.setattr("companion.io.store_file.write_entries", full)
+        content, warnings = opened(tmp_path, damaged)
+    assert content.params == WHOLE
+    assert content.stamps == {"1/1/0": 5}
+    assert ["no space on the disk" in text and "memory only" in text for text in warnings] == [True]
+    assert path.read_bytes() == damaged
+    assert {name.name for name in tmp_path.iterdir()} <= {"store.db", "store.db-wal", "store.db-shm"}
+    again = Store(path)
+    again.close()
+    assert again.snapshot().params == WHOLE, "there is room now, and nothing was lost meanwhile"
+
+
+@pytest.mark.parametrize("cut", range(2))
+def test_rows_55_and_58_a_power_cut_while_a_damaged_file_is_replaced_loses_nothing(
+    tmp_path: Path, sound: bytes, monkeypatch: pytest.MonkeyPatch, cut: int
+) -> None:
+    path, real, done = tmp_path / "store.db", os.replace, iter(range(9))
+    path.write_bytes(flipped(sound, DAMAGED, 0x07))
+    (tmp_path / "store.db-wal").write_bytes(b"of the damaged file")
+
+    def replace(*names: str) -> None:
+        if next(done) == cut:
+            raise KeyboardInterrupt
+        real(*names)
+
+    with monkeypatch.context() as context:
+        context.setattr(os, "replace", replace)
+        with pytest.raises(KeyboardInterrupt):
+            Store(path)
+    again = Store(path)
+    again.close()
+    assert again.snapshot().params == WHOLE
+    assert sum(DAMAGED_NAME in name.name for name in tmp_path.iterdir()) >= 1
 
 
 def test_the_command_says_what_it_cannot_read(tmp_path: Path, sound: bytes, capsys: pytest.CaptureFixture[str]) -> None:
