@@ -98,7 +98,9 @@ def read_entries(connection: sqlite3.Connection) -> tuple[dict[tuple[str, str], 
     damaged: dict[tuple[str, str], str] = {}
     for section, key, generation, body, crc in _rows(connection, f"{_UPWARDS} DESC"):
         if not _is_sound(section, key, generation, body, crc):
-            damaged.setdefault((section, key), "is damaged and lost")
+            older = (section, key) in rows
+            what = "had an older state that is damaged; the newest is sound" if older else "is damaged and lost"
+            damaged.setdefault((section, key), what)
             continue
         if (section, key) not in rows:
             rows[section, key] = body

@@ -80,6 +80,12 @@ def test_row_58_a_text_that_is_no_utf_8_any_more_falls_back_to_its_previous_gene
     assert not list(tmp_path.glob("*.damaged-*"))
 
 
+def test_an_older_state_that_is_damaged_is_not_called_a_loss(tmp_path: Path, sound: bytes) -> None:
+    content, warnings = opened(tmp_path, flipped(sound, sound.index(b'"hello"') + 3, 0x01))
+    assert content.values == {"home": "hallo"}
+    assert warnings == ("Store: value home had an older state that is damaged; the newest is sound",)
+
+
 def test_row_58_a_name_that_is_no_text_any_more_costs_only_its_row(tmp_path: Path, sound: bytes) -> None:
     connection = sqlite3.connect(":memory:", isolation_level=None)
     connection.deserialize(sound[:18] + b"\1\1" + sound[20:])  # a database in memory has no journal
