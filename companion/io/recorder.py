@@ -144,8 +144,10 @@ class Recorder:
         self._flush_us = now_us + _FLUSH_US
         if now_us >= self._space_us:
             self._space_us = now_us + _SPACE_US
-            if self._writer is None or not self._writer.post(self._look_at_disk):
+            if self._writer is None:
                 self._look_at_disk()
+            else:
+                self._writer.post(self._look_at_disk)  # not taken: the disk hangs, and looking at it would too
         if self._low != self._low_found:
             self._low = self._low_found
             floor = self._floor_bytes >> 20

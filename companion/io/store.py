@@ -151,11 +151,15 @@ class Store:
             self._own_writer.close()
 
     def _disconnect(self) -> None:
-        with self._lock:
+        if not self._lock.acquire(timeout=CLOSE_WAIT_S):
+            return  # the writer hangs in a write; what it is at must not be closed under it
+        try:
             connection, self._connection = self._connection, None
             if connection is not None:
                 with contextlib.suppress(sqlite3.Error):
                     connection.close()
+        finally:
+            self._lock.release()
 
     def _perform(self, ticket: int, entries: list[Entry]) -> None:
         with self._lock:

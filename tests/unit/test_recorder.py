@@ -154,6 +154,27 @@ def test_row_57_a_hanging_disk_neither_delays_a_tick_nor_fills_the_memory(tmp_pa
     reader.close()
 
 
+def test_row_57_no_tick_looks_at_a_disk_that_hangs(tmp_path, monkeypatch):
+    lookers = []
+
+    def statvfs(path):
+        lookers.append(threading.current_thread().name)
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("os.statvfs", statvfs)
+    writer = Writer(max_jobs=4)
+    gate = threading.Event()
+    writer.post(gate.wait)
+    recorder = Recorder(tmp_path, writer=writer)
+    for tick in range(400):
+        recorder.tick(snapshot(tick))
+    assert lookers == []
+    gate.set()
+    recorder.close(20_000_000)
+    assert writer.close()
+    assert set(lookers) == {"writer"}
+
+
 def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
     (tmp_path / "file").write_text("in the way")
     recorder = Recorder(tmp_path / "file" / "run")
