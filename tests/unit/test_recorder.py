@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -282,6 +283,27 @@ def test_frames_of_both_directions_are_in_the_telemetry_log_and_inputs_replay(tm
         ("stop", 60_000, 0.0, 0.0),
     ]
     assert not reader.cut
+
+
+@pytest.mark.parametrize(
+    ("run_dir", "url"),
+    [(".", "./mirror"), ("x", "x/mirror"), ("radio", "radio/mirror"), ("links", "links/mirror"), ('a"b', 'a"b/mirror')],
+)
+def test_a_run_in_a_directory_of_any_name_can_be_described(tmp_path, monkeypatch, run_dir, url):
+    monkeypatch.chdir(tmp_path)
+    about = {
+        "settings": {"radio": {"url": f"serial:{url}?baud=9600"}, "name": "x", "text": "a x. 1.5 radio, links"},
+        "where": [f"{tmp_path}/{run_dir}-2/boat.toml", "/max/x/y", "../x", f"file://{tmp_path}/{run_dir}/log.nmea"],
+    }
+    recording = Recording(Recorder(Path(run_dir)), lambda: None)
+    recording.start(about)
+    recording.close(0)
+    reader = InputReader(tmp_path / run_dir / "inputs.bin")
+    reader.close()
+    about["settings"]["radio"]["url"] = "serial:RUN_DIR/mirror?baud=9600"
+    if run_dir != ".":
+        about["where"][-1] = "file://RUN_DIR/log.nmea"
+    assert reader.meta == {**about, "links": [], "store_warnings": []}
 
 
 def test_our_own_output_is_cut_into_frames():
