@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
 from companion.io.clock import EARLIEST_UTC_US
+from companion.io.log_file import parts_of
 from companion.io.writer import Writer
 
 MAX_LOGS: Final = 500
@@ -152,8 +153,8 @@ class LogArchive:
 
 def log_parts(run_dir: Path) -> tuple[tuple[Path, int], ...]:
     """The files of one run's telemetry log and their sizes, in their order; empty when there is none."""
-    paths = [run_dir / "mavlink.tlog", *sorted(run_dir.glob("mavlink-*.tlog"))]
-    found = [(path, path.stat().st_size) for path in paths if path.is_file() and not path.is_symlink()]
+    paths = parts_of(run_dir / "mavlink.tlog")
+    found = [(path, path.stat().st_size) for path in paths if not path.is_symlink()]
     return tuple(each for each in found if each[1] > 0)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -24,7 +25,9 @@ EAGER_FLUSH: Final = 256 << 10
 
 def parts_of(path: Path) -> list[Path]:
     """The parts of a file of a run that are there, the oldest first."""
-    return [part for part in (path, *sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"))) if part.is_file()]
+    numbered = re.compile(rf"{re.escape(path.stem)}-(\d{{3,}}){re.escape(path.suffix)}")
+    found = [(int(name[1]), part) for part in path.parent.glob("*") if (name := numbered.fullmatch(part.name))]
+    return [part for part in (path, *(part for _, part in sorted(found))) if part.is_file()]
 
 
 def sync_folder(folder: Path) -> None:

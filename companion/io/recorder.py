@@ -37,7 +37,7 @@ _SPACE_US: Final = 5_000_000
 _DEG: Final = 180.0 / math.pi
 _SHARES: Final = 16
 """A file goes on in a new part at this share of the run's limit; the inputs, needed from their start, may take half."""
-_PART: Final = re.compile(r"-\d{3}\.\w+$")
+_PART: Final = re.compile(r"-\d{3,}\.\w+$")
 _NO_DEMAND: Final = ActuatorDemand(0)
 
 

@@ -13,6 +13,8 @@ import pytest
 from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import InputReader
 from companion.io.link_mem import pair
+from companion.io.log_archive import log_parts
+from companion.io.log_file import parts_of
 from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
 from companion.io.recording import Recording
 from companion.io.store import MemoryStore
@@ -221,6 +223,19 @@ def test_first_parts_are_never_deleted(tmp_path):
         (tmp_path / name).write_bytes(bytes(1000))
     drop_oldest_parts(tmp_path, 1)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["control.csv", "inputs.bin"]
+
+
+def test_after_a_thousand_parts_the_order_and_the_limit_are_kept(tmp_path):
+    names = ["mavlink.tlog", "mavlink-998.tlog", "mavlink-999.tlog", "mavlink-1000.tlog", "mavlink-1001.tlog"]
+    for number, name in enumerate(names):
+        (tmp_path / name).write_bytes(bytes(1000 + number))
+    (tmp_path / "mavlink-copy.tlog").write_bytes(b"somebody's own")
+    assert [path.name for path in parts_of(tmp_path / "mavlink.tlog")] == names
+    assert [(path.name, size) for path, size in log_parts(tmp_path)] == [
+        (name, 1000 + number) for number, name in enumerate(names)
+    ]
+    drop_oldest_parts(tmp_path, 1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mavlink-copy.tlog", "mavlink.tlog"]
 
 
 def heartbeat() -> bytes:
