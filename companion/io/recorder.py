@@ -80,7 +80,7 @@ class Recorder:
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
         self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
-        self.inputs = InputRecorder(self._inputs.add)
+        self.inputs = InputRecorder(self._inputs.add, self._inputs.begin)
         """Records the inputs of the app that this run is about, once started."""
         self.frames: Callable[[bytes], None] = self._tlog.add
         """Takes records for the telemetry log (``mavlink_bridge.tlog``)."""

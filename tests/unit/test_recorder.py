@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import errno
 import json
+import os
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,7 +17,7 @@ from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import InputReader
 from companion.io.link_mem import pair
 from companion.io.log_archive import log_parts
-from companion.io.log_file import parts_of
+from companion.io.log_file import LogFile, parts_of
 from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
 from companion.io.recording import Recording
 from companion.io.store import MemoryStore
@@ -176,6 +179,89 @@ def test_row_57_no_tick_looks_at_a_disk_that_hangs(tmp_path, monkeypatch):
     recorder.close(20_000_000)
     assert writer.close()
     assert set(lookers) == {"writer"}
+
+
+def steps_of(run_dir):
+    reader = InputReader(run_dir / "inputs.bin")
+    steps = list(reader.steps())
+    reader.close()
+    assert reader.meta == {"boat": "x"}
+    assert not reader.cut
+    return len(steps)
+
+
+def record_steps(recorder, numbers):
+    for number in numbers:
+        recorder.inputs.begin("tick", number * 1_000_000)
+        recorder.flush(number * 1_000_000)
+
+
+@pytest.mark.parametrize(("first", "last", "readable"), [(0, 10, 0), (20, 30, 19)])
+def test_row_56_the_inputs_end_where_a_pause_begins_and_can_be_read_to_there(
+    tmp_path, monkeypatch, first, last, readable
+):
+    real, now_s = os.statvfs, 0
+
+    def statvfs(path):
+        return SimpleNamespace(f_frsize=1, f_bavail=0 if first <= now_s < last else real(path).f_bavail << 32)
+
+    monkeypatch.setattr(os, "statvfs", statvfs)
+    recorder = Recorder(tmp_path)
+    recorder.inputs.start({"boat": "x"})
+    for now_s in range(60):
+        record_steps(recorder, [now_s])
+    size = (tmp_path / "inputs.bin").stat().st_size
+    for now_s in range(60, 90):
+        record_steps(recorder, [now_s])
+    recorder.close(90_000_000)
+    assert (tmp_path / "inputs.bin").stat().st_size == size, "what no replay can use does not fill the disk"
+    assert steps_of(tmp_path) == readable
+    texts = [text for _, text in recorder.drain_texts()]
+    assert texts.count("Recorder: inputs.bin: it ends here, a replay goes no further") == 1
+
+
+@pytest.mark.parametrize(("full_from", "readable"), [(0, 0), (20, 19)])
+def test_row_56_the_inputs_end_where_the_disk_is_full_and_can_be_read_to_there(
+    tmp_path, monkeypatch, full_from, readable
+):
+    real, now_s = os.write, 0
+
+    def write(fd, data):
+        if full_from <= now_s < full_from + 5:
+            if len(data) < 8:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return real(fd, data[:7])  # the last bytes that there was room for
+        return real(fd, data)
+
+    monkeypatch.setattr("companion.io.log_file.os.write", write)
+    recorder = Recorder(tmp_path, free_floor_mb=0)
+    recorder.inputs.start({"boat": "x"})
+    for now_s in range(90):
+        record_steps(recorder, [now_s])
+    recorder.close(90_000_000)
+    assert steps_of(tmp_path) == readable
+    texts = [text for _, text in recorder.drain_texts()]
+    assert texts == ["Recorder: inputs.bin: no space on the disk; it ends here, a replay goes no further"]
+
+
+def test_row_56_half_a_row_is_taken_back_before_the_next(tmp_path, monkeypatch):
+    real, writes = os.write, iter(range(99))
+
+    def write(fd, data):
+        number = next(writes)
+        if number == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(fd, data[:5] if number == 1 else data)
+
+    monkeypatch.setattr("companion.io.log_file.os.write", write)
+    texts = []
+    file = LogFile(tmp_path / "events.jsonl", None, texts.append)
+    for now_s, row in [(0, b'{"a":1}\n'), (1, b'{"lost":1}\n'), (2, b'{"lost":2}\n'), (40, b'{"b":2}\n')]:
+        file.add(row)
+        file.flush(now_s * 1_000_000)
+    file.close(41_000_000)
+    assert events(tmp_path) == [{"a": 1}, {"b": 2}]
+    assert texts == ["events.jsonl: no space on the disk", "events.jsonl: writing again"]
 
 
 def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
