@@ -198,6 +198,23 @@ class LogFile:
         self.written = 0
         self._good_bytes = -1
 
+    def begin_again(self) -> bool:
+        """Write on in a new file when the one that is open was deleted; True when it was. For the writer's thread."""
+        if self._fd < 0 or self._is_there():
+            return False
+        self._close_fd()
+        self.written, self._good_bytes = 0, -1
+        if self._stop_at_end:
+            self._cut, self._ended, self._header_due = True, self._ended or ENDS_HERE, True
+            self._fault = self._ended
+        return True
+
+    def _is_there(self) -> bool:
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(self._fd))
+        except FileNotFoundError:
+            return False
+
     def _close_fd(self) -> None:
         fd, self._fd = self._fd, -1
         if fd >= 0:

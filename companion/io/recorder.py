@@ -71,6 +71,7 @@ class Recorder:
         self._space_us = 0
         self._low = False
         self._low_found = False
+        self._gone_found = False
         with self._guarded():
             run_dir.mkdir(parents=True, exist_ok=True)
             set_aside(run_dir)
@@ -154,16 +155,32 @@ class Recorder:
             self._report(f"less than {floor} MB free: recording paused" if self._low else "room again: recording")
             for file in self._files:
                 file.off = self._low
+        if self._gone_found:
+            self._gone_found = False
+            self._report("files of this run are gone: begun anew")
         for file in self._files:
             file.flush(now_us)
 
     def _look_at_disk(self) -> None:
+        with contextlib.suppress(OSError):
+            self._begin_again()
         with contextlib.suppress(OSError):
             found = os.statvfs(self.run_dir)
             self._low_found = found.f_bavail * found.f_frsize < self._floor_bytes
         if any(file.part for file in self._files):
             with contextlib.suppress(OSError):
                 drop_oldest_parts(self.run_dir, self._max_bytes)
+
+    def _begin_again(self) -> None:
+        """Nobody hears of a deleted file: writing to it goes on without an error."""
+        about = self.run_dir / "run.json"
+        lost = not about.exists()
+        for file in self._files:
+            lost |= file.begin_again()
+        if lost:
+            self.run_dir.mkdir(parents=True, exist_ok=True)
+            write_json(about, self._about)
+            self._gone_found = True
 
     def close(self, now_us: int, **result: Any) -> None:
         """Write the rest; ``result`` is added to run.json."""

@@ -7,6 +7,7 @@ import dataclasses
 import errno
 import json
 import os
+import shutil
 import threading
 from pathlib import Path
 from types import SimpleNamespace
@@ -262,6 +263,40 @@ def test_row_56_half_a_row_is_taken_back_before_the_next(tmp_path, monkeypatch):
     file.close(41_000_000)
     assert events(tmp_path) == [{"a": 1}, {"b": 2}]
     assert texts == ["events.jsonl: no space on the disk", "events.jsonl: writing again"]
+
+
+@pytest.mark.parametrize("threaded", [False, True])
+def test_a_run_directory_that_is_deleted_is_told_and_begun_anew(tmp_path, threaded):
+    run_dir, writer = tmp_path / "run", Writer() if threaded else None
+    recorder = Recorder(run_dir, free_floor_mb=0, writer=writer, about={"boat": "x"})
+    recorder.inputs.start({"boat": "x"})
+    for tick in range(1000):
+        if tick == 300:
+            settle(writer)
+            shutil.rmtree(run_dir)
+        recorder.inputs.begin("tick", tick * 50_000)
+        recorder.tick(snapshot(tick))
+        if tick % 20 == 0:
+            settle(writer)
+    recorder.close(50_000_000)
+    assert writer is None or writer.close()
+    assert [text for _, text in recorder.drain_texts()] == [
+        "Recorder: files of this run are gone: begun anew",
+        "Recorder: inputs.bin: it ends here, a replay goes no further",
+    ]
+    lines = (run_dir / "control.csv").read_text().splitlines()
+    assert lines[0] == CONTROL_COLUMNS
+    assert lines[-1].split(",")[1] == "999"
+    assert len(lines) > 580, "five seconds may pass until it is seen"
+    assert json.loads((run_dir / "run.json").read_text()) == {"boat": "x"}
+    assert steps_of(run_dir) == 0
+
+
+def settle(writer):
+    if writer is not None:
+        done = threading.Event()
+        writer.post(done.set)
+        assert done.wait(10)
 
 
 def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
