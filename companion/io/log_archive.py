@@ -6,6 +6,7 @@ log: its parts one after the other make a telemetry log again. Only files that a
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 import zlib
@@ -111,10 +112,13 @@ class LogArchive:
         found: list[tuple[int, str, int]] = []
         self._parts = {}
         for name, folder in folders.items():
-            parts = log_parts(folder)
-            if parts:
-                self._parts[name] = parts
-                found.append((_begin_s(parts[0][0]), name, sum(size for _, size in parts)))
+            with contextlib.suppress(
+                OSError
+            ):  # lost+found, or a run that is damaged: the others are wanted all the same
+                parts = log_parts(folder)
+                if parts:
+                    found.append((_begin_s(parts[0][0]), name, sum(size for _, size in parts)))
+                    self._parts[name] = parts
         found.sort(key=lambda each: (folders[each[1]] == self._current, each))
         return [(name, size, begin_s) for begin_s, name, size in found[-MAX_LOGS:]]
 
