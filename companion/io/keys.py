@@ -8,6 +8,8 @@ import os
 from pathlib import Path
 from typing import Final
 
+from companion.io.log_file import sync_folder
+
 KEY_BYTES: Final = 32
 
 
@@ -52,6 +54,7 @@ def write_key(path: Path, key: bytes, *, replace: bool = False) -> None:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
+        sync_folder(path.parent)
     except OSError as error:
         raise KeyFileError(f"{path}: {error.strerror or error}; choose a folder that can be written") from error
 

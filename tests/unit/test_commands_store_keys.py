@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import stat
 
 import pytest
@@ -130,3 +131,13 @@ def test_row_50_a_bad_key_file_names_its_mend(tmp_path):
     assert read_key(path) == bytes(32)
     with pytest.raises(KeyFileError):
         write_key(tmp_path / "short", b"x")
+
+
+def test_a_new_key_has_its_name_on_the_disk_before_anybody_is_told(tmp_path, monkeypatch):
+    """A power cut after it must not leave one side of a link with the old key and the other with the new."""
+    done, real = [], (os.replace, os.fsync)
+    monkeypatch.setattr(os, "replace", lambda *names: (done.append("rename"), real[0](*names)))
+    kind = {True: "folder", False: "file"}
+    monkeypatch.setattr(os, "fsync", lambda fd: (done.append(kind[stat.S_ISDIR(os.fstat(fd).st_mode)]), real[1](fd)))
+    write_key(tmp_path / "boat.key", bytes(32))
+    assert done == ["file", "rename", "folder"]
