@@ -39,8 +39,6 @@ from mavlink_bridge.streams import Composer, Streams
 from mavlink_bridge.stub_params import COMMON_STUBS, ROVER_STUBS
 from mavlink_bridge.wire import Packed, message_id, packed
 
-_TEXT_GAP_US: Final = 1_000_000
-_MAX_TEXTS_KEPT: Final = 32
 _MAX_REQUESTS: Final = 256
 
 _MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
@@ -105,7 +103,6 @@ class Endpoint:
         self._next_id = 1
         self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
         self._wants_current: set[int] = set()
-        self._said: dict[str, int] = {}
         self._now_us = 0
         # on a slow link a plan's dialogue must not queue behind texts and values: the station's timers run
         self._is_slow, self._is_summary = config.profile == "lora", config.profile == "high_latency"
@@ -167,7 +164,7 @@ class Endpoint:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
         self._now_us = now_us
         self.has_timers = True
-        outcome = self._commands.reply(request_id, reply)
+        outcome = self._commands.reply(request_id, reply, now_us)
         if outcome is not None:
             self._finish(outcome)
             return
@@ -186,6 +183,7 @@ class Endpoint:
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what the vessel says by itself at this tick. Not called = no HEARTBEAT."""
         self._now_us = now_us
+        self._commands.see(snapshot.mode, snapshot.armed, now_us)
         if self._is_summary:
             self._speaker.summary(now_us, snapshot, is_on=self.high_latency_on)
             return
@@ -264,14 +262,7 @@ class Endpoint:
         return request_id
 
     def _explain(self, reason: str) -> None:
-        """Say why something was refused, each reason at most once a second."""
-        last_us = self._said.get(reason)
-        if last_us is not None and 0 <= self._now_us - last_us < _TEXT_GAP_US:
-            return
-        self._said[reason] = self._now_us
-        if len(self._said) > _MAX_TEXTS_KEPT:
-            self._said.pop(next(iter(self._said)))
-        self._speaker.say(Severity.WARNING, reason[:1].upper() + reason[1:])
+        self._speaker.explain(reason, self._now_us)
 
     def _finish(self, outcome: Outcome) -> None:
         self._answer(outcome.messages, urgent=True)
@@ -300,9 +291,10 @@ class Endpoint:
 
     def _on_command(self, message: Any, now_us: int) -> None:
         command, sequence = Command.from_message(message), message.get_seq()
-        again = self._commands.recall(command, sequence, now_us)
+        confirmation = getattr(message, "confirmation", 0)
+        again = self._commands.recall(command, sequence, now_us, confirmation=confirmation)
         if again is not None:
-            self._answer(again, urgent=True)
+            self._finish(again)
             if command.id not in LOCAL:
                 return
         if command.id in LOCAL:
