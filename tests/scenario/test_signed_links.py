@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import pytest
@@ -39,8 +40,8 @@ class Station:
     def __init__(self, world: World, link: str, key: bytes | None = KEY, stamp: int = 0) -> None:
         self.world, self.link = world, world.ground(link)
         now = units_from_utc((world.snapshot.utc_us if world.snapshot else 0) or 0)
-        signer = Signer(SigningState(key, stamp or now + 1_000), 9) if key else None
-        self.codec = Codec(255, 190, signer=signer)
+        self.clock = SigningState(key, stamp or now + 1_000)
+        self.codec = Codec(255, 190, signer=Signer(self.clock, 9) if key else None)
         self.deframer = Deframer()
         self.acks: list[object] = []
 
@@ -65,6 +66,13 @@ def world(tmp_path: Path) -> World:
     for _ in range(100):
         world.step()
     return world
+
+
+def started(tmp_path: Path, store: MemoryStore | None = None) -> tuple[World, MemoryStore]:
+    kept = store or MemoryStore()
+    world = World(settings(tmp_path), seed=3, store=kept)
+    world.run(5.0)
+    return world, kept
 
 
 def armed(world: World) -> bool:
@@ -132,6 +140,57 @@ def test_captured_orders_stay_refused_after_a_restart(tmp_path: Path) -> None:
         for _ in range(30):
             second.step()
         assert not armed(second)
+
+
+@pytest.mark.parametrize("orderly", [True, False])
+@pytest.mark.parametrize("run_s", [2.0, 9.9, 33.0])
+def test_nothing_captured_is_good_after_a_restart_however_fresh(tmp_path: Path, orderly: bool, run_s: float) -> None:
+    """Power is lost, or the process ends, at any time after the last save; one station's clock leaps ahead before."""
+    first, store = started(tmp_path)
+    genuine = Station(first, "gcs")
+    captured = [order(genuine, ARM_BY_FORCE)]
+    genuine.tick(round(run_s * 20))
+    captured += [order(genuine, message) for message in (DISARM_BY_FORCE, ARM_BY_FORCE)]
+    ahead = Station(first, "gcs", stamp=first.app.keeper.state.timestamp + 3600 * security.UNITS_PER_S)
+    captured += [order(ahead, message) for message in (DISARM_BY_FORCE, ARM_BY_FORCE)]
+    assert armed(first)
+    if orderly:
+        first.app.shutdown(first.now_us)
+    second, _ = started(tmp_path, store)
+    link = second.ground("gcs")
+    for wait_s in (0.0, 1.0, 12.0, 70.0):
+        second.run(wait_s)
+        for raw in captured:
+            link.write(0, raw)
+            second.run(0.2)
+            assert not armed(second)
+
+
+def test_after_an_orderly_restart_a_station_with_a_right_clock_gets_through_at_once(tmp_path: Path) -> None:
+    first, store = started(tmp_path)
+    genuine = Station(first, "gcs")
+    order(genuine, ARM_BY_FORCE)
+    genuine.tick(100)
+    first.app.shutdown(first.now_us)
+    second, _ = started(tmp_path, store)
+    order(Station(second, "gcs", stamp=genuine.clock.timestamp + 6 * security.UNITS_PER_S), ARM_BY_FORCE)
+    assert armed(second)
+
+
+def test_after_a_loss_of_power_a_station_that_heard_us_gets_through_at_once_and_any_other_in_eleven_seconds(
+    tmp_path: Path,
+) -> None:
+    first, store = started(tmp_path)
+    order(Station(first, "gcs"), ARM_BY_FORCE)
+    first.run(15.0)
+    lost = first.app.keeper.state.timestamp
+    second, _ = started(tmp_path, copy.deepcopy(store))
+    listening = Station(second, "gcs", stamp=second.app.keeper.state.timestamp)
+    order(listening, ARM_BY_FORCE)
+    assert armed(second)
+    third, _ = started(tmp_path, store)
+    order(Station(third, "sdk", stamp=lost + 11 * security.UNITS_PER_S), ARM_BY_FORCE)
+    assert armed(third)
 
 
 def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(world: World) -> None:
