@@ -367,6 +367,7 @@ class Endpoint:
         refusal = setup_refusal(
             self._signing,
             message.verdict,
+            key=bytes(message.secret_key),
             version=1 if message.get_msgbuf()[:1] == b"\xfe" else 2,
             armed=snapshot is None or snapshot.armed,
             radio=self.config.profile != "lan",

@@ -229,7 +229,7 @@ class Verifier:
         return f"Frames from {sender} refused: {verdict.value}"
 
 
-def setup_refusal(state: SigningState, verdict: Verdict, *, version: int, armed: bool, radio: bool) -> str:
+def setup_refusal(state: SigningState, verdict: Verdict, *, key: bytes, version: int, armed: bool, radio: bool) -> str:
     """Why a SETUP_SIGNING message must not be obeyed; an empty string when it may.
 
     The first key comes only from a local file. A later one needs the old key's signature, disarmed, and not over a radio,
@@ -239,6 +239,9 @@ def setup_refusal(state: SigningState, verdict: Verdict, *, version: int, armed:
         return "the first key is set on the vessel, not over MAVLink"
     if version == 1 or verdict is not Verdict.ACCEPTED:
         return "a new key must be signed by the old one"
+    if not any(key):
+        # MAVProxy's "signing remove": every station knows this key
+        return "a key of zeros is no key: signing is switched off on the vessel, not over MAVLink"
     if armed:
         return "keys are not changed while armed"
     return "keys are not sent over a radio" if radio else ""

@@ -44,6 +44,7 @@ class Station:
         self.codec = Codec(255, 190, signer=Signer(self.clock, 9) if key else None)
         self.deframer = Deframer()
         self.acks: list[object] = []
+        self.texts: list[str] = []
 
     def send(self, message: object) -> bytes:
         raw = self.codec.encode(message)
@@ -58,6 +59,8 @@ class Station:
                     message = decode(frame)
                     if message is not None and message.get_type() == "COMMAND_ACK":
                         self.acks.append(message)
+                    elif message is not None and message.get_type() == "STATUSTEXT":
+                        self.texts.append(message.text)
 
 
 @pytest.fixture
@@ -213,6 +216,21 @@ def test_a_stranger_cannot_set_a_key(world: World) -> None:
         station.send(dialect.MAVLink_setup_signing_message(1, 1, list(b"\x01" * 32), 0))
         station.tick(10)
     assert Path(world.settings.security.key_file).read_bytes() == KEY
+
+
+def test_a_key_of_zeros_is_refused_with_the_reason(world: World) -> None:
+    """MAVProxy's 'signing remove' sends one; whoever knew that could then give orders."""
+    genuine = Station(world, "gcs")
+    order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
+    genuine.send(dialect.MAVLink_setup_signing_message(1, 1, [0] * 32, 0))
+    genuine.tick(20)
+    assert Path(world.settings.security.key_file).read_bytes() == KEY
+    assert any("zeros" in text for text in genuine.texts)
+    stranger = Station(world, "gcs", key=bytes(32), stamp=world.app.keeper.state.timestamp + 10)
+    stranger.send(HEARTBEAT)
+    stranger.send(ARM_BY_FORCE)
+    stranger.tick(20)
+    assert not armed(world)
 
 
 @pytest.mark.parametrize(

@@ -122,11 +122,22 @@ def test_row_50_a_bad_key_file_names_its_mend(tmp_path):
     path.write_bytes(bytes(33))
     with pytest.raises(KeyFileError, match="more than 32"):
         read_key(path)
-    path.write_bytes(bytes(32))
+    path.write_bytes(bytes(range(32)))
     path.chmod(0o640)
     with pytest.raises(KeyFileError, match="chmod 600"):
         read_key(path)
     path.chmod(0o600)
-    assert read_key(path) == bytes(32)
+    assert read_key(path) == bytes(range(32))
     with pytest.raises(KeyFileError):
         write_key(tmp_path / "short", b"x")
+
+
+def test_row_50_zeros_are_no_key(tmp_path):
+    path = tmp_path / "key"
+    with pytest.raises(KeyFileError, match="zeros"):
+        write_key(path, bytes(32))
+    assert not path.exists()
+    path.write_bytes(bytes(32))
+    path.chmod(0o600)
+    with pytest.raises(KeyFileError, match="companion keys make"):
+        read_key(path)
