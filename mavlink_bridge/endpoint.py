@@ -7,9 +7,11 @@ not wait for ticks; everything that changes the vessel is a Request, answered by
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from mavlink_bridge import metadata, requests as ask, timesync
+from mavlink_bridge.asking import FULL, Asking
 from mavlink_bridge.codec import Codec
 from mavlink_bridge.command import Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq
@@ -38,8 +40,6 @@ from mavlink_bridge.stations import Peer, Stations
 from mavlink_bridge.streams import Composer, Streams
 from mavlink_bridge.stub_params import COMMON_STUBS, ROVER_STUBS
 from mavlink_bridge.wire import Packed, message_id, packed
-
-_MAX_REQUESTS: Final = 256
 
 _MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
 
@@ -98,9 +98,9 @@ class Endpoint:
         self._rtcm = RtcmAssembler()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
-        self.asked: list[Request] = []
+        self._asking = Asking()
+        self.asked = self._asking.asked
         """What the stations ask of the vessel since the last ``requests``, oldest first."""
-        self._next_id = 1
         self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
         self._wants_current: set[int] = set()
         self._now_us = 0
@@ -156,9 +156,7 @@ class Endpoint:
 
     def requests(self) -> list[Request]:
         """Take over ``asked``."""
-        requests = self.asked.copy()
-        self.asked.clear()
-        return requests
+        return self._asking.take()
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
@@ -254,12 +252,15 @@ class Endpoint:
             else:
                 self._outbox.answer(packed(message))
 
-    def _ask(self, body: RequestBody, sender: int, reply: bool = True, origin: Origin | None = None) -> int:
-        request_id = self._next_id
-        self._next_id += 1
-        if len(self.asked) < _MAX_REQUESTS:
-            self.asked.append(Request(request_id, body, sender, reply, origin))
-        return request_id
+    def _ask(
+        self, body: RequestBody, sender: int, note: Callable[[int], object] | None = None, origin: Origin | None = None
+    ) -> None:
+        """Ask the vessel. ``note`` is told the number of the request, under which the answer comes."""
+        request_id = self._asking.number()
+        if note is not None:
+            note(request_id)
+        if not self._asking.order(request_id, body, sender, origin):
+            self.reply(request_id, FULL, self._now_us)
 
     def _explain(self, reason: str) -> None:
         self._speaker.explain(reason, self._now_us)
@@ -304,7 +305,7 @@ class Endpoint:
             self._finish(outcome)
             if outcome.body is not None:
                 origin = Origin(message.get_msgId(), message.get_payload(), command.sender, self.config.has_home_item)
-                self._commands.asked(outcome.case, self._ask(outcome.body, command.sender[0], origin=origin))
+                self._ask(outcome.body, command.sender[0], partial(self._commands.asked, outcome.case), origin)
 
     def _local(self, command: Command, sequence: int, now_us: int, *, is_copy: bool) -> None:
         """Commands without effect on the vessel may run again for a copy, whose first answer was lost."""
@@ -329,13 +330,13 @@ class Endpoint:
         except Refused as refusal:
             self._explain(str(refusal))
             return
-        self._wants_current.add(self._ask(ask.SetCurrent(seq), message.get_srcSystem()))
+        self._ask(ask.SetCurrent(seq), message.get_srcSystem(), self._wants_current.add)
 
     def _on_param_set(self, message: Any, now_us: int) -> None:
         messages, body = self._params.set(message)
         self._answer(messages)
         if body is not None:
-            self._params.asked(self._ask(body, message.get_srcSystem()), message)
+            self._ask(body, message.get_srcSystem(), lambda number: self._params.asked(number, message))
 
     def _on_param_list(self, message: Any, now_us: int) -> None:
         self._params.request_list()
@@ -356,7 +357,7 @@ class Endpoint:
     def _steer(self, message: Any, body: RequestBody | None) -> None:
         """Set-points and data streams: nobody waits for an answer."""
         if body is not None:
-            self._ask(body, message.get_srcSystem(), reply=False)
+            self._asking.stream(body, message.get_srcSystem())
 
     def _on_distance(self, message: Any, now_us: int) -> None:
         if message.get_srcSystem() == self.config.system_id:
@@ -384,9 +385,15 @@ class Endpoint:
     def _after_missions(self) -> None:
         """Pass on what a mission message led to: a whole plan, a go-to, texts."""
         for handle, load in self._missions.loads():
-            self._plan_handles[self._ask(load, 0)] = (handle, load.kind)
+            self._hand_over(handle, load)
         for body in self._missions.requests():
-            self._ask(body, 0, reply=False)
+            self._asking.stream(body, 0)
         for severity, text in self._missions.texts():
             if text:
                 self._speaker.say(severity, text)
+
+    def _hand_over(self, handle: int, load: ask.LoadPlan) -> None:
+        def note(number: int) -> None:
+            self._plan_handles[number] = handle, load.kind
+
+        self._ask(load, 0, note)
