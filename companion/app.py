@@ -294,7 +294,7 @@ class App:
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:
-            if request.reply:
+            if request.reply or reply.result is not Result.ACCEPTED:
                 self._watched.call("replies", self._now_us, talk.reply, request.id, reply, self._now_us)
 
         return answer

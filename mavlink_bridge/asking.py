@@ -12,6 +12,11 @@ MAX_PIECES: Final = 32
 FULL: Final = Reply(Result.REJECTED_NOW, "too many orders at once: send it again")
 
 
+def is_stream(number: int) -> bool:
+    """Whether a request belongs to a stream: those have numbers below 0."""
+    return number < 0
+
+
 class Asking:
     """Bounded. ``asked`` is one list for good: others look at it."""
 
@@ -44,7 +49,7 @@ class Asking:
                 if not item.reply and item.sender == sender and type(item.body) is type(body):
                     del self.asked[at]
                     break
-        self.asked.append(Request(self.number(), body, sender, False))
+        self.asked.append(Request(-self.number(), body, sender, False))
 
     def take(self) -> list[Request]:
         """Take over all, oldest first."""

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, Final
 
 from mavlink_bridge import metadata, requests as ask, timesync
-from mavlink_bridge.asking import FULL, Asking
+from mavlink_bridge.asking import FULL, Asking, is_stream
 from mavlink_bridge.codec import Codec
 from mavlink_bridge.command import Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq
@@ -176,7 +176,7 @@ class Endpoint:
             self._wants_current.discard(request_id)
             self._speaker.wanted.add(_MISSION_CURRENT)
         if reply.result is not Result.ACCEPTED and reply.reason:
-            self._explain(reply.reason)
+            self._speaker.explain(reply.reason, now_us, rarely=is_stream(request_id))
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what the vessel says by itself at this tick. Not called = no HEARTBEAT."""
@@ -385,15 +385,15 @@ class Endpoint:
     def _after_missions(self) -> None:
         """Pass on what a mission message led to: a whole plan, a go-to, texts."""
         for handle, load in self._missions.loads():
-            self._hand_over(handle, load)
-        for body in self._missions.requests():
-            self._asking.stream(body, 0)
+            self._hand_over(handle, load, load.kind, 0)
+        for handle, target, sender in self._missions.targets():
+            self._hand_over(handle, target, PlanKind.MISSION, sender)
         for severity, text in self._missions.texts():
             if text:
                 self._speaker.say(severity, text)
 
-    def _hand_over(self, handle: int, load: ask.LoadPlan) -> None:
+    def _hand_over(self, handle: int, body: RequestBody, kind: PlanKind, sender: int) -> None:
         def note(number: int) -> None:
-            self._plan_handles[number] = handle, load.kind
+            self._plan_handles[number] = handle, kind
 
-        self._ask(load, 0, note)
+        self._ask(body, sender, note)

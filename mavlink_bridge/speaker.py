@@ -26,6 +26,8 @@ from mavlink_bridge.wire import Packed, packed
 _SLOW_LINK_SEVERITY: Final = Severity.WARNING
 """Lesser texts are not worth their air."""
 _TEXT_GAP_US: Final = 1_000_000
+_STREAM_TEXT_GAP_US: Final = 10_000_000
+"""A stream that is refused goes on, often for as long as its program runs."""
 _MAX_TEXTS_KEPT: Final = 32
 
 
@@ -120,10 +122,10 @@ class Speaker:
         for message in self._texts.messages(severity, text):
             self._outbox.answer(packed(message))
 
-    def explain(self, reason: str, now_us: int) -> None:
-        """Say why something was refused, each reason at most once a second."""
+    def explain(self, reason: str, now_us: int, *, rarely: bool = False) -> None:
+        """Say why something was refused, each reason at most once a second, ``rarely`` every 10 s."""
         last_us = self._said.get(reason)
-        if last_us is not None and 0 <= now_us - last_us < _TEXT_GAP_US:
+        if last_us is not None and 0 <= now_us - last_us < (_STREAM_TEXT_GAP_US if rarely else _TEXT_GAP_US):
             return
         self._said[reason] = now_us
         if len(self._said) > _MAX_TEXTS_KEPT:
