@@ -162,13 +162,12 @@ def extended_sys_state(snapshot: Snapshot) -> Values | None:
 
 @told_as("MISSION_CURRENT", "seq total mission_state mission_mode mission_id fence_id rally_points_id")
 def mission_current(snapshot: Snapshot, config: EndpointConfig) -> Values | None:
-    """MISSION_CURRENT; under persona ardurover item 0 is home, so numbers are one higher."""
+    """MISSION_CURRENT; under persona ardurover item 0 is home, so numbers are one higher, but home is not one of the total."""
     progress = snapshot.progress
-    shift = 1 if config.has_home_item else 0
-    total = progress.total + (shift if progress.total else 0)
+    shift = 1 if config.has_home_item and progress.total else 0
     return (
-        progress.seq + (shift if progress.total else 0),
-        total if total else 0xFFFF,
+        progress.seq + shift,
+        progress.total or 0xFFFF,
         progress.state,
         1 if snapshot.mode is Mode.AUTO else 2,
         progress.mission_id,
