@@ -242,12 +242,13 @@ class DuplicateFilter:
         self._seen: OrderedDict[bytes, int] = OrderedDict()
 
     def is_new(self, frame: Frame, now_us: int) -> bool:
-        """False for a copy; remembers the frame."""
-        seen_us = self._seen.pop(frame.raw, None)
+        """False for a copy; remembers the frame, a copy not: a sender that does not count must be heard once in a while."""
+        seen_us = self._seen.get(frame.raw)
+        if seen_us is not None and 0 <= now_us - seen_us <= self.window_us:
+            self.duplicates += 1
+            return False
+        self._seen.pop(frame.raw, None)
         self._seen[frame.raw] = now_us
         if len(self._seen) > self.size:
             self._seen.popitem(last=False)
-        if seen_us is None or now_us - seen_us > self.window_us:
-            return True
-        self.duplicates += 1
-        return False
+        return True

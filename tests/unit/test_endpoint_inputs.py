@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.codec import Codec, dialect
 from tests.fake_vessel import Bench, Station
 
 NAN = math.nan
@@ -142,3 +142,12 @@ def test_corrections_are_put_together(bench):
         bench.send(rtcm(1 | part << 1 | 5 << 3, whole[180 * part : 180 * part + 180]))
     bench.send(rtcm(1 | 0 << 1 | 6 << 3, whole[:180]))
     assert [body.data for body in got(bench, ask.RtcmData)] == [b"short", whole]
+
+
+def test_a_station_that_does_not_count_its_frames_stays_present():
+    bench = Bench()
+    for _ in range(40):
+        bench.gcs.codec = Codec(255, 190)
+        bench.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        bench.tick(19)
+        assert bench.vessel.now_us - bench.endpoint.last_heartbeat_us < 3_000_000
