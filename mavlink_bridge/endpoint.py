@@ -25,7 +25,7 @@ from mavlink_bridge.imc import Severity
 from mavlink_bridge.inbound import Counters, Inbound
 from mavlink_bridge.local_commands import LOCAL, answer
 from mavlink_bridge.logs import LogServer
-from mavlink_bridge.manual import manual_control, rc_override
+from mavlink_bridge.manual import RcOverride, manual_control
 from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
 from mavlink_bridge.modes import from_custom_mode
 from mavlink_bridge.outbox import MakeOutbox, Outbox
@@ -95,7 +95,7 @@ class Endpoint:
             locks=locks,
             timing=timing,
         )
-        self._rtcm = RtcmAssembler()
+        self._rtcm, self._rc = RtcmAssembler(), RcOverride()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
         self._asking = Asking()
@@ -131,7 +131,7 @@ class Endpoint:
             "PING": lambda message, now_us: self._answer(timesync.ping(message)),
             "TIMESYNC": lambda message, now_us: self._answer(timesync.timesync(message, now_us)),
             "MANUAL_CONTROL": lambda message, now_us: self._steer(message, manual_control(message)),
-            "RC_CHANNELS_OVERRIDE": lambda message, now_us: self._steer(message, rc_override(message)),
+            "RC_CHANNELS_OVERRIDE": lambda message, now_us: self._steer(message, self._rc.take(message, now_us)),
             "SET_POSITION_TARGET_GLOBAL_INT": lambda message, now_us: self._steer(message, position_target(message)),
             "SET_POSITION_TARGET_LOCAL_NED": lambda message, now_us: self._steer(message, local_target(message)),
             "SET_ATTITUDE_TARGET": lambda message, now_us: self._steer(message, attitude_target(message)),
