@@ -161,7 +161,6 @@ def _figure_eight(command: Command, _: Context) -> ask.RequestBody:
         length_m=2.0 * (abs(major_m) - minor_m) if major_m and minor_m else None,
         bearing_rad=command.number(4, 0.0, -math.tau, math.tau),
         direction=_direction(major_m),
-        speed_mps=_speed(command, 3),
     )
 
 
