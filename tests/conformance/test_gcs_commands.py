@@ -7,10 +7,11 @@ import pytest
 from mavlink_bridge import requests as ask
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.command_table import MEANINGS
+from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.imc import LoiterDirection, Mode
 from mavlink_bridge.local_commands import LOCAL
 from mavlink_bridge.requests import Reply, Result
-from tests.fake_vessel import LAT_RAD
+from tests.fake_vessel import LAT_RAD, Bench
 
 NAN = math.nan
 LAT_E7, LON_E7 = 411_840_000, -87_050_000
@@ -273,6 +274,16 @@ def test_check_47_message_rates(bench):
     bench.gcs.clear()
     bench.run(2)
     assert len(bench.gcs.all("ATTITUDE")) == 8
+
+
+@pytest.mark.parametrize(("profile", "period_us"), [("lan", 1_000_000), ("lora", 2_500_000)])
+def test_check_47_the_heartbeats_period_is_told_as_it_is(profile, period_us):
+    bench = Bench(config=EndpointConfig(profile=profile))
+    bench.long(510, 0)
+    bench.run(30)
+    assert bench.gcs.last("MESSAGE_INTERVAL").interval_us == period_us
+    times_us = [t for t, message in zip(bench.gcs.times_us, bench.gcs.inbox) if message.get_type() == "HEARTBEAT"]
+    assert times_us[-1] - times_us[-3] == pytest.approx(2 * period_us, abs=100_000)
 
 
 @pytest.mark.parametrize("interval", [1.0, -5.0, 1e30, NAN, 2.0**31])
