@@ -282,7 +282,9 @@ def test_check_47_the_heartbeats_period_is_told_as_it_is(profile, period_us):
     bench.long(510, 0)
     bench.run(30)
     assert bench.gcs.last("MESSAGE_INTERVAL").interval_us == period_us
-    times_us = [t for t, message in zip(bench.gcs.times_us, bench.gcs.inbox) if message.get_type() == "HEARTBEAT"]
+    times_us = [
+        t for t, message in zip(bench.gcs.times_us, bench.gcs.inbox, strict=True) if message.get_type() == "HEARTBEAT"
+    ]
     assert times_us[-1] - times_us[-3] == pytest.approx(2 * period_us, abs=100_000)
 
 
