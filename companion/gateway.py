@@ -215,6 +215,7 @@ class Gateway:
         self._keep_picture(now_us, at_once=True)
         for link in self.links:
             link.close()
+        self.keeper.close(now_us)
         self.store.close()
 
     # ---- inside -------------------------------------------------------------------------------------------------

@@ -256,7 +256,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A body with its return address. ``id`` is unique within one endpoint; ``reply`` False = nobody waits."""
+    """A body with its return address. ``id`` is unique within one endpoint; ``reply`` False = only a refusal is of interest."""
 
     id: int
     body: RequestBody

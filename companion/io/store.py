@@ -95,7 +95,9 @@ class MemoryStore:
             apply_entries(self._rows, entries_of(op))
         return [Completion(ticket, True, "") for ticket, _ in waiting]
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Do what is queued, as the store on disk does."""
+        self.completions()
 
 
 class Store:
