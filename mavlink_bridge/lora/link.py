@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,20 +19,19 @@ from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer
 from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
 from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
+from mavlink_bridge.lora.patience import Patience
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
 from mavlink_bridge.requests import Reply, Result
 
-_MAX_OUTGOING: Final = 16
+MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO))
 _QUIET_PIECES: Final = 6
 _AFTER_ANSWER: Final = 3
-_MARGIN: Final = 1.08
 _VESSEL_PAUSE_US: Final = 1_500_000
-_PATIENT_TRIES: Final = 14
 
 
 @dataclass(slots=True)
@@ -60,6 +59,7 @@ class CompactLink:
         inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
         self.ledger = Ledger(profile.hour_us)
         self.clock = AirClock(profile)
+        self._patience = Patience(profile, self.clock, rng)
         self.inbox = Inbox()
         self.heard_us: int | None = None
         """When the last authentic frame came."""
@@ -68,7 +68,6 @@ class CompactLink:
         """Counter and body of the posted frame that went out last."""
         self._sealer = Sealer(key, outward)
         self._opener = Opener(key, inward)
-        self._rng = rng
         self._save = save or (lambda text: None)
         self._is_vessel = outward is Direction.TO_SHORE
         self._next_id = rng.randrange(256)
@@ -79,7 +78,6 @@ class CompactLink:
         self._listen_until_us = self._hold_answers_us = 0
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
-        self._slowest_us = 0
         self._greeting = Greeting(profile, rng, now_us)
         self._restore(memory, now_us)
 
@@ -136,20 +134,20 @@ class CompactLink:
         if frame.kind is Kind.PIECE:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
-            self._hold_answers_us = now_us if polled else now_us + self._longest_us()
+            self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
             message, reply, account = self.inbox.piece(frame.body)
             if account is not None:
                 self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
             elif message is None and reply is None:
                 # more pieces come: keep off the air for the longest one
-                self._listen_until_us = now_us + self._longest_us()
+                self._listen_until_us = now_us + self._patience.longest_us()
         else:
             message, reply = self.inbox.whole(frame.kind, frame.body)
         if reply is not None:
             stop = frame.kind is Kind.STOP
             self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
         if message is not None:
-            self._listen_until_us = max(self._listen_until_us, now_us + self._turnaround_us)
+            self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
 
     def _on_reply(self, body: bytes, now_us: int) -> None:
@@ -158,7 +156,7 @@ class CompactLink:
             return
         for item in self._outgoing:
             if item.id & 31 == found[0]:
-                self._learn(item, now_us)
+                self._patience.learn(item, now_us)
                 self._finish(item, found[1])
                 return
 
@@ -191,7 +189,7 @@ class CompactLink:
         cost_us = self.cost_us(kind, payload)
         if not self.ledger.allows(cost_us, priority, now_us):
             raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))
-        if len(self._outgoing) >= _MAX_OUTGOING:
+        if len(self._outgoing) >= MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
         item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
@@ -199,6 +197,11 @@ class CompactLink:
         self._outgoing.append(item)
         self._outgoing.sort(key=lambda other: other.priority)
         return item.id
+
+    def withdraw(self, numbers: Container[int], reply: Reply) -> None:
+        """End messages of ours that nobody wants to arrive any more."""
+        for item in [item for item in self._outgoing if item.id in numbers]:
+            self._finish(item, reply)
 
     def post(self, kind: Kind, body: bytes, priority: Priority) -> None:
         """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
@@ -226,6 +229,11 @@ class CompactLink:
         """How messages of ours have ended since the last call."""
         found, self._outcomes = self._outcomes, []
         return found
+
+    @property
+    def other_session(self) -> int | None:
+        """The start of the other end that its message numbers belong to."""
+        return self._greeting.other_session
 
     @property
     def strange_bytes(self) -> int:
@@ -262,7 +270,7 @@ class CompactLink:
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._longest_us()
+            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._patience.longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -300,11 +308,11 @@ class CompactLink:
             if item.asked:
                 late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
                 item.off_us, item.late_us = self.clock.off_us, late_us
-                item.quiet_us = self.clock.off_us + self._patience_us(item)
+                item.quiet_us = self.clock.off_us + self._patience.of(item)
                 # the vessel's states go on between the tries of what it tells the shore
                 item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
             elif self._is_vessel:
-                item.next_us = self.clock.off_us + self._answer_us()
+                item.next_us = self.clock.off_us + self._patience.answer_us()
             return frame
         return b""
 
@@ -333,7 +341,7 @@ class CompactLink:
         """A message comes in pieces: what need not be said now would only be in its way."""
         if not self.inbox.is_receiving or self.heard_us is None:
             return False
-        return now_us - self.heard_us < _QUIET_PIECES * self._longest_us()
+        return now_us - self.heard_us < _QUIET_PIECES * self._patience.longest_us()
 
     def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
         if not self._may(len(body) + 6, priority, now_us):
@@ -354,36 +362,7 @@ class CompactLink:
             self._remember(now_us)
 
     def _listen(self) -> None:
-        self._listen_until_us = self.clock.off_us + self._answer_us()
-
-    @property
-    def _turnaround_us(self) -> int:
-        return round(self.profile.link.turnaround_ms * 1e3)
-
-    def _answer_us(self) -> int:
-        """From the end of a frame of ours to the end of its short answer."""
-        return self._turnaround_us + self.clock.span_us(7)
-
-    def _longest_us(self) -> int:
-        return self._turnaround_us + self.clock.span_us(self.profile.max_frame_bytes)
-
-    def _patience_us(self, item: Outgoing) -> int:
-        """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
-        base_us = max(self._answer_us(), self._slowest_us)
-        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
-
-    def _learn(self, item: Outgoing, now_us: int) -> None:
-        """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
-        if item.tries == 1:
-            took_us = now_us - item.off_us
-        elif now_us < item.off_us:
-            took_us = item.late_us + now_us - item.off_us + self.clock.span_us(item.next_size())
-        else:
-            return
-        seen_us = round(took_us * _MARGIN)
-        if 0 < seen_us <= 4 * self._answer_us():
-            self._slowest_us = max(seen_us, (3 * self._slowest_us + seen_us) // 4)
+        self._listen_until_us = self.clock.off_us + self._patience.answer_us()
 
     def _expire(self, now_us: int) -> None:
         for item in [item for item in self._outgoing if now_us >= item.deadline_us]:

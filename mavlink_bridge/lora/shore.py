@@ -22,7 +22,7 @@ from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
+from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request, makes_it_stop, yields_to_a_stop
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_status
@@ -176,6 +176,8 @@ class ShoreTwin:
 
         ``origin``: the command that it came in, which then crosses the air itself.
         """
+        if makes_it_stop(body):
+            self._overrule(now_us)
         for pending in self._pending.values():
             if pending.body == body:
                 pending.owners.append(owner)
@@ -186,6 +188,12 @@ class ShoreTwin:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
         self._pending[number] = _Pending(body, [owner])
+
+    def _overrule(self, now_us: int) -> None:
+        """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
+        older = {number for number, pending in self._pending.items() if yields_to_a_stop(pending.body)}
+        self.link.withdraw(older, OVERRULED)
+        self._collect(now_us)
 
     def _send(self, body: RequestBody, now_us: int, origin: Origin | None) -> int:
         settings = self.profile.link

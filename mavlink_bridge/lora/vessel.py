@@ -16,12 +16,19 @@ from mavlink_bridge.lora.command_codec import decode_command, is_command
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
 from mavlink_bridge.lora.ledger import Ledger, Priority
-from mavlink_bridge.lora.link import CompactLink
+from mavlink_bridge.lora.link import MAX_OUTGOING, CompactLink
 from mavlink_bridge.lora.orders import meaning_of
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.reporter import Reporter
-from mavlink_bridge.lora.request_codec import RequestCodecError, decode_request, name_codes
+from mavlink_bridge.lora.request_codec import (
+    OVERRULED,
+    RequestCodecError,
+    decode_request,
+    makes_it_stop,
+    name_codes,
+    yields_to_a_stop,
+)
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError, plan_id
@@ -73,6 +80,8 @@ class VesselRadio:
         self._next_id = 1
         self._asked: dict[int, tuple[int, RequestBody]] = {}
         self._beacon_us: int | None = None
+        self._stop: tuple[int, int | None, int] | None = None
+        """Number and session of the last stop, and when it came."""
         self._told: Info | None = None
         """What the shore is known to know."""
         self._pushing: dict[int, Info] = {}
@@ -163,6 +172,8 @@ class VesselRadio:
             return
         if isinstance(body, PlanError):
             body = Reply(Result.DENIED, f"item {body.seq}: {body.reason}")
+        if not isinstance(body, Reply) and self._is_overruled(message, body, now_us):
+            body = OVERRULED
         if isinstance(body, Reply):
             self.link.answer(message.id, body, now_us)
             return
@@ -172,6 +183,16 @@ class VesselRadio:
         sender = GATEWAY_SENDER if origin is None else origin.source[0]
         self.asked.append(Request(self._next_id, body, sender, origin=origin))
         self._next_id += 1
+
+    def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
+        """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
+        if makes_it_stop(body):
+            self._stop = message.id, self.link.other_session, now_us
+        if self._stop is None or not yields_to_a_stop(body):
+            return False
+        number, session, at_us = self._stop
+        is_recent = session == self.link.other_session and now_us - at_us <= self.profile.link.command_s * 1e6
+        return is_recent and 0 < (number - message.id) % 256 <= MAX_OUTGOING
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
         if message.kind is Kind.PLAN:
