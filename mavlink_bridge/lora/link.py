@@ -60,7 +60,7 @@ class CompactLink:
         self.ledger = Ledger(profile.hour_us)
         self.clock = AirClock(profile)
         self._patience = Patience(profile, self.clock, rng)
-        self.inbox = Inbox()
+        self.inbox = Inbox(round(profile.link.upload_s * 1e6))
         self.heard_us: int | None = None
         """When the last authentic frame came."""
         self.frames_out = self.bytes_out = 0
@@ -135,7 +135,7 @@ class CompactLink:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
             self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
-            message, reply, account = self.inbox.piece(frame.body)
+            message, reply, account = self.inbox.piece(frame.body, now_us)
             if account is not None:
                 self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
             elif message is None and reply is None:
@@ -339,9 +339,7 @@ class CompactLink:
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""
-        if not self.inbox.is_receiving or self.heard_us is None:
-            return False
-        return now_us - self.heard_us < _QUIET_PIECES * self._patience.longest_us()
+        return self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
 
     def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
         if not self._may(len(body) + 6, priority, now_us):
