@@ -79,21 +79,30 @@ class CompactLink:
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
         self._greeting = Greeting(profile, rng, now_us)
+        self._heard_ceiling = 0
         self._restore(memory, now_us)
 
     def _remember(self, now_us: int) -> None:
         self._ceiling = self._sealer.counter + memory_of.CEILING
-        state = memory_of.Kept(
-            self._ceiling, self._opener.counter, self._next_id, self._greeting.session, self._greeting.other_session
-        )
-        self._save(memory_of.write(state, self.inbox, self.ledger, now_us))
+        if self.heard_us is not None:
+            self._heard_ceiling = self._opener.counter + memory_of.HEARD_AHEAD
+        self._write(self._ceiling, self._heard_ceiling, now_us)
+
+    def _write(self, tx: int, rx: int, now_us: int) -> None:
+        greeting = self._greeting
+        kept = memory_of.Kept(tx, rx, self._next_id, greeting.session, greeting.other_session)
+        self._save(memory_of.write(kept, self.inbox, self.ledger, now_us))
+
+    def close(self, now_us: int) -> None:
+        """Keep for the next start what was used and heard, and no reserve."""
+        self._write(self._sealer.counter, self._opener.counter, now_us)
 
     def _restore(self, memory: str, now_us: int) -> None:
         """Take over the last run's counters, answers and airtime."""
         kept = memory_of.read(memory, self.inbox, self.ledger, now_us)
         if kept is not None:
             self._sealer.counter = kept.tx + memory_of.RESTART_GAP
-            self._opener.counter = kept.rx
+            self._opener.counter = self._heard_ceiling = kept.rx
             self._next_id = kept.next_id % 256
             self._greeting.session = (kept.session + 1) % SESSIONS
             self._greeting.other_session = kept.other_session
@@ -110,6 +119,8 @@ class CompactLink:
             item = self._sort(frame, now_us)
             if item is not None:
                 found.append(item)
+        if self.heard_us is not None and self._opener.counter > self._heard_ceiling - memory_of.HEARD_MARGIN:
+            self._remember(now_us)
         self._greeting.strange(self._opener.strange_bytes, self.heard_us, now_us)
         return found
 
@@ -118,6 +129,9 @@ class CompactLink:
         if kind is Kind.HELLO:
             if self._greeting.heard(frame.body, now_us):
                 self.inbox.forget()
+                if self._greeting.is_due(now_us):
+                    # it refuses what it may have heard before it started; the answer tells it the counter from now on
+                    self._sealer.counter += memory_of.HEARD_AHEAD
                 self._remember(now_us)
             return None
         if kind in (Kind.REPLY, Kind.MISSING):

@@ -14,6 +14,13 @@ CEILING: Final = 1024
 """Counters are reserved so many at a time, so that not each frame needs a write."""
 RESTART_GAP: Final = 256
 """More than the window of the receiver's counter, so that nothing of before is mistaken for something of now."""
+HEARD_AHEAD: Final = 192
+"""So far above the last counter heard is all refused after a start: frames heard since the last writing must not be believed
+again. Less than ``RESTART_GAP``, so that an end that starts anew is above it by itself."""
+HEARD_MARGIN: Final = 64
+"""Written again so long before it is reached: the writing takes its time."""
+_NUMBERS_GAP: Final = 41
+"""Message numbers that may have been used since the last writing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +30,7 @@ class Kept:
     tx: int
     """Above every counter ever used for sending."""
     rx: int
+    """Not below any counter ever heard."""
     next_id: int
     session: int
     other_session: int | None
@@ -50,7 +58,13 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> Kept | None:
         return None
     try:
         fields: dict[str, Any] = json.loads(text)
-        kept = Kept(int(fields["tx"]), int(fields["rx"]), int(fields["id"]), int(fields["session"]), fields["other"])
+        kept = Kept(
+            int(fields["tx"]),
+            int(fields["rx"]),
+            int(fields["id"]) + _NUMBERS_GAP,
+            int(fields["session"]),
+            fields["other"],
+        )
         inbox.restore(fields["known"])
         ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
     except (ValueError, TypeError, KeyError, AttributeError):
