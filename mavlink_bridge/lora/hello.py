@@ -17,6 +17,8 @@ _PLEASE: Final = 0x80
 _START_US: Final = 1_000_000
 """Both ends may start at the same moment; they should not speak at it."""
 _FIRST_US: Final = 3_000_000
+_SPREAD_US: Final = 10_000_000
+"""Two ends that started together must not meet on the air again and again."""
 _THRIFTY_FIRST_US: Final = 600_000_000
 _MAX_US: Final = 3_600_000_000
 _THRIFTY_HOUR_US: Final = 36_000_000
@@ -52,7 +54,7 @@ class Greeting:
         if not self._please:
             self._due_us = None
             return
-        self._due_us = now_us + self._wait_us + self._rng.randrange(500_000)
+        self._due_us = now_us + self._wait_us + self._rng.randrange(min(self._wait_us // 2, _SPREAD_US))
         self._wait_us = min(self._wait_us * 2, max(_MAX_US, self._first_us))
 
     def answered(self) -> None:

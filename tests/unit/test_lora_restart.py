@@ -68,7 +68,7 @@ def test_after_restarts_the_ends_hear_each_other_soon(who, seed):
             rig.start_vessel()
         if who != "vessel":
             rig.start_shore()
-        rig.run(30.0)
+        rig.run(45.0)
         assert rig.twin.is_fresh(rig.now_us)
         assert rig.ask(Arm(True))[1].result is Result.ACCEPTED
 
