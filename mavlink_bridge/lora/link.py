@@ -245,6 +245,11 @@ class CompactLink:
         return found
 
     @property
+    def heard_counter(self) -> int:
+        """Counter of the newest authentic frame."""
+        return self._opener.counter
+
+    @property
     def other_session(self) -> int | None:
         """The start of the other end that its message numbers belong to."""
         return self._greeting.other_session

@@ -24,9 +24,10 @@ from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_p
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request, makes_it_stop, yields_to_a_stop
 from mavlink_bridge.lora.rhythm import Rhythm
+from mavlink_bridge.lora.shore_keys import HeardKeys
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_status
-from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch, decode_delta, decode_key, mark_of
+from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamTable
@@ -96,8 +97,7 @@ class ShoreTwin:
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
-        self._keys: dict[int, RadioState] = {}
-        self._acknowledge: int | None = None
+        self._keys = HeardKeys(profile.link)
         self._beacon_us: int | None = None
         self._station_present = False
         self._new_keys = 0
@@ -135,7 +135,9 @@ class ShoreTwin:
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes from the modem as read. Never raises on input."""
-        for item in self.link.receive(data, now_us):
+        items = self.link.receive(data, now_us)
+        self._keys.of_session(self.link.other_session)
+        for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
             else:
@@ -157,7 +159,8 @@ class ShoreTwin:
         due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
         if due or station_present != self._station_present:
             self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
-            known = 0 if self._acknowledge is None else 0x40 | self._acknowledge
+            key = self._keys.to_name(self.link.heard_counter, now_us)
+            known = 0 if key is None else 0x40 | key
             self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
 
     def age_s(self, now_us: int) -> float | None:
@@ -281,21 +284,18 @@ class ShoreTwin:
             self.say(Severity(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
-        state = decode_key(frame.body)
-        self._keys[mark_of(frame.body)] = state
+        is_first = self._keys.to_name(frame.counter, now_us) is None
+        state = self._keys.take(frame, now_us)
         self._new_keys += 1
-        if self._beacon_us is not None and (self._acknowledge is None or self._new_keys >= _KEYS_WITHOUT_WORD):
+        if self._beacon_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
             # a word from here lets the vessel send differences again
             self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
-        self._acknowledge = frame.counter & 0x3F
         self._take_state(state, now_us)
 
     def _on_delta(self, frame: Frame, now_us: int) -> None:
-        key = self._keys.get(mark_of(frame.body))
-        if key is None:
-            self._acknowledge = None
+        state = self._keys.apply(frame)
+        if state is None:
             return
-        state = decode_delta(key, frame.body)
         newest = self.state
         if newest is not None:
             # the difference carries no status: what a later key told stands

@@ -1,0 +1,50 @@
+"""What the shore shows of the vessel after fades: right or old, never wrong and fresh."""
+
+import dataclasses
+import math
+
+import pytest
+
+from tools.bench_lora import settled
+
+
+def going_straight(rig):
+    """Let the vessel go north at 3 m/s, farther than its circle."""
+    circle = rig.vessel.snapshot
+
+    def snapshot(now_us, tick):
+        seen = circle(now_us, tick)
+        lat_rad = math.radians(41.185 + now_us * 1e-6 * 3.0 / 111_320.0)
+        state = dataclasses.replace(seen.state, lat_rad=lat_rad, lon_rad=math.radians(-8.7), sog_mps=3.0)
+        return dataclasses.replace(seen, state=state)
+
+    rig.vessel.snapshot = snapshot
+    rig.run(120.0)
+
+
+def error_m(rig):
+    """How far the shown position is from where the vessel is."""
+    shown, true = rig.twin.state, rig.vessel.snapshot(rig.now_us, 0).state
+    return math.hypot((shown.lat_rad - true.lat_rad) * 6.371e6, (shown.lon_rad - true.lon_rad) * 4.8e6)
+
+
+def deaf_shore(rig, seconds):
+    """Let the vessel hear the shore, and not the other way."""
+    read = rig.pair.shore.read
+    rig.pair.shore.read = lambda: read() and b""
+    rig.run(seconds)
+    rig.pair.shore.read = read
+
+
+@pytest.mark.parametrize("fade_s", [300.0, 320.0, 340.0])
+def test_after_a_one_way_fade_no_wrong_position_is_shown_as_fresh(fade_s):
+    rig = settled()
+    going_straight(rig)
+    deaf_shore(rig, fade_s)
+    worst_m = 0.0
+    for _ in range(900):
+        rig.run(0.1)
+        if rig.twin.is_fresh(rig.now_us):
+            worst_m = max(worst_m, error_m(rig))
+    assert rig.twin.is_fresh(rig.now_us)
+    assert worst_m < 70.0
