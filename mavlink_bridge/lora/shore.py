@@ -26,7 +26,7 @@ from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_keys import HeardKeys
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
-from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_status
+from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_health
 from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_rules import plan_id
@@ -298,8 +298,8 @@ class ShoreTwin:
             return
         newest = self.state
         if newest is not None:
-            # the difference carries no status: what a later key told stands
-            state = with_status(state, newest)
+            # a difference is sent only while the status is its key's; of the rest a later key may have told
+            state = with_health(state, newest)
         self._take_state(state, now_us)
 
     def _take_state(self, state: RadioState, now_us: int) -> None:

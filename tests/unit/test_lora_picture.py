@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from mavlink_bridge.imc import Mode
 from tools.bench_lora import settled
 
 
@@ -48,3 +49,18 @@ def test_after_a_one_way_fade_no_wrong_position_is_shown_as_fresh(fade_s):
             worst_m = max(worst_m, error_m(rig))
     assert rig.twin.is_fresh(rig.now_us)
     assert worst_m < 70.0
+
+
+def test_a_difference_tells_the_status_of_its_key():
+    rig = settled()
+    while rig.radio.link.last_posted[1][:1] and len(rig.radio.link.last_posted[1]) != 4:
+        rig.step()  # differences go: the shore has named a key
+    rig.vessel.mode, rig.vessel.armed = Mode.HOLD, False
+    while rig.twin.state.mode is not Mode.HOLD:
+        rig.step()
+    rig.vessel.mode, rig.vessel.armed = Mode.AUTO, True
+    deaf_shore(rig, 2.5)  # the key that tells so is lost
+    heard_us = rig.twin.state_us
+    while rig.twin.state_us == heard_us:
+        rig.step()
+    assert (rig.twin.state.mode, rig.twin.state.armed) == (Mode.AUTO, True)
