@@ -26,6 +26,7 @@ from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_keys import HeardKeys
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
+from mavlink_bridge.lora.shore_sync import Sync
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_health
 from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch
 from mavlink_bridge.lora.transfer import Message, Outcome
@@ -45,7 +46,6 @@ from mavlink_bridge.requests import (
 )
 from mavlink_bridge.snapshot import Snapshot
 
-_SYNC_GAP_US: Final = 60_000_000
 _WAY_US: Final = 40_000
 """From the end of a packet to its bytes here: module and serial line."""
 _KEYS_WITHOUT_WORD: Final = 3
@@ -107,8 +107,7 @@ class ShoreTwin:
         self._said: dict[str, int] = {}
         self._text_number = 0
         self._reached: list[int] = []
-        self._sync_us: int | None = None
-        self._sync_id: int | None = None
+        self._sync = Sync(profile, self.link)
         self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
         """Plans whose upload was given up without the vessel's word."""
         self._verified = False
@@ -305,21 +304,8 @@ class ShoreTwin:
     def _take_state(self, state: RadioState, now_us: int) -> None:
         self.state, self.state_us = state, now_us
         if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
-            self._want(Wanted.INFO, now_us)
-
-    def _want(self, wanted: Wanted, now_us: int) -> None:
-        """Ask the vessel for what the shore lacks: one question at a time, a minute between two, never on a starved channel."""
-        if self.profile.link.batch > 1 or self._sync_id is not None:
-            return
-        if wanted == Wanted.INFO and self._sync_us is not None and now_us - self._sync_us < _SYNC_GAP_US:
-            return
-        self._sync_us = now_us
-        try:
-            self._sync_id = self.link.submit(
-                Kind.INFO, bytes((wanted,)), Priority.BULK, now_us, round(self.profile.link.command_s * 1e6)
-            )
-        except ValueError:
-            self._sync_id = None
+            self._sync.lacks(Wanted.INFO)
+        self._sync.step(now_us)
 
     def _on_message(self, message: Message, now_us: int) -> None:
         reply = Reply(Result.ACCEPTED)
@@ -328,6 +314,7 @@ class ShoreTwin:
             if isinstance(found, Info):
                 self._on_info(found, now_us)
             elif found is not None:
+                self._sync.has(Wanted.PARAMS)
                 self.changed_params += self.params.put_changed(found)
         elif message.kind is Kind.PLAN:
             try:
@@ -343,34 +330,34 @@ class ShoreTwin:
         """Compare what the vessel has with what is kept here, and ask for what differs."""
         self._verified = True
         self.plans.home_e7 = info.home_e7
-        wanted = Wanted(0)
+        self._sync.has(Wanted.INFO)
         for kind, flag in WANTED_PLAN.items():
             number = info.plan_id(kind)
             if number == self.plans.plan_id(kind):
+                self._sync.has(flag)
                 continue
             unsure = self._unsure.pop(kind, None)
             if number == 0:
-                self.plans.put(kind, ())
+                self._keep_plan(kind, (), now_us)
             elif unsure is not None and plan_id(unsure) == number:
                 self._keep_plan(kind, unsure, now_us)
                 self.say(Severity.NOTICE, "the vessel has stored the plan that was not confirmed before", now_us)
             else:
-                wanted |= flag
+                self._sync.lacks(flag)
         if info.params != params_check(self.params):
-            wanted |= Wanted.PARAMS
-        if wanted:
-            self._want(wanted, now_us)
+            self._sync.lacks(Wanted.PARAMS)
+        self._sync.step(now_us)
 
     def _keep_plan(self, kind: PlanKind, items: tuple[PlanItem, ...], now_us: int) -> None:
         self.plans.put(kind, items)
         self._unsure.pop(kind, None)
+        self._sync.has(WANTED_PLAN[kind])
 
     # ---- how requests end ---------------------------------------------------------------------------------------
 
     def _collect(self, now_us: int) -> None:
         for outcome in self.link.outcomes():
-            if outcome.id == self._sync_id:
-                self._sync_id = None
+            if self._sync.ended(outcome.id):
                 continue
             pending = self._pending.pop(outcome.id, None)
             if pending is not None:

@@ -6,7 +6,10 @@ import math
 import pytest
 
 from mavlink_bridge.imc import Mode
-from tools.bench_lora import settled
+from mavlink_bridge.lora.frames import Kind
+from mavlink_bridge.requests import PlanKind
+from tools.bench_lora import settled, survey_items
+from tools.lora_rig import Rig, profile
 
 
 def going_straight(rig):
@@ -64,3 +67,30 @@ def test_a_difference_tells_the_status_of_its_key():
     while rig.twin.state_us == heard_us:
         rig.step()
     assert (rig.twin.state.mode, rig.twin.state.armed) == (Mode.AUTO, True)
+
+
+@pytest.mark.parametrize("fade_s", [5.0, 15.0, 60.0])
+def test_what_the_shore_lacks_is_asked_for_until_it_has_come(fade_s):
+    rig = Rig(profile("o-10"))
+    rig.vessel.params.set("DEPTH_MIN", 6.5)
+    rig.vessel.plans.put(PlanKind.FENCE, survey_items(3))
+    while not any(item.origin == "shore" and item.data[0] >> 4 == Kind.REPLY for item in rig.pair.air.log):
+        rig.step()  # the vessel has said what it keeps
+    rig.pair.air.jammed = True
+    rig.run(fade_s)
+    rig.pair.air.jammed = False
+    rig.run(200.0)
+    assert rig.twin.params.get("DEPTH_MIN").value == 6.5
+    assert rig.twin.plans.plan_id(PlanKind.FENCE) == rig.vessel.plans.plan_id(PlanKind.FENCE) != 0
+
+
+def test_what_has_come_is_not_asked_for_again():
+    rig = settled()
+    rig.vessel.params.set("DEPTH_MIN", 6.5)
+    rig.radio.param_changed("DEPTH_MIN")
+    rig.run(120.0)
+    since_us = rig.now_us
+    rig.run(1000.0)
+    assert {item.data[0] >> 4 for item in rig.pair.air.log if item.origin == "shore" and item.start_us > since_us} == {
+        Kind.BEACON
+    }
