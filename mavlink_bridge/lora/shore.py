@@ -30,6 +30,7 @@ from mavlink_bridge.lora.shore_sync import Sync
 from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_health
 from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch
 from mavlink_bridge.lora.transfer import Message, Outcome
+from mavlink_bridge.lora.vessel_clock import VesselClock
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamTable
 from mavlink_bridge.requests import (
@@ -98,6 +99,7 @@ class ShoreTwin:
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
         self._keys = HeardKeys(profile.link)
+        self._clock = VesselClock(profile.link)
         self._beacon_us: int | None = None
         self._station_present = False
         self._new_keys = 0
@@ -136,6 +138,7 @@ class ShoreTwin:
         """Take bytes from the modem as read. Never raises on input."""
         items = self.link.receive(data, now_us)
         self._keys.of_session(self.link.other_session)
+        self._clock.of_session(self.link.other_session)
         for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
@@ -274,7 +277,7 @@ class ShoreTwin:
                 self._on_delta(frame, now_us)
             elif frame.kind is Kind.BATCH:
                 samples, _ = decode_batch(frame.body)
-                self._take_state(samples[-1], now_us)
+                self._take_state(samples[-1], self._clock.made_us(samples[-1].t_s, now_us), now_us)
         except BitsError:
             return
         if frame.kind is Kind.EVENT and frame.body:
@@ -289,7 +292,7 @@ class ShoreTwin:
         if self._beacon_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
             # a word from here lets the vessel send differences again
             self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
-        self._take_state(state, now_us)
+        self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
 
     def _on_delta(self, frame: Frame, now_us: int) -> None:
         state = self._keys.apply(frame)
@@ -299,10 +302,11 @@ class ShoreTwin:
         if newest is not None:
             # a difference is sent only while the status is its key's; of the rest a later key may have told
             state = with_health(state, newest)
-        self._take_state(state, now_us)
+        self._take_state(state, now_us, now_us)
 
-    def _take_state(self, state: RadioState, now_us: int) -> None:
-        self.state, self.state_us = state, now_us
+    def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
+        if made_us is not None:
+            self.state, self.state_us = state, made_us
         if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)

@@ -7,7 +7,8 @@ import pytest
 
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.lora.frames import Kind
-from mavlink_bridge.requests import PlanKind
+from mavlink_bridge.lora.state_codec import CLOCK_S
+from mavlink_bridge.requests import PlanKind, SetParameter
 from tools.bench_lora import settled, survey_items
 from tools.lora_rig import Rig, profile
 
@@ -94,3 +95,34 @@ def test_what_has_come_is_not_asked_for_again():
     assert {item.data[0] >> 4 for item in rig.pair.air.log if item.origin == "shore" and item.start_us > since_us} == {
         Kind.BEACON
     }
+
+
+def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
+    rig = Rig(profile("n-0.1"), step_us=50_000)
+    true_ages_s = []
+    while rig.now_us < 2.5 * 3600e6:
+        before_us = rig.twin.state_us
+        rig.step()
+        if rig.now_us == 29 * 60_000_000:
+            for number in range(4):
+                rig.twin.submit(number, SetParameter("LOIT_RADIUS", 20.0 + number), rig.now_us)
+        if rig.twin.state_us != before_us:
+            age_s = (rig.now_us // 1_000_000 - rig.twin.state.t_s) % CLOCK_S
+            true_ages_s.append(age_s)
+            assert rig.twin.age_s(rig.now_us) == pytest.approx(age_s, abs=3.0)
+    assert max(true_ages_s) > 1000.0
+    assert min(true_ages_s) < 5.0
+
+
+def test_a_restarted_vessels_clock_counts_anew():
+    rig = Rig(profile("n-0.1"), step_us=50_000)
+    rig.run(31 * 60.0)
+    rig.start_vessel()
+    began_us = rig.now_us
+    circle = rig.vessel.snapshot
+    rig.vessel.snapshot = lambda now_us, tick: dataclasses.replace(circle(now_us, tick), t_us=now_us - began_us)
+    heard_us = rig.twin.state_us
+    while rig.twin.state_us == heard_us:
+        rig.step()
+    assert rig.now_us - began_us < 3600e6
+    assert rig.twin.age_s(rig.now_us) < 5.0
