@@ -41,6 +41,7 @@ class Greeting:
         self._wait_us = self._first_us
         self._please = True
         self._strange = 0
+        self._is_sure = False
 
     def is_due(self, now_us: int) -> bool:
         return self._due_us is not None and now_us >= self._due_us
@@ -57,8 +58,17 @@ class Greeting:
         self._due_us = now_us + self._wait_us + self._rng.randrange(min(self._wait_us // 2, _SPREAD_US))
         self._wait_us = min(self._wait_us * 2, max(_MAX_US, self._first_us))
 
+    def hurry(self, now_us: int, *, was_silent: bool) -> bool:
+        """An order is to go: say HELLO before it when nobody has answered ours, or after a silence when our answer may be lost."""
+        if self._is_sure or (self._due_us is None and not was_silent):
+            return False
+        self._please = True
+        self._due_us = now_us
+        return True
+
     def answered(self) -> None:
         """The other end has shown that it hears us."""
+        self._is_sure = True
         self._due_us = None
         self._wait_us = self._first_us
 
@@ -66,7 +76,7 @@ class Greeting:
         """Take a HELLO's body; True when the other end has started anew since."""
         flags = body[COUNTER_BYTES] if len(body) > COUNTER_BYTES else 0
         if flags & _PLEASE:
-            self._please = False
+            self._please = self._is_sure = False
             self._due_us = now_us
         else:
             self.answered()

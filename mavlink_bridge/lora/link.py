@@ -133,6 +133,8 @@ class CompactLink:
                     # it refuses what it may have heard before it started; the answer tells it the counter from now on
                     self._sealer.counter += memory_of.HEARD_AHEAD
                 self._remember(now_us)
+            for waiting in self._outgoing:
+                waiting.next_us = min(waiting.next_us, now_us)
             return None
         if kind in (Kind.REPLY, Kind.MISSING):
             self._greeting.answered()
@@ -208,6 +210,8 @@ class CompactLink:
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
         item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
         self._next_id = (self._next_id + 1) % 256
+        if priority <= Priority.COMMAND:
+            self._greeting.hurry(now_us, was_silent=False)
         self._outgoing.append(item)
         self._outgoing.sort(key=lambda other: other.priority)
         return item.id
@@ -293,11 +297,15 @@ class CompactLink:
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
-        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, Priority.COMMAND, now_us):
+        priority = min([Priority.COMMAND, *(item.priority for item in self._outgoing)])
+        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, priority, now_us):
             return b""
         frame = self._sealer.hello(self._greeting.flags)
         self._went_out(frame, now_us)
         self._listen()
+        for item in self._outgoing:
+            # who is answering does not hear
+            item.next_us = max(item.next_us, self.clock.off_us + self._patience.hello_us())
         self._greeting.sent(now_us)
         return frame
 
@@ -305,9 +313,7 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        if now_us < self._listen_until_us:
-            return b""
-        if self._awaits_answer(now_us):
+        if now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
 
@@ -318,6 +324,9 @@ class CompactLink:
             if not item.is_under_way and self._would_meet(item.next_size(), now_us):
                 continue
             if item.asked:
+                if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
+                    item.greeted = True
+                    return b""
                 item.begin_round()
             kind, body = item.next_frame()
             frame = self._send(kind, body, item.priority, now_us)
@@ -339,9 +348,9 @@ class CompactLink:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
 
     def _a_posted(self, now_us: int) -> bytes:
-        if not self._posted or now_us < self._listen_until_us or self._is_receiving(now_us):
+        if not self._posted or now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
-        if self._awaits_answer(now_us):
+        if self._is_receiving(now_us):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
         if self._would_meet(len(first.body) + 6, now_us):

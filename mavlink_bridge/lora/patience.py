@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from typing import Final
 
+from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES
 from mavlink_bridge.lora.pacing import AirClock
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.transfer import Outgoing
@@ -26,6 +27,10 @@ class Patience:
     def answer_us(self) -> int:
         """From the end of a frame of ours to the end of its short answer."""
         return self.turnaround_us + self._clock.span_us(7)
+
+    def hello_us(self) -> int:
+        """From the end of our HELLO to the end of the other one's."""
+        return self.turnaround_us + self._clock.span_us(HELLO_FRAME_BYTES)
 
     def longest_us(self) -> int:
         """The same for the longest frame there is."""

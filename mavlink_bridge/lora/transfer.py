@@ -46,6 +46,8 @@ class Outgoing:
     """Until when the answer to the last question may be on its way."""
     tries: int = 0
     """Questions asked so far."""
+    greeted: bool = False
+    """A HELLO went out between its first try and the second."""
     asked: bool = False
     """The last frame asked for an answer that has not come."""
     left: int = 0

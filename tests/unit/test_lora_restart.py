@@ -5,6 +5,7 @@ import pytest
 from mavlink_bridge.lora.frames import Kind
 from mavlink_bridge.requests import Arm, Result
 from tools.bench_lora import settled
+from tools.lora_rig import Rig, profile
 
 
 def recorded(rig, origin, since_us):
@@ -82,3 +83,36 @@ def test_a_gateway_that_was_ended_in_order_hears_the_vessel_at_once():
     rig.start_shore()
     rig.run(6.0)
     assert rig.twin.is_fresh(rig.now_us)
+
+
+@pytest.mark.parametrize("name", ["n-0.1", "o-10"])
+@pytest.mark.parametrize("lost_s", [2.0, 60.0])
+def test_a_stop_reaches_a_vessel_that_did_not_hear_of_the_gateways_start(name, lost_s):
+    rig = Rig(profile(name))
+    rig.run(700.0)
+    rig.ask(Arm(True))
+    rig.run(100.0)
+    rig.start_shore()
+    rig.pair.air.jammed = True
+    rig.run(lost_s)
+    rig.pair.air.jammed = False
+    before_us = rig.twin.link.ledger.used_us(rig.now_us)
+    seconds, reply = rig.ask(Arm(False))
+    assert reply.result is Result.ACCEPTED
+    assert not rig.vessel.armed
+    assert seconds < 6.0
+    assert rig.twin.link.ledger.used_us(rig.now_us) - before_us < 1_500_000
+
+
+def test_a_stop_reaches_a_vessel_that_started_and_did_not_hear_the_gateways_answer():
+    rig = Rig(profile("n-0.1"))
+    rig.run(700.0)
+    rig.ask(Arm(True))
+    rig.start_vessel()
+    deaf = rig.pair.vessel.read
+    rig.pair.vessel.read = lambda: deaf() and b""
+    rig.run(30.0)
+    rig.pair.vessel.read = deaf
+    seconds, reply = rig.ask(Arm(False))
+    assert reply.result is Result.ACCEPTED
+    assert seconds < 6.0
