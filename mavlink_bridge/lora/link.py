@@ -54,10 +54,11 @@ class CompactLink:
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
+        ledger: Ledger | None = None,
     ) -> None:
         self.profile = profile
         inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
-        self.ledger = Ledger(profile.hour_us)
+        self.ledger = ledger or Ledger(profile.hour_us)
         self.clock = AirClock(profile)
         self._patience = Patience(profile, self.clock, rng)
         self.inbox = Inbox(round(profile.link.upload_s * 1e6))

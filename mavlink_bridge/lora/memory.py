@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from mavlink_bridge.lora.ledger import Ledger
+from mavlink_bridge.lora.ledger import HOUR_US, Ledger
 from mavlink_bridge.lora.transfer import Inbox
 
 CEILING: Final = 1024
@@ -37,6 +37,7 @@ class Kept:
 
 
 def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
+    """Make a text of it, with the hour of a ledger that does not keep itself."""
     fields = {
         "tx": kept.tx,
         "rx": kept.rx,
@@ -44,7 +45,7 @@ def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
         "session": kept.session,
         "other": kept.other_session,
         "known": inbox.save(),
-        "air": ledger.save(now_us),
+        "air": [] if isinstance(ledger, KeptLedger) else ledger.save(now_us),
     }
     return json.dumps(fields, separators=(",", ":"))
 
@@ -66,11 +67,28 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> Kept | None:
             fields["other"],
         )
         inbox.restore(fields["known"])
-        ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
+        if not isinstance(ledger, KeptLedger):
+            ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
     except (ValueError, TypeError, KeyError, AttributeError):
-        ledger.charge(ledger.limit_us or 0, now_us)
+        ledger.charge(ledger.limit_us or HOUR_US, now_us)
         return None
     return kept
+
+
+def parted(airtime: str, link: str) -> tuple[str, str]:
+    """Part the hour, which all protocols share, from a compact link's text in which earlier software kept it: (hour, link).
+
+    ``airtime``: the shared hour as kept. A damaged text makes a damaged hour, once.
+    """
+    if not link:
+        return airtime, link
+    try:
+        fields = json.loads(link)
+        spent, fields["air"] = fields["air"], []
+        hour = json.dumps([*json.loads(airtime or "[]"), *spent]) if spent else airtime
+        return hour, json.dumps(fields, separators=(",", ":"))
+    except (ValueError, TypeError, KeyError):
+        return "damaged", ""
 
 
 class KeptLedger(Ledger):
@@ -81,6 +99,7 @@ class KeptLedger(Ledger):
         self._keep: Callable[[str], None] | None = None
         if memory:
             self._take_over(memory, now_us)
+            keep(self._text(now_us))
         self._keep = keep
 
     def _take_over(self, memory: str, now_us: int) -> None:
@@ -88,9 +107,12 @@ class KeptLedger(Ledger):
         try:
             self.restore([(int(age_s), int(spent_us)) for age_s, spent_us in json.loads(memory)], now_us)
         except (ValueError, TypeError):
-            self.charge(self.limit_us or 0, now_us)
+            self.charge(self.limit_us or HOUR_US, now_us)
 
     def charge(self, airtime_us: int, end_us: int) -> None:
         super().charge(airtime_us, end_us)
         if self._keep is not None and self.should_be_saved:
-            self._keep(json.dumps(self.save(end_us), separators=(",", ":")))
+            self._keep(self._text(end_us))
+
+    def _text(self, now_us: int) -> str:
+        return json.dumps(self.save(now_us), separators=(",", ":"))

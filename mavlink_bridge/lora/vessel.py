@@ -67,11 +67,14 @@ class VesselRadio:
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
         system_id: int = 1,
+        ledger: Ledger | None = None,
     ) -> None:
         self.profile = profile
         self._address = (system_id, 1)
         self.vehicle = vehicle
-        self.link = CompactLink(profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us)
+        self.link = CompactLink(
+            profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us, ledger=ledger
+        )
         self._reporter = Reporter(profile, self.link)
         self._names = name_codes(_names(vehicle))
         self._snapshot: Snapshot | None = None
