@@ -90,7 +90,11 @@ class Greeting:
         if total_bytes - self._strange < _STRANGE_BYTES or self._due_us is not None:
             return
         self._strange = total_bytes
-        if heard_us is None or now_us - heard_us > _QUIET_US:
+        self.unbelieved(heard_us, now_us)
+
+    def unbelieved(self, heard_us: int | None, now_us: int) -> None:
+        """Something of the other end came that cannot be believed: after a silence tell it the counter from here, and ask for its own."""
+        if self._due_us is None and (heard_us is None or now_us - heard_us > _QUIET_US):
             self._please = True
             self._due_us = now_us + self._rng.randrange(500_000)
 

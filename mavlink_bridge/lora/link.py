@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from mavlink_bridge.lora import memory as memory_of
-from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer
+from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer, name_of_key
 from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
 from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
@@ -67,8 +67,9 @@ class CompactLink:
         self.frames_out = self.bytes_out = 0
         self.last_posted: tuple[int, bytes] | None = None
         """Counter and body of the posted frame that went out last."""
+        self._key_name = name_of_key(key)
         self._sealer = Sealer(key, outward)
-        self._opener = Opener(key, inward)
+        self.opener = Opener(key, inward)
         self._save = save or (lambda text: None)
         self._is_vessel = outward is Direction.TO_SHORE
         self._next_id = rng.randrange(256)
@@ -86,24 +87,24 @@ class CompactLink:
     def _remember(self, now_us: int) -> None:
         self._ceiling = self._sealer.counter + memory_of.CEILING
         if self.heard_us is not None:
-            self._heard_ceiling = self._opener.counter + memory_of.HEARD_AHEAD
+            self._heard_ceiling = self.opener.counter + memory_of.HEARD_AHEAD
         self._write(self._ceiling, self._heard_ceiling, now_us)
 
     def _write(self, tx: int, rx: int, now_us: int) -> None:
         greeting = self._greeting
         kept = memory_of.Kept(tx, rx, self._next_id, greeting.session, greeting.other_session)
-        self._save(memory_of.write(kept, self.inbox, self.ledger, now_us))
+        self._save(memory_of.write(kept, self.inbox, self.ledger, now_us, self._key_name))
 
     def close(self, now_us: int) -> None:
         """Keep for the next start what was used and heard, and no reserve."""
-        self._write(self._sealer.counter, self._opener.counter, now_us)
+        self._write(self._sealer.counter, self.opener.counter, now_us)
 
     def _restore(self, memory: str, now_us: int) -> None:
         """Take over the last run's counters, answers and airtime."""
-        kept = memory_of.read(memory, self.inbox, self.ledger, now_us)
+        kept = memory_of.read(memory, self.inbox, self.ledger, now_us, self._key_name)
         if kept is not None:
             self._sealer.counter = kept.tx + memory_of.RESTART_GAP
-            self._opener.counter = self._heard_ceiling = kept.rx
+            self.opener.counter = self._heard_ceiling = kept.rx
             self._next_id = kept.next_id % 256
             self._greeting.session = (kept.session + 1) % SESSIONS
             self._greeting.other_session = kept.other_session
@@ -114,15 +115,18 @@ class CompactLink:
     def receive(self, data: bytes, now_us: int) -> list[Frame | Message]:
         """Take bytes as read; return new messages and the frames that need no answer. Never raises on input."""
         found: list[Frame | Message] = []
-        for frame in self._opener.receive(data):
+        old_hellos = self.opener.old_hellos
+        for frame in self.opener.receive(data):
             self.heard_us = now_us
-            self._greeting.authentic(self._opener.strange_bytes)
+            self._greeting.authentic(self.opener.strange_bytes)
             item = self._sort(frame, now_us)
             if item is not None:
                 found.append(item)
-        if self.heard_us is not None and self._opener.counter > self._heard_ceiling - memory_of.HEARD_MARGIN:
+        if self.heard_us is not None and self.opener.counter > self._heard_ceiling - memory_of.HEARD_MARGIN:
             self._remember(now_us)
-        self._greeting.strange(self._opener.strange_bytes, self.heard_us, now_us)
+        if self.opener.old_hellos > old_hellos:
+            self._greeting.unbelieved(self.heard_us, now_us)
+        self._greeting.strange(self.opener.strange_bytes, self.heard_us, now_us)
         return found
 
     def _sort(self, frame: Frame, now_us: int) -> Frame | Message | None:
@@ -250,11 +254,6 @@ class CompactLink:
         return found
 
     @property
-    def heard_counter(self) -> int:
-        """Counter of the newest authentic frame."""
-        return self._opener.counter
-
-    @property
     def other_session(self) -> int | None:
         """The start of the other end that its message numbers belong to."""
         return self._greeting.other_session
@@ -262,7 +261,7 @@ class CompactLink:
     @property
     def strange_bytes(self) -> int:
         """Bytes that belong to no authentic frame."""
-        return self._opener.strange_bytes
+        return self.opener.strange_bytes
 
     @property
     def waiting(self) -> int:

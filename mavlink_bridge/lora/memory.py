@@ -36,9 +36,10 @@ class Kept:
     other_session: int | None
 
 
-def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
+def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> str:
     """Make a text of it, with the hour of a ledger that does not keep itself."""
     fields = {
+        "key": key,
         "tx": kept.tx,
         "rx": kept.rx,
         "id": kept.next_id,
@@ -50,8 +51,8 @@ def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
     return json.dumps(fields, separators=(",", ":"))
 
 
-def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> Kept | None:
-    """Fill inbox and ledger from a text; None for an empty one, the first start.
+def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> Kept | None:
+    """Fill inbox and ledger from a text; None for an empty one, the first start, as it is with a new key: of that only the hour is kept.
 
     A damaged text counts as an hour's airtime spent; its counters are lost, and the other end refuses us until it is given a new key.
     """
@@ -66,9 +67,11 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> Kept | None:
             int(fields["session"]),
             fields["other"],
         )
-        inbox.restore(fields["known"])
         if not isinstance(ledger, KeptLedger):
             ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
+        if fields.get("key", key) != key:
+            return None
+        inbox.restore(fields["known"])
     except (ValueError, TypeError, KeyError, AttributeError):
         ledger.charge(ledger.limit_us or HOUR_US, now_us)
         return None

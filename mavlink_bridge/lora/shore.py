@@ -52,6 +52,7 @@ _WAY_US: Final = 40_000
 _KEYS_WITHOUT_WORD: Final = 3
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
+_LOST_MEMORY: Final = "Radio: the vessel lost its counters and is not believed: make a new radio key for both ends"
 
 
 @dataclass(slots=True)
@@ -136,7 +137,10 @@ class ShoreTwin:
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes from the modem as read. Never raises on input."""
+        old_hellos = self.link.opener.old_hellos
         items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self.say(Severity.WARNING, _LOST_MEMORY, now_us)
         self._keys.of_session(self.link.other_session)
         self._clock.of_session(self.link.other_session)
         for item in items:
@@ -161,7 +165,7 @@ class ShoreTwin:
         due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
         if due or station_present != self._station_present:
             self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
-            key = self._keys.to_name(self.link.heard_counter, now_us)
+            key = self._keys.to_name(self.link.opener.counter, now_us)
             known = 0 if key is None else 0x40 | key
             self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
 

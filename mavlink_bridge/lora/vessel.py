@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.command_table import Context
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.lora.bits import BitsError
 from mavlink_bridge.lora.command_codec import decode_command, is_command
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
@@ -50,6 +51,8 @@ GATEWAY_SENDER: Final = 255
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
 _CHECK_GAP_US: Final = 1_000_000
+_WARN_GAP_US: Final = 60_000_000
+_LOST_MEMORY: Final = b"gateway lost its counters: make a new radio key"
 _PRESENT_US: Final = 600_000_000
 
 
@@ -90,16 +93,28 @@ class VesselRadio:
         self._pushing: dict[int, Info] = {}
         self._push_us: int | None = None
         self._checked_us: int | None = None
+        self._warned_us: int | None = None
 
     # ---- the interface of an endpoint ---------------------------------------------------------------------------
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Never raises on input."""
-        for item in self.link.receive(data, now_us):
+        old_hellos = self.link.opener.old_hellos
+        items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self._warn(now_us)
+        for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
+
+    def _warn(self, now_us: int) -> None:
+        """Say why nothing is done: the shore may well hear this end, and can learn it only from here."""
+        is_soon = self._warned_us is not None and now_us - self._warned_us < _WARN_GAP_US
+        if self.profile.link.texts and not is_soon:
+            self._warned_us = now_us
+            self.link.post(Kind.TEXT, bytes((Severity.WARNING,)) + _LOST_MEMORY, Priority.EVENT)
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()

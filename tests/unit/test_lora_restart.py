@@ -116,3 +116,53 @@ def test_a_stop_reaches_a_vessel_that_started_and_did_not_hear_the_gateways_answ
     seconds, reply = rig.ask(Arm(False))
     assert reply.result is Result.ACCEPTED
     assert seconds < 6.0
+
+
+def texts_of(rig, seconds):
+    """What the stations are told in this time."""
+    found = []
+    for _ in range(round(seconds)):
+        rig.run(1.0)
+        found += [text for _, text in rig.twin.texts()]
+    return found
+
+
+@pytest.mark.parametrize("who", ["vessel", "shore"])
+def test_stations_are_told_when_an_end_has_lost_its_counters(who):
+    rig = settled()
+    for _ in range(2):
+        rig.start_vessel()
+        rig.start_shore()
+        rig.run(60.0)
+    rig.memory[who] = ""
+    rig.start_vessel() if who == "vessel" else rig.start_shore()
+    told = texts_of(rig, 200.0)
+    assert any("lost its counters" in text and "new radio key" in text for text in told)
+
+
+def test_nobody_is_warned_of_ends_that_started_in_order():
+    rig = settled()
+    told = []
+    for _ in range(5):
+        rig.start_vessel()
+        rig.start_shore()
+        told += texts_of(rig, 40.0)
+        rig.start_shore()
+        told += texts_of(rig, 40.0)
+    assert not [text for text in told if "counters" in text]
+
+
+def test_a_new_key_mends_a_link_that_has_lost_its_counters(monkeypatch):
+    rig = settled()
+    for _ in range(2):
+        rig.start_vessel()
+        rig.start_shore()
+        rig.run(60.0)
+    rig.memory["shore"] = ""
+    used_us = rig.radio.ledger.used_us(rig.now_us)
+    monkeypatch.setattr("tools.lora_rig.KEY", bytes(range(2, 34)))
+    rig.start_vessel()
+    rig.start_shore()
+    rig.run(60.0)
+    assert rig.ask(Arm(False))[1].result is Result.ACCEPTED
+    assert rig.radio.ledger.used_us(rig.now_us) > used_us
