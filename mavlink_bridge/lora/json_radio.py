@@ -219,14 +219,21 @@ class JsonRadio:
         self.asked.append(Request(order.waiting, order.steps.popleft(), sender=0))
 
     def _end(self, order: _Order, result: str, reason: str, now_us: int) -> None:
-        answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}
-        if reason:
-            answer["reason"] = reason[:120]
         order.result = result
-        order.answer = json.dumps(answer, separators=(",", ":")).encode() + b"\n"
+        order.answer = self._answer(order, result, reason)
         order.steps.clear()
         order.at_us = now_us
-        self._answers.append(order.answer)
+        if order.answer:
+            self._answers.append(order.answer)
+
+    def _answer(self, order: _Order, result: str, reason: str) -> bytes:
+        """The line that the sender gets; without the reason, or none, when no hour has room for it: all others would wait behind it."""
+        answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}
+        for words in (reason[:120], ""):
+            line = json.dumps(answer | ({"reason": words} if words else {}), separators=(",", ":")).encode() + b"\n"
+            if self.ledger.could_ever(self._clock.airtime_us(len(line)), Priority.COMMAND):
+                return line
+        return b""
 
     # ---- states -------------------------------------------------------------------------------------------------
 

@@ -90,3 +90,16 @@ def test_a_stop_ends_a_plan_that_is_half_way(steps):
         ("loiter-1", "temporarily rejected"),
         ("hold", "accepted"),
     ]
+
+
+def test_an_answer_that_no_hour_has_room_for_does_not_hold_up_the_others():
+    boat = Boat("n-0.1")
+    boat.vessel.refuse = "é" * 120  # six bytes each in JSON
+    boat.hears(b'{"command":"resume"}\n')
+    boat.vessel.refuse = ""
+    boat.hears(b'{"ID":"' + "é".encode() * 64 + PLAN[len(b'{"ID":"loiter-1') :])
+    boat.hears(HOLD)
+    assert [(answer["ack"], answer["result"], "reason" in answer) for answer in boat.answers] == [
+        ("resume", "denied", False),
+        ("hold", "accepted", False),
+    ]
