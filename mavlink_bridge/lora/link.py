@@ -239,7 +239,7 @@ class CompactLink:
 
     def answer(self, number: int, reply: Reply, now_us: int) -> None:
         """Answer a message that came by ``receive``."""
-        reason_bytes = _REASON_BYTES if self.profile.link.texts else 0
+        reason_bytes = min(_REASON_BYTES, self.profile.max_frame_bytes - 7) if self.profile.link.texts else 0
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
