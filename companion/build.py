@@ -16,11 +16,11 @@ from mavlink_bridge.imc import Severity
 from mavlink_bridge.port import Identity
 
 from .app import App
+from .configuration import depth_map, steering_mistakes
 from .core.arduino import Arduino
 from .core.nmea import NmeaConfig, NmeaReader
 from .core.vessel import VesselConfig
 from .facade import identity_of
-from .io.depth_map import load_depth_map
 from .io.link import Link
 from .io.links import open_link
 from .io.log_archive import AnyArchive, LogArchive
@@ -62,6 +62,9 @@ def build_app(
     if not_safe:
         raise ConfigError("security", not_safe)
     vessel = vessel or load_vessel(settings.vessel)
+    no_law = steering_mistakes(settings, vessel)
+    if no_law:
+        raise ConfigError("steering", no_law)
     identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
     sensors = [
@@ -165,13 +168,9 @@ def _radio(app: App, link: Link) -> GroundPort:
 
 def _load_map(app: App) -> None:
     """Give the guard its depth map. Raises ConfigError when the file cannot be used."""
-    wanted = app.settings.depth.map
-    if wanted.file is None:
-        return
-    try:
-        app.vehicle.guard.set_map(load_depth_map(wanted.file, wanted.pitch_m, wanted.spread_m, wanted.order))
-    except (OSError, ValueError) as error:
-        raise ConfigError("depth.map", [f"depth.map.file = {str(wanted.file)!r}: {error}"]) from None
+    chart = depth_map(app.settings.depth.map)
+    if chart is not None:
+        app.vehicle.guard.set_map(chart)
 
 
 def in_run_dir(settings: AnySettings, run_dir: Path) -> AnySettings:

@@ -57,6 +57,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except BrokenPipeError:
         return 1
+    except OSError as error:
+        print(_place(error), file=sys.stderr)
+        return 1
 
 
 def _parser(word: str) -> argparse.ArgumentParser:
@@ -74,6 +77,16 @@ def _parser(word: str) -> argparse.ArgumentParser:
         for point in plugins.values():
             _register(point.load(), subparsers)
     return parser
+
+
+def _place(error: OSError) -> str:
+    """What the computer refused, and what to do: a place is the user's to choose, so it is no fault of the program."""
+    reason = error.strerror or str(error)
+    if error.filename is None:
+        return reason
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        reason = "there is a file where a folder is wanted"
+    return f"{error.filename}: {reason}; name another place, or see that this one is there and may be written"
 
 
 def _register(register: Callable[[Any], None], subparsers: Any) -> None:

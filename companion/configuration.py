@@ -6,39 +6,59 @@ key, its value and the mend, before anything opens.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from . import security
-from .io.links import LinkConfigError, check_link
-from .radio import load_radio
+from .core.depth_config import DepthMapConfig
+from .core.depth_grid import DepthGrid
+from .core.nmea_sentences import KINDS, kind_of
+from .core.steering import SteeringError, make_controller
+from .core.vessel import VesselConfig
+from .io.depth_map import load_depth_map
+from .io.links import LinkConfigError, check_link, parse_link_url
+from .radio import load_radio, read_key
 from .settings import ConfigError, Settings, load, load_vessel
 
 if TYPE_CHECKING:
     from .gateway import GatewaySettings
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
+_EVERY_INTERFACE: Final = ("", "0.0.0.0", "::")
+_OFFERED: Final = ("reset", "step", "configure", "water_speed_mps")
+"""What the program calls a steering law by."""
 
 
-def vessel_settings(path: Path, overrides: Sequence[str]) -> Settings:
-    """Read a vessel's configuration. Raises ConfigError with every mistake."""
-    return load(path, overrides, Settings, further=vessel_mistakes)
+def vessel_settings(path: Path, overrides: Sequence[str], *, to_sail: bool = False) -> Settings:
+    """Read a vessel's configuration. ``to_sail``: the radio's key must be there by now. Raises ConfigError with every mistake."""
+
+    def found(settings: Settings) -> list[str]:
+        return vessel_mistakes(settings) + radio_key_mistakes(settings, must_be=to_sail)
+
+    return load(path, overrides, Settings, further=found)
 
 
-def gateway_settings(path: Path, overrides: Sequence[str]) -> GatewaySettings:
-    """Read a gateway's configuration. Raises ConfigError with every mistake."""
+def gateway_settings(path: Path, overrides: Sequence[str], *, to_serve: bool = False) -> GatewaySettings:
+    """Read a gateway's configuration. ``to_serve``: its key must be there by now. Raises ConfigError with every mistake."""
     from .gateway import GatewaySettings
 
-    return load(path, overrides, GatewaySettings, further=gateway_mistakes)
+    def found(settings: GatewaySettings) -> list[str]:
+        return gateway_mistakes(settings) + _key_mistakes(settings.key_file, must_be=to_serve, table="")
+
+    return load(path, overrides, GatewaySettings, further=found)
 
 
 def vessel_mistakes(settings: Settings) -> list[str]:
     """What of a vessel's settings cannot be meant, though each value is of the right kind."""
     found = link_mistakes(settings) + security.mistakes(settings)
+    found += [mistake for number in range(len(settings.sensors)) for mistake in _sentence_mistakes(settings, number)]
     if settings.radio.url:
         found += mistakes_of(lambda: load_radio(settings.radio.profile))
-    return found + mistakes_of(lambda: load_vessel(settings.vessel))
+    found += mistakes_of(lambda: depth_map(settings.depth.map))
+    hull = mistakes_of(lambda: load_vessel(settings.vessel))
+    return found + (hull or steering_mistakes(settings, load_vessel(settings.vessel)))
 
 
 def gateway_mistakes(settings: GatewaySettings) -> list[str]:
@@ -46,7 +66,7 @@ def gateway_mistakes(settings: GatewaySettings) -> list[str]:
     wanted = [("url", settings.url, None)]
     wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
     found = [*_wrong_links(wanted), *security.mistakes(settings)]
-    found += mistakes_of(lambda: load_radio(settings.profile))
+    found += [mistake.removeprefix("radio.") for mistake in mistakes_of(lambda: load_radio(settings.profile))]
     if settings.vessel_config:
         found += mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
     return found
@@ -62,23 +82,112 @@ def link_mistakes(settings: Settings) -> list[str]:
     return _wrong_links(wanted)
 
 
+def radio_key_mistakes(settings: Settings, *, must_be: bool = True) -> list[str]:
+    """What is wrong with the key of a vessel's compact radio."""
+    radio = settings.radio
+    return _key_mistakes(radio.key_file, must_be=must_be) if radio.url and radio.protocol == "compact" else []
+
+
+def _key_mistakes(key_file: str, *, must_be: bool, table: str = "radio.") -> list[str]:
+    """What is wrong with a radio's key. ``must_be`` False: one that is named may be made later."""
+    if key_file and not must_be and not Path(key_file).exists():
+        return []
+    return [table + mistake.removeprefix("radio.") for mistake in mistakes_of(lambda: read_key(key_file))]
+
+
+def steering_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """Why the steering law of a profile cannot be made for a hull."""
+    profile = settings.steering.profile
+    try:
+        law = make_controller(profile, settings.steering, vessel)
+    except SteeringError as error:
+        told = str(error).removeprefix(f"steering.profile {profile!r}").lstrip(": ")
+        return [f"steering.profile = {profile!r}: {told}"]
+    except Exception as error:  # a law of one's own may raise anything
+        return [f"steering.profile = {profile!r}: cannot be made: {type(error).__name__}: {error}"]
+    missing = [name for name in _OFFERED if not callable(getattr(law, name, None))]
+    return (
+        [f"steering.profile = {profile!r}: has no {', '.join(missing)}, which every steering law needs"]
+        if missing
+        else []
+    )
+
+
+def depth_map(wanted: DepthMapConfig) -> DepthGrid | None:
+    """The chart that the settings name, if any. Raises ConfigError when the file cannot be used."""
+    if wanted.file is None:
+        return None
+    try:
+        about = wanted.file.stat()
+        return _chart(wanted.model_dump_json(), about.st_mtime_ns, about.st_size)
+    except OSError as error:
+        raise ConfigError("depth.map", [f"depth.map.file = {str(wanted.file)!r}: {error.strerror or error}"]) from None
+    except ValueError as error:
+        told = str(error).removeprefix(f"{wanted.file}: ")
+        if isinstance(error.__cause__, UnicodeDecodeError):
+            told = (
+                "holds no text: give XYZ, CSV or DUNE ini, or a .depth; 'companion depth convert' makes them of charts"
+            )
+        raise ConfigError("depth.map", [f"depth.map.file = {str(wanted.file)!r}: {told}"]) from None
+
+
+@functools.lru_cache(maxsize=1)
+def _chart(wanted_json: str, changed_ns: int, size: int) -> DepthGrid:
+    """A chart takes its time to read: what has been judged is what is then sailed by."""
+    wanted = DepthMapConfig.model_validate_json(wanted_json)
+    assert wanted.file is not None
+    return load_depth_map(wanted.file, wanted.pitch_m, wanted.spread_m, wanted.order)
+
+
+def _sentence_mistakes(settings: Settings, number: int) -> list[str]:
+    """Sentences wanted of a sensor that nothing here understands."""
+    text = settings.sensors[number].nmea.sentences
+    names = [name.strip().upper() for name in text.split(",") if name.strip()]
+    strange = [name for name in names if kind_of(name)[1] not in KINDS]
+    if not strange:
+        return []
+    told = f"no sentence {', '.join(strange)} here; known: {', '.join(sorted(KINDS))}"
+    return [f"sensors.{number}.nmea.sentences = {text!r}: {told}"]
+
+
 def mistakes_of(read: Callable[[], object]) -> list[str]:
-    """What a part of the configuration says when it is read."""
+    """What a part of the configuration says when it is read; a file of its own is named before its keys."""
     try:
         read()
     except ConfigError as error:
-        return list(error.mistakes)
+        head = f"{error.source}: " if error.source.endswith(".toml") else ""
+        return [f"{head}{mistake}" for mistake in error.mistakes]
     return []
 
 
 def _wrong_links(wanted: Iterable[tuple[str, str, int | None]]) -> list[str]:
     """What is wrong with links, each as (key, address, baud rate)."""
     found = []
+    doors: list[tuple[str, tuple[str, str, int]]] = []
     for key, url, baud in wanted:
         if not url:
             continue
         try:
             check_link(url, **({} if baud is None else {"baud": baud}))
+            door = _door(url)
         except LinkConfigError as error:
             found.append(f"{key} = {url!r}: {error}")
+            continue
+        if door is not None:
+            holder = next((name for name, other in doors if _same_door(door, other)), "")
+            doors.append((key, door))
+            if holder:
+                found.append(f"{key} = {url!r}: {holder} listens on port {door[2]} already; choose another port")
     return found
+
+
+def _door(url: str) -> tuple[str, str, int] | None:
+    """Kind, host and port on which a link listens; None for one that does not."""
+    parsed = parse_link_url(url)
+    return (parsed.scheme, *parsed.host_port()) if parsed.scheme in ("tcp-listen", "udp-listen") else None
+
+
+def _same_door(one: tuple[str, str, int], other: tuple[str, str, int]) -> bool:
+    hosts = {one[1], other[1]}
+    shared = len(hosts) == 1 or any(host in _EVERY_INTERFACE for host in hosts)
+    return one[0] == other[0] and one[2] == other[2] != 0 and shared

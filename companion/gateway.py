@@ -61,6 +61,8 @@ RATES_HZ: Final = {
 }
 """What the radio's states are shown as; what they do not tell, actuators for one, is not shown."""
 _LOCAL_US: Final = 1_000_000
+_SETTLE_US: Final = 2_000_000
+"""The modem is given so long to open before it counts as missing."""
 _PRESENT_US: Final = 3_500_000
 _PICTURE_US: Final = 10_000_000
 """The last state is kept this often; what changes of plans and parameters at once."""
@@ -121,6 +123,10 @@ class Gateway:
             system_id=settings.system_id,
         )
         self.modem = modem or make_link("modem", settings.url)
+        self._modem_open: bool | None = None
+        """None: neither seen to open nor found closed; it may have been open before."""
+        self._modem_missing = False
+        self._since_us: int | None = None
         self.grounds: list[GroundPort] = []
         for number, item in enumerate(settings.endpoints):
             self.grounds.append(self._ground(number, item, make_link(item.name, item.url)))
@@ -183,6 +189,7 @@ class Gateway:
             if isinstance(event, Received):
                 self.twin.receive(event.data, now_us)
             else:
+                self._modem_open = isinstance(event, Opened)
                 log.info("modem %s", "opened" if isinstance(event, Opened) else f"closed: {event.reason}")
         for ground in self.grounds:
             ground.read(now_us)
@@ -203,6 +210,7 @@ class Gateway:
             if snapshot is not None:
                 ground.tick(now_us, snapshot)
         self._say_freshness(snapshot is not None)
+        self._note_modem(now_us)
         if self._local_us is None or now_us - self._local_us >= _LOCAL_US:
             self._local_us = now_us
             self._local_values(now_us)
@@ -234,9 +242,27 @@ class Gateway:
             self.store.submit(SaveValue(PICTURE_KEY, write_picture(picture)))
 
     def _transmit(self, now_us: int) -> None:
+        if self._modem_open is False:
+            return  # a frame that is taken costs airtime and counters
         frame = self.twin.take(now_us)
-        if frame and self.modem.write(0, frame) != len(frame):
+        taken = self.modem.write(0, frame) if frame else 0
+        if frame and self._modem_open is None:
+            self._modem_open = taken > 0
+        if self._modem_open and taken != len(frame):
             log.warning("the modem took only part of a frame")
+
+    def _note_modem(self, now_us: int) -> None:
+        """Say in the log that the modem is missing, once it has had time to open, and when it is back."""
+        if self._since_us is None:
+            self._since_us = now_us
+        missing = not self._modem_open and now_us - self._since_us >= _SETTLE_US
+        if missing == self._modem_missing:
+            return
+        self._modem_missing = missing
+        if missing:
+            log.warning("modem is missing, tried again for ever: %s", self.modem.describe())
+        else:
+            log.info("modem is there: %s", self.modem.describe())
 
     def _take_up(self, talk: Conversation, request: Request, now_us: int) -> None:
         if isinstance(request.body, LoadPlan) or crosses(request.body):

@@ -9,8 +9,9 @@ from __future__ import annotations
 import copy
 import tomllib
 from collections.abc import Callable, Sequence
+from enum import Enum
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError, field_validator
 from pydantic_core import ErrorDetails
@@ -204,15 +205,22 @@ def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
     folder = str(path.resolve().parent)
     return {key: _placed(value, folder) for key, value in data.items()}
+
+
+def unreadable(error: Exception) -> str:
+    """Why a file of text cannot be read, without the computer's numbers."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"holds no UTF-8 text: byte {error.object[error.start]:#04x} at {error.start}"
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 
 def _placed(value: Any, folder: str) -> Any:
@@ -259,6 +267,18 @@ def _no_place(place: Any, name: str, where: str) -> str:
     return ""
 
 
+_WANTED: Final = {
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "must be a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing", "finite_number"), "must be a number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),
+    "string_type": "must be a text, in quotes",
+    "path_type": "must be a path, in quotes",
+}
+"""What should stand where a value of another kind stands, by pydantic's name of the error."""
+
+
 def explain(error: Any) -> str:
     """Turn one pydantic error into 'key = value: what to do'."""
     key = ".".join(str(part) for part in error["loc"]) or "file"
@@ -268,5 +288,25 @@ def explain(error: Any) -> str:
     if kind == "missing":
         return f"{key}: missing; add it"
     value = error.get("input")
-    shown = repr(value) if isinstance(value, str | int | float | bool) else type(value).__name__
-    return f"{key} = {shown}: {message[:1].lower()}{message[1:]}"
+    wanted = _WANTED.get(kind) or _in_names(value, error.get("ctx", {})) or f"{message[:1].lower()}{message[1:]}"
+    return f"{key} = {_shown(value)}: {wanted}"
+
+
+def _shown(value: Any) -> str:
+    """A value as it would stand in the file; of what is long only its kind."""
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str | int | float):
+        return repr(value)
+    return {dict: "a table", list: "a list", tuple: "a list", type(None): "nothing"}.get(type(value), str(value))
+
+
+def _in_names(value: Any, limits: dict[str, Any]) -> str:
+    """The range of a value that has a name, in names."""
+    if isinstance(value, Enum):
+        for limit, words in (("ge", "at least"), ("le", "at most")):
+            if limit in limits:
+                return f"must be {words} {type(value)(limits[limit]).name.lower()}"
+    return ""

@@ -15,7 +15,7 @@ from pathlib import Path
 from pydantic import Field, ValidationError
 
 from companion.core.config import Config
-from companion.settings import ConfigError, explain
+from companion.settings import ConfigError, explain, unreadable
 
 from .campaign_work import COLUMNS, Job, Row, basis_of, over_cores
 from .scenario_file import Scenario, find, library, read_scenario
@@ -62,9 +62,9 @@ def read_campaign(path: Path) -> list[Job]:
 
 def _read(path: Path) -> CampaignText:
     try:
-        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8"))).campaign
+        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig"))).campaign
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
     except ValidationError as error:

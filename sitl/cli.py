@@ -11,9 +11,12 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
+from companion.commands.numbers import positive
 from companion.commands.run import describe
+from companion.commands.stations import places
 from companion.commands.status import StatusView, Watched, airtime_of
-from companion.configuration import link_mistakes, vessel_mistakes
+from companion.configuration import link_mistakes, mistakes_of, radio_key_mistakes, vessel_mistakes
+from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.run_folders import new_run_dir
@@ -40,7 +43,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--speed", default="1", metavar="N|max", help="times real time; 'max' runs in lock-step, in memory"
     )
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many simulated seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many simulated seconds")
     parser.add_argument("--seed", type=int, help="of all random sources (default: 0, or what a scenario says)")
     parser.add_argument(
         "--run-dir", type=Path, help="where the run is recorded (default: a new one in record.directory)"
@@ -86,12 +89,13 @@ def command(arguments: argparse.Namespace) -> int:
     )
     starter = AutoStart(world, plan, start=arguments.start) if plan is not None else None
     clock: Clock = ManualClock() if speed is None else SystemClock(speed)
+    gateway = shore_gateway(world.settings, arguments.instance, run_dir) if arguments.gateway else None
     if not arguments.json:
-        _greet(world, run_dir, speed)
+        _greet(world, run_dir, speed, gateway)
     began = time.monotonic()
     driven: LoopApp = starter or world
-    if arguments.gateway:
-        driven = WithGateway(driven, shore_gateway(world.settings, arguments.instance, run_dir))
+    if gateway is not None:
+        driven = WithGateway(driven, gateway)
     if speed is not None and not arguments.json and sys.stdout.isatty():
         driven = Watched(driven, StatusView(speed=speed, airtime=airtime_of(world.app.grounds)))
     status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
@@ -131,9 +135,11 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         return move_instance(settings, arguments.instance)
 
     def misplaced(settings: SimSettings) -> list[str]:
-        judge = link_mistakes if arguments.world_only else vessel_mistakes
         try:
-            return judge(placed(settings))
+            if arguments.world_only:
+                return link_mistakes(placed(settings)) + _hull_mistakes(settings.world.vessel)
+            no_key = [] if arguments.gateway else radio_key_mistakes(settings)  # the simulated gateway brings its own
+            return vessel_mistakes(placed(settings)) + no_key + _hull_mistakes(settings.world.vessel)
         except ConfigError as error:
             return list(error.mistakes)
 
@@ -145,6 +151,12 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
     if mistakes:
         raise ConfigError(str(arguments.config), mistakes)
     return at_speed(placed(settings), speed), speed
+
+
+def _hull_mistakes(name: str) -> list[str]:
+    """What is wrong with the hull that is really there."""
+    found = mistakes_of(lambda: load_vessel(name)) if name else []
+    return [f"world.{mistake}" if mistake.startswith("vessel = ") else mistake for mistake in found]
 
 
 def _usage(arguments: argparse.Namespace) -> tuple[float | None, list[str]]:
@@ -162,10 +174,10 @@ def _usage(arguments: argparse.Namespace) -> tuple[float | None, list[str]]:
         mistakes.append("--start: needs --plan F")
     if speed is None and arguments.gateway:
         mistakes.append("--gateway: ground stations cannot keep up with --speed max; give a number")
+    if arguments.world_only and arguments.plan is not None:
+        mistakes.append("--world-only: --plan goes to the vessel, which is another process: companion plan upload")
     if speed is None and arguments.world_only:
         mistakes.append("--world-only: a separate process cannot keep up with --speed max; give a number")
-    if arguments.duration is not None and arguments.duration <= 0:
-        mistakes.append(f"--duration {arguments.duration}: must be more than 0 s")
     return speed, mistakes
 
 
@@ -218,23 +230,30 @@ def _serve_world(
         print(f"  {link.name:16} {link.describe()}", flush=True)
     if arguments.gateway:
         print(f"the gateway is here; the vessel needs: {vessel_words(placed)}", flush=True)
+    gateway = shore_gateway(placed, arguments.instance, run_dir) if arguments.gateway else None
+    for place in places(gateway.settings.endpoints) if gateway else ():
+        print(f"  {place}", flush=True)
     clock = SystemClock(float(arguments.speed))
     with (run_dir / "board.csv").open("w", encoding="utf-8") as pins:
         world: LoopApp = WorldOnly(surroundings, pins)
-        if arguments.gateway:
-            world = WithGateway(world, shore_gateway(placed, arguments.instance, run_dir))
+        if gateway is not None:
+            world = WithGateway(world, gateway)
         return run(world, clock, stop, period_us=1_000_000 // settings.system.tick_hz, until_us=until_us)
 
 
-def _greet(world: World, run_dir: Path, speed: float | None) -> None:
+def _greet(world: World, run_dir: Path, speed: float | None, gateway: Gateway | None) -> None:
     settings = world.settings
     print(f"simulated vessel '{settings.system.name}', system id {settings.system.system_id}; recording in {run_dir}")
     if speed is not None:
-        for endpoint in settings.endpoints:
-            print(f"  {endpoint.name:8} {endpoint.url}  ({endpoint.persona})  {_hint(endpoint.url)}")
+        for place in places(settings.endpoints):
+            print(f"  {place}")
         if settings.radio.url:
             print(f"  radio    {run_dir}/lora  (serial port of the shore modem, {settings.radio.protocol})")
-            if settings.radio.protocol == "compact":
+            if gateway is not None:
+                print("           its shore side, the gateway, is here; stations of the far side:")
+                for place in places(gateway.settings.endpoints):
+                    print(f"  {place}")
+            elif settings.radio.protocol == "compact":
                 print(
                     "           the shore side of a compact link is 'companion gateway', or 'companion sim --gateway'"
                 )
@@ -243,17 +262,6 @@ def _greet(world: World, run_dir: Path, speed: float | None) -> None:
             print(f"  time runs {speed:g} times as fast: a ground station counts as lost after {silence_s:.0f} s of it")
         print("  Ctrl-C ends it, neutral first")
     sys.stdout.flush()
-
-
-def _hint(url: str) -> str:
-    """How a ground station gets onto an endpoint."""
-    scheme, _, rest = url.partition("://")
-    port = rest.rpartition(":")[2].partition("?")[0]
-    if scheme == "tcp-listen":
-        return f"MAVProxy: mavproxy.py --master tcp:127.0.0.1:{port}"
-    if scheme == "udp" and port == "14550":
-        return "QGroundControl connects by itself"
-    return f"MAVSDK: udpin://0.0.0.0:{port}" if scheme == "udp" else ""
 
 
 def _farewell(world: World, wall_s: float, run_dir: Path) -> None:

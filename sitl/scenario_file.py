@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, model_validator
 import config as shipped
 from companion.core.config import Config
 from companion.core.geo import LocalFrame
-from companion.settings import ConfigError, explain, load, load_vessel
+from companion.settings import ConfigError, explain, load, load_vessel, unreadable
 from mavlink_bridge.imc import Mode
 from mavlink_bridge.requests import LoadPlan
 
@@ -227,9 +227,9 @@ def links(settings: SimSettings) -> tuple[str, ...]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
 

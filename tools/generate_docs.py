@@ -8,18 +8,27 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from companion import params
 from companion.core.failsafe import failsafe_table_markdown
+from companion.gateway import GatewaySettings
 from companion.settings import Settings
 from mavlink_bridge.imc_table import imc_table_markdown
+from sitl.settings import WorldConfig
 from tools import boat_scenarios, fault_matrix, from_dune
 from tools.schema_text import Key, keys
 
 REPO = Path(__file__).resolve().parents[1]
 BEGIN = "<!-- generated: begin (make docs) -->"
+ABOUT = {
+    "sensors": "A list: one `[[sensors]]` for each link.",
+    "endpoints": "A list: one `[[endpoints]]` for each link.",
+    "failsafe.conditions.NAME": "One table for each condition that is changed; their names: `companion explain failsafe`.",
+    "world.bottom.mounds": "A list: one `[[world.bottom.mounds]]` for each mound.",
+}
+"""What a reader must know of a table before its keys."""
 END = "<!-- generated: end -->"
 
 
@@ -38,16 +47,37 @@ def configuration() -> str:
         "A key with a *parameter* is also a MAVLink parameter of that name; what a ground station stores there stands before the file.",
         "",
     ]
-    tables: dict[str, list[Key]] = {"": []}
-    for key in keys(Settings):
-        tables.setdefault(key.path.rpartition(".")[0], []).append(key)
-    for table, found in tables.items():
-        parts += ["", f"## {f'[{table}]' if table else 'At the top'}", ""]
-        if table in ("sensors", "endpoints"):
-            parts += [f"A list: one `[[{table}]]` for each link.", ""]
-        parts += ["| key | kind | default | range | meaning | parameter |", "| --- | --- | --- | --- | --- | --- |"]
-        parts += [_key_row(key) for key in found]
+    parts += _tables(keys(Settings), "At the top")
+    parts += [
+        "",
+        "# The simulator's world",
+        "",
+        "What `companion sim` reads besides, from the same file (`config/sim.toml`): the water, the bottom, what the sensors get wrong.",
+        "A real vessel's file has none of it.",
+    ]
+    parts += _tables(keys(WorldConfig, "world."), "")
+    parts += [
+        "",
+        "# The gateway's file",
+        "",
+        "`companion gateway` reads a file of its own (`config/gateway.toml`). Its `[[endpoints]]` and `[security]` have the keys above.",
+    ]
+    own = (key for key in keys(GatewaySettings) if not key.path.startswith(("endpoints.", "security.")))
+    parts += _tables(own, "At the top of a gateway's file")
     return "\n".join(parts) + "\n"
+
+
+def _tables(found: Iterable[Key], top: str) -> Iterator[str]:
+    """A section for each table of a file; ``top`` heads the keys that stand in none."""
+    tables: dict[str, list[Key]] = {}
+    for key in found:
+        tables.setdefault(key.path.rpartition(".")[0], []).append(key)
+    for table, rows in sorted(tables.items(), key=lambda item: bool(item[0])):
+        yield from ("", f"## {f'[{table}]' if table else top}", "")
+        if table in ABOUT:
+            yield from (ABOUT[table], "")
+        yield from ("| key | kind | default | range | meaning | parameter |", "| --- | --- | --- | --- | --- | --- |")
+        yield from map(_key_row, rows)
 
 
 def _key_row(key: Key) -> str:

@@ -67,12 +67,13 @@ def keys(model: type[BaseModel], prefix: str = "") -> Iterator[Key]:
         path = f"{prefix}{name}"
         inner = inner_model(field.annotation)
         if inner is not None:
-            yield from keys(inner, f"{path}.")
+            named = ".NAME" if typing.get_origin(field.annotation) is dict else ""
+            yield from keys(inner, f"{path}{named}.")
             continue
         mark = next((item for item in field.metadata if isinstance(item, Param)), None)
         yield Key(
             path,
-            kind_of(field.annotation),
+            _names_in_range(field) or kind_of(field.annotation),
             default_of(field),
             limits_of(field),
             mark.unit if mark else "",
@@ -89,6 +90,19 @@ def inner_model(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
+def _names_in_range(field: FieldInfo) -> str:
+    """The names that a value with names may have; empty for any other."""
+    kinds = [field.annotation, *typing.get_args(field.annotation)]
+    found = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, enum.Enum)), None)
+    if found is None:
+        return ""
+    low = next((item.ge for item in field.metadata if isinstance(item, annotated_types.Ge)), None)
+    high = next((item.le for item in field.metadata if isinstance(item, annotated_types.Le)), None)
+    fits = [item for item in found if (low is None or item.value >= low) and (high is None or item.value <= high)]
+    optional = ", optional" if type(None) in kinds else ""
+    return ", ".join(f"`{item.name.lower()}`" for item in fits) + optional
+
+
 def kind_of(annotation: Any) -> str:
     """A type in a reader's words."""
     origin = typing.get_origin(annotation)
@@ -103,7 +117,7 @@ def kind_of(annotation: Any) -> str:
         return "list" if origin is not dict else "table"
     if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
         return ", ".join(f"`{item.name.lower()}`" for item in annotation)
-    return {"float": "number", "int": "whole number", "bool": "true or false", "str": "text"}.get(
+    return {"float": "number", "int": "whole number", "bool": "true or false", "str": "text", "Path": "path"}.get(
         getattr(annotation, "__name__", ""), str(annotation)
     )
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from companion import security
 from companion.commands.check_live import watch
+from companion.commands.numbers import positive
 from companion.configuration import mistakes_of, vessel_settings
 from companion.core.vessel import stopping_distance_m, top_speed_mps
 from companion.radio import read_key
@@ -22,7 +23,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--live",
         nargs="?",
-        type=float,
+        type=positive,
         const=5.0,
         metavar="SECONDS",
         help="listen to the sensors (5 s) and say what comes",

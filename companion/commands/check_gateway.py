@@ -17,7 +17,7 @@ _VESSELS = ("sensors", "actuators", "vessel", "steering")
 def is_gateway(path: Path) -> bool:
     """Whether a file speaks of a gateway. An unreadable one does not; reading it as a vessel's tells why."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
         return False
     return any(key in data for key in _OWN) and not any(key in data for key in _VESSELS)

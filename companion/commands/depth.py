@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.commands.depth_convert import add_convert
+from companion.commands.numbers import number
 from companion.commands.store import read_store, write_store
 from companion.core.depth_grid import metres_per_radian
 from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
@@ -26,6 +27,7 @@ from companion.io.depth_store import (
     xyz_lines,
 )
 from companion.io.store_content import Entry, SaveDepth, StoreContent, entries_of
+from companion.settings import ConfigError
 
 _MANY = 100_000
 
@@ -51,7 +53,7 @@ def register(subparsers: Any) -> None:
     forget = actions.add_parser("forget", help="forget soundings; the vessel must not be running")
     forget.add_argument("store", type=Path)
     what = forget.add_mutually_exclusive_group(required=True)
-    what.add_argument("--near", type=float, nargs=3, metavar=("LAT", "LON", "M"), help="within M metres of a place")
+    what.add_argument("--near", type=number(), nargs=3, metavar=("LAT", "LON", "M"), help="within M metres of a place")
     what.add_argument("--all", action="store_true")
     forget.set_defaults(run=_forget)
     add_convert(actions)
@@ -59,8 +61,6 @@ def register(subparsers: Any) -> None:
 
 def _show(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
-    if content is None:
-        return 1
     found = list(soundings_of(content))
     if not found:
         print("nothing sounded yet")
@@ -75,8 +75,6 @@ def _show(arguments: argparse.Namespace) -> int:
 
 def _export(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
-    if content is None:
-        return 1
     path: Path | None = arguments.file
     form = arguments.format or ("geojson" if path and path.suffix in (".geojson", ".json") else "xyz")
     lines = (geojson_lines if form == "geojson" else xyz_lines)(soundings_of(content))
@@ -97,17 +95,11 @@ def _import(arguments: argparse.Namespace) -> int:
     try:
         found = _soundings(arguments.file, arguments.order)
     except (OSError, ValueError) as error:
-        print(f"{arguments.file}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
-        return 1
+        raise ConfigError(str(arguments.file), [getattr(error, "strerror", None) or str(error)]) from None
     if not 0.5 <= arguments.cell <= 50.0:
         print("--cell: 0.5 to 50 m", file=sys.stderr)
         return 2
-    content = StoreContent()
-    if arguments.store.is_file():
-        held = read_store(arguments.store)
-        if held is None:
-            return 1
-        content = held
+    content = read_store(arguments.store) if arguments.store.is_file() else StoreContent()
     memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=_MANY), SIGMA_M)
     restore(memory, content.depth)
     for each in found:
@@ -139,8 +131,6 @@ def _soundings(path: Path, order: Any) -> list[Sounded]:
 
 def _forget(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
-    if content is None:
-        return 1
     if arguments.all:
         done = write_store(arguments.store, [Entry("depth", "", None)])
         print(f"{arguments.store}: {len(content.depth)} tiles forgotten")

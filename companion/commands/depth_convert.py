@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from companion.commands import MissingExtraError
+from companion.commands.numbers import number
 from companion.core.depth_grid import Sounding, build, metres_per_radian
+from companion.settings import ConfigError
 
 METRES: Final = {
     "": 1.0,
@@ -55,7 +57,7 @@ def add_convert(actions: Any) -> None:
     parser.add_argument("--positive", choices=("auto", "up", "down"), default="auto", help="up: heights; down: depths")
     parser.add_argument(
         "--datum",
-        type=float,
+        type=number(),
         default=0.0,
         metavar="M",
         help="height of the wanted chart datum above the file's zero level (LAT 2 m below mean sea level: -2)",
@@ -65,15 +67,21 @@ def add_convert(actions: Any) -> None:
     parser.add_argument("--crs", metavar="EPSG:N", help="coordinate system of a file that names none")
     parser.add_argument("--unit", choices=sorted(set(METRES) - {""}), help="of the values, when the file names none")
     parser.add_argument("--nodata", type=float, metavar="V", help="a value that means unknown, besides the file's own")
-    parser.add_argument("--box", type=float, nargs=4, metavar=("SOUTH", "WEST", "NORTH", "EAST"), help="keep only this")
     parser.add_argument(
-        "--dry", type=float, default=20.0, metavar="M", help="leave out land higher than this above datum"
+        "--box", type=number(), nargs=4, metavar=("SOUTH", "WEST", "NORTH", "EAST"), help="keep only this"
     )
     parser.add_argument(
-        "--thin", type=float, default=0.0, metavar="M", help="one sounding per M metres: the shallowest"
+        "--dry", type=number(), default=20.0, metavar="M", help="leave out land higher than this above datum"
     )
-    parser.add_argument("--pitch", type=float, default=5.0, metavar="M", help="cell of a .depth grid; default 5")
-    parser.add_argument("--spread", type=float, default=10.0, metavar="M", help="how far a depth counts; default 10")
+    parser.add_argument(
+        "--thin", type=number(0.0), default=0.0, metavar="M", help="one sounding per M metres: the shallowest"
+    )
+    parser.add_argument(
+        "--pitch", type=number(0.5, 1000.0), default=5.0, metavar="M", help="cell of a .depth grid; default 5"
+    )
+    parser.add_argument(
+        "--spread", type=number(0.0, 1000.0), default=10.0, metavar="M", help="how far a depth counts; default 10"
+    )
     parser.set_defaults(run=_convert)
 
 
@@ -89,11 +97,7 @@ def _convert(arguments: argparse.Namespace) -> int:
             places = _thinned(_places(arguments), arguments.thin)
             count = _write(arguments, places)
     except (ChartError, ValueError) as error:
-        print(f"{arguments.chart}: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
+        raise ConfigError(str(arguments.chart), [str(error)]) from None
     print(f"{arguments.out}: {count} depths")
     return 0
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+from companion.commands.numbers import number
 from companion.core.failsafe import FailsafeConfig, FailsafeMemory, Flags, failsafe_table_markdown, step
 from companion.settings import Settings, load
+
+LONGEST_S: Final = 36_000.0
+"""A chain of events may last ten hours: it is stepped as the vessel steps."""
 
 
 def register(subparsers: Any) -> None:
@@ -36,7 +41,7 @@ def failsafe(arguments: argparse.Namespace) -> int:
         for line in play(arguments.play, config):
             print(line)
     except ValueError as error:
-        print(error)
+        print(error, file=sys.stderr)
         return 2
     return 0
 
@@ -46,7 +51,7 @@ def play(words: list[str], config: FailsafeConfig, tail_s: float = 90.0) -> list
 
     Raises ``ValueError`` for a word that names no flag.
     """
-    events = sorted((_event(word) for word in words), key=lambda event: event[0])
+    events = sorted(_events(words), key=lambda event: event[0])
     memory, flags, action, lines = FailsafeMemory(), Flags(), None, []
     for tick in range(round(20 * (events[-1][0] + tail_s))):
         now_us = tick * 50_000
@@ -64,19 +69,39 @@ def play(words: list[str], config: FailsafeConfig, tail_s: float = 90.0) -> list
     return lines
 
 
+def _events(words: list[str]) -> list[tuple[float, dict[str, Any]]]:
+    """All events. Raises ``ValueError`` with every mistake."""
+    found, mistakes = [], []
+    for word in words:
+        try:
+            found.append(_event(word))
+        except ValueError as error:
+            mistakes.append(str(error))
+    if mistakes:
+        raise ValueError("\n".join(mistakes))
+    return found
+
+
 def _event(word: str) -> tuple[float, dict[str, Any]]:
-    known = {field.name: field.type for field in fields(Flags)}
     when, _, what = word.partition(":")
-    changes: dict[str, Any] = {}
-    for part in what.split(","):
-        name, _, value = part.lstrip("-").partition("=")
-        if name not in known:
-            raise ValueError(f"{name!r} is no flag; there are {', '.join(known)}")
-        if known[name] == "bool":
-            changes[name] = not part.startswith("-")
-        else:
-            changes[name] = float(value) if value else None
+    changes = dict(_change(part) for part in what.split(","))
     try:
-        return float(when), changes
-    except ValueError:
-        raise ValueError(f"{word!r}: SECONDS:FLAG expected") from None
+        return number(0.0, LONGEST_S)(when), changes
+    except argparse.ArgumentTypeError:
+        raise ValueError(f"{word!r}: SECONDS:FLAG expected, seconds from 0 to {LONGEST_S:g}") from None
+
+
+def _change(part: str) -> tuple[str, Any]:
+    """A flag that is set or cleared, or one that has a value. Raises ``ValueError``."""
+    known = {field.name: field.type for field in fields(Flags)}
+    name, equals, value = part.lstrip("-").partition("=")
+    if name not in known:
+        raise ValueError(f"{name!r} is no flag; there are {', '.join(known)}")
+    if known[name] == "bool":
+        if equals:
+            raise ValueError(f"{part!r}: {name} has no value; write {name} or -{name}")
+        return name, not part.startswith("-")
+    try:
+        return name, number()(value) if equals else None
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"{name}={error}, or leave the value out: not known") from None

@@ -7,6 +7,8 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from companion.commands.numbers import positive
+from companion.commands.stations import places
 from companion.configuration import gateway_settings
 from companion.gateway import PERIOD_US, Gateway
 from companion.io.clock import SystemClock
@@ -21,13 +23,13 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser("gateway", help="the shore side of the LoRa link", description=__doc__)
     parser.add_argument("config", type=Path, help="TOML file; config/gateway.toml is a commented example")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.set_defaults(run=command)
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM."""
-    settings = gateway_settings(arguments.config, arguments.set)
+    settings = gateway_settings(arguments.config, arguments.set, to_serve=True)
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)
@@ -36,6 +38,8 @@ def command(arguments: argparse.Namespace) -> int:
     profile = gateway.profile
     label = settings.entity_label or profile.entity_label or settings.name
     log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
+    for place in places(settings.endpoints):
+        log.info("stations: %s", place)
     stop = StopFlag().install()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)

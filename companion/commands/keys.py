@@ -37,7 +37,7 @@ def _make(arguments: argparse.Namespace) -> int:
         write_key(arguments.file, key, replace=arguments.replace)
     except KeyFileError as error:
         print(error, file=sys.stderr)
-        return 1
+        return 1 if isinstance(error.__cause__, OSError) else 2
     print(f"{arguments.file}: made, fingerprint {fingerprint(key)}")
     print("copy it to the other side by a way that you trust; its fingerprint there must be the same")
     return 0
@@ -57,7 +57,7 @@ def _check(arguments: argparse.Namespace) -> int:
             print(f"{path}: good, fingerprint {fingerprint(read_key(path))}")
         except KeyFileError as error:
             print(error, file=sys.stderr)
-            status = 1
+            status = 2
     return status
 
 
@@ -66,6 +66,6 @@ def _show(arguments: argparse.Namespace) -> int:
         key = read_key(arguments.file)
     except KeyFileError as error:
         print(error, file=sys.stderr)
-        return 1
+        return 2
     print(key.hex() if arguments.form == "hex" else base64.b64encode(key).decode())
     return 0

@@ -6,6 +6,8 @@ Changes only what the profile names, verifies, and refuses models that it does n
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import sys
 from typing import Any
 
@@ -38,8 +40,14 @@ def _guarded(arguments: argparse.Namespace) -> int:
     try:
         return int(arguments.action(arguments))
     except ModuleError as error:
-        print(f"companion lora: {error}", file=sys.stderr)
+        print(f"companion lora: {_plain(str(error), arguments.port)}", file=sys.stderr)
         return 1
+
+
+def _plain(text: str, port: str) -> str:
+    """A module's complaint; of a port that cannot be opened the reason alone, which the library tells twice with its number."""
+    numbers = re.findall(r"\[Errno (\d+)\]", text)
+    return f"{port}: {os.strerror(int(numbers[-1]))}" if numbers else text
 
 
 def _open(arguments: argparse.Namespace) -> ModulePort:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 from companion.commands import plan_link
+from companion.commands.numbers import number, positive
 from companion.commands.plan_draw import ascii_map, svg_map
 from companion.commands.plan_explain import explain, refusals
 from companion.commands.plan_json import send_json
@@ -28,6 +30,8 @@ from mavlink_bridge.plan_mapping import compile_items
 from mavlink_bridge.plan_rules import DEFAULT_LIMITS, PlanLimits
 from mavlink_bridge.planfile import PlanFile, PlanFileError, read_plan, write_plan, write_wpl
 
+_OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
+_WPL: Final = (".txt", ".waypoints", ".wpl")
 DEFAULT_URL: Final = "udpin://0.0.0.0:14540"
 
 
@@ -52,26 +56,29 @@ def _register_files(actions: Any) -> None:
     extract.add_argument("out", type=Path, help="a plan file; or F.params for the vehicle's parameters")
     make = _add(actions, "make", _make, "write a plan of waypoints or one loiter")
     make.add_argument("out", type=Path)
+    make._negative_number_matcher = re.compile(r"-[\d.]")  # argparse takes -41.5,8.7 for an option
     make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
-    make.add_argument("--kind", choices=[kind.value for kind in LoiterKind], default="circular")
-    make.add_argument("--radius", type=float, metavar="M")
-    make.add_argument("--length", type=float, metavar="M")
-    make.add_argument("--bearing", type=float, metavar="DEG", help="long axis, from north")
-    make.add_argument("--duration", type=float, metavar="S", help="from reaching the path; without: for ever")
+    make.add_argument("--kind", choices=[kind.value for kind in LoiterKind], help="of a loiter; circular")
+    make.add_argument("--radius", type=positive, metavar="M")
+    make.add_argument("--length", type=positive, metavar="M")
+    make.add_argument("--bearing", type=number(), metavar="DEG", help="long axis, from north")
+    make.add_argument("--duration", type=positive, metavar="S", help="from reaching the path; without: for ever")
     make.add_argument("--ccw", action="store_true", help="turn to port")
-    make.add_argument("--speed", type=float, metavar="M/S")
+    make.add_argument("--speed", type=positive, metavar="M/S")
     send = _add(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
     send.add_argument("file", type=Path)
     send.add_argument("port", help="device, or an address such as serial:/dev/ttyUSB0?baud=9600")
-    send.add_argument("--wait", type=float, default=60.0, metavar="S", help="how long to wait for the answer")
+    send.add_argument("--wait", type=positive, default=60.0, metavar="S", help="how long to wait for the answer")
 
 
 def _register_vessel(actions: Any) -> None:
-    upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel")
+    upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel", _read_upload)
     upload.add_argument("file", type=Path)
     upload.add_argument("--start", action="store_true", help="arm and start it afterwards")
     upload.add_argument("--watch", action="store_true", help="stay until it has been sailed")
-    download = _vessel(actions, "download", _download, "fetch what the vessel has into a .plan or .txt file")
+    download = _vessel(
+        actions, "download", _download, "fetch what the vessel has into a .plan or .txt file", _check_download
+    )
     download.add_argument("out", type=Path)
     start = _vessel(actions, "start", _start, "arm and start the plan")
     start.add_argument("--no-arm", action="store_true")
@@ -88,16 +95,21 @@ def _add(actions: Any, name: str, run: Callable[[argparse.Namespace], int], text
 
 
 def _vessel(
-    actions: Any, name: str, run: Callable[[Any, argparse.Namespace], None], text: str
+    actions: Any,
+    name: str,
+    run: Callable[[Any, argparse.Namespace], None],
+    text: str,
+    first: Callable[[argparse.Namespace], None] = lambda arguments: None,
 ) -> argparse.ArgumentParser:
-    """An action that talks to the vessel."""
+    """An action that talks to the vessel. ``first`` judges the arguments before anything is opened."""
 
     def command(arguments: argparse.Namespace) -> int:
+        first(arguments)
         return plan_link.with_vessel(arguments.url, arguments.wait, lambda vessel: run(vessel, arguments))
 
     parser = _add(actions, name, command, text)
     parser.add_argument("--url", default=DEFAULT_URL, help="MAVSDK connection (default %(default)s)")
-    parser.add_argument("--wait", type=float, default=30.0, metavar="S", help="how long to look for the vessel")
+    parser.add_argument("--wait", type=positive, default=30.0, metavar="S", help="how long to look for the vessel")
     return parser
 
 
@@ -150,11 +162,19 @@ def _check(arguments: argparse.Namespace) -> int:
     return 1 if refused else 0
 
 
+def check_ending(out: Path) -> None:
+    """Raise ConfigError for a name whose end says no format."""
+    if out.suffix.lower() not in (".plan", ".json", *_WPL):
+        mend = f"end it in .plan (QGroundControl), .json (the seed's) or {', '.join(_WPL)} (WPL 110)"
+        raise ConfigError(str(out), [f"{out.suffix or 'no ending'}: no plan format; {mend}"])
+
+
 def write_file(plan: PlanFile, out: Path) -> None:
-    """Write a plan in the format that the name's end says: .plan, .json (the seed's), anything else WPL 110."""
-    if out.suffix == ".plan":
+    """Write a plan in the format that the name's end says. Raises ConfigError for another end."""
+    check_ending(out)
+    if out.suffix.lower() == ".plan":
         out.write_text(write_plan(plan), encoding="utf-8")
-    elif out.suffix == ".json":
+    elif out.suffix.lower() == ".json":
         out.write_text(_seed_text(plan, out.stem), encoding="utf-8")
     else:
         out.write_text(write_wpl(plan), encoding="utf-8")
@@ -179,6 +199,7 @@ def _seed_text(plan: PlanFile, name: str) -> str:
 
 
 def _convert(arguments: argparse.Namespace) -> int:
+    check_ending(arguments.out)
     plan = read_file(arguments.file)
     try:
         write_file(plan, arguments.out)
@@ -191,25 +212,39 @@ def _convert(arguments: argparse.Namespace) -> int:
 
 def _extract(arguments: argparse.Namespace) -> int:
     source: Path = arguments.file
+    wants_params = arguments.out.suffix == ".params"
+    if not wants_params:
+        check_ending(arguments.out)
     try:
-        if arguments.out.suffix == ".params":
-            return _extract_params(source, arguments.out)
-        plan = plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
+        found = _params(source) if wants_params else _transferred(source)
     except OSError as error:
         raise ConfigError(str(source), [error.strerror or str(error)]) from None
-    if not (plan.mission or plan.fence or plan.rally):
-        print(f"{arguments.file}: no complete plan was transferred in this log", file=sys.stderr)
+    if isinstance(found, str):
+        return _write_params(found, source, arguments.out)
+    if not (found.mission or found.fence or found.rally):
+        print(f"{source}: no complete plan was transferred in this log", file=sys.stderr)
         return 1
-    write_file(plan, arguments.out)
-    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    write_file(found, arguments.out)
+    print(f"{arguments.out}: {len(found.mission)} items, fence {len(found.fence)}, rally {len(found.rally)}")
     return 0
 
 
-def _extract_params(source: Path, out: Path) -> int:
+def _transferred(source: Path) -> PlanFile:
+    return plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
+
+
+def _params(source: Path) -> str:
     parts = parts_of(source / "mavlink.tlog") if source.is_dir() else [source]
-    text = params_from_tlog(b"".join(part.read_bytes() for part in parts))
+    if not parts:
+        raise ConfigError(str(source), ["holds no telemetry log"])
+    return params_from_tlog(b"".join(part.read_bytes() for part in parts))
+
+
+def _write_params(text: str, source: Path, out: Path) -> int:
     if not text:
-        print(f"{source}: no vehicle told its parameters in this log", file=sys.stderr)
+        print(
+            f"{source}: no vehicle told its parameters in this log, and no station fetched them whole", file=sys.stderr
+        )
         return 1
     out.write_text(text, encoding="utf-8")
     print(f"{out}: {text.count(chr(10)) - 1} parameters")
@@ -218,6 +253,14 @@ def _extract_params(source: Path, out: Path) -> int:
 
 def _make(arguments: argparse.Namespace) -> int:
     points, speed = arguments.points, arguments.speed
+    check_ending(arguments.out)
+    strange = [
+        f"--{name}: is for a loiter; leave it out, or give one point"
+        for name in _OF_A_LOITER
+        if getattr(arguments, name)
+    ]
+    if len(points) > 1 and strange:
+        raise ConfigError("plan make", strange)
     if len(points) > 1:
         maneuvers: list[Any] = [Goto(seq, lat, lon, speed_mps=speed) for seq, (lat, lon) in enumerate(points)]
     else:
@@ -235,7 +278,7 @@ def _make(arguments: argparse.Namespace) -> int:
 
 
 def _loiter(arguments: argparse.Namespace, point: tuple[float, float]) -> Loiter:
-    kind = LoiterKind(arguments.kind)
+    kind = LoiterKind(arguments.kind or LoiterKind.CIRCULAR)
     hover = kind is LoiterKind.HOVER
     return Loiter(
         0,
@@ -264,11 +307,18 @@ def _send_json(arguments: argparse.Namespace) -> int:
 # The vessel
 
 
+def _read_upload(arguments: argparse.Namespace) -> None:
+    arguments.plan = read_file(arguments.file)
+
+
 def _upload(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
-    plan = read_file(arguments.file)
-    vessel.upload(plan)
+    vessel.upload(arguments.plan)
     if arguments.start or arguments.watch:
         _go(vessel, arm=True, watch=arguments.watch)
+
+
+def _check_download(arguments: argparse.Namespace) -> None:
+    check_ending(arguments.out)
 
 
 def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from companion.io.link import Link, Received
+from companion.io.link import Link, Opened, Received
 from companion.io.links import open_link
 
 RESEND_S = 8.0
@@ -15,6 +15,8 @@ RESEND_S = 8.0
 QUIET_S = 4.0
 """Silence after which the air counts as free."""
 GAP_S = 0.3
+SETTLE_S = 1.5
+"""The port is given so long to open before its state is told."""
 
 
 def send_json(data: bytes, port: str, wait_s: float) -> int:
@@ -31,6 +33,7 @@ def send_json(data: bytes, port: str, wait_s: float) -> int:
 
 
 def _converse(link: Link, plan: bytes, wait_s: float) -> int:
+    is_open, told = False, False
     began_s = heard_s = time.monotonic()
     sent_s: float | None = None
     rest, heard = b"", b""
@@ -38,6 +41,11 @@ def _converse(link: Link, plan: bytes, wait_s: float) -> int:
         for event in link.poll(round(now_s * 1e6)):
             if isinstance(event, Received):
                 heard, heard_s = heard + event.data, now_s
+            else:
+                is_open = isinstance(event, Opened)
+        if not is_open and not told and now_s - began_s >= SETTLE_S:
+            told = True
+            print(f"{link.describe()}; tried again for {wait_s:g} s", file=sys.stderr, flush=True)
         *lines, heard = heard.split(b"\n")
         for line in lines:
             print(line.decode(errors="replace"))
@@ -51,7 +59,8 @@ def _converse(link: Link, plan: bytes, wait_s: float) -> int:
         if rest:
             rest = rest[link.write(0, rest) :]
         time.sleep(0.02)
-    print("the port never took the plan" if rest else f"no answer in {wait_s:g} s", file=sys.stderr)
+    taken = is_open and not rest
+    print(f"no answer in {wait_s:g} s" if taken else "the port never took the plan", file=sys.stderr)
     return 1
 
 

@@ -7,6 +7,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
+from companion.commands.plan_params import PackedParams
 from companion.io.log_file import parts_of
 from companion.report.from_run import read_run
 from mavlink_bridge import tlog
@@ -78,8 +79,12 @@ def plan_from_run(run_dir: Path) -> PlanFile:
 
 
 def params_from_tlog(data: bytes) -> str:
-    """Every parameter that a vehicle told of itself, its last value, as QGroundControl's parameter file; empty without any."""
+    """Every parameter that a vehicle told of itself, its last value, as QGroundControl's parameter file; empty without any.
+
+    Told one by one, or fetched as one file.
+    """
     found: dict[tuple[int, int, str], tuple[float, int]] = {}
+    packed = PackedParams()
     bytewise: set[int] = set()
     for record in tlog.iterate(data):
         if record.frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
@@ -90,6 +95,11 @@ def params_from_tlog(data: bytes) -> str:
             if message is not None:
                 key = (record.frame.system, record.frame.component, message.param_id)
                 found[key] = message.param_value, message.param_type
+        elif record.frame.message_id == dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
+            message = decode(record.frame)
+            sender = (record.frame.system, record.frame.component)
+            values = packed.take(sender, message) if message is not None else None
+            found.update({(*sender, name): value for name, value in (values or {}).items()})
     lines = [
         f"{system}\t{component}\t{name}\t{_number(value, kind, system in bytewise)}\t{kind}"
         for (system, component, name), (value, kind) in sorted(found.items())

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import importlib.util
-import sys
 from pathlib import Path
 from typing import Any
 
 from companion.commands import MissingExtraError
+from companion.commands.numbers import number
 from companion.report.flight import Flight
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
@@ -32,12 +32,9 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Write the report and print the summary; exit status 0, 1 when there is nothing to read, 2 wrong usage."""
+    """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
     flight = read(arguments.source)
-    if flight is None:
-        print(f"{arguments.source}: neither a run directory nor a telemetry log", file=sys.stderr)
-        return 1
     if importlib.util.find_spec("matplotlib") is None:
         raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
     from companion.report import page, plots
@@ -56,11 +53,20 @@ def command(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def read(source: Path) -> Flight | None:
-    """Read a run directory or a telemetry log; None when it is neither."""
-    if source.is_dir():
-        return read_run(source) if any(source.glob("*.json*")) or any(source.glob("*.tlog")) else None
-    return read_tlog(source) if source.is_file() else None
+def read(source: Path) -> Flight:
+    """Read a run directory or a telemetry log. Raises ConfigError when it is neither."""
+    try:
+        if source.is_dir():
+            if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
+                raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
+            return read_run(source)
+        ours = source.name.startswith("mavlink") and (source.parent / "run.json").is_file()
+        flight = read_tlog(source, numbered=ours)
+    except OSError as error:
+        raise ConfigError(str(source), [f"cannot be read: {error.strerror or error}"]) from None
+    if "frames" not in flight.about:
+        raise ConfigError(str(source), ["holds no MAVLink frame: give a run directory or a telemetry log"])
+    return flight
 
 
 def default_output(source: Path) -> Path:
@@ -79,9 +85,9 @@ def read_limits(changes: list[str]) -> Limits:
     for item in changes:
         name, _, text = item.partition("=")
         try:
-            values[name] = float(text)
-        except ValueError:
-            mistakes.append(f"--limit {item}: write it as name=number")
+            values[name] = number(0.0)(text)
+        except argparse.ArgumentTypeError:
+            mistakes.append(f"--limit {item}: write it as name=number, the number 0 or more")
         if name not in _limit_names():
             mistakes.append(f"--limit {item}: no such limit; known: {', '.join(_limit_names())}")
     if mistakes:

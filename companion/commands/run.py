@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.build import build_app, in_run_dir
+from companion.commands.numbers import positive
 from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
 from companion.configuration import vessel_settings
 from companion.facade import software_version
@@ -32,14 +33,14 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--run-dir", type=Path, help="where this run is recorded (default: a new one in record.directory)"
     )
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--status", action="store_true", help="show a status on the terminal")
     parser.set_defaults(run=command)
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM; neutral is written last."""
-    settings = vessel_settings(arguments.config, arguments.set)
+    settings = vessel_settings(arguments.config, arguments.set, to_sail=True)
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
@@ -57,7 +58,7 @@ def command(arguments: argparse.Namespace) -> int:
         )
         recording = Recording(recorder, clock.utc_us)
     app = build_app(settings, store=store, recording=recording, about=about)
-    log.info("running %s; recorded in %s", settings.system.name, run_dir if recording else "nothing")
+    log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
@@ -67,6 +68,14 @@ def command(arguments: argparse.Namespace) -> int:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:
         writer.close()
+
+
+def _recorded(recording: Recording | None, run_dir: Path) -> str:
+    """Where the run can be found afterwards, or that it cannot."""
+    if recording is None:
+        return "recorded in nothing"
+    problems = [text for _, text in recording.recorder.texts]
+    return f"NOT recorded in {run_dir}: {'; '.join(problems)}" if problems else f"recorded in {run_dir}"
 
 
 def _make_room(record: RecordConfig) -> None:

@@ -22,6 +22,8 @@ TEXTS_KEPT: Final = 6
 _NONE: Final = "–"
 _SETTLE_US: Final = 2_000_000
 """Links are given so long to open before one that is not open counts as missing."""
+_KEEPERS: Final = ("Recorder", "Store")
+"""Whose trouble costs what a run should leave behind, and is seen on no device."""
 _DEVICES: Final = frozenset({"nmea", "actuators", "radio"})
 """Kinds of links that ought to be open; an endpoint may well have nobody at its other end."""
 
@@ -36,15 +38,22 @@ class View(Protocol):
 
 
 class LinkNotes:
-    """Says in the log which device is missing, and when it is back: what a service's journal should hold."""
+    """Says in the log which device is missing, when it is back, and what is not kept: what a service's journal should hold.
 
-    def __init__(self) -> None:
+    ``texts`` False: somebody else shows the vessel's own words.
+    """
+
+    def __init__(self, *, texts: bool = True) -> None:
+        self._texts = texts
         self._since_us: int | None = None
         self._seen: tuple[LinkHealth, ...] = ()
         self._open: dict[str, bool] = {}
 
     def update(self, snapshot: Snapshot) -> None:
         """Take one tick's picture."""
+        for text in snapshot.texts if self._texts else ():
+            if text.severity <= Severity.WARNING and text.text.startswith(_KEEPERS):
+                log.warning("%s", text.text)
         if self._since_us is None:
             self._since_us = snapshot.t_us
         if snapshot.links is self._seen or snapshot.t_us - self._since_us < _SETTLE_US:
@@ -85,7 +94,7 @@ class StatusView:
         self._due_us = 0
         self._texts: list[LogText] = []
         self._airtime = airtime or (lambda now_us: "")
-        self._notes = LinkNotes()
+        self._notes = LinkNotes(texts=False)
         self._live: Any = None
 
     def update(self, snapshot: Snapshot) -> None:
@@ -187,6 +196,8 @@ def line(s: Snapshot) -> str:
     ]
     if s.action > Action.NONE:
         parts.append(f"{s.action.name}: {', '.join(s.causes)}")
+    if _not_ready(s):
+        parts.append(f"not ready: {_not_ready(s)}")
     return "  ".join(parts)
 
 
@@ -227,6 +238,8 @@ def rows(s: Snapshot, airtime: str = "") -> list[tuple[str, str, str]]:
             "green" if s.action is Action.NONE else "yellow" if s.action is Action.WARN else "red",
         ),
     ]
+    if _not_ready(s):
+        found.append(("Not ready", _not_ready(s), "yellow"))
     if airtime:
         found.append(("Airtime", airtime, ""))
     found += [(f"Link {link.name}", _link(link), "green" if link.is_open else "red") for link in s.links]
@@ -266,9 +279,13 @@ def _plan(s: Snapshot) -> str:
 
 def _failsafe(s: Snapshot) -> str:
     if s.action is Action.NONE:
-        reasons = "" if s.armed or s.health.prearm_ok else f"; not ready: {'; '.join(s.health.prearm_reasons[:2])}"
-        return f"none{reasons}"
+        return "none"
     return f"{s.action.name.lower()}: {', '.join(s.causes)}"
+
+
+def _not_ready(s: Snapshot) -> str:
+    """Everything that keeps the vessel from being armed."""
+    return "" if s.armed or s.health.prearm_ok else "; ".join(s.health.prearm_reasons)
 
 
 def _link(link: LinkHealth) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 from companion.io.recorder import write_json
 from companion.io.store import check, migrate, read_entries, write_entries
 from companion.io.store_content import SECTIONS, Entry, StoreContent, content_of, from_json, rows_of, to_json
+from companion.settings import ConfigError
 
 FORMAT = "usv-companion store 1"
 
@@ -36,29 +37,39 @@ def register(subparsers: Any) -> None:
     load.set_defaults(run=_import)
 
 
-def read_store(path: Path) -> StoreContent | None:
-    """Content of a store file, read only; None with a message when it is none."""
+def read_store(path: Path) -> StoreContent:
+    """Content of a store file, read only. Raises ConfigError when it is none."""
     if not path.is_file():
-        print(f"{path}: no such store", file=sys.stderr)
-        return None
+        raise ConfigError(str(path), ["no such store; the configuration's key store names it"])
     try:
         uri = f"{path.resolve().as_uri()}?mode=ro"
         with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
             check(connection)
+            _ours(connection)
             rows, damaged = read_entries(connection)
     except sqlite3.Error as error:
-        print(f"{path}: {error}", file=sys.stderr)
-        return None
+        raise ConfigError(str(path), [_no_store(error)]) from None
     content, strange = content_of(rows)
     for text in [*damaged, *(f"{name} is not understood" for name in strange)]:
         print(f"{path}: {text}", file=sys.stderr)
     return content
 
 
+def _ours(connection: sqlite3.Connection) -> None:
+    """Raise sqlite3.DatabaseError for a database that another program made."""
+    tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    if tables and "entry" not in tables:
+        raise sqlite3.DatabaseError(f"a database with {', '.join(sorted(tables))}")
+
+
+def _no_store(error: sqlite3.Error) -> str:
+    if isinstance(error, sqlite3.OperationalError) and "no such table" not in str(error):
+        return f"cannot be read: {error}"
+    return f"is no store of this program ({error})"
+
+
 def _show(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
-    if content is None:
-        return 1
     for kind, items in content.plans.items():
         print(f"{kind.name.lower():10} {len(items)} items")
     for name, value in content.params.items():
@@ -78,8 +89,6 @@ def _show(arguments: argparse.Namespace) -> int:
 
 def _export(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
-    if content is None:
-        return 1
     data = {"format": FORMAT, **to_json(content)}
     if arguments.file is None:
         print(json.dumps(data, indent=1, sort_keys=True))
@@ -100,14 +109,12 @@ def _import(arguments: argparse.Namespace) -> int:
             raise ValueError(f"not an export of this program ({FORMAT!r} expected)")
         rows = rows_of(from_json(data))
     except (OSError, ValueError, AttributeError, TypeError) as error:
-        print(f"{arguments.file}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
-        return 1
+        raise ConfigError(str(arguments.file), [getattr(error, "strerror", None) or str(error)]) from None
     wanted = sum(len(section) for section in data.values())
     if len(rows) < wanted:
-        print(
-            f"{arguments.file}: {wanted - len(rows)} entries are not understood; nothing was changed", file=sys.stderr
+        raise ConfigError(
+            str(arguments.file), [f"{wanted - len(rows)} entries are not understood; nothing was changed"]
         )
-        return 1
     entries = [Entry(section, key, body) for (section, key), body in rows.items()]
     if arguments.replace:
         entries = [Entry(section, "", None) for section in SECTIONS] + entries
@@ -118,14 +125,20 @@ def _import(arguments: argparse.Namespace) -> int:
 
 
 def write_store(path: Path, entries: Iterable[Entry]) -> bool:
-    """Write rows into a store file in one transaction; False with a message when that cannot be."""
+    """Write rows into a store file in one transaction; False with a message when that cannot be.
+
+    Raises ConfigError when the file is no store.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with contextlib.closing(sqlite3.connect(path, timeout=1.0, isolation_level=None)) as connection:
             check(connection)
+            _ours(connection)
             migrate(connection)
             write_entries(connection, entries)
     except (OSError, sqlite3.Error) as error:
+        if isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError):
+            raise ConfigError(str(path), [_no_store(error)]) from None
         hint = "; stop the vessel first" if "locked" in str(error) else ""
         print(f"{path}: {error}{hint}", file=sys.stderr)
         return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from companion.commands import MissingExtraError
+from companion.commands.numbers import number
 from companion.core.pid import PidGains
 from companion.core.steering import SteeringConfig
 from companion.core.vessel import VesselConfig
-from companion.settings import ConfigError, explain, load_vessel
+from companion.settings import ConfigError, explain, load_vessel, unreadable
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
+
+LEAST_FIT = 0.7
+"""Below it K and T are no description of the vessel: a loiter, or a record that the wind made."""
+MANOEUVRE = "sail a zig-zag, or say with --span where one is"
 
 
 def register(subparsers: Any) -> None:
@@ -30,13 +36,13 @@ def register(subparsers: Any) -> None:
     written.add_argument("-o", "--output", type=Path, metavar="F.toml", help="file for the gains; default: print them")
     drawn = _add(actions, "figures", figures, "root locus, Bode and sisotool pictures of the heading loop")
     drawn.add_argument("-o", "--output", type=Path, default=Path("tune"), metavar="DIR")
-    drawn.add_argument("--speed", type=float, default=1.5, metavar="MPS")
+    drawn.add_argument("--speed", type=number(0.1, 20.0), default=1.5, metavar="MPS")
     found = actions.add_parser("identify", help="K and T from a recorded step, turn or zig-zag")
     found.add_argument("record", type=Path, metavar="F.csv|RUN_DIR")
     found.add_argument(
         "--columns", nargs=3, metavar=("TIME", "INPUT", "RATE"), help="names, when they are not known ones"
     )
-    found.add_argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help="seconds of the record to use")
+    found.add_argument("--span", nargs=2, type=number(), metavar=("FROM", "TO"), help="seconds of the record to use")
     found.set_defaults(run=identify_record)
 
 
@@ -47,7 +53,7 @@ def _add(actions: Any, name: str, function: Any, text: str) -> argparse.Argument
         "--vessel", default="", help="a shipped vessel or a path; default: the configuration's, or otter"
     )
     parser.add_argument("--profile", choices=("model", "seed"), help="default: the configuration's")
-    parser.add_argument("--delay", type=float, default=0.15, metavar="S", help="delay in the loop")
+    parser.add_argument("--delay", type=number(0.0, 5.0), default=0.15, metavar="S", help="delay in the loop")
     parser.set_defaults(run=function)
     return parser
 
@@ -66,9 +72,9 @@ def _chosen(arguments: argparse.Namespace) -> tuple[SteeringConfig, VesselConfig
 def _read(path: Path) -> tuple[SteeringConfig, str]:
     """Take steering and vessel out of a configuration file of any kind (boat or simulation)."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
-        raise ConfigError(str(path), [f"cannot be read: {error}"]) from None
+        raise ConfigError(str(path), [unreadable(error)]) from None
     try:
         return SteeringConfig.model_validate(data.get("steering", {})), str(data.get("vessel", "otter"))
     except ValidationError as error:
@@ -151,7 +157,8 @@ def figures(arguments: argparse.Namespace) -> int:
         loop = seed_loop(steering, vessel, arguments.speed, steering.seed.heading_gains or PidGains(kp=1.8, kd=0.4))
     else:
         loop = model_loop(steering, vessel, arguments.speed)
-    for path in draw(loop, arguments.output, f"{vessel.name}, {profile}, {arguments.speed} m/s"):
+    title = f"{vessel.name}, {profile}, {arguments.speed:g} m/s, {arguments.delay:g} s of delay"
+    for path in draw(loop, arguments.output, title, arguments.delay):
         print(path)
     return 0
 
@@ -164,13 +171,19 @@ def identify_record(arguments: argparse.Namespace) -> int:
 
     try:
         times, inputs, rates = read_columns(arguments.record, arguments.columns)
-        if arguments.span:
-            kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
-            times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
-        found = identify(times, inputs, rates)
     except (OSError, ValueError) as error:
-        print(error)
+        raise ConfigError(str(arguments.record), [getattr(error, "strerror", None) or str(error)]) from None
+    if arguments.span:
+        kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
+        times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
+    try:
+        found = identify(times, inputs, rates)
+    except ValueError as error:
+        print(f"{arguments.record}: {error}; {MANOEUVRE}", file=sys.stderr)
         return 1
     print(f"K = {found.gain:.3f} rad/s per unit of input, T = {found.lag_s:.2f} s, bias {found.bias:+.4f} rad/s2")
     print(f"fit {100 * found.fit:.0f} %")
+    if found.fit < LEAST_FIT:
+        print(f"{arguments.record}: no usable manoeuvre; {MANOEUVRE}", file=sys.stderr)
+        return 1
     return 0

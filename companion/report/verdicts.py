@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 from companion.report.flight import Flight, Series, percentile, rms
+
+_AT_REST_MPS: Final = 0.1
+"""Slower than this is a receiver's noise."""
+_PAUSE_S: Final = 5.0
+"""A longer time between two speeds is a gap in the log."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +59,9 @@ def judge(flight: Flight, limits: Limits) -> list[Verdict]:
 
 def _figures(flight: Flight) -> Iterator[Verdict]:
     yield Verdict("Duration", clock(flight.duration_s))
-    track = flight.tracks.get("estimate")
-    if track:
-        yield Verdict("Distance sailed", f"{track_length_m(track.lat, track.lon):.0f} m")
+    sailed_m = distance_m(flight)
+    if sailed_m is not None:
+        yield Verdict("Distance sailed", f"{sailed_m:.0f} m")
     armed_s = flight.seconds_in("armed", ["armed"])
     if "armed" in flight.spans:
         yield Verdict("Armed", clock(armed_s))
@@ -107,7 +114,18 @@ def _depth(flight: Flight) -> Iterator[Verdict]:
         least, kept = min(altitude.known()), percentile(limit.known(), 0.5)
         yield Verdict("Least water under the keel", f"{least:.2f} m", f"≥ {kept:.2f} m", least >= kept)
     elif flight.series.get("depth_m"):
-        yield Verdict("Least depth", f"{min(flight.series['depth_m'].known()):.2f} m")
+        yield Verdict("Least depth", f"{least_depth_m(flight.series['depth_m']):.2f} m")
+
+
+def least_depth_m(depth: Series) -> float:
+    """The least depth that lasted: medians over each second, then over five of them, as a double echo or a fish is no bottom."""
+    seconds: dict[int, list[float]] = {}
+    for t_s, value in zip(depth.t, depth.v, strict=True):
+        if not math.isnan(value):
+            seconds.setdefault(int(t_s), []).append(value)
+    medians = [statistics.median(values) for _, values in sorted(seconds.items())]
+    width = min(5, len(medians))
+    return min(statistics.median(medians[at : at + width]) for at in range(len(medians) - width + 1))
 
 
 def _actuators(flight: Flight, limits: Limits) -> Iterator[Verdict]:
@@ -166,6 +184,19 @@ def offset_m(lat0: float, lon0: float, lat: float, lon: float) -> tuple[float, f
     per_lat = 111_132.954 - 559.822 * math.cos(2 * phi) + 1.175 * math.cos(4 * phi)
     per_lon = 111_412.84 * math.cos(phi) - 93.5 * math.cos(3 * phi)
     return (lat - lat0) * per_lat, (lon - lon0) * per_lon
+
+
+def distance_m(flight: Flight) -> float | None:
+    """Metres over ground: by the simulator's truth, else by the speed; a receiver's positions jitter, and their way only grows."""
+    truth = flight.tracks.get("truth")
+    if truth:
+        return track_length_m(truth.lat, truth.lon)
+    speed = flight.series.get("sog_mps") or flight.series.get("speed_mps")
+    if speed:
+        steps = zip(speed.v, speed.t, speed.t[1:], strict=False)
+        return sum(v * min(after - t, _PAUSE_S) for v, t, after in steps if v >= _AT_REST_MPS)
+    track = flight.tracks.get("estimate")
+    return track_length_m(track.lat, track.lon) if track else None
 
 
 def track_length_m(lat: list[float], lon: list[float]) -> float:

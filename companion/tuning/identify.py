@@ -40,15 +40,18 @@ def read_columns(path: Path, columns: Sequence[str] | None = None) -> tuple[list
     """
     if path.is_dir():
         path = path / ("truth.csv" if (path / "truth.csv").is_file() else "control.csv")
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.DictReader(file)
         names = list(rows.fieldnames or ())
         wanted = (
             tuple(columns) if columns else next((known for known in KNOWN_COLUMNS if set(known) <= set(names)), None)
         )
         if wanted is None or not set(wanted) <= set(names):
-            raise ValueError(f"{path.name}: name the columns of time, input and yaw rate; it has {', '.join(names)}")
+            told = f"it has {', '.join(names)}" if names else "it has none"
+            raise ValueError(f"name the columns of time, input and yaw rate with --columns; {told}")
         records = [tuple(float(row[name]) for name in wanted) for row in rows if all(row[name] for name in wanted)]
+    if not records:
+        raise ValueError(f"holds no row with {', '.join(wanted)}")
     scales = [math.pi / 180.0 if name.endswith(("_deg", "_dps")) else 1.0 for name in wanted]
     times, inputs, rates = zip(*records, strict=True)
     return list(times), [value * scales[1] for value in inputs], [value * scales[2] for value in rates]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
+import sqlite3
 import stat
 
 import pytest
@@ -65,16 +67,31 @@ def test_replace_forgets_the_rest_and_without_it_things_add_up(store, tmp_path):
 def test_what_is_no_export_changes_nothing(store, tmp_path, text, capsys):
     before = content(store)
     (tmp_path / "bad.json").write_text(text)
-    assert main(["store", "import", str(store), str(tmp_path / "bad.json"), "--replace"]) == 1
+    assert main(["store", "import", str(store), str(tmp_path / "bad.json"), "--replace"]) == 2
     assert "bad.json" in capsys.readouterr().err
     assert content(store) == before
 
 
-def test_a_missing_or_foreign_store_is_named(tmp_path, capsys):
-    assert main(["store", "show", str(tmp_path / "none.db")]) == 1
+def test_a_missing_or_foreign_store_is_named(store, tmp_path, capsys):
+    export = tmp_path / "good.json"
+    assert main(["store", "export", str(store), str(export)]) == 0
+    assert main(["store", "show", str(tmp_path / "none.db")]) == 2
     (tmp_path / "text.db").write_text("hello, this is text and no database, whatever its name says")
-    assert main(["store", "export", str(tmp_path / "text.db")]) == 1
-    assert "text.db" in capsys.readouterr().err
+    for words in (["export"], ["show"], ["import"]):
+        files = [str(tmp_path / "text.db"), *([str(export)] if words == ["import"] else [])]
+        assert main(["store", *words, *files]) == 2
+        told = capsys.readouterr().err
+        assert "text.db" in told
+        assert "is no store of this program" in told
+    other = tmp_path / "other.db"
+    with contextlib.closing(sqlite3.connect(other)) as made:
+        made.execute("CREATE TABLE stamps (country TEXT)")
+        made.commit()
+    before = other.read_bytes()
+    assert main(["store", "show", str(other)]) == 2
+    assert main(["store", "import", str(other), str(export)]) == 2
+    assert capsys.readouterr().err.count("is no store of this program (a database with stamps)") == 2
+    assert other.read_bytes() == before
 
 
 def test_an_export_to_standard_output_is_json(store, capsys):
@@ -98,7 +115,7 @@ def test_a_made_key_is_private_and_differs_each_time(tmp_path, capsys):
 def test_a_key_is_not_overwritten_by_accident(tmp_path):
     assert main(["keys", "make", str(tmp_path / "a")]) == 0
     key = read_key(tmp_path / "a")
-    assert main(["keys", "make", str(tmp_path / "a")]) == 1
+    assert main(["keys", "make", str(tmp_path / "a")]) == 2
     assert read_key(tmp_path / "a") == key
     assert main(["keys", "make", str(tmp_path / "a"), "--replace"]) == 0
     assert read_key(tmp_path / "a") != key
@@ -109,7 +126,7 @@ def test_a_passphrase_gives_the_ground_stations_key(tmp_path, monkeypatch):
     assert main(["keys", "make", str(tmp_path / "a"), "--passphrase"]) == 0
     assert read_key(tmp_path / "a") == from_passphrase("correct horse battery")
     monkeypatch.setattr("sys.stdin", io.StringIO("short\n"))
-    assert main(["keys", "make", str(tmp_path / "b"), "--passphrase"]) == 1
+    assert main(["keys", "make", str(tmp_path / "b"), "--passphrase"]) == 2
     assert not (tmp_path / "b").exists()
 
 

@@ -89,3 +89,147 @@ def test_a_missing_key_hides_nothing_but_what_hangs_on_it(tmp_path: Path) -> Non
     with pytest.raises(ConfigError, match="name: missing") as caught:
         vessel_settings(path, ())
     assert len(caught.value.mistakes) == 1
+
+
+SAILED = """
+[steering]
+profile = "{profile}"
+[depth.map]
+file = "{chart}"
+[radio]
+url = "/dev/ttyUSB0"
+protocol = "compact"
+[[sensors]]
+url = "tcp://127.0.0.1:3000"
+nmea.sentences = "GGA, FOO"
+[[endpoints]]
+name = "one"
+url = "tcp-listen://127.0.0.1:5760"
+[[endpoints]]
+name = "two"
+url = "tcp-listen://0.0.0.0:5760"
+link_class = "telemetry"
+"""
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize(
+    ("profile", "told"),
+    [
+        ("seed", "set steering.seed.heading_gains and steering.seed.speed_gains"),
+        ("foo", "use 'seed', 'model' or 'module:Class'"),
+        ("nomod:Class", "cannot be loaded: No module named 'nomod'"),
+        ("os:getcwd", "cannot be made: TypeError"),
+        ("companion.core.handling:Handling", "cannot be made: "),
+    ],
+)
+def test_what_would_end_a_run_is_told_before_it(
+    command: str,
+    profile: str,
+    told: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    chart = tmp_path / "chart.xyz"
+    chart.write_bytes(bytes(range(256)))
+    path = tmp_path / "boat.toml"
+    path.write_text(SAILED.format(profile=profile, chart=chart))
+    assert main([command, str(path)]) == 2
+    said = capsys.readouterr().err
+    assert f"steering.profile = '{profile}': " in said
+    assert told in said
+    assert f"depth.map.file = '{chart}': holds no text" in said
+    assert "radio.key_file is empty" in said
+    assert "sensors.0.nmea.sentences = 'GGA, FOO': no sentence FOO here" in said
+    assert "endpoints.1.url = 'tcp-listen://0.0.0.0:5760': endpoints.0.url listens on port 5760 already" in said
+    assert "5 mistake(s)" in said
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["boat.toml", "chart.xyz"]
+
+
+@pytest.mark.parametrize(("chart", "told"), [("nowhere.xyz", "No such file"), (".", "Is a directory")])
+def test_a_chart_that_is_not_there_is_told(
+    chart: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [str(config.path("boat.toml")), "--set", f"depth.map.file={tmp_path / chart}"]
+    assert main(["check", *words]) == 2
+    assert f"depth.map.file = '{tmp_path / chart}': {told}" in capsys.readouterr().err
+
+
+def test_a_key_may_be_made_later_but_not_after_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shore, vessel = str(config.path("gateway.toml")), str(config.path("boat.toml"))
+    radio = ["radio.url=serial:/dev/ttyUSB0", "radio.protocol=compact", "radio.key_file=radio.key"]
+    sets = [word for item in radio for word in ("--set", item)]
+    assert main(["check", vessel, *sets]) == 0
+    assert main(["check", shore]) == 0
+    capsys.readouterr()
+    assert main(["run", vessel, *sets]) == 2
+    assert main(["gateway", shore, "--set", "system_id=0"]) == 2
+    assert list(tmp_path.iterdir()) == []
+    said = capsys.readouterr().err
+    assert "radio.key_file = 'radio.key': No such file or directory" in said
+    assert "\n  key_file = 'radio.key': No such file or directory" in said
+
+
+def test_a_mistake_in_the_hulls_file_is_told_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hull = tmp_path / "my-hull.toml"
+    hull.write_text("length_m = -1\n")
+    assert main(["check", str(config.path("boat.toml")), "--set", f"vessel={hull}"]) == 2
+    assert f"{hull}: length_m: no such key" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        ('failsafe.gcs_action="none"', "failsafe.gcs_action = none: must be at least warn"),
+        ('failsafe.gcs_action="DISARM"', "failsafe.gcs_action = disarm: must be at most stop"),
+        ("endpoints={}", "endpoints = a table: must be a list"),
+        ("depth.map=[]", "depth.map = a list: must be a table"),
+        ("system=3", "system = 3: must be a table"),
+        ("system.name=[]", "system.name = a list: must be a text, in quotes"),
+        ("system.tick_hz=x", "system.tick_hz = 'x': must be a whole number"),
+        ("depth.enabled=perhaps", "depth.enabled = 'perhaps': must be true or false"),
+        ("depth.min_altitude_m=nan", "depth.min_altitude_m = nan: must be a number"),
+    ],
+)
+def test_a_wrong_kind_of_value_is_told_in_the_files_own_words(
+    override: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(config.path("boat.toml")), "--set", override]) == 2
+    assert f"  {told}\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["boat.toml", "gateway.toml"])
+def test_a_file_with_a_byte_order_mark_is_read(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / name
+    path.write_text(config.path(name).read_text("utf-8"), "utf-8-sig")
+    assert main(["check", str(path)]) == 0
+    assert ": good" in capsys.readouterr().out
+
+
+def test_the_hull_of_the_world_is_judged_by_its_own_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sim", "--set", "world.vessel=submarine", "--set", "system.system_id=0"]) == 2
+    said = capsys.readouterr().err
+    assert "  world.vessel = 'submarine': no such file" in said
+    assert "2 mistake(s)" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [["check"], ["sim", "--campaign"], ["sim", "--scenario"], ["tune", "margins"]])
+def test_a_file_that_cannot_be_read_is_told_without_numbers(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    assert main([*words, str(tmp_path / "folder.toml")]) == 2
+    assert "Errno" not in capsys.readouterr().err
+    noise = tmp_path / "noise.toml"
+    noise.write_bytes(b"a = '\xff'")
+    assert main([*words, str(noise)]) == 2
+    assert "noise.toml" in capsys.readouterr().err

@@ -123,17 +123,17 @@ def test_bad_files_change_nothing_and_are_told(store, tmp_path, capsys, name, te
     if text is not None:
         (tmp_path / name).write_text(text)
     before = content(store)
-    assert main(["depth", "import", str(store), str(tmp_path / name)]) == 1
+    assert main(["depth", "import", str(store), str(tmp_path / name)]) == 2
     assert said in capsys.readouterr().err
     assert content(store) == before
 
 
 def test_wrong_stores_and_targets_are_told(store, tmp_path, capsys):
     for words in (["show", "none.db"], ["export", "none.db"], ["forget", "none.db", "--all"]):
-        assert main(["depth", *words]) == 1
+        assert main(["depth", *words]) == 2
         assert "no such store" in capsys.readouterr().err
     (tmp_path / "noise.db").write_bytes(b"noise" * 100)
     (tmp_path / "a.xyz").write_text("-8.7 41.2 5\n")
-    assert main(["depth", "import", str(tmp_path / "noise.db"), str(tmp_path / "a.xyz")]) == 1
+    assert main(["depth", "import", str(tmp_path / "noise.db"), str(tmp_path / "a.xyz")]) == 2
     assert main(["depth", "export", str(store), str(tmp_path / "none" / "a.xyz")]) == 1
     assert main(["depth", "import", str(store), str(tmp_path / "a.xyz"), "--cell", "0.1"]) == 2

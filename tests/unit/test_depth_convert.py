@@ -70,7 +70,7 @@ def test_heights_become_depths_at_the_middle_of_their_cells(tmp_path):
 
 def test_the_sign_is_read_or_asked_for_and_never_guessed(tmp_path, capsys):
     plain = geotiff(tmp_path / "plain.tif")
-    assert convert(plain, tmp_path / "out.xyz") == 1
+    assert convert(plain, tmp_path / "out.xyz") == 2
     assert "--positive up or --positive down" in capsys.readouterr().err
     assert not list(tmp_path.glob("*out*")), "no half file"
     for number, said in enumerate(
@@ -83,7 +83,7 @@ def test_the_sign_is_read_or_asked_for_and_never_guessed(tmp_path, capsys):
     assert convert(chart, tmp_path / "out.xyz") == 0
     assert depths(tmp_path / "out.xyz")[0][2] == 5.0
     both = geotiff(tmp_path / "both.tif", [[5.0]], tags={"long_name": "height or depth"})
-    assert convert(both, tmp_path / "out.xyz") == 1
+    assert convert(both, tmp_path / "out.xyz") == 2
 
 
 def test_datum_unit_scale_and_a_second_nodata_value(tmp_path, capsys):
@@ -91,7 +91,7 @@ def test_datum_unit_scale_and_a_second_nodata_value(tmp_path, capsys):
     assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--datum", "-2", "--nodata", "999") == 0
     assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [pytest.approx(51.0 * 0.3048 - 2.0, abs=0.01)]
     strange = geotiff(tmp_path / "b.tif", [[5.0]], unit="furlong")
-    assert convert(strange, tmp_path / "out.xyz", "--positive", "down") == 1
+    assert convert(strange, tmp_path / "out.xyz", "--positive", "down") == 2
     assert "--unit" in capsys.readouterr().err
     assert convert(strange, tmp_path / "out.xyz", "--positive", "down", "--unit", "dm") == 0
     assert depths(tmp_path / "out.xyz")[0][2] == 0.5
@@ -119,10 +119,10 @@ def test_projected_charts_end_up_where_they_belong(tmp_path, crs, origin, place)
 
 def test_without_a_coordinate_system_it_asks_for_one(tmp_path, capsys):
     chart = geotiff(tmp_path / "c.tif", [[5.0]], crs=None)
-    assert convert(chart, tmp_path / "out.xyz", "--positive", "down") == 1
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down") == 2
     assert "--crs" in capsys.readouterr().err
     assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--crs", "EPSG:4326") == 0
-    assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--crs", "nonsense") == 1
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--crs", "nonsense") == 2
     with (
         pytest.warns(rasterio.errors.NotGeoreferencedWarning),
         rasterio.open(
@@ -130,7 +130,7 @@ def test_without_a_coordinate_system_it_asks_for_one(tmp_path, capsys):
         ) as nowhere,
     ):
         nowhere.write(numpy.array([[5.0]], dtype="float32"), 1)
-    assert convert(tmp_path / "nowhere.tif", tmp_path / "out.xyz", "--positive", "down") == 1
+    assert convert(tmp_path / "nowhere.tif", tmp_path / "out.xyz", "--positive", "down") == 2
     assert "not georeferenced" in capsys.readouterr().err
 
 
@@ -142,9 +142,9 @@ def test_netcdf_by_its_attributes_and_variables(tmp_path, capsys):
     with rasterio.open(tmp_path / "two.tif", "w", **{**_profile(tif), "count": 2}) as two:
         two.write(numpy.array([[[5.0, 5.0], [5.0, 5.0]], [[6.0, 6.0], [6.0, 6.0]]], dtype="float32"))
     copy_chart(tmp_path / "two.tif", tmp_path / "two.nc", driver="netCDF")
-    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down") == 1
+    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down") == 2
     assert "--variable: Band1, Band2" in capsys.readouterr().err
-    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down", "--variable", "Band3") == 1
+    assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down", "--variable", "Band3") == 2
     assert convert(tmp_path / "two.nc", tmp_path / "out.xyz", "--positive", "down", "--variable", "Band2") == 0
     assert {depth for *_, depth in depths(tmp_path / "out.xyz")} == {6.0}
 
@@ -187,7 +187,7 @@ def test_mistakes_are_told_in_a_line(tmp_path, capsys):
         ((chart, tmp_path / "o.xyz", "--band", "2"), "no band 2"),
         ((chart, tmp_path / "none" / "o.xyz"), "No such file"),
     ):
-        assert convert(*arguments, "--positive", "down") == 1
+        assert convert(*arguments, "--positive", "down") == (1 if said == "No such file" else 2)
         told = capsys.readouterr().err
         assert said in told
         assert "Traceback" not in told

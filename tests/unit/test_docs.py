@@ -119,3 +119,35 @@ def test_the_unit_feeds_the_watchdog_and_never_stays_dead():
     unit = (REPO / "config" / "system" / "usv-companion.service").read_text()
     for line in ("Type=notify", "WatchdogSec=2", "Restart=always", "StartLimitIntervalSec=0", "ProtectSystem=strict"):
         assert line in unit
+
+
+def test_the_scenario_in_its_page_holds_as_printed(tmp_path, capsys):
+    text = (DOCS / "SCENARIOS.md").read_text(encoding="utf-8")
+    (block,) = [
+        found for found in re.findall(r"^```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE) if "[scenario]" in found
+    ]
+    (tmp_path / "printed.toml").write_text(block, encoding="utf-8")
+    assert cli.main(["sim", "--scenario", str(tmp_path / "printed.toml")]) == 0
+    assert capsys.readouterr().out.splitlines()[-2] == "passed"
+
+
+def test_the_page_of_the_configuration_knows_the_world_and_the_gateway():
+    text = (DOCS / "CONFIGURATION.md").read_text(encoding="utf-8")
+    tables = dict(re.findall(r"^## \[?([^\]\n]*)\]?\n(.*?)(?=^#|\Z)", text, re.DOTALL | re.MULTILINE))
+    assert "`current_mps`" in tables["world.water"]
+    assert "`vessel_config`" in tables["At the top of a gateway's file"]
+    assert "`delay_s`" in tables["failsafe.conditions.NAME"]
+    assert "| `gcs_action` | `warn`, `hold`, `return`, `stop` |" in tables["failsafe"]
+    assert "<" not in "".join(row.split("|")[2] for row in text.splitlines() if row.startswith("| `"))
+
+
+def test_keys_that_pages_give_an_endpoint_exist():
+    text = (DOCS / "GROUND-STATIONS.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([a-z_]+)` of an endpoint", text)
+    assert all(f"endpoints.{name}" in KEYS for name in named)
+
+
+def test_every_file_of_a_run_is_named():
+    text = (DOCS / "RECORDINGS.md").read_text(encoding="utf-8")
+    for name in ("run.json", "mavlink.tlog", "inputs.bin", "events.jsonl", "control.csv", "truth.csv", "board.csv"):
+        assert f"| `{name}` |" in text

@@ -50,10 +50,22 @@ def test_ages_can_be_set_and_taken_back():
     assert explain.play(["0:armed,manual_age_s=9", "1:manual_age_s"], FailsafeConfig(), 1.0)[-1].endswith("(all well)")
 
 
-@pytest.mark.parametrize("word", ["0:gps", "x:armed"])
+@pytest.mark.parametrize(
+    "word", ["0:gps", "x:armed", "inf:", "nan:armed", "1e9:armed", "-1:armed", "0:armed=abc", "0:gcs_age_s=nan"]
+)
 def test_what_is_no_event_is_named(capsys, word):
-    assert run("--play", word) == 2
-    assert word.partition(":")[2] in capsys.readouterr().out
+    words = ["--play=" + word] if word.startswith("-") else ["--play", word]
+    assert run(*words) == 2
+    told = capsys.readouterr().err
+    assert word.partition(":")[2].partition("=")[0] in told
+    assert told.count("\n") == 1
+
+
+def test_all_that_is_no_event_is_named_at_once(capsys):
+    assert run("--play", "0:gps", "1:armed", "nan:armed") == 2
+    told = capsys.readouterr().err
+    assert "'gps' is no flag" in told
+    assert "'nan:armed': SECONDS:FLAG expected, seconds from 0 to 36000" in told
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)

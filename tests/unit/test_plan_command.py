@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 
 import pytest
 
@@ -154,3 +155,61 @@ def test_commands_on_files_do_not_load_mavsdk(tmp_path):
     before = set(sys.modules)
     assert plan("make", tmp_path / "a.plan", PLACE) == 0
     assert not any(name.startswith("mavsdk") for name in set(sys.modules) - before)
+
+
+@pytest.mark.parametrize("point", ["-41.5,8.7", "-0.5,-8.7", "-.5,8.7"])
+def test_a_place_south_of_the_equator_is_a_place(point, tmp_path, capsys):
+    out = tmp_path / "south.plan"
+    assert main(["plan", "make", str(out), point, "--radius", "30", "--speed", "1.5"]) == 0
+    assert read_plan(out.read_bytes()).mission[-1].x == round(float(point.partition(",")[0]) * 1e7)
+    assert main(["plan", "make", "--speed", "1", str(out), "41.2,8.7", point, "-41.6,-8.7"]) == 0
+    assert len(read_plan(out.read_bytes()).mission) >= 3
+
+
+def test_a_loiters_options_are_refused_for_a_route(tmp_path, capsys):
+    words = ["plan", "make", str(tmp_path / "r.plan"), "41.5,-8.7", "41.6,-8.7"]
+    assert main([*words, "--kind", "racetrack", "--radius", "5", "--ccw"]) == 2
+    told = capsys.readouterr().err
+    assert all(
+        f"{name}: is for a loiter; leave it out, or give one point" in told for name in ("--kind", "--radius", "--ccw")
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_ending_that_says_no_format_is_refused_before_anything_is_done(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["plan", "make", "good.plan", "41.5,-8.7"]) == 0
+    for words in (
+        ["make", "x.foo", "41.5,-8.7"],
+        ["convert", "good.plan", "x.foo"],
+        ["extract", "good.plan", "x.foo"],
+        ["download", "x.foo"],
+    ):
+        assert main(["plan", *words]) == 2
+        assert "x.foo: 1 mistake(s)\n  .foo: no plan format; end it in .plan" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["good.plan"]
+
+
+def test_a_plan_is_read_before_the_vessel_is_looked_for(tmp_path, capsys):
+    began_s = time.monotonic()
+    assert main(["plan", "upload", str(tmp_path / "none.plan"), "--wait", "5"]) == 2
+    assert "No such file" in capsys.readouterr().err
+    assert time.monotonic() - began_s < 2.0
+
+
+def test_an_absent_port_is_told_while_it_is_waited_for(tmp_path, capsys):
+    seed = tmp_path / "seed.json"
+    seed.write_text(
+        '{"ID":"loiter-1","Latitude":41.1852,"Longitude":-8.706,"Duration":600,"Loiter type":"Circular","Speed":3.0,"Length":0,"Radius":20}'
+    )
+    assert main(["plan", "send-json", str(seed), str(tmp_path / "tty"), "--wait", "2"]) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert told == [
+        f"{tmp_path}/tty 9600 8N1 (waiting: No such file or directory); tried again for 2 s",
+        "the port never took the plan",
+    ]
+
+
+def test_a_module_that_is_not_there_is_told_once(tmp_path, capsys):
+    assert main(["lora", "show", str(tmp_path / "tty")]) == 1
+    assert capsys.readouterr().err == f"companion lora: {tmp_path}/tty: No such file or directory\n"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import random
 import shutil
 import subprocess
 
@@ -99,7 +100,22 @@ def test_a_wrong_limit_or_source_says_so(tmp_path, capsys):
     shown = capsys.readouterr().err
     assert "no such limit" in shown
     assert "name=number" in shown
-    assert main(["report", str(tmp_path)]) == 1
+    assert main(["report", str(tmp_path)]) == 2
+    assert "holds no run" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["noise.bin", "empty.tlog", "route.plan", "nowhere.tlog"])
+def test_what_holds_no_frame_gives_no_report(name, tmp_path, capsys):
+    noise = random.Random(5).randbytes(300_000)
+    content = {"noise.bin": noise, "empty.tlog": b"", "route.plan": b'{"fileType": "Plan"}' * 100}.get(name)
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    before = sorted(tmp_path.iterdir())
+    assert main(["report", str(tmp_path / name)]) == 2
+    said = capsys.readouterr()
+    assert ("No such file" if content is None else "holds no MAVLink frame") in said.err
+    assert said.out == ""
+    assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.77, 0.999])
@@ -377,3 +393,12 @@ def test_the_map_shows_where_a_failsafe_acted_and_is_not_lost_in_a_wide_fence():
     ax = made.axes[0]
     assert "STOP, 1 min" in [text.get_text() for text in ax.texts]
     assert ax.get_ylim()[1] - ax.get_ylim()[0] < 300.0
+
+
+def test_our_own_log_is_read_by_its_links(run_dir, tmp_path, capsys):
+    copy = tmp_path / "run"
+    shutil.copytree(run_dir, copy)
+    assert main(["report", str(copy / "mavlink.tlog"), "-o", str(tmp_path / "a.html")]) == 0
+    ours = capsys.readouterr().out
+    assert "missing on link 1" in ours
+    assert all("0.00 %" in line and line.endswith("holds") for line in ours.splitlines() if "missing on" in line)

@@ -26,7 +26,7 @@ from mavlink_bridge.imc import (
     PlanState,
     Severity,
 )
-from mavlink_bridge.snapshot import LinkHealth, Progress, Snapshot
+from mavlink_bridge.snapshot import Health, LinkHealth, Progress, Snapshot
 from sitl.settings import SimSettings
 from sitl.world import World
 
@@ -163,3 +163,27 @@ def test_a_missing_device_is_named_once_and_again_when_it_is_back(caplog):
         notes.update(snapshot(second * 1_000_000, links=(board, nobody)))
     assert [record.levelname for record in caplog.records] == ["WARNING", "INFO"]
     assert all("actuators" in text and "/dev/ttyACM0" in text for text in caplog.messages)
+
+
+@pytest.mark.parametrize("view", [[], ["--status"]])
+def test_a_recording_that_is_not_made_is_no_recording(view, tmp_path, monkeypatch, caplog, capsys):
+    monkeypatch.chdir(tmp_path)
+    caplog.set_level(logging.INFO)
+    (tmp_path / "file").write_text("in the way")
+    sets = ["endpoints=[]", "sensors=[]", "actuators.url=", "store=file/x.db"]
+    words = [word for item in sets for word in ("--set", item)]
+    boat = str(shipped.path("boat.toml"))
+    assert main(["run", boat, "--duration", "1.5", "--run-dir", "file/run", *words, *view]) == 0
+    said = "\n".join(caplog.messages) + capsys.readouterr().out
+    assert "; NOT recorded in file/run: Recorder: " in said
+    for words in ("Store x.db: ", "changes are kept in memory only", "Recorder: control.csv: "):
+        assert said.count(words) == 1
+
+
+@pytest.mark.parametrize("action", [Action.NONE, Action.DISARM])
+def test_every_reason_for_not_arming_is_shown(action):
+    reasons = ("no position", "no heading", "actuator board: no status", "no ground station heard")
+    shown = snapshot(armed=False, health=Health(prearm_reasons=reasons), action=action)
+    assert line(shown).endswith(f"not ready: {'; '.join(reasons)}")
+    assert ("Not ready", "; ".join(reasons), "yellow") in rows(shown)
+    assert "not ready" not in line(snapshot(health=Health(prearm_reasons=reasons)))

@@ -1,6 +1,7 @@
 """Design work with python-control: one vessel file, two integrators that agree, margins of every shipped gain set."""
 
 import math
+import random
 import tomllib
 import warnings
 
@@ -165,3 +166,51 @@ def test_a_run_directory_is_its_truth_or_a_real_vessels_control(tmp_path):
     assert read_columns(tmp_path)[0] == [1.0]
     (tmp_path / "truth.csv").write_text("t_s,rudder_port_deg,yaw_rate_dps\n2.0,10.0,2.0\n")
     assert read_columns(tmp_path)[0] == [2.0]
+
+
+def zigzag(path, noise=0.0):
+    """A record of a first-order hull, its rate with noise."""
+    draw, rate, rows = random.Random(1), 0.0, ["t_s,rudder_port_deg,yaw_rate_dps"]
+    for k in range(1200):
+        order = 10.0 if k // 100 % 2 else -10.0
+        rate += 0.1 * (0.5 * order - rate) / 2.0
+        rows.append(f"{k * 0.1:.1f},{order},{rate + draw.gauss(0.0, noise):.4f}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+def test_a_record_that_tells_nothing_of_the_hull_is_no_success(tmp_path, capsys):
+    from companion.cli import main
+
+    record = tmp_path / "record.csv"
+    zigzag(record)
+    assert main(["tune", "identify", str(record)]) == 0
+    assert "T = 1.8" in capsys.readouterr().out
+    zigzag(record, noise=8.0)
+    assert main(["tune", "identify", str(record)]) == 1
+    said = capsys.readouterr()
+    assert "fit " in said.out
+    assert "no usable manoeuvre; sail a zig-zag" in said.err
+    record.write_text("t_s,rudder_port_deg,yaw_rate_dps\n")
+    assert main(["tune", "identify", str(record)]) == 2
+    assert "holds no row with t_s, rudder_port_deg, yaw_rate_dps" in capsys.readouterr().err
+
+
+def test_figures_show_the_loop_with_its_delay_around_its_poles(tmp_path, caplog):
+    import control
+
+    from companion.cli import main
+    from companion.tuning.figures import delayed, view_radps
+    from companion.tuning.margins import loop_margins, model_loop
+
+    loop = model_loop(SteeringConfig(), load_vessel("otter"), 1.5)
+    late = delayed(loop, 0.15)
+    gain, phase_deg, *_ = control.margin(late)
+    expected = loop_margins(loop, 1.5, 0.15)
+    assert 20.0 * math.log10(gain) == pytest.approx(expected.gain_db, abs=0.2)
+    assert phase_deg == pytest.approx(expected.phase_deg, abs=1.0)
+    assert view_radps(control.feedback(late, 1).poles()) < 20.0
+    for delay in ("0.15", "0.5"):
+        assert main(["tune", "figures", "-o", str(tmp_path / delay), "--delay", delay]) == 0
+    for name in ("bode.png", "rootlocus.png", "sisotool.png"):
+        assert (tmp_path / "0.15" / name).read_bytes() != (tmp_path / "0.5" / name).read_bytes()
+    assert not caplog.records

@@ -1,0 +1,33 @@
+"""Numbers as words of a command line: finite and within their range, or refused before anything is done."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+
+
+def number(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
+    """What reads a finite number from ``low`` to ``high``, both included."""
+    return lambda text: _read(text, low, high, _range(low, high))
+
+
+def positive(text: str) -> float:
+    """Read a finite number greater than 0: seconds, metres, metres per second."""
+    return _read(text, math.ulp(0.0), math.inf, "a number greater than 0")
+
+
+def _read(text: str, low: float, high: float, wanted: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and low <= value <= high):
+        raise argparse.ArgumentTypeError(f"{text}: give {wanted}")
+    return value
+
+
+def _range(low: float, high: float) -> str:
+    if high < math.inf:
+        return f"a number from {low:g} to {high:g}"
+    return f"a number of at least {low:g}" if low > -math.inf else "a number"

@@ -1,0 +1,78 @@
+"""What the gateway's terminal says: where stations connect, that there is no modem, that it came."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+
+import pytest
+
+import config
+from companion.cli import main
+from companion.gateway import Gateway, GatewaySettings
+from companion.io.keys import write_key
+from companion.io.link_mem import pair
+from companion.settings import EndpointSettings
+
+
+def test_a_missing_modem_is_told_once_and_where_stations_connect(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    caplog.set_level(logging.INFO)
+    write_key(tmp_path / "radio.key", os.urandom(32))
+    sets = [f"url=serial:{tmp_path}/tty?baud=9600", "store=", 'endpoints=[{name="gcs",url="udp://127.0.0.1:14997"}]']
+    words = [word for item in sets for word in ("--set", item)]
+    assert main(["gateway", str(config.path("gateway.toml")), "--duration", "5", *words]) == 0
+    assert "stations: gcs      udp://127.0.0.1:14997  (ardurover)  MAVSDK: udpin://0.0.0.0:14997" in caplog.messages
+    warnings = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    warnings = [text for text in warnings if "modem" in text]  # a busy machine adds its own
+    assert len(warnings) == 1
+    assert warnings[0].startswith(f"modem is missing, tried again for ever: {tmp_path}/tty")
+    assert warnings[0].endswith("No such file or directory)")
+
+
+def test_no_airtime_is_spent_on_a_modem_that_is_not_there(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    write_key(tmp_path / "radio.key", os.urandom(32))
+    modem, air = pair("modem")
+    modem.unplug()
+    settings = GatewaySettings(
+        key_file=str(tmp_path / "radio.key"), endpoints=(EndpointSettings(name="gcs", url="mem:gcs"),)
+    )
+    gateway = Gateway(settings, modem=modem, make_link=lambda name, url: pair("gcs")[0])
+    for tick in range(20 * 60):
+        gateway.tick(tick * 50_000)
+    spent_us = gateway.twin.link.ledger.used_us(60_000_000)
+    assert spent_us < 1_000_000
+    assert [text for text in caplog.messages if "modem" in text] == [
+        f"modem is missing, tried again for ever: {modem.describe()}"
+    ]
+    modem.plug()
+    for tick in range(20 * 60, 20 * 120):
+        gateway.tick(tick * 50_000)
+        air.poll(tick * 50_000)
+    assert gateway.twin.link.ledger.used_us(120_000_000) > spent_us
+    assert caplog.messages[-1].startswith("modem is there: ")
+
+
+@pytest.mark.parametrize("only", [[], ["--world-only"]])
+def test_the_simulators_gateway_says_where_its_stations_connect(
+    only: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["--duration", "0.3", "--run-dir", str(tmp_path / "run"), "--set", "endpoints=[]", "--instance", "40"]
+    assert main(["sim", "--gateway", *only, *words]) == 0
+    said = capsys.readouterr().out
+    assert "gateway  udp://127.0.0.1:14960  (ardurover)  MAVSDK: udpin://0.0.0.0:14960" in said
+    assert "or 'companion sim --gateway'" not in said
+
+
+def test_a_plan_goes_to_the_vessel_and_not_to_its_world(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sim", "--world-only", "--start", "--plan", "x.plan"]) == 2
+    assert "--world-only: --plan goes to the vessel" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
