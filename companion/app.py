@@ -149,6 +149,8 @@ class App:
         for port in self.ports:
             port.link.close()
         self.depths.close(now_us)
+        if self.keeper is not None:
+            self.keeper.close(now_us)
         self.store.close()
 
     @property
@@ -216,21 +218,17 @@ class App:
         self._watched.each(self.grounds, now_us, GroundPort.flush, now_us)
 
     def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
-        say = self.vehicle.say
         for port in self.sensors:
-            for severity, text in port.reader.drain_texts():
-                say(severity, text)
+            self._say(port.reader.drain_texts())
         if self.recorder is not None:
-            for severity, text in self.recorder.drain_texts():
-                say(severity, text)
+            self._say(self.recorder.drain_texts())
         if self._ticks % _HEALTH_EVERY == 0:
             self._health = tuple(port.health(now_us) for port in self.ports)
         self._ticks += 1
         board = None if self.actuators is None else self.actuators.board
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
-            for severity, text in board.drain_texts():
-                say(severity, text)
+            self._say(board.drain_texts())
         gcs_age_s, radio_age_s = self._heard_s(now_us)
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
@@ -296,7 +294,7 @@ class App:
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:
-            if request.reply:
+            if request.reply or reply.result is not Result.ACCEPTED:
                 self._watched.call("replies", self._now_us, talk.reply, request.id, reply, self._now_us)
 
         return answer

@@ -221,8 +221,10 @@ class Gateway:
 
     def shutdown(self, now_us: int) -> None:
         self._keep_picture(now_us, at_once=True)
+        self.twin.link.close(now_us)
         for link in self.links:
             link.close()
+        self.keeper.close(now_us)
         self.store.close()
 
     # ---- inside -------------------------------------------------------------------------------------------------

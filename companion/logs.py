@@ -84,6 +84,8 @@ class Logs:
         if fetched.ticket == self._looking:
             self._looking = None
         self.looked = fetched.ticket
+        if not fetched.ok:
+            self._say(Severity.WARNING, f"Logs not looked up: {fetched.body.decode(errors='replace')}")
         found = json.loads(fetched.body) if fetched.ok else []
         names = tuple(str(name) for name, _, _ in found)
         logs = tuple(LogInfo(min(size, 0xFFFFFFFF), begin_s) for _, size, begin_s in found)

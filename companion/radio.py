@@ -13,7 +13,7 @@ from mavlink_bridge.endpoint import Endpoint
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.lora.json_radio import JsonRadio
 from mavlink_bridge.lora.ledger import Ledger
-from mavlink_bridge.lora.memory import KeptLedger
+from mavlink_bridge.lora.memory import KeptLedger, parted
 from mavlink_bridge.lora.plain import PlainRadio
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.vessel import VesselRadio
@@ -27,9 +27,9 @@ from .ports import Conversation
 from .settings import ConfigError, Settings, load
 
 MEMORY_KEY = "radio"
-"""Counters, answers and airtime of the compact link."""
+"""Counters and answers of the compact link."""
 AIRTIME_KEY = "radio-airtime"
-"""Airtime of the plain and JSON protocols."""
+"""Airtime of the hour, whatever protocol used it."""
 Converse = Callable[[int, str], Conversation]
 
 
@@ -77,17 +77,22 @@ def _conversation(
     """The protocol's object."""
     protocol, system = settings.radio.protocol, settings.system
     values = store.snapshot().values
+    before = values.get(MEMORY_KEY, "")
+    hour, memory = parted(values.get(AIRTIME_KEY, ""), before)
+    if memory != before:
+        _save(store, MEMORY_KEY, memory)
+    ledger = KeptLedger(profile.hour_us, hour, lambda text: _save(store, AIRTIME_KEY, text))
     if protocol == "compact":
         return VesselRadio(
             profile,
             read_key(settings.radio.key_file),
             vehicle,
             _rng(settings),
-            memory=values.get(MEMORY_KEY, ""),
+            memory=memory,
             save=lambda text: _save(store, MEMORY_KEY, text),
             system_id=system.system_id,
+            ledger=ledger,
         )
-    ledger = KeptLedger(profile.hour_us, values.get(AIRTIME_KEY, ""), lambda text: _save(store, AIRTIME_KEY, text))
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger)
     return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, shared=shared)

@@ -2,7 +2,8 @@
 
 A link that other machines can reach is served only with signing, or for telemetry alone, or when the configuration says
 ``insecure = true``, which every ground station is told. Time stamps come from the store, from this computer's clock at the start and
-from GNSS (forward only, once, while disarmed); they are saved every minute. Source: firmware-reliability §B.3 and row 50.
+from GNSS (forward only, once, while disarmed); they are saved at shutdown, every 10 s and at a leap, so that what was accepted before a
+restart is not accepted again. Source: firmware-reliability §B.3 and row 50.
 """
 
 from __future__ import annotations
@@ -24,10 +25,17 @@ from .io.store import AnyStore
 from .io.store_content import SaveStamp, Together
 from .settings import ConfigError, EndpointSettings, SecurityConfig
 
-SAVE_US: Final = 60_000_000
+SAVE_US: Final = 10_000_000
+LEAP: Final = UNITS_PER_S
+"""A station whose clock is so far ahead of the time that was saved moves ours; that is saved at once."""
+MARGIN_S: Final = SAVE_US / 1e6 + LEAP / UNITS_PER_S
+"""After a loss of power the newest saved stamp may be so much older than the newest accepted one."""
 MAX_GNSS_STEP: Final = 400 * 86_400 * UNITS_PER_S
 """How far GNSS may move a stamp that is already there: longer than a winter ashore."""
 OWN: Final = "own"
+FLOOR: Final = "floor"
+CLEAN: Final = "clean"
+"""1: the stamps were saved at shutdown, nothing was accepted after them."""
 _ON_THIS_MACHINE: Final = frozenset({"serial", "pty", "mem", "file"})
 
 log = logging.getLogger(__name__)
@@ -123,7 +131,8 @@ class Keeper:
         self._restore()
         self.state.advance(started_utc_us)
         self._base: int | None = None
-        self._saved_us = 0
+        self._saved = self._saved_us = 0
+        """The own stamp as it was last saved, and when."""
         self._gnss_done = False
         self._warned = False
 
@@ -135,14 +144,20 @@ class Keeper:
         if self.state.key is None:
             return
         if self._base is None:
-            self._base, self._saved_us = self.state.timestamp - now_us // 10, now_us
+            self._base = self.state.timestamp - now_us // 10
+            self._save(now_us)
         self.state.timestamp = max(self.state.timestamp, self._base + now_us // 10)
         utc_us = None if snapshot is None or snapshot.armed else snapshot.utc_us
         if not self._gnss_done and utc_us is not None:
             self._take_gnss(utc_us)
-        if now_us - self._saved_us >= SAVE_US:
-            self._saved_us = now_us
-            self._save()
+        passed_us = now_us - self._saved_us
+        if passed_us >= SAVE_US or self.state.timestamp > self._saved + passed_us // 10 + LEAP:
+            self._save(now_us)
+
+    def close(self, now_us: int) -> None:
+        """Save the stamps for good; nothing may be accepted after this."""
+        if self.state.key is not None:
+            self._save(now_us, clean=True)
 
     def met(self, endpoint: str) -> str:
         """What a station that has just been met on an endpoint must be told; empty when nothing."""
@@ -176,12 +191,18 @@ class Keeper:
     def _restore(self) -> None:
         stamps = self._store.snapshot().stamps
         streams = [[*map(int, name.split("/")), stamp] for name, stamp in stamps.items() if _is_stream(name)]
-        # what was signed or accepted since the last save must not be good again
-        self.state.restore({"timestamp": stamps.get(OWN, 0), "streams": streams}, margin_s=SAVE_US / 1e6)
+        clean = stamps.get(CLEAN) == 1
+        self.state.restore({"timestamp": stamps.get(OWN, 0), "streams": streams}, margin_s=0.0 if clean else MARGIN_S)
+        # Whatever was accepted before power was lost lies below the own stamp, since accepting moves it, and so do frames that
+        # somebody recorded. Stations that use a MAVLink library take over our stamp with the first frame that they hear and get
+        # through at once; one that goes by its own right clock waits MARGIN_S at the longest.
+        self.state.floor = max(stamps.get(FLOOR, 0), 0 if clean else self.state.timestamp)
 
-    def _save(self) -> None:
-        ops = [SaveStamp(OWN, self.state.timestamp)]
-        ops += [SaveStamp("/".join(map(str, stream)), stamp) for stream, stamp in self.state.streams.items()]
+    def _save(self, now_us: int, *, clean: bool = False) -> None:
+        state = self.state
+        self._saved, self._saved_us = state.timestamp, now_us
+        ops = [SaveStamp(OWN, state.timestamp), SaveStamp(FLOOR, state.floor), SaveStamp(CLEAN, int(clean))]
+        ops += [SaveStamp("/".join(map(str, stream)), stamp) for stream, stamp in state.streams.items()]
         self._store.submit(Together(tuple(ops)))
 
 

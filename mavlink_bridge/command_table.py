@@ -31,6 +31,7 @@ class Context:
     psi_rad: float | None
 
 
+Aim = tuple[Mode | None, bool | None]
 Meaning = Callable[[Command, Context], ask.RequestBody | None]
 """None: accepted with nothing to do. Raises Refused."""
 
@@ -160,7 +161,6 @@ def _figure_eight(command: Command, _: Context) -> ask.RequestBody:
         length_m=2.0 * (abs(major_m) - minor_m) if major_m and minor_m else None,
         bearing_rad=command.number(4, 0.0, -math.tau, math.tau),
         direction=_direction(major_m),
-        speed_mps=_speed(command, 3),
     )
 
 
@@ -282,10 +282,29 @@ MEANINGS: Final[dict[int, Meaning]] = {
 """By MAV_CMD. 31010 is USER_1: lift a locked depth guard."""
 
 
-def makes_it_stop(command: Command) -> bool:
-    """True for disarm, pause, termination and mode Hold: repeats of these are obeyed anew sooner than of others (``commands``)."""
-    if command.id in (193, 400):
-        return command.params[0] == 0.0
-    if command.id == 176 and math.isfinite(command.params[1]):
-        return modes.from_set_mode(int(command.params[1]), command.params[2], command.params[3]) is Mode.HOLD
-    return command.id == 185
+def makes_it_stop(body: ask.RequestBody) -> bool:
+    """True for disarm, pause, termination, modes Hold and Loiter, and a go-to that means here: doing these twice does no harm."""
+    if isinstance(body, ask.SetMode):
+        return body.mode in (Mode.HOLD, Mode.LOITER)
+    if isinstance(body, ask.Reposition):
+        return body.lat_rad is None and body.radius_m is None
+    return (
+        (isinstance(body, ask.Arm) and not body.arm)
+        or (isinstance(body, ask.PausePlan) and body.pause)
+        or isinstance(body, ask.Terminate)
+    )
+
+
+def aim(body: ask.RequestBody | None) -> Aim:
+    """The mode that a request brings and whether the vessel is then armed; None for what it leaves as it is."""
+    if isinstance(body, ask.Arm):
+        return None, body.arm
+    if isinstance(body, ask.SetMode):
+        return body.mode, None
+    if isinstance(body, ask.StartPlan):
+        return Mode.AUTO, True
+    if isinstance(body, ask.PausePlan):
+        return Mode.HOLD if body.pause else Mode.AUTO, None
+    if isinstance(body, ask.Reposition | ask.GuidedHeading):
+        return Mode.GUIDED, None
+    return (Mode.CIRCLE if isinstance(body, ask.Orbit) else None), None

@@ -1,9 +1,12 @@
-"""The command protocol: every command is carried out once and answered, with the reason when it is refused.
+"""The command protocol: every command is carried out and answered, with the reason when it is refused. ACCEPTED means done.
 
-De-duplication is by content and time, because stations repeat with and without counting the confirmation field up
-(gcs.md §1.2). A copy within 3 s gets the same answer again. It counts as new when another command has been carried out since
-and the copy either makes the boat stop, or its kind was overruled meanwhile, or comes 1 s or more after the last one: an
-operator who changes his mind is obeyed, a station that lost our answer does not start the boat a second time. A command
+Stations repeat what was not answered, with and without counting the confirmation field up (gcs.md §1.2), and people press
+again what did not help; both look the same. What makes the boat stop is therefore carried out each time it comes. Any other
+command is answered from memory for 3 s after its answer, and so not carried out twice, but only while its answer is still
+true. When another station, another link, a failsafe or the vessel itself has changed mode or arming meanwhile, a copy is
+refused with the reason: a station that lost our answer does not start the boat a second time after somebody stopped it. An
+operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender. A copy that
+another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A command
 that was refused had no effect: asked again after 0.3 s it is judged anew.
 """
 
@@ -14,12 +17,17 @@ from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
-from mavlink_bridge.command_table import MEANINGS, Context, makes_it_stop
+from mavlink_bridge.command_table import MEANINGS, Aim, Context, aim, makes_it_stop
+from mavlink_bridge.imc import Mode
 from mavlink_bridge.requests import Reply, RequestBody, Result
 
 COPY_US: Final = 3_000_000
 RETRY_US: Final = 1_000_000
 REJUDGE_US: Final = 300_000
+SEEN_US: Final = 1_000_000
+"""So long what a command brings may take to show, as over a radio."""
+LATE_US: Final = 500_000
+"""A stop so much behind a newer command is a late copy. At 100 messages a second sequence numbers say no more after 1.3 s."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
 NO_PROGRESS: Final = frozenset((176, 300))
@@ -35,6 +43,8 @@ _RESULT: Final = {
     Result.UNSUPPORTED: UNSUPPORTED,
     Result.FAILED: FAILED,
 }
+_NO_AIM: Final[Aim] = (None, None)
+_UNDONE: Final = "overruled since: send it again in 3 s to insist"
 
 
 @dataclass(slots=True)
@@ -42,11 +52,15 @@ class _Case:
     """One command and what became of it."""
 
     command: Command
-    last_copy_us: int
+    taken_us: int
     sequence: int
     order: int
     """Counts the commands that were taken up."""
+    body: RequestBody | None = None
     result: int | None = None
+    answered_us: int = 0
+    seen: bool = False
+    """Whether the vessel has been in the state that this command brings, since its answer."""
     request_id: int | None = None
     progress_due_us: int = 0
     give_up_us: int = 0
@@ -69,36 +83,61 @@ class CommandServer:
     def __init__(self, give_up_s: float) -> None:
         self._give_up_us = round(give_up_s * 1e6)
         self._cases: list[_Case] = []
+        self._unseen: list[_Case] = []
+        self._state: tuple[Mode, bool] | None = None
         self._order = 0
         self.waiting = 0
         """How many commands have no final answer yet."""
         self.copies = 0
 
-    def recall(self, command: Command, sequence: int, now_us: int) -> list[Any] | None:
-        """Answer a copy of a command that was taken up before; None for a new command."""
-        self._cases = [case for case in self._cases if case.result is None or now_us - case.last_copy_us < COPY_US]
+    def see(self, mode: Mode, armed: bool, now_us: int) -> None:
+        """Take note of the vessel's state after a tick."""
+        self._state = mode, armed
+        if self._unseen:
+            for case in self._unseen:
+                case.seen = _holds(aim(case.body), self._state)
+            self._unseen = [case for case in self._unseen if not case.seen and now_us - case.answered_us < SEEN_US]
+
+    def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> Outcome | None:
+        """Answer a copy of a command that was taken up before; None for one that is to be carried out.
+
+        ``confirmation``: above 0 the station itself says that it repeats; what makes the boat stop is obeyed even so.
+        """
+        self._cases = [case for case in self._cases if case.result is None or now_us - case.answered_us < COPY_US]
         case = next((case for case in reversed(self._cases) if case.command == command), None)
-        if case is None or self._is_new(case, sequence, now_us):
+        if case is None:
+            return None
+        if case.result is None:
+            self.copies += 1
+            return Outcome([ack(command, IN_PROGRESS)] if _bears_progress(command) else [])
+        later = [other for other in self._cases if other.order > case.order]
+        if self._is_new(case, later, sequence, now_us, is_repeat=confirmation > 0):
             return None
         self.copies += 1
-        case.last_copy_us = now_us
-        if case.result is None:
-            return [ack(command, IN_PROGRESS)] if _bears_progress(command) else []
-        return [ack(command, case.result)]
+        if case.result == ACCEPTED and self._is_undone(case, later, now_us):
+            return Outcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
+        return Outcome([ack(command, case.result)])
 
-    def _is_new(self, case: _Case, sequence: int, now_us: int) -> bool:
-        if case.result is None:
-            return False
+    def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
+        own = [other for other in later if other.command.sender == case.command.sender]
+        ahead = [other for other in own if (sequence - other.sequence) & 0xFF >= 0x80]
         if case.result != ACCEPTED:
-            return now_us - case.last_copy_us >= REJUDGE_US
-        later = [
-            other for other in self._cases if other.order > case.order and other.command.sender == case.command.sender
-        ]
-        overtaken = any((sequence - other.sequence) & 0xFF >= 0x80 for other in later)
-        if not later or overtaken:
+            return not ahead and now_us - case.answered_us >= REJUDGE_US
+        if case.body is not None and makes_it_stop(case.body):
+            return not any(now_us - other.taken_us < LATE_US for other in ahead)
+        if ahead or is_repeat:
             return False
-        same_kind = any(other.command.id == case.command.id for other in later)
-        return makes_it_stop(case.command) or same_kind or now_us - case.last_copy_us >= RETRY_US
+        if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):
+            return True
+        return bool(own) and aim(case.body) == _NO_AIM and now_us - case.answered_us >= RETRY_US
+
+    def _is_undone(self, case: _Case, later: list[_Case], now_us: int) -> bool:
+        """Whether ACCEPTED would be an untruth by now: somebody else, or the vessel itself, decided otherwise since."""
+        alike = [other for other in later if type(other.body) is type(case.body) and other.result == ACCEPTED]
+        if case.body is not None and alike and alike[-1].body != case.body:
+            return True
+        shows = case.seen or now_us - case.answered_us >= SEEN_US
+        return shows and self._state is not None and not _holds(aim(case.body), self._state)
 
     def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> Outcome:
         """Understand a new vehicle command: what to ask of the vessel, or the answer at once."""
@@ -109,16 +148,17 @@ class CommandServer:
                 raise Refused(UNSUPPORTED, "")
             body = meaning(command, context)
         except Refused as refusal:
-            self._close(case, refusal.result)
+            self._close(case, refusal.result, now_us)
             return Outcome([ack(command, refusal.result)], reason=refusal.reason)
+        case.body = body
         if body is None:
-            self._close(case, ACCEPTED)
+            self._close(case, ACCEPTED, now_us)
             return Outcome([ack(command, ACCEPTED)])
         return Outcome([], body, case=case)
 
     def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
         """Record the answer to a command that the endpoint itself carried out."""
-        self._close(self._open(command, sequence, now_us), result)
+        self._close(self._open(command, sequence, now_us), result, now_us)
         return [ack(command, result)]
 
     def _open(self, command: Command, sequence: int, now_us: int) -> _Case:
@@ -128,26 +168,28 @@ class CommandServer:
         self._cases.append(case)
         self.waiting += 1
         if len(self._cases) > MAX_REMEMBERED:
-            self._close(self._cases.pop(0), FAILED)
+            self._close(self._cases.pop(0), FAILED, now_us)
         return case
 
-    def _close(self, case: _Case, result: int) -> None:
+    def _close(self, case: _Case, result: int, now_us: int) -> None:
         if case.result is None:
-            case.result = result
+            case.result, case.answered_us = result, now_us
             self.waiting -= 1
+            if result == ACCEPTED and aim(case.body) != _NO_AIM:
+                self._unseen.append(case)
 
     @staticmethod
     def asked(case: Any, request_id: int) -> None:
         """Remember under which number the vessel was asked."""
         case.request_id = request_id
 
-    def reply(self, request_id: int, reply: Reply) -> Outcome | None:
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> Outcome | None:
         """The vessel's answer; None for a request that was not a command."""
         case = next((case for case in self._cases if case.request_id == request_id and case.result is None), None)
         if case is None:
             return None
         result = _RESULT[reply.result]
-        self._close(case, result)
+        self._close(case, result, now_us)
         return Outcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
 
     def poll(self, now_us: int) -> list[Any]:
@@ -158,11 +200,22 @@ class CommandServer:
                 continue
             case.progress_due_us = now_us + PROGRESS_EVERY_US
             if now_us >= case.give_up_us:
-                self._close(case, FAILED)
+                self._close(case, FAILED, now_us)
             elif not _bears_progress(case.command):
                 continue
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
+
+
+def _holds(wanted: Aim, state: tuple[Mode, bool]) -> bool:
+    mode, armed = wanted
+    return mode in (None, state[0]) and armed in (None, state[1])
+
+
+def _contradicts(later: _Case, case: _Case) -> bool:
+    return any(
+        a is not None and b is not None and a is not b for a, b in zip(aim(later.body), aim(case.body), strict=True)
+    )
 
 
 def _bears_progress(command: Command) -> bool:

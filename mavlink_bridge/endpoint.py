@@ -7,9 +7,11 @@ not wait for ticks; everything that changes the vessel is a Request, answered by
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from mavlink_bridge import metadata, requests as ask, timesync
+from mavlink_bridge.asking import FULL, Asking, is_stream
 from mavlink_bridge.codec import Codec
 from mavlink_bridge.command import Command, Refused
 from mavlink_bridge.command_table import Context, canonical_seq
@@ -23,7 +25,7 @@ from mavlink_bridge.imc import Severity
 from mavlink_bridge.inbound import Counters, Inbound
 from mavlink_bridge.local_commands import LOCAL, answer
 from mavlink_bridge.logs import LogServer
-from mavlink_bridge.manual import manual_control, rc_override
+from mavlink_bridge.manual import RcOverride, manual_control
 from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
 from mavlink_bridge.modes import from_custom_mode
 from mavlink_bridge.outbox import MakeOutbox, Outbox
@@ -38,10 +40,6 @@ from mavlink_bridge.stations import Peer, Stations
 from mavlink_bridge.streams import Composer, Streams
 from mavlink_bridge.stub_params import COMMON_STUBS, ROVER_STUBS
 from mavlink_bridge.wire import Packed, message_id, packed
-
-_TEXT_GAP_US: Final = 1_000_000
-_MAX_TEXTS_KEPT: Final = 32
-_MAX_REQUESTS: Final = 256
 
 _MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
 
@@ -97,15 +95,14 @@ class Endpoint:
             locks=locks,
             timing=timing,
         )
-        self._rtcm = RtcmAssembler()
+        self._rtcm, self._rc = RtcmAssembler(), RcOverride()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
-        self.asked: list[Request] = []
+        self._asking = Asking()
+        self.asked = self._asking.asked
         """What the stations ask of the vessel since the last ``requests``, oldest first."""
-        self._next_id = 1
         self._plan_handles: dict[int, tuple[int, PlanKind]] = {}
         self._wants_current: set[int] = set()
-        self._said: dict[str, int] = {}
         self._now_us = 0
         # on a slow link a plan's dialogue must not queue behind texts and values: the station's timers run
         self._is_slow, self._is_summary = config.profile == "lora", config.profile == "high_latency"
@@ -134,7 +131,7 @@ class Endpoint:
             "PING": lambda message, now_us: self._answer(timesync.ping(message)),
             "TIMESYNC": lambda message, now_us: self._answer(timesync.timesync(message, now_us)),
             "MANUAL_CONTROL": lambda message, now_us: self._steer(message, manual_control(message)),
-            "RC_CHANNELS_OVERRIDE": lambda message, now_us: self._steer(message, rc_override(message)),
+            "RC_CHANNELS_OVERRIDE": lambda message, now_us: self._steer(message, self._rc.take(message, now_us)),
             "SET_POSITION_TARGET_GLOBAL_INT": lambda message, now_us: self._steer(message, position_target(message)),
             "SET_POSITION_TARGET_LOCAL_NED": lambda message, now_us: self._steer(message, local_target(message)),
             "SET_ATTITUDE_TARGET": lambda message, now_us: self._steer(message, attitude_target(message)),
@@ -159,15 +156,13 @@ class Endpoint:
 
     def requests(self) -> list[Request]:
         """Take over ``asked``."""
-        requests = self.asked.copy()
-        self.asked.clear()
-        return requests
+        return self._asking.take()
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
         self._now_us = now_us
         self.has_timers = True
-        outcome = self._commands.reply(request_id, reply)
+        outcome = self._commands.reply(request_id, reply, now_us)
         if outcome is not None:
             self._finish(outcome)
             return
@@ -181,11 +176,12 @@ class Endpoint:
             self._wants_current.discard(request_id)
             self._speaker.wanted.add(_MISSION_CURRENT)
         if reply.result is not Result.ACCEPTED and reply.reason:
-            self._explain(reply.reason)
+            self._speaker.explain(reply.reason, now_us, rarely=is_stream(request_id))
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what the vessel says by itself at this tick. Not called = no HEARTBEAT."""
         self._now_us = now_us
+        self._commands.see(snapshot.mode, snapshot.armed, now_us)
         if self._is_summary:
             self._speaker.summary(now_us, snapshot, is_on=self.high_latency_on)
             return
@@ -256,22 +252,18 @@ class Endpoint:
             else:
                 self._outbox.answer(packed(message))
 
-    def _ask(self, body: RequestBody, sender: int, reply: bool = True, origin: Origin | None = None) -> int:
-        request_id = self._next_id
-        self._next_id += 1
-        if len(self.asked) < _MAX_REQUESTS:
-            self.asked.append(Request(request_id, body, sender, reply, origin))
-        return request_id
+    def _ask(
+        self, body: RequestBody, sender: int, note: Callable[[int], object] | None = None, origin: Origin | None = None
+    ) -> None:
+        """Ask the vessel. ``note`` is told the number of the request, under which the answer comes."""
+        request_id = self._asking.number()
+        if note is not None:
+            note(request_id)
+        if not self._asking.order(request_id, body, sender, origin):
+            self.reply(request_id, FULL, self._now_us)
 
     def _explain(self, reason: str) -> None:
-        """Say why something was refused, each reason at most once a second."""
-        last_us = self._said.get(reason)
-        if last_us is not None and 0 <= self._now_us - last_us < _TEXT_GAP_US:
-            return
-        self._said[reason] = self._now_us
-        if len(self._said) > _MAX_TEXTS_KEPT:
-            self._said.pop(next(iter(self._said)))
-        self._speaker.say(Severity.WARNING, reason[:1].upper() + reason[1:])
+        self._speaker.explain(reason, self._now_us)
 
     def _finish(self, outcome: Outcome) -> None:
         self._answer(outcome.messages, urgent=True)
@@ -300,9 +292,10 @@ class Endpoint:
 
     def _on_command(self, message: Any, now_us: int) -> None:
         command, sequence = Command.from_message(message), message.get_seq()
-        again = self._commands.recall(command, sequence, now_us)
+        confirmation = getattr(message, "confirmation", 0)
+        again = self._commands.recall(command, sequence, now_us, confirmation=confirmation)
         if again is not None:
-            self._answer(again, urgent=True)
+            self._finish(again)
             if command.id not in LOCAL:
                 return
         if command.id in LOCAL:
@@ -312,7 +305,7 @@ class Endpoint:
             self._finish(outcome)
             if outcome.body is not None:
                 origin = Origin(message.get_msgId(), message.get_payload(), command.sender, self.config.has_home_item)
-                self._commands.asked(outcome.case, self._ask(outcome.body, command.sender[0], origin=origin))
+                self._ask(outcome.body, command.sender[0], partial(self._commands.asked, outcome.case), origin)
 
     def _local(self, command: Command, sequence: int, now_us: int, *, is_copy: bool) -> None:
         """Commands without effect on the vessel may run again for a copy, whose first answer was lost."""
@@ -337,13 +330,13 @@ class Endpoint:
         except Refused as refusal:
             self._explain(str(refusal))
             return
-        self._wants_current.add(self._ask(ask.SetCurrent(seq), message.get_srcSystem()))
+        self._ask(ask.SetCurrent(seq), message.get_srcSystem(), self._wants_current.add)
 
     def _on_param_set(self, message: Any, now_us: int) -> None:
         messages, body = self._params.set(message)
         self._answer(messages)
         if body is not None:
-            self._params.asked(self._ask(body, message.get_srcSystem()), message)
+            self._ask(body, message.get_srcSystem(), lambda number: self._params.asked(number, message))
 
     def _on_param_list(self, message: Any, now_us: int) -> None:
         self._params.request_list()
@@ -364,7 +357,7 @@ class Endpoint:
     def _steer(self, message: Any, body: RequestBody | None) -> None:
         """Set-points and data streams: nobody waits for an answer."""
         if body is not None:
-            self._ask(body, message.get_srcSystem(), reply=False)
+            self._asking.stream(body, message.get_srcSystem())
 
     def _on_distance(self, message: Any, now_us: int) -> None:
         if message.get_srcSystem() == self.config.system_id:
@@ -375,6 +368,7 @@ class Endpoint:
         refusal = setup_refusal(
             self._signing,
             message.verdict,
+            key=bytes(message.secret_key),
             version=1 if message.get_msgbuf()[:1] == b"\xfe" else 2,
             armed=snapshot is None or snapshot.armed,
             radio=self.config.profile != "lan",
@@ -391,9 +385,15 @@ class Endpoint:
     def _after_missions(self) -> None:
         """Pass on what a mission message led to: a whole plan, a go-to, texts."""
         for handle, load in self._missions.loads():
-            self._plan_handles[self._ask(load, 0)] = (handle, load.kind)
-        for body in self._missions.requests():
-            self._ask(body, 0, reply=False)
+            self._hand_over(handle, load, load.kind, 0)
+        for handle, target, sender in self._missions.targets():
+            self._hand_over(handle, target, PlanKind.MISSION, sender)
         for severity, text in self._missions.texts():
             if text:
                 self._speaker.say(severity, text)
+
+    def _hand_over(self, handle: int, body: RequestBody, kind: PlanKind, sender: int) -> None:
+        def note(number: int) -> None:
+            self._plan_handles[number] = handle, kind
+
+        self._ask(body, sender, note)

@@ -242,12 +242,22 @@ class DuplicateFilter:
         self._seen: OrderedDict[bytes, int] = OrderedDict()
 
     def is_new(self, frame: Frame, now_us: int) -> bool:
-        """False for a copy; remembers the frame."""
-        seen_us = self._seen.pop(frame.raw, None)
+        """False for a copy; remembers a frame that is none."""
+        if self.is_copy(frame, now_us):
+            return False
+        self.remember(frame, now_us)
+        return True
+
+    def is_copy(self, frame: Frame, now_us: int) -> bool:
+        """Whether the very same bytes came a short time ago. A copy is not remembered: who does not count is heard now and then."""
+        seen_us = self._seen.get(frame.raw)
+        if seen_us is None or not 0 <= now_us - seen_us <= self.window_us:
+            return False
+        self.duplicates += 1
+        return True
+
+    def remember(self, frame: Frame, now_us: int) -> None:
+        self._seen.pop(frame.raw, None)
         self._seen[frame.raw] = now_us
         if len(self._seen) > self.size:
             self._seen.popitem(last=False)
-        if seen_us is None or now_us - seen_us > self.window_us:
-            return True
-        self.duplicates += 1
-        return False

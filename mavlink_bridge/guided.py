@@ -52,9 +52,8 @@ def _velocity(message: Any) -> GuidedHeading | None:
         return None
     if speed_mps > 0.0:
         return GuidedHeading(math.atan2(message.vy, message.vx), speed_mps=speed_mps, course=True, stream=True)
-    if message.type_mask & _YAW or not math.isfinite(message.yaw):
-        return None
-    return GuidedHeading(_wrapped(message.yaw), speed_mps=0.0, stream=True)
+    given = not message.type_mask & _YAW and math.isfinite(message.yaw)
+    return GuidedHeading(_wrapped(message.yaw) if given else None, speed_mps=0.0, stream=True)
 
 
 def attitude_target(message: Any) -> GuidedHeading | None:

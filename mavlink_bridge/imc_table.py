@@ -149,7 +149,7 @@ into wind, vehicle's choice | WAYPOINT_USER_2 (31001), ours | circle: p1 s, p2 t
 _ITEMS: Final = """
 NAV_WAYPOINT (16) | p1 hold s, p2 acceptance radius, 0 = default; p3, p4 and altitude are not looked at
 NAV_RETURN_TO_LAUNCH (20) | to the nearest rally point or home, and hold there
-NAV_DELAY (93) | p1 s, or p2:p3:p4 UTC; station is kept
+NAV_DELAY (93) | p1 s, or until p2:p3:p4 UTC comes next (missed by less than an hour: at once); station is kept
 CONDITION_DELAY (112) | p1 s; the plan waits and station is kept
 DO_JUMP (177) | p1 item (0 = first; with a home item 1 = first), p2 times, -1 for ever; loops without anything to sail are refused
 DO_CHANGE_SPEED (178) | p1 0 or 1, p2 m/s, -1 no change, -2 default; a share of throttle is refused

@@ -1,4 +1,4 @@
-"""From bytes to messages that may be believed: flood limit, frames, signature policy, copies, addressing; all drops are counted."""
+"""From bytes to messages that may be believed: flood limit, frames, copies, signature policy, addressing; all drops are counted."""
 
 from __future__ import annotations
 
@@ -64,13 +64,15 @@ class Inbound:
         if frame.system == config.system_id and frame.component == config.component_id:
             counters.own += 1
             return None
+        if self._filter.is_copy(frame, now_us):
+            # before the signature, which would call a copy made by the network a replay
+            counters.copies += 1
+            return None
         verdict = self._verifier.check(frame, now_us)
         if not verdict.ok:
             counters.refused += 1
             return None
-        if not self._filter.is_new(frame, now_us):
-            counters.copies += 1
-            return None
+        self._filter.remember(frame, now_us)
         message = decode(frame)
         if message is None:
             counters.unknown += 1

@@ -112,7 +112,7 @@ def _set_interval(host: Host, command: Command) -> LocalAnswer:
 
 def _get_interval(host: Host, command: Command) -> LocalAnswer:
     number = command.whole(1, -1, -1, 0xFFFF)
-    interval_us = 1_000_000 if number == HEARTBEAT else host.streams.interval_us(number)
+    interval_us = host.config.heartbeat_us if number == HEARTBEAT else host.streams.interval_us(number)
     message = dialect.MAVLink_message_interval_message(message_id=max(number, 0), interval_us=interval_us)
     return LocalAnswer(ACCEPTED, (packed(message),))
 

@@ -12,7 +12,10 @@ from mavlink_bridge.requests import ManualInput
 
 _INVALID: Final = 0x7FFF
 _FULL: Final = 1000.0
-_RELEASED: Final = (0, 0xFFFF)
+_RELEASED: Final = 0
+_LEFT_ALONE: Final = 0xFFFF
+_KEPT_US: Final = 500_000
+"""An axis that is left alone is neutral after this, as sticks are (MANUAL_TIMEOUT)."""
 
 
 def _axis(value: int) -> float | None:
@@ -31,10 +34,28 @@ def manual_control(message: Any) -> ManualInput | None:
     return ManualInput(surge, max(sides, key=abs), message.get_srcSystem())
 
 
-def rc_override(message: Any) -> ManualInput | None:
-    """RC_CHANNELS_OVERRIDE, channel 1 rudder and 3 throttle; None unless both are given: released or outside 800...2200 us."""
-    values_us = (message.chan1_raw, message.chan3_raw)
-    if any(value in _RELEASED or not 800 <= value <= 2200 for value in values_us):
-        return None
-    steer, throttle = (max(-1.0, min(1.0, (value - 1500) / 500.0)) for value in values_us)
-    return ManualInput(throttle, steer, message.get_srcSystem())
+class RcOverride:
+    """RC_CHANNELS_OVERRIDE: channel 1 rudder, 3 throttle. One alone moves its axis; the other stays as this sender last set it."""
+
+    def __init__(self) -> None:
+        self._last: dict[tuple[int, int], tuple[float, int]] = {}
+        """By sender's system and channel: the newest value given and when."""
+
+    def take(self, message: Any, now_us: int) -> ManualInput | None:
+        """Sticks; None when both channels are released or left alone, or one is outside 800...2200 us."""
+        system = message.get_srcSystem()
+        given_us = {1: message.chan1_raw, 3: message.chan3_raw}
+        if all(value in (_RELEASED, _LEFT_ALONE) for value in given_us.values()):
+            return None
+        if any(value not in (_RELEASED, _LEFT_ALONE) and not 800 <= value <= 2200 for value in given_us.values()):
+            return None
+        steer, throttle = (self._axis(system, channel, value, now_us) for channel, value in given_us.items())
+        return ManualInput(throttle, steer, system)
+
+    def _axis(self, system: int, channel: int, value: int, now_us: int) -> float:
+        if value == _LEFT_ALONE:
+            last, last_us = self._last.get((system, channel), (0.0, now_us))
+            return last if now_us - last_us <= _KEPT_US else 0.0
+        axis = 0.0 if value == _RELEASED else max(-1.0, min(1.0, (value - 1500) / 500.0))
+        self._last[system, channel] = axis, now_us
+        return axis

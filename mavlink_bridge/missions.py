@@ -73,7 +73,8 @@ class MissionServer:
         self._stores: dict[int, Pending] = {}
         self._next_handle = 1
         self._loads: list[tuple[int, LoadPlan]] = []
-        self._requests: list[Reposition] = []
+        self._targets: list[tuple[int, Reposition, int]] = []
+        self._going: dict[int, tuple[Sender, Reposition]] = {}
         self._texts: list[tuple[Severity, str]] = []
         self._handlers: dict[str, Any] = {
             "MISSION_COUNT": self._on_count,
@@ -129,6 +130,11 @@ class MissionServer:
 
         ``plan_id``: the stored plan's id, 0 when empty. Unknown handles are ignored.
         """
+        if handle in self._going:
+            sender, _ = self._going.pop(handle)
+            if reply.reason:
+                self._say(Severity.WARNING, f"Go-to refused: {reply.reason}")
+            return [self._ack(sender, 0, _RESULTS[reply.result], now_us)]
         pending = self._stores.get(handle)
         if pending is None:
             return []
@@ -163,10 +169,10 @@ class MissionServer:
         texts, self._texts = self._texts, []
         return texts
 
-    def requests(self) -> list[Reposition]:
-        """Guided go-tos in the form of a MISSION_ITEM with current = 2, as QGroundControl sends them to ArduPilot."""
-        requests, self._requests = self._requests, []
-        return requests
+    def targets(self) -> list[tuple[int, Reposition, int]]:
+        """Guided go-tos in the form of a MISSION_ITEM with current = 2, each with its sender's system; answer them by ``finish``."""
+        targets, self._targets = self._targets, []
+        return targets
 
     @property
     def busy(self) -> bool:
@@ -322,10 +328,14 @@ class MissionServer:
         item = item_from_message(message)
         latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
         maneuver = compile_item(0, item, self.limits)
-        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._requests) >= _MAX_REQUESTS:
+        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._going) >= _MAX_REQUESTS:
             return [self._ack(sender, 0, MissionResult.INVALID, now_us)]
-        self._requests.append(Reposition(latitude, longitude))
-        return [self._ack(sender, 0, MissionResult.ACCEPTED, now_us)]
+        target = Reposition(latitude, longitude)
+        if (sender, target) not in self._going.values():  # impatience: the ACK is on its way
+            self._going[self._next_handle] = sender, target
+            self._targets.append((self._next_handle, target, sender[0]))
+            self._next_handle += 1
+        return []
 
     # Downloads
 

@@ -137,7 +137,8 @@ class SetSpeed:
 class GuidedHeading:
     """Steer a heading or course, with a speed when given (IMC DesiredHeading, DesiredSpeed)."""
 
-    psi_rad: float
+    psi_rad: float | None
+    """None = as it is."""
     speed_mps: float | None = None
     throttle: float | None = None
     course: bool = False
@@ -255,7 +256,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A body with its return address. ``id`` is unique within one endpoint; ``reply`` False = nobody waits."""
+    """A body with its return address. ``id`` is unique within one endpoint; ``reply`` False = only a refusal is of interest."""
 
     id: int
     body: RequestBody

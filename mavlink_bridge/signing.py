@@ -52,6 +52,8 @@ class SigningState:
     """Never goes back. Grows with the clock, with what is signed and with what is accepted."""
     streams: dict[Stream, int] = field(default_factory=dict)
     """Newest accepted time stamp of each stream, at most MAX_STREAMS."""
+    floor: int = 0
+    """Nothing up to this time stamp is accepted: it may have been, before a restart that nobody could prepare for."""
 
     def __post_init__(self) -> None:
         if self.key is not None and len(self.key) != KEY_LEN:
@@ -186,13 +188,13 @@ class Verifier:
         state = self._state
         stream = (frame.system, frame.component, frame.link_id)
         newest = state.streams.get(stream)
-        if newest is not None:
-            if frame.timestamp <= newest:
-                return Verdict.REPLAYED
-        elif frame.timestamp + NEW_STREAM_BEHIND < state.timestamp:
-            return Verdict.TOO_OLD
-        elif not self._make_room():
-            return Verdict.TABLE_FULL
+        if frame.timestamp <= max(newest or 0, state.floor):
+            return Verdict.REPLAYED
+        if newest is None:
+            if frame.timestamp + NEW_STREAM_BEHIND < state.timestamp:
+                return Verdict.TOO_OLD
+            if not self._make_room():
+                return Verdict.TABLE_FULL
         state.streams[stream] = frame.timestamp
         state.timestamp = max(state.timestamp, frame.timestamp)
         return Verdict.ACCEPTED
@@ -222,12 +224,12 @@ class Verifier:
         sender = f"system {frame.system}"
         if verdict in (Verdict.TOO_OLD, Verdict.REPLAYED) and frame.timestamp is not None:
             newest = self._state.streams.get((frame.system, frame.component, frame.link_id or 0), self._state.timestamp)
-            behind_s = max(0, newest - frame.timestamp) / UNITS_PER_S
+            behind_s = max(0, max(newest, self._state.floor) - frame.timestamp) / UNITS_PER_S
             return f"Signed frames from {sender} are {behind_s:.0f} s behind: refused"
         return f"Frames from {sender} refused: {verdict.value}"
 
 
-def setup_refusal(state: SigningState, verdict: Verdict, *, version: int, armed: bool, radio: bool) -> str:
+def setup_refusal(state: SigningState, verdict: Verdict, *, key: bytes, version: int, armed: bool, radio: bool) -> str:
     """Why a SETUP_SIGNING message must not be obeyed; an empty string when it may.
 
     The first key comes only from a local file. A later one needs the old key's signature, disarmed, and not over a radio,
@@ -237,6 +239,9 @@ def setup_refusal(state: SigningState, verdict: Verdict, *, version: int, armed:
         return "the first key is set on the vessel, not over MAVLink"
     if version == 1 or verdict is not Verdict.ACCEPTED:
         return "a new key must be signed by the old one"
+    if not any(key):
+        # MAVProxy's "signing remove": every station knows this key
+        return "a key of zeros is no key: signing is switched off on the vessel, not over MAVLink"
     if armed:
         return "keys are not changed while armed"
     return "keys are not sent over a radio" if radio else ""

@@ -25,6 +25,10 @@ from mavlink_bridge.wire import Packed, packed
 
 _SLOW_LINK_SEVERITY: Final = Severity.WARNING
 """Lesser texts are not worth their air."""
+_TEXT_GAP_US: Final = 1_000_000
+_STREAM_TEXT_GAP_US: Final = 10_000_000
+"""A stream that is refused goes on, often for as long as its program runs."""
+_MAX_TEXTS_KEPT: Final = 32
 
 
 class Speaker:
@@ -36,6 +40,7 @@ class Speaker:
         self._streams = streams
         self._composer = composer
         self._texts = StatusText()
+        self._said: dict[str, int] = {}
         self._heartbeat_us = config.heartbeat_us
         self._next_heartbeat_us = 0
         self._next_summary_us: int | None = None
@@ -116,3 +121,13 @@ class Speaker:
             return
         for message in self._texts.messages(severity, text):
             self._outbox.answer(packed(message))
+
+    def explain(self, reason: str, now_us: int, *, rarely: bool = False) -> None:
+        """Say why something was refused, each reason at most once a second, ``rarely`` every 10 s."""
+        last_us = self._said.get(reason)
+        if last_us is not None and 0 <= now_us - last_us < (_STREAM_TEXT_GAP_US if rarely else _TEXT_GAP_US):
+            return
+        self._said[reason] = now_us
+        if len(self._said) > _MAX_TEXTS_KEPT:
+            self._said.pop(next(iter(self._said)))
+        self.say(Severity.WARNING, reason[:1].upper() + reason[1:])

@@ -32,6 +32,7 @@ _COMMON: Final[dict[int, Teller[[Snapshot]]]] = {
         system.battery_status,
         system.fence_status,
         motion.home_position,
+        motion.gps_global_origin,
         system.extended_sys_state,
         motion.orbit_execution_status,
         motion.figure_eight_execution_status,

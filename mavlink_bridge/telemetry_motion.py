@@ -21,6 +21,7 @@ from mavlink_bridge.mapping import (
     m_to_mm_u32,
     mps_to_cms,
     mps_to_cms_signed,
+    offset_m,
     quality_to_percent,
     rad_to_cdeg,
     rad_to_deg,
@@ -38,8 +39,8 @@ _TARGET_POSITION_ONLY: Final = 0b110111111000
 _TARGET_YAW_GIVEN: Final = 0b100111111000
 _NO_MOTION: Final = (0.0,) * 7
 """Altitude, velocity and acceleration of a set-point that is a place."""
-_AT_HOME: Final = (*(0.0, 0.0, 0.0), *(1.0, 0.0, 0.0, 0.0), *(0.0, 0.0, 0.0))
-"""Local position, quaternion and approach vector: a boat's home is a place and nothing more."""
+_AT_HOME: Final = (*(1.0, 0.0, 0.0, 0.0), *(0.0, 0.0, 0.0))
+"""Quaternion and approach vector: a boat's home is a place and nothing more."""
 _DOWNWARD_SONAR: Final = (*(1, 0, 25, 255), *(0.0, 0.0), *(0.0, 0.0, 0.0, 0.0))
 """MAV_DISTANCE_SENSOR_ULTRASOUND, sensor 0, pitch 270, covariance unknown; no field of view, no quaternion."""
 
@@ -242,14 +243,35 @@ def figure_eight_execution_status(snapshot: Snapshot) -> Values | None:
 
 @told_as("HOME_POSITION", "latitude longitude altitude x y z q approach_x approach_y approach_z time_usec")
 def home_position(snapshot: Snapshot) -> Values | None:
-    """HOME_POSITION; None before a home is known."""
-    if snapshot.home_lat_rad is None or snapshot.home_lon_rad is None:
+    """HOME_POSITION, at the boat's height as relative_alt says, and in LOCAL_POSITION_NED's axes; None before a home is known."""
+    state, lat_rad, lon_rad = snapshot.state, snapshot.home_lat_rad, snapshot.home_lon_rad
+    if lat_rad is None or lon_rad is None:
+        return None
+    origin_lat_rad, origin_lon_rad = state.origin_lat_rad, state.origin_lon_rad
+    if origin_lat_rad is None or origin_lon_rad is None:
+        north_m, east_m = NAN, NAN
+    else:
+        north_m, east_m = offset_m(origin_lat_rad, origin_lon_rad, lat_rad, lon_rad)
+    return (
+        rad_to_degE7(lat_rad),
+        rad_to_degE7(lon_rad),
+        m_to_mm(state.height_msl_m),
+        *(north_m, east_m, 0.0),
+        *_AT_HOME,
+        snapshot.t_us,
+    )
+
+
+@told_as("GPS_GLOBAL_ORIGIN", "latitude longitude altitude time_usec")
+def gps_global_origin(snapshot: Snapshot) -> Values | None:
+    """GPS_GLOBAL_ORIGIN: where LOCAL_POSITION_NED counts from; None before the first position."""
+    state = snapshot.state
+    if state.origin_lat_rad is None or state.origin_lon_rad is None:
         return None
     return (
-        rad_to_degE7(snapshot.home_lat_rad),
-        rad_to_degE7(snapshot.home_lon_rad),
-        0,
-        *_AT_HOME,
+        rad_to_degE7(state.origin_lat_rad),
+        rad_to_degE7(state.origin_lon_rad),
+        m_to_mm(state.height_msl_m),
         snapshot.t_us,
     )
 

@@ -5,6 +5,7 @@ Snapshot in, the message's values out in the order of the wire, or None when the
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from mavlink_bridge import modes
@@ -44,8 +45,9 @@ _PREARM: Final = 0x10000000
 
 _SURFACE_BOAT: Final = 11
 """MAV_TYPE_SURFACE_BOAT."""
-_NO_CELLS: Final = (0xFFFF,) * 9
-"""BATTERY_STATUS.voltages behind the first, which is the whole battery's."""
+_CELLS: Final = 10
+_CELL_MV: Final = 0xFFFE
+_NO_CELL: Final = 0xFFFF
 _NO_PULSES: Final = (0, 0, 0, 0)
 
 _STANDBY: Final = 3
@@ -132,6 +134,16 @@ def sys_status(snapshot: Snapshot) -> Values | None:
     )
 
 
+def _cells_mv(voltage_v: float | None) -> list[int]:
+    """BATTERY_STATUS.voltages of a battery measured as a whole: the first 'cell' holds it, the next what does not fit."""
+    left_mv = -1 if voltage_v is None or not math.isfinite(voltage_v) else max(round(voltage_v * 1000.0), 0)
+    cells = []
+    for number in range(_CELLS):
+        cells.append(min(left_mv, _CELL_MV) if left_mv > 0 or (left_mv == 0 and number == 0) else _NO_CELL)
+        left_mv -= _CELL_MV
+    return cells
+
+
 @told_as(
     "BATTERY_STATUS",
     "current_consumed energy_consumed temperature voltages current_battery id battery_function type battery_remaining",
@@ -139,11 +151,9 @@ def sys_status(snapshot: Snapshot) -> Values | None:
 def battery_status(snapshot: Snapshot) -> Values | None:
     """BATTERY_STATUS; voltage, current and charge each carry their own 'unknown'."""
     supply = snapshot.supply
-    voltage_mv = v_to_mv(supply.voltage_v if supply else None)
     return (
         *(-1, -1, 0x7FFF),  # charge and energy used, temperature: unknown
-        voltage_mv,
-        *_NO_CELLS,
+        *_cells_mv(supply.voltage_v if supply else None),
         a_to_ca(supply.current_a if supply else None),
         *(0, 1, 0),  # battery 0, for all functions, of unknown type
         share_to_percent(supply.remaining if supply else None),
@@ -162,13 +172,12 @@ def extended_sys_state(snapshot: Snapshot) -> Values | None:
 
 @told_as("MISSION_CURRENT", "seq total mission_state mission_mode mission_id fence_id rally_points_id")
 def mission_current(snapshot: Snapshot, config: EndpointConfig) -> Values | None:
-    """MISSION_CURRENT; under persona ardurover item 0 is home, so numbers are one higher."""
+    """MISSION_CURRENT; under persona ardurover item 0 is home, so numbers are one higher, but home is not one of the total."""
     progress = snapshot.progress
-    shift = 1 if config.has_home_item else 0
-    total = progress.total + (shift if progress.total else 0)
+    shift = 1 if config.has_home_item and progress.total else 0
     return (
-        progress.seq + (shift if progress.total else 0),
-        total if total else 0xFFFF,
+        progress.seq + shift,
+        progress.total or 0xFFFF,
         progress.state,
         1 if snapshot.mode is Mode.AUTO else 2,
         progress.mission_id,

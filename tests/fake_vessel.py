@@ -249,7 +249,7 @@ class Bench:
                 if not self.vessel.answers:
                     continue
                 reply = self.vessel.handle(request)
-                if request.reply:
+                if request.reply or reply.result is not Result.ACCEPTED:
                     self.endpoint.reply(request.id, reply, self.vessel.now_us)
             self.endpoint.tick(self.vessel.now_us, self.vessel.snapshot())
             self.pump()

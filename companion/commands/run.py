@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
 from companion.io.recorder import Recorder
 from companion.io.recording import Recording
-from companion.io.run_folders import make_room, new_run_dir
+from companion.io.run_folders import free_bytes, make_room, new_run_dir
 from companion.io.store import AnyStore, MemoryStore, Store
 from companion.io.writer import Writer
 from companion.settings import RecordConfig, Settings
@@ -78,8 +79,18 @@ def _recorded(recording: Recording | None, run_dir: Path) -> str:
 
 
 def _make_room(record: RecordConfig) -> None:
-    for run_dir in make_room(Path(record.directory), (record.max_mb + record.free_floor_mb) << 20):
+    base, floor_bytes = Path(record.directory), record.free_floor_mb << 20
+    wanted_bytes = floor_bytes + (record.max_mb << 20)
+    for run_dir in make_room(base, wanted_bytes, floor_bytes=floor_bytes):
         log.warning("the disk is nearly full: the recording %s was deleted", run_dir)
+    with contextlib.suppress(OSError):
+        missing_mb = (wanted_bytes - free_bytes(base) + (1 << 20) - 1) >> 20
+        if missing_mb > 0:
+            log.warning(
+                "the disk lacks %d MB for a whole recording, which will pause when it is full: "
+                "lower record.max_mb, or clear the disk of other things",
+                missing_mb,
+            )
 
 
 def describe(settings: Settings, **more: object) -> dict[str, Any]:

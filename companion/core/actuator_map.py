@@ -22,6 +22,7 @@ STOP_US: Final = 1500
 """The pulse that the board itself applies when it stops the vessel."""
 STOP_BAND_US: Final = 25
 """The board takes a thruster command this close to STOP_US for a stop (its interlock)."""
+_LATE_MS: Final = 100.0
 
 SKETCHES: Final[dict[str, str]] = {"parse-int": "\n", "read-line": "\n", "fixed-block": "", "next-byte": "\n"}
 """Terminator for each common way in which level-0 sketches read commands (firmware-reliability §A.4)."""
@@ -144,6 +145,11 @@ class ActuatorConfig(Config):
     def channels(self) -> tuple[ChannelConfig, ChannelConfig, ChannelConfig, ChannelConfig]:
         """In logical order: port thruster, starboard thruster, port rudder, starboard rudder."""
         return self.thruster_port, self.thruster_starboard, self.rudder_port, self.rudder_starboard
+
+    @property
+    def too_slow(self) -> bool:
+        """Whether the board may fall silent between two commands: they go out on ticks, so one may come two of them late."""
+        return 1000.0 / self.frequency_hz + _LATE_MS > self.silence_ms
 
     @property
     def level0_terminator(self) -> str:

@@ -96,7 +96,7 @@ class Arduino:
         self._map = PulseMap(config)
         self._period_us = round(1e6 / config.frequency_hz)
         self._early_us = self._period_us // 4
-        self._too_slow = 1000.0 / config.frequency_hz > config.silence_ms
+        self._too_slow = config.too_slow
         self._silence_ms = config.silence_ms
         self._checks = config.level != "0"
 

@@ -37,7 +37,7 @@ def started_text(level: int | None, version: Version | None) -> tuple[Severity, 
 def rate_text(config: ActuatorConfig) -> tuple[Severity, str]:
     """Return what a message frequency means for the vessel."""
     period_ms = 1000.0 / config.frequency_hz
-    if period_ms > config.silence_ms:
+    if config.too_slow:
         return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: board stops between commands, no arming"
     if config.frequency_hz < 10.0:
         return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: steering acts up to {period_ms:.0f} ms late"

@@ -126,8 +126,9 @@ class Controls:
         if not self.armed:
             self.say(Severity.NOTICE, "armed")
             self.controller.reset(self.state)
+            self.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
+            self._set_home_here()
         self.armed = self.rearmed = True
-        self._set_home_once()
 
     def disarm(self, why: str, *, abort: bool = False) -> None:
         """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""
@@ -208,9 +209,10 @@ class Controls:
         elif known is None or known.t_us != status.t_us or known.voltage_v != status.voltage_v:
             self.supply = SupplyVoltage(status.t_us, status.voltage_v)
 
-    def _set_home_once(self) -> None:
+    def _set_home_here(self) -> None:
+        """Home is where the vessel was last armed, and before that where it first knew its place, unless an operator set it."""
         state = self.state
-        if self.mission.home is None and state.lat_rad is not None and state.lon_rad is not None:
+        if not self._home_by_operator and state.lat_rad is not None and state.lon_rad is not None:
             self.mission.home = (state.lat_rad, state.lon_rad)
 
     def _stopping(self, speed_mps: float) -> float:

@@ -143,7 +143,10 @@ def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float =
     rows = math.ceil((max(s.lat_rad for s in points) - lat0) / dlat) + reach
     columns = math.ceil((max(s.lon_rad for s in points) - lon0) / dlon) + reach
     if rows * columns > CELLS_MAX:
-        raise ValueError(f"{rows} x {columns} cells is more than {CELLS_MAX}: choose a larger pitch_m")
+        raise ValueError(
+            f"{rows} x {columns} cells is more than {CELLS_MAX}: choose a larger pitch_m, or a chart of less"
+            " water (one side of the 180th meridian only)"
+        )
     cells = array("h", [_UNKNOWN]) * (rows * columns)
     for s in points:
         _spread(

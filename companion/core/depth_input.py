@@ -95,6 +95,7 @@ class DepthInput:
         self._middle_us = 0
         self._stale_us = 0
         self._reach = _Reach()
+        self._scale = _Scale()
         self.configure(config)
 
     def configure(self, config: DepthInputConfig) -> None:
@@ -130,7 +131,8 @@ class DepthInput:
             self.gated = passed[-1]
             self._filter()
             assert distance.value_m is not None
-            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * limit_m)
+            reach_m = self._range_max_m if self._scale.changes(stated_m) else limit_m
+            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * reach_m)
         return passed
 
     def altitude_m(self, now_us: int) -> float | None:
@@ -229,6 +231,20 @@ class DepthInput:
             held = full
         share_us = _FAST_SPAN_US * (held - 1 or 1) // (full - 1)
         return full if times_us[-1] - times_us[-held] <= share_us else _CONSISTENT
+
+
+class _Scale:
+    """Whether a sounder changes its scale by itself: the one in use is then no end of its reach."""
+
+    def __init__(self) -> None:
+        self._stated_m: float | None = None
+        self._changes = False
+
+    def changes(self, stated_m: float | None) -> bool:
+        if stated_m is not None and stated_m != self._stated_m:
+            self._changes = self._stated_m is not None
+            self._stated_m = stated_m
+        return self._changes
 
 
 class _Reach:

@@ -93,9 +93,9 @@ class DepthMemory:
         cell, self._open = self._open, None
         if cell is None:
             return
-        new = Cell(min(self._count, 1000), self._least_m, self._mean_m, self._squares, self._last_s)
+        new = Cell(self._count, self._least_m, self._mean_m, self._squares, self._last_s)
         self._count, self._mean_m, self._squares = 0, 0.0, 0.0
-        self.add(cell, new)
+        self.add(cell, new.bounded())
 
     def add(self, cell: CellKey, new: Cell) -> None:
         """Join what is known of a cell with more of it."""

@@ -55,14 +55,19 @@ class Cell(NamedTuple):
         count = self.soundings + other.soundings
         share, apart = other.soundings / count, other.mean_m - self.mean_m
         squares = self.squares + other.squares + apart * apart * self.soundings * share
-        limit = min(count, _COUNT_MAX)
         return Cell(
-            limit,
+            count,
             min(self.least_m, other.least_m),
             self.mean_m + share * apart,
-            squares * limit / count,
+            squares,
             max(self.last_s, other.last_s),
-        )
+        ).bounded()
+
+    def bounded(self) -> Cell:
+        """The same spread, said by no more soundings than count."""
+        if self.soundings <= _COUNT_MAX:
+            return self
+        return self._replace(soundings=_COUNT_MAX, squares=self.squares * _COUNT_MAX / self.soundings)
 
 
 class Geometry:

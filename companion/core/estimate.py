@@ -54,6 +54,9 @@ class Estimator:
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
         self._water_mps: float | None = None
+        self._place: tuple[float | None, float | None] | None = None
+        """Of the last fix, and the drift when it changed."""
+        self._place_drift = (0.0, 0.0)
         self._drift_frozen = False
         self._last_us: int | None = None
         self._motion: Motion | None = None
@@ -196,12 +199,24 @@ class Estimator:
         t_us = self._position.aligned_us(fix) if self._aligns else fix.t_us
         if fix.utc_us is not None:
             self._utc_offset_us = fix.utc_us - t_us
-        moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or (
-            self._water_mps is not None and abs(self._water_mps) > _MOVING_MPS
-        )
-        self._position.update(fix, t_us, self._attitude_at(t_us), moving)
+        attitude = self._attitude_at(t_us)
+        moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or self._should_move(fix, attitude.psi_rad)
+        self._position.update(fix, t_us, attitude, moving)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
+
+    def _should_move(self, fix: GpsFix, psi_rad: float | None) -> bool:
+        """Whether the vessel makes way over ground by its own motion through the water and the drift.
+
+        The drift as it was when the position last changed: a receiver that repeats itself teaches a wrong one.
+        """
+        place, water_mps = (fix.lat_rad, fix.lon_rad), self._water_mps
+        if place != self._place:
+            self._place, self._place_drift = place, (self._position.drift_n_mps, self._position.drift_e_mps)
+        if water_mps is None or psi_rad is None:
+            return water_mps is not None and abs(water_mps) > _MOVING_MPS
+        north, east = self._place_drift
+        return math.hypot(water_mps * math.cos(psi_rad) + north, water_mps * math.sin(psi_rad) + east) > _MOVING_MPS
 
     def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
         """The compass is lost: the direction of the motion through the water is the next best heading.

@@ -24,6 +24,7 @@ __all__ = [
     "FailsafeResult",
     "Flags",
     "Override",
+    "barring",
     "failsafe_table_markdown",
     "holding",
     "judge",
@@ -98,7 +99,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         if old is None and not raised:
             continue
         entry = _advance(rule, old, raised, flags, now_us)
-        _tell(rule, old, entry, texts)
+        _tell(rule, old, entry, flags, texts)
         if entry is None:
             continue
         entries[row.name] = entry
@@ -168,7 +169,7 @@ def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: 
 def _continue(rule: Rule, entry: Entry, acting_us: int, flags: Flags) -> Entry:
     if rule.row.takeover is Takeover.OPERATOR and (flags.operator_order or flags.operator_arm):
         entry = replace(entry, taken=True)
-    if rule.then_us is not None and not entry.escalated and acting_us >= rule.then_us:
+    if rule.then_us is not None and not (entry.escalated or entry.taken) and acting_us >= rule.then_us:
         entry = replace(entry, escalated=True)
     return entry
 
@@ -184,22 +185,27 @@ def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
     return rule.row.clear is Clear.REARM and flags.operator_arm
 
 
+def _wanted(rule: Rule, entry: Entry) -> Action:
+    return rule.then_action if entry.escalated else rule.action
+
+
 def _action(rule: Rule, entry: Entry, flags: Flags) -> Action:
-    action = rule.then_action if entry.escalated else rule.action
+    action = _wanted(rule, entry)
     by_hand = flags.manual and rule.row.takeover is not Takeover.NEVER
     return min(action, Action.WARN) if entry.taken or by_hand else action
 
 
-def _tell(rule: Rule, old: Entry | None, entry: Entry | None, texts: list[tuple[Severity, str]]) -> None:
+def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, texts: list[tuple[Severity, str]]) -> None:
+    """Say what has begun, with what is done about it: with the sticks in an operator's hand that may be nothing."""
     row, before = rule.row, old or _NEVER
     if entry is None:
         if before.fired_us is not None:
             texts.append((Severity.NOTICE, f"Over: {row.text}"))
         return
     if entry.fired_us is not None and before.fired_us is None:
-        texts.append((row.severity, _sentence(row.text, rule.action)))
+        texts.append((row.severity, _sentence(row.text, _action(rule, entry, flags))))
     if entry.escalated and not before.escalated:
-        texts.append((Severity.CRITICAL, _sentence(row.text, rule.then_action)))
+        texts.append((Severity.CRITICAL, _sentence(row.text, _action(rule, entry, flags))))
     if entry.taken and not before.taken:
         texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
 
@@ -216,9 +222,30 @@ def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
         entry = memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None or entry.gone_us is not None or entry.taken:
             continue
-        if (rule.then_action if entry.escalated else rule.action) >= Action.STOP:
+        if _wanted(rule, entry) >= Action.STOP:
             standing.append(rule.row.name)
     return tuple(standing)
+
+
+def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig) -> str:
+    """Why an order to sail would be undone at once: a condition that holds or stops the vessel, and that no order lifts; or "".
+
+    What depends on the mode that the order leaves (it lets go the moment its flag falls) does not bar, nor does what disarms:
+    a mode is chosen before arming.
+    """
+    for rule in config.rules if memory.entries else ():
+        row, entry = rule.row, memory.entries.get(rule.row.name)
+        if entry is None or entry.fired_us is None or row.takeover is Takeover.OPERATOR:
+            continue
+        if _wanted(rule, entry) not in (Action.HOLD, Action.STOP):
+            continue
+        if row.clear is Clear.REARM:
+            return f"{row.text}: arm again first"
+        if row.clear is Clear.GONE and not rule.clear_us:
+            continue
+        if entry.gone_us is None or now_us - entry.gone_us < rule.clear_us:
+            return row.text
+    return ""
 
 
 def failsafe_table_markdown(config: FailsafeConfig | None = None) -> str:

@@ -33,7 +33,11 @@ class FenceConfig(Config):
 
     enabled: bool = param(True, "FENCE_ENABLE", "Keep inside the fence, when one is loaded")
     margin_m: float = param(1.0, "FENCE_MARGIN", "Stop this far before the edge", unit="m", ge=0, le=100)
-    union: bool = param(False, "FENCE_UNION", "Inside any inclusion area is enough (off: inside all of them)")
+    union: bool = param(
+        False,
+        "FENCE_UNION",
+        "Inside any inclusion area is enough (off: inside all of them); areas to sail between must overlap by twice the margin",
+    )
     reaction_s: float = Field(0.6, ge=0, le=5)
     """From a fix to less thrust: latency, tick, actuators."""
     turn_s: float = Field(8.0, ge=0, le=60)

@@ -30,6 +30,7 @@ from mavlink_bridge.imc import (
 
 from .config import Config, param
 from .geo import inverse
+from .units import wrap_pi
 
 Point = tuple[float, float]
 """Latitude and longitude, rad."""
@@ -75,6 +76,9 @@ News = tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ..
 """Items reached, effects due, texts."""
 _NOTHING: Final[News] = ((), (), ())
 _ACTIVE: Final = PlanState.ACTIVE
+_DAY_S: Final = 86_400.0
+_MISSED_S: Final = 3_600.0
+_EXIT_RAD: Final = 0.15
 
 
 class Mission:
@@ -97,6 +101,10 @@ class Mission:
         self._jumps: dict[int, int] = {}
         self._speed_mps: float | None = None
         self._begun_us: int | None = None
+        self._until_us: int | None = None
+        """When a delay until a time of day is over; None until UTC is known."""
+        self._over_turns: float | None = None
+        """Laps at which a loiter was over that leaves toward the next item."""
         self._limit_s: float | None = None
         self._on_path_us: int | None = None
         self._arrived_us: int | None = None
@@ -122,9 +130,14 @@ class Mission:
             self._forget(PlanState.NO_MISSION)
         elif not (running and same):
             self._forget(PlanState.ACTIVE if running else PlanState.NOT_STARTED)
+        else:
+            self._look_onward()
 
     def start(self, first: int | None = None, last: int | None = None) -> str:
-        """Run from ``first`` (None: from the current item). Return an empty string or why not."""
+        """Run from ``first`` (None: from the current item; a plan that runs goes on as it is) to ``last`` (None: the end).
+
+        Return an empty string or why not.
+        """
         if not self.plan.maneuvers:
             return "no plan is loaded"
         if first is not None and not 0 <= first < self.total:
@@ -137,9 +150,21 @@ class Mission:
             self._forget(PlanState.ACTIVE)
             self.seq = first
         self._last = last
-        self.state = PlanState.ACTIVE
-        self._leg = None
+        if self.state is PlanState.ACTIVE:
+            self._look_onward()
+        else:
+            self.state, self._leg = PlanState.ACTIVE, None
         return ""
+
+    def resume(self) -> None:
+        """Go on where the plan stood, to the last item that was asked for; a complete one begins again."""
+        self.start(last=self._last)
+
+    def _look_onward(self) -> None:
+        """Begin a leg again whose next one has changed: how it ends belongs to what follows."""
+        leg = self._leg
+        if leg is not None and isinstance(leg.maneuver, Goto) and leg.following != self._following():
+            self._leg = None
 
     def pause(self) -> None:
         if self.state is PlanState.ACTIVE:
@@ -155,6 +180,8 @@ class Mission:
             self._jumps.clear()
             if self.state is PlanState.COMPLETE:
                 self.state = PlanState.NOT_STARTED
+        if self._last is not None and seq > self._last:
+            self._last = None
         self.seq = seq
         self._leg = None
         self._sailed_to = None
@@ -254,12 +281,15 @@ class Mission:
         speed = maneuver.speed_mps or self.speed_mps
         self._leg = Leg(self._generation, maneuver, self._sailed_to, self._following(), speed)
         self._begun_us, self._on_path_us, self._arrived_us = now_us, None, None
+        self._until_us = self._over_turns = None
         assert state.lat_rad is not None
         assert state.lon_rad is not None
         distance_m, _ = inverse(state.lat_rad, state.lon_rad, maneuver.lat_rad, maneuver.lon_rad)
         self._limit_s = self.config.approach_factor * distance_m / speed + self.config.approach_extra_s
 
     def _following(self) -> Goto | Loiter | None:
+        if self._last is not None and self.seq >= self._last:
+            return None
         for item in self.plan.maneuvers[self.seq + 1 :]:
             if isinstance(item, Goto | Loiter):
                 return item
@@ -277,10 +307,30 @@ class Mission:
             return self._overdue(now_us, item.seq, "loiter")
         delay = self.plan.maneuvers[item.seq] if item.seq < self.total else None
         if isinstance(delay, Delay) and delay.until_utc_s_of_day is not None:
-            return False if self.utc_s_of_day is None else self.utc_s_of_day >= delay.until_utc_s_of_day
-        if item.turns is not None and report.turns >= item.turns:
+            return self._waited(now_us, delay.until_utc_s_of_day)
+        if not (
+            (item.turns is not None and report.turns >= item.turns)
+            or (item.duration_s is not None and now_us - self._on_path_us >= item.duration_s * 1e6)
+        ):
+            return False
+        return not item.exit_toward_next or self._heads_on(state, leg, report.turns)
+
+    def _heads_on(self, state: EstimatedState, leg: Leg, turns: float) -> bool:
+        """Whether a loiter that is over has come round to the way to the next item; after one more lap it ends anyhow."""
+        onward, course = leg.following, state.psi_rad if state.cog_rad is None else state.cog_rad
+        if onward is None or course is None or state.lat_rad is None or state.lon_rad is None:
             return True
-        return item.duration_s is not None and now_us - self._on_path_us >= item.duration_s * 1e6
+        if self._over_turns is None:
+            self._over_turns = turns
+        _, bearing = inverse(state.lat_rad, state.lon_rad, onward.lat_rad, onward.lon_rad)
+        return abs(wrap_pi(bearing - course)) < _EXIT_RAD or turns - self._over_turns >= 1.0
+
+    def _waited(self, now_us: int, until_s: float) -> bool:
+        """Whether a time of day has come: the next one, unless the last was missed by less than an hour."""
+        if self._until_us is None and self.utc_s_of_day is not None:
+            ahead_s = (until_s - self.utc_s_of_day + _MISSED_S) % _DAY_S - _MISSED_S
+            self._until_us = now_us + round(ahead_s * 1e6)
+        return self._until_us is not None and now_us >= self._until_us
 
     def _overdue(self, now_us: int, seq: int, what: str) -> bool:
         if self._begun_us is None or self._limit_s is None or now_us - self._begun_us < self._limit_s * 1e6:
@@ -296,7 +346,8 @@ class Mission:
 
     def _complete(self) -> None:
         self.state = PlanState.COMPLETE
-        self.seq = max(0, self.total - 1)
+        self.seq = max(0, self.total - 1) if self._last is None else self._last
+        self._last = None
         self._leg = None
         self._jumps.clear()
         self._texts.append((Severity.NOTICE, "plan complete"))

@@ -34,9 +34,9 @@ class MonitorConfig(Config):
     battery_stale_s: float = Field(5.0, gt=0, le=60)
     stuck_s: float = param(10.0, "STUCK_TIME", "Thrust without speed: warn after (0 = off)", unit="s", ge=0, le=600)
     stuck_share: float = Field(0.25, gt=0, le=1)
-    """Stuck when slower than this share of what the thrust should give."""
+    """Stuck when slower than this share of what the thrust should give, and than `drift_mps`."""
     drift_mps: float = Field(0.3, gt=0, le=5)
-    """Speed over ground in neutral that is worth a warning."""
+    """Speed over ground in neutral that is worth a warning; what makes as much is not stuck."""
     drift_s: float = Field(10.0, gt=0, le=600)
     drift_alarm_m: float = Field(5.0, gt=0, le=1000)
     """Drift since a failsafe stop at which the alarm is given; again at each doubling."""
@@ -256,7 +256,8 @@ class Monitors:
         # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
         if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < self._drift_mps:
             return False
-        return speed_mps < self._stuck_share * vessel_speed_fn(thrust)
+        # Nor is one stuck that makes way slowly: against a stream that is all it can do, and a stop would lose what it has.
+        return speed_mps < self._drift_mps and speed_mps < self._stuck_share * vessel_speed_fn(thrust)
 
     def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
         shares = (

@@ -13,6 +13,7 @@ from mavlink_bridge.imc import EstimatedState, Goto, Loiter, LoiterKind, Mode, P
 from mavlink_bridge.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
 
 from .config import Config, param
+from .geo import inverse
 from .mission import Leg, Mission, Point, Report, nearest
 
 _MANUAL: Final = Mode.MANUAL
@@ -20,6 +21,9 @@ _AUTO: Final = Mode.AUTO
 _RTL: Final = Mode.RTL
 _GUIDED: Final = Mode.GUIDED
 _ACTIVE: Final = PlanState.ACTIVE
+_UNDER_WAY: Final = (PlanState.ACTIVE, PlanState.COMPLETE)
+_FOLLOW_M: Final = 6.0
+"""A streamed position that moves within this of a vessel that keeps station is followed by station keeping."""
 
 
 class ModeConfig(Config):
@@ -87,14 +91,17 @@ class Navigator:
         refusal = self._refusal(mode, state)
         if refusal:
             return refusal
+        if mode is Mode.AUTO and self.mode is Mode.AUTO and self.mission.state in _UNDER_WAY:
+            return ""  # asked again, a plan goes on where it is: a repeated order must not begin its loiter anew
         if self.mode is Mode.AUTO and mode is not Mode.AUTO:
             self.mission.pause()
         self.mode = mode
         self._leg = self._steer = self._steer_us = None
         if mode is Mode.AUTO:
             self._hold = None
-            self.mission.start()
+            self.mission.resume()
         elif mode is Mode.RTL:
+            self._speed_mps = None  # what an earlier guided order asked for says nothing of the way home
             self._return(state)
         elif mode is Mode.CIRCLE:
             self._sail(Loiter(-1, *_here(state)))
@@ -154,22 +161,28 @@ class Navigator:
                 return refusal
         if not state.heading_valid:
             return "no heading"
+        psi_rad = request.psi_rad
+        if psi_rad is None:
+            assert state.psi_rad is not None
+            psi_rad = state.psi_rad if self._steer is None or self._steer.course else self._steer.psi_rad
         self._leg = None
-        self._steer = Steer(request.psi_rad, speed_mps, request.course)
+        self._steer = Steer(psi_rad, speed_mps, request.course)
         self._steer_us = now_us if request.stream else None
         return ""
 
     def target(self, request: GuidedTarget, state: EstimatedState, now_us: int) -> str:
-        """Follow a streamed position."""
+        """Follow a streamed position. One that has been reached is kept like any other; it moves the anchor while it moves nearby."""
         if self.mode is not Mode.GUIDED:
             return "not in Guided mode"
         if not state.position_valid:
             return "no position"
         self._steer = None
         self._speed_mps = request.speed_mps
-        item = Goto(-1, request.lat_rad, request.lon_rad, leg_from_here=True)
-        if self._leg is None or self._leg.maneuver != item:
-            self._sail(item)
+        point, old = (request.lat_rad, request.lon_rad), None if self._leg is None else self._leg.maneuver
+        stays = isinstance(old, Loiter) and old.kind is LoiterKind.HOVER
+        if old is None or not (stays or isinstance(old, Goto)) or point != (old.lat_rad, old.lon_rad):
+            near = stays and inverse(*_here(state), *point)[0] < _FOLLOW_M
+            self._sail(Loiter(-1, *point, kind=LoiterKind.HOVER) if near else Goto(-1, *point, leg_from_here=True))
         self._steer_us = now_us
         return ""
 
@@ -186,8 +199,10 @@ class Navigator:
 
     def forget_hold(self) -> None:
         """Station keeping begins anew where the vessel is when it may move again."""
-        if self._hold is not None:
-            self._hold = self._leg = None
+        leg, hold = self._leg, self._hold
+        if leg is not None and (leg.maneuver.lat_rad, leg.maneuver.lon_rad) == hold:
+            self._leg = None
+        self._hold = None
 
     def set_speed(self, speed_mps: float | None) -> None:
         self._speed_mps = speed_mps
@@ -208,7 +223,11 @@ class Navigator:
         if mode is _MANUAL:
             return self._manual(now_us)
         if mode is _AUTO:
-            return self.mission.active(now_us, state) or self._station(state)
+            leg = self.mission.active(now_us, state)
+            if leg is None:
+                return self._station(state)
+            self._hold = None  # where an earlier plan ended
+            return leg
         if self._steer_us is not None and now_us - self._steer_us > self.config.guided_timeout_s * 1e6:
             self._texts.append((Severity.WARNING, "guided set-points stopped: holding here"))
             self._steer = self._steer_us = self._leg = None

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from companion.core.nmea_fields import DAY_US, EpochPart, Measurement
+from companion.core.nmea_fields import DAY_US, EpochPart, Measurement, day_number
 from mavlink_bridge.imc import FixType, GpsFix
 
 _BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
@@ -22,6 +22,10 @@ _NO_RANK: Final = 9
 _NONE: Final = FixType.NONE
 _HALF_DAY_US: Final = DAY_US // 2
 _CALENDAR_AGE_MAX_US: Final = 3_600_000_000
+_ERA_DAYS: Final = 1024 * 7
+"""GPS counts weeks modulo 1024: a receiver that takes the wrong turn is so far off, backwards or forwards."""
+_LATEST_DAY: Final = day_number(2026 + 19, 1, 1)
+"""Less than one such turn after this program was released (2026): a date from here on is rather a wrong turn than true."""
 _RIVAL_MEMORY_US: Final = 5_000_000
 _HOLD_US: Final = 3_000_000
 _LEARN_AFTER: Final = 2
@@ -35,11 +39,13 @@ _QUALITY_HOLD_US: Final = 5_000_000
 class Calendar:
     """Full UTC from times of day and the dates that arrive now and then (ZDA, RMC).
 
-    Dates before ``earliest_day`` (1024-week roll-over, receivers that start in 1980) are refused; see ``refused``.
+    Dates before ``earliest_day`` (1024-week roll-over, receivers that start in 1980) are refused, and so are those from
+    ``latest_day`` on; see ``refused``.
     """
 
     def __init__(self, earliest_day: int) -> None:
         self.earliest_day = earliest_day
+        self.latest_day = max(_LATEST_DAY, earliest_day + _ERA_DAYS)
         self.refused = False
         self._utc_us: int | None = None
         self._at_us = 0
@@ -47,7 +53,7 @@ class Calendar:
     def utc_us(self, tod_us: int, day: int | None, now_us: int) -> int | None:
         """Return microseconds since 1970 for a time of day, with the date when the sentence has one."""
         if day is not None:
-            self.refused = day < self.earliest_day
+            self.refused = not self.earliest_day <= day < self.latest_day
             if self.refused:
                 self._utc_us = None
                 return None

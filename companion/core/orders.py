@@ -36,11 +36,18 @@ from mavlink_bridge.requests import (
 
 from .controls import Controls
 from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
+from .units import clamp
 from .vessel import throttle_to_speed, top_speed_mps
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
     return Reply(result, refusal) if refusal else ACCEPTED
+
+
+def _speed_refusal(vehicle: Controls, speed_mps: float | None) -> str:
+    limit_mps = top_speed_mps(vehicle.vessel)
+    fits = speed_mps is None or 0.0 < speed_mps <= limit_mps
+    return "" if fits else f"speed {speed_mps:.2f} m/s is outside 0...{limit_mps:.2f}"
 
 
 class Orders:
@@ -105,21 +112,21 @@ class Orders:
         vehicle = self._vehicle
         if not body.change_mode and vehicle.navigator.mode is not Mode.GUIDED:
             return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
-        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
         return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.reposition(body, vehicle.state))
 
     def orbit(self, body: Orbit, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
-        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
         return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.orbit(body, vehicle.state))
 
     def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
             speed = throttle_to_speed(self._vehicle.vessel, body.throttle)
-        limit = top_speed_mps(self._vehicle.vessel)
-        if speed is not None and not 0.0 < speed <= limit:
-            return Reply(Result.DENIED, f"speed {speed:.2f} m/s is outside 0...{limit:.2f}")
+        refusal = _speed_refusal(self._vehicle, speed)
+        if refusal:
+            return Reply(Result.DENIED, refusal)
         self._vehicle.navigator.set_speed(speed)
         return ACCEPTED
 
@@ -130,6 +137,12 @@ class Orders:
             speed = throttle_to_speed(vehicle.vessel, body.throttle)
         if speed is None:
             speed = vehicle.navigator.speed_mps
+        top_mps = top_speed_mps(vehicle.vessel)
+        if body.stream:
+            speed = clamp(speed, -top_mps, top_mps)
+        refusal = _speed_refusal(vehicle, abs(speed) or None)
+        if refusal:
+            return Reply(Result.DENIED, refusal)
         return _reply(vehicle.navigator.steer(body, speed, vehicle.state, now_us))
 
     def guided_target(self, body: GuidedTarget, sender: int, now_us: int) -> Reply:

@@ -8,6 +8,7 @@ from typing import Final
 
 from companion.core.depth_grid import Leg, offset
 from companion.core.paths import Segment, circle, figure_eight, racetrack
+from companion.core.units import wrap_pi
 from mavlink_bridge.imc import Goto, Loiter, LoiterDirection, LoiterKind, Maneuver
 
 Position = tuple[float, float]
@@ -16,35 +17,54 @@ _CORNERS_PER_TURN: Final = 32
 
 
 def plan_legs(maneuvers: Sequence[Maneuver], start_rad: Position | None, loiter_radius_m: float) -> list[Leg]:
-    """Lay out every item that has a place: the leg that leads there, and a loiter's whole figure.
+    """Lay out every item that has a place: the leg that leads there, and a loiter's whole figure from where it is joined.
 
-    ``start_rad``: where the vessel is; without it the first leg is its end point alone. Jumps lead over legs that are
-    laid out anyway, but for the leg back; that one is added.
+    ``start_rad``: where the vessel is; without it the first leg is its end point alone. So is one behind a loiter that may
+    be left anywhere on its figure. Jumps lead over legs that are laid out anyway, but for the leg back; that one is added.
     """
     legs: list[Leg] = []
-    ends: dict[int, Position] = {}
     last = start_rad
     for item in maneuvers:
         if isinstance(item, Goto | Loiter):
-            here = (item.lat_rad, item.lon_rad)
-            figure = _figure(item, loiter_radius_m) if isinstance(item, Loiter) else ()
-            approach = () if last is None else (last,)
-            legs.append(Leg(item.seq, (*approach, figure[0] if figure else here, *figure[1:])))
-            last = ends[item.seq] = here
+            way = _way(item, last, loiter_radius_m)
+            legs.append(Leg(item.seq, way if last is None else (last, *way)))
+            last = _end(item, way)
         target = _jump_target(item, maneuvers)
         if target is not None and last is not None:
-            legs.append(Leg(item.seq, (last, target)))
+            legs.append(Leg(item.seq, (last, _way(target, last, loiter_radius_m)[0])))
     return legs
 
 
-def _jump_target(item: Maneuver, maneuvers: Sequence[Maneuver]) -> Position | None:
+def _way(item: Goto | Loiter, last: Position | None, loiter_radius_m: float) -> tuple[Position, ...]:
+    """An item's points; a figure is closed, and begins where it is nearest to where the vessel comes from."""
+    figure = _figure(item, loiter_radius_m) if isinstance(item, Loiter) else ()
+    if not figure:
+        return ((item.lat_rad, item.lon_rad),)
+    if last is None:
+        return figure
+    narrow = math.cos(last[0])
+    joined = min(
+        range(len(figure)), key=lambda k: math.hypot(figure[k][0] - last[0], narrow * wrap_pi(figure[k][1] - last[1]))
+    )
+    return (*figure[joined:], *figure[1 : joined + 1])
+
+
+def _end(item: Goto | Loiter, way: Sequence[Position]) -> Position | None:
+    """Where the next leg begins: the point, or where a figure was joined when whole laps are sailed; None = not known."""
+    if isinstance(item, Goto) or len(way) == 1:
+        return way[0]
+    whole = item.turns is not None and item.turns == round(item.turns)
+    return way[0] if whole and item.duration_s is None and not item.exit_toward_next else None
+
+
+def _jump_target(item: Maneuver, maneuvers: Sequence[Maneuver]) -> Goto | Loiter | None:
     """Where a jump leads: the first item with a place at or after its target."""
     target_seq = getattr(item, "target_seq", None)
     if target_seq is None:
         return None
     for other in maneuvers:
         if other.seq >= target_seq and isinstance(other, Goto | Loiter):
-            return other.lat_rad, other.lon_rad
+            return other
     return None
 
 

@@ -146,20 +146,14 @@ class PlanFence:
         """Yield for each leg what is wrong with it."""
         switches = [(item.seq, item.enable) for item in maneuvers if isinstance(item, FenceEnable)]
         round_it = {item.seq for item in maneuvers if isinstance(item, Loiter) and item.kind is not LoiterKind.HOVER}
-        at_start, is_first = self._fence.enabled, True
+        at_start = self._fence.enabled
         for leg in plan_legs(maneuvers, None, loiter_radius_m):
             on = next((enable for seq, enable in reversed(switches) if seq < leg.seq), at_start)
             points = tuple(origin.to_local(*point) for point in leg.points_rad) if on else ()
-            figure = points if is_first else points[1:]
-            is_first = False
-            if not points:
+            if not points or self._outside_m(state, points) is None:
                 yield None
             elif leg.seq in round_it:
-                joined = (points[0], min(figure, key=lambda point: math.dist(point, points[0])))
-                leaves = self._outside_m(state, joined) is not None or self._outside_m(state, figure) is not None
-                yield Trespass(leg.seq, 0.0) if leaves else None
-            elif self._outside_m(state, points) is None:
-                yield None
+                yield Trespass(leg.seq, 0.0)
             else:
                 yield Trespass(leg.seq, max(-(self._fence.distance_m(state, points[-1]) or 0.0), 0.0))
 

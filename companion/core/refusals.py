@@ -86,4 +86,4 @@ def motion_refusal(vehicle: Controls, now_us: int) -> str:
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
     if vehicle.gate.terminated or vehicle.terminating:
         return "terminated: restart to go on"
-    return vehicle.guard.activation(now_us) or ""
+    return vehicle.guard.activation(now_us) or failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe)

@@ -73,7 +73,7 @@ class ModelController:
         reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
         most = min(config.heading_bandwidth, reach)
         lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
-        self._step_mps = handling.top_mps / _POINTS
+        self._step_mps, self._attainable_mps = handling.top_mps / _POINTS, 1.05 * handling.top_mps
         self._omegas = [
             heading_bandwidth(
                 self._inertia,
@@ -233,10 +233,14 @@ class ModelController:
         reference = measured if self._u_ref is None else self._u_ref
         most, m11 = self._surge_most, self._m11
         self._du_ref = change = clamp((wanted - reference) * _SPEED_REFERENCE, -most, most)
-        self._u_ref = reference = reference + change * dt_s
+        reference += change * dt_s
+        most = self._attainable_mps + measured - water
+        if reference > most:
+            reference = most  # beyond what the hull can do it would only take longer to come down again
+        self._u_ref = reference
         error = reference - measured
         p = self._speed_gain * m11 * error
-        through = clamp(reference + (water - measured), -0.5, 1.05 * self._handling.top_mps)
+        through = clamp(reference + (water - measured), -0.5, self._attainable_mps)
         forward = self._handling.drag_n(through) + m11 * change
         total = forward + p + self._surge_integral_n
         if not desired.brake and wanted >= 0.0 and total < -0.5 * self._astern_n:

@@ -39,7 +39,7 @@ class SeedController:
     def _clear(self) -> None:
         self._heading.reset()
         self._speed.reset()
-        self._fast = False
+        self._fast = self._speed_runs = False
         self._last_angles: tuple[float, float] | None = None
         self._last = (0.0, 0.0)
 
@@ -87,6 +87,7 @@ class SeedController:
     def _heading_loop(self, dt_s: float, state: EstimatedState, desired: Desired) -> tuple[Parcels, float | None]:
         if desired.psi_rad is None or state.psi_rad is None:
             self._last_angles = None
+            self._heading.reset()
             return _IDLE, None
         error = wrap_pi(desired.psi_rad - state.psi_rad)
         late = not 0.0 < dt_s <= _LONGEST_STEP_S
@@ -100,12 +101,15 @@ class SeedController:
 
     def _speed_loop(self, dt_s: float, state: EstimatedState, desired: Desired) -> tuple[Parcels, float | None]:
         if desired.speed_mps is None or state.u_mps is None:
+            self._speed.reset()
+            self._speed_runs = False
             return _IDLE, None
         measured = self._observer.u_mps if desired.through_water else state.u_mps
         error = desired.speed_mps - measured
-        if not 0.0 < dt_s <= _LONGEST_STEP_S:
-            return self._speed.step(0.0, error, 0.0), error
-        return self._speed.step(dt_s, error), error
+        late, first = not 0.0 < dt_s <= _LONGEST_STEP_S, not self._speed_runs
+        self._speed_runs = True
+        # a first error has no slope: taken from none it would be a kick
+        return self._speed.step(0.0 if late else dt_s, error, 0.0 if late or first else None), error
 
     def _thruster_share(self, state: EstimatedState) -> float:
         """Share of the heading output for the thrusters, by speed with hysteresis."""

@@ -95,7 +95,7 @@ class Vehicle(Controls):
         self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
         guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
         if self.mission.home is None:
-            self._set_home_once()
+            self._set_home_here()
 
     def _steer(self, now_us: int, dt_s: float, intent: Intent) -> ActuatorDemand | None:
         """Turn the intent into a demand; None where there is none (and the gate makes neutral of it)."""

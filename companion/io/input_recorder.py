@@ -39,12 +39,13 @@ _KIND_NUMBERS: Final = {kind: number for number, kind in enumerate(KINDS)}
 class InputRecorder:
     """Collects steps and hands finished records on as bytes.
 
-    ``sink`` takes them (the recorder's buffer); ``begin`` opens a step and finishes the one before; ``finish`` closes
-    the last. Nothing here touches a file.
+    ``sink`` takes them (the recorder's buffer), ``head`` what stands before them; ``begin`` opens a step and finishes
+    the one before; ``finish`` closes the last. Nothing here touches a file.
     """
 
-    def __init__(self, sink: Callable[[bytes], None]) -> None:
+    def __init__(self, sink: Callable[[bytes], None], head: Callable[[bytes], None] | None = None) -> None:
         self._sink = sink
+        self._head = head or sink
         self._parts: list[bytes] = []
         self._started = False
         self.number = 0
@@ -53,9 +54,8 @@ class InputRecorder:
     def start(self, meta: Mapping[str, Any], store: Mapping[str, Any] | None = None) -> None:
         """Write the header: ``meta`` lists the links, ``store`` is the store's content. Before it nothing is kept."""
         self._started = True
-        self._sink(MAGIC)
-        self._sink(pack_record(RECORD_META, json.dumps(meta, sort_keys=True).encode()))
-        self._sink(pack_record(RECORD_STORE, json.dumps(store or {}, sort_keys=True).encode()))
+        about = pack_record(RECORD_META, json.dumps(meta, sort_keys=True).encode())
+        self._head(MAGIC + about + pack_record(RECORD_STORE, json.dumps(store or {}, sort_keys=True).encode()))
 
     def begin(
         self, kind: StepKind, now_us: int, *, utc_us: int | None = None, load: float = 0.0, late_s: float = 0.0

@@ -1,4 +1,4 @@
-"""Key files: 32 raw bytes, readable by their owner only. A key that others may read is no key."""
+"""Key files: 32 raw bytes, readable by their owner only. A key that others may read is no key, nor is one of zeros."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import os
 from pathlib import Path
 from typing import Final
 
+from companion.io.log_file import sync_folder
+
 KEY_BYTES: Final = 32
 
 
@@ -16,7 +18,7 @@ class KeyFileError(ValueError):
 
 
 def read_key(path: Path) -> bytes:
-    """Read a key. Raises KeyFileError when it is missing, has the wrong length, or is readable by others."""
+    """Read a key. Raises KeyFileError when it is missing, has the wrong length, is all zeros, or is readable by others."""
     try:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode
@@ -28,6 +30,10 @@ def read_key(path: Path) -> bytes:
     if len(key) != KEY_BYTES:
         found = f"{len(key)} bytes" if len(key) < KEY_BYTES else f"more than {KEY_BYTES} bytes"
         raise KeyFileError(f"{path}: {found}; a key has exactly {KEY_BYTES}. Copy the file again, or make a new one")
+    if not any(key):
+        raise KeyFileError(
+            f"{path}: a key of zeros, which anybody can guess; make a new one with 'companion keys make'"
+        )
     if mode & 0o077:
         raise KeyFileError(f"{path}: others on this computer may read it; chmod 600 {path}")
     return key
@@ -37,6 +43,8 @@ def write_key(path: Path, key: bytes, *, replace: bool = False) -> None:
     """Write a key so that nobody else can ever read it, whole or not at all. Raises KeyFileError."""
     if len(key) != KEY_BYTES:
         raise KeyFileError(f"a key has {KEY_BYTES} bytes, not {len(key)}")
+    if not any(key):
+        raise KeyFileError("a key of zeros, which anybody can guess, is not stored")
     if path.exists() and not replace:
         raise KeyFileError(
             f"{path}: there is a file already; give another name, or --replace (both sides need the new key)"
@@ -52,6 +60,7 @@ def write_key(path: Path, key: bytes, *, replace: bool = False) -> None:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
+        sync_folder(path.parent)
     except OSError as error:
         raise KeyFileError(f"{path}: {error.strerror or error}; choose a folder that can be written") from error
 

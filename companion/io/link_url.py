@@ -29,7 +29,14 @@ class LinkUrl:
         host, colon, port = self.where.rstrip("/").rpartition(":")
         if not colon or not port.isascii() or not port.isdigit() or not 0 <= int(port) <= 65535:
             raise LinkConfigError(f"{self.text}: needs a host and a port, like {self.scheme}://127.0.0.1:14550")
-        return host.strip("[]"), int(port)
+        host = host.strip("[]")
+        try:
+            host.encode("idna")  # as the look-up will do it
+        except UnicodeError:
+            raise LinkConfigError(
+                f"{self.text}: {host} can be no host's name: each part between dots has 1 to 63 characters"
+            ) from None
+        return host, int(port)
 
     def path(self) -> str:
         """Return the path; empty is an error."""

@@ -6,6 +6,7 @@ log: its parts one after the other make a telemetry log again. Only files that a
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 import zlib
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
 from companion.io.clock import EARLIEST_UTC_US
+from companion.io.log_file import parts_of
 from companion.io.writer import Writer
 
 MAX_LOGS: Final = 500
@@ -110,10 +112,13 @@ class LogArchive:
         found: list[tuple[int, str, int]] = []
         self._parts = {}
         for name, folder in folders.items():
-            parts = log_parts(folder)
-            if parts:
-                self._parts[name] = parts
-                found.append((_begin_s(parts[0][0]), name, sum(size for _, size in parts)))
+            with contextlib.suppress(
+                OSError
+            ):  # lost+found, or a run that is damaged: the others are wanted all the same
+                parts = log_parts(folder)
+                if parts:
+                    found.append((_begin_s(parts[0][0]), name, sum(size for _, size in parts)))
+                    self._parts[name] = parts
         found.sort(key=lambda each: (folders[each[1]] == self._current, each))
         return [(name, size, begin_s) for begin_s, name, size in found[-MAX_LOGS:]]
 
@@ -152,8 +157,8 @@ class LogArchive:
 
 def log_parts(run_dir: Path) -> tuple[tuple[Path, int], ...]:
     """The files of one run's telemetry log and their sizes, in their order; empty when there is none."""
-    paths = [run_dir / "mavlink.tlog", *sorted(run_dir.glob("mavlink-*.tlog"))]
-    found = [(path, path.stat().st_size) for path in paths if path.is_file() and not path.is_symlink()]
+    paths = parts_of(run_dir / "mavlink.tlog")
+    found = [(path, path.stat().st_size) for path in paths if not path.is_symlink()]
     return tuple(each for each in found if each[1] > 0)
 
 

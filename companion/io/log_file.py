@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -20,11 +21,14 @@ CLOSE_WAIT_S: Final = 1.0
 """How long the end of a run waits for a slow disk, for each file."""
 MAX_BUFFER: Final = 8 << 20
 EAGER_FLUSH: Final = 256 << 10
+ENDS_HERE: Final = "it ends here, a replay goes no further"
 
 
 def parts_of(path: Path) -> list[Path]:
     """The parts of a file of a run that are there, the oldest first."""
-    return [part for part in (path, *sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"))) if part.is_file()]
+    numbered = re.compile(rf"{re.escape(path.stem)}-(\d{{3,}}){re.escape(path.suffix)}")
+    found = [(int(name[1]), part) for part in path.parent.glob("*") if (name := numbered.fullmatch(part.name))]
+    return [part for part in (path, *(part for _, part in sorted(found))) if part.is_file()]
 
 
 def sync_folder(folder: Path) -> None:
@@ -39,8 +43,8 @@ def sync_folder(folder: Path) -> None:
 class LogFile:
     """An append-only file with bounded size.
 
-    ``max_bytes`` rotates to ``stem-001.suffix`` and so on (0: never), ``stop_at_end`` stops instead. ``header`` begins
-    every part.
+    ``max_bytes`` rotates to ``stem-001.suffix`` and so on (0: never), ``stop_at_end`` stops instead: there, and where
+    anything is lost, for what comes after a gap is of no use. ``header`` begins every part.
     """
 
     def __init__(
@@ -71,15 +75,31 @@ class LogFile:
         self._retry_us = 0
         self._fault = ""
         self._told = ""
-        self._ended = False
+        self._ended = ""
+        """Why nothing more is taken."""
+        self._cut = False
+        """What is still on its way is not written either; the writer's."""
+        self._header_due = False
+        self._good_bytes = -1
+        """So long is the file up to its last whole write; -1 unknown."""
 
     def add(self, data: bytes) -> None:
         """Collect bytes; ``flush`` writes them."""
         if self._size > MAX_BUFFER or self._ended:
-            self.dropped += len(data)
+            self._lose(len(data))
             return
         self._parts.append(data)
         self._size += len(data)
+
+    def begin(self, header: bytes) -> None:
+        """Set the header and have it written as soon as there is room, with or without anything after it."""
+        self._header = header
+        self._header_due = True
+
+    def _lose(self, size: int) -> None:
+        self.dropped += size
+        if self._stop_at_end and size and not self._ended:
+            self._ended = self._fault = ENDS_HERE
 
     @property
     def waiting(self) -> int:
@@ -89,9 +109,10 @@ class LogFile:
         """Hand over what was collected; cheap, never waits with a writer, never raises."""
         if self._fault != self._told:
             self._tell(now_us)
-        if not self._parts:
+        if not self._parts and not self._header_due:
             return
-        if self.off or (self._fault and now_us < self._retry_us):
+        owed = self._ended and self._parts  # from before the end; whatever the fault was, nothing comes after it
+        if self.off or (self._fault and now_us < self._retry_us and not owed):
             self._drop()
             return
         if self._fault:
@@ -114,35 +135,59 @@ class LogFile:
             self._report(f"{self.path.name}: writing again")
 
     def _drop(self) -> None:
-        self.dropped += self._size
+        self._lose(self._size)
         self._parts.clear()
         self._size = 0
 
     def _write(self, data: bytes, sync: bool) -> None:
+        if self._cut:
+            self.dropped += len(data)
+            data = b""
         try:
             if self._max_bytes and self.written + len(data) > self._max_bytes and self.written:
                 if self._stop_at_end:
-                    self._ended = True
-                    self._fault = "full: recording stopped"
+                    self._cut, self._ended = True, f"full: {ENDS_HERE}"
+                    self._fault = self._ended
                     return
                 self._rotate()
-            if self._fd < 0:
-                self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
-                if sync:
-                    sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes
-                if self._header and os.fstat(self._fd).st_size == 0:
-                    data = self._header + data
-            view = memoryview(data)
-            while view:
-                view = view[os.write(self._fd, view) :]
+            self._put(data, sync)
             self.written += len(data)
-            if sync:
-                os.fdatasync(self._fd)
-            self._fault = ""
+            self._fault = self._ended and (self._fault or self._ended)
         except OSError as error:
-            self._fault = "no space on the disk" if error.errno == errno.ENOSPC else (error.strerror or str(error))
+            reason = "no space on the disk" if error.errno == errno.ENOSPC else (error.strerror or str(error))
             self.dropped += len(data)
+            if self._stop_at_end:
+                self._cut, self._ended = True, self._ended or ENDS_HERE
+                reason = f"{reason}; {self._ended}"
+            self._fault = reason
+            with contextlib.suppress(OSError):
+                self._take_back()
             self._close_fd()
+
+    def _put(self, data: bytes, sync: bool) -> None:
+        if self._fd < 0:
+            self._open(sync)
+        if self._header and not self._good_bytes:
+            data = self._header + data
+        view = memoryview(data)
+        while view:
+            view = view[os.write(self._fd, view) :]
+        if sync:
+            os.fdatasync(self._fd)
+        self._good_bytes += len(data)
+        self._header_due = False
+
+    def _open(self, sync: bool) -> None:
+        self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        if sync:
+            sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes
+        self._take_back()
+        self._good_bytes = os.fstat(self._fd).st_size
+
+    def _take_back(self) -> None:
+        """Cut off half a row, to which the next would be glued."""
+        if self._fd >= 0 and 0 <= self._good_bytes < os.fstat(self._fd).st_size:
+            os.ftruncate(self._fd, self._good_bytes)
 
     def _rotate(self) -> None:
         self._close_fd()
@@ -151,6 +196,24 @@ class LogFile:
             f"{self.path.name.split('-')[0].split('.')[0]}-{self.part:03d}{self.path.suffix}"
         )
         self.written = 0
+        self._good_bytes = -1
+
+    def begin_again(self) -> bool:
+        """Write on in a new file when the one that is open was deleted; True when it was. For the writer's thread."""
+        if self._fd < 0 or self._is_there():
+            return False
+        self._close_fd()
+        self.written, self._good_bytes = 0, -1
+        if self._stop_at_end:
+            self._cut, self._ended, self._header_due = True, self._ended or ENDS_HERE, True
+            self._fault = self._ended
+        return True
+
+    def _is_there(self) -> bool:
+        try:
+            return os.path.samestat(self.path.stat(), os.fstat(self._fd))
+        except FileNotFoundError:
+            return False
 
     def _close_fd(self) -> None:
         fd, self._fd = self._fd, -1

@@ -37,7 +37,7 @@ _SPACE_US: Final = 5_000_000
 _DEG: Final = 180.0 / math.pi
 _SHARES: Final = 16
 """A file goes on in a new part at this share of the run's limit; the inputs, needed from their start, may take half."""
-_PART: Final = re.compile(r"-\d{3}\.\w+$")
+_PART: Final = re.compile(r"-\d{3,}\.\w+$")
 _NO_DEMAND: Final = ActuatorDemand(0)
 
 
@@ -71,6 +71,7 @@ class Recorder:
         self._space_us = 0
         self._low = False
         self._low_found = False
+        self._gone_found = False
         with self._guarded():
             run_dir.mkdir(parents=True, exist_ok=True)
             set_aside(run_dir)
@@ -80,7 +81,7 @@ class Recorder:
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
         self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
-        self.inputs = InputRecorder(self._inputs.add)
+        self.inputs = InputRecorder(self._inputs.add, self._inputs.begin)
         """Records the inputs of the app that this run is about, once started."""
         self.frames: Callable[[bytes], None] = self._tlog.add
         """Takes records for the telemetry log (``mavlink_bridge.tlog``)."""
@@ -144,24 +145,42 @@ class Recorder:
         self._flush_us = now_us + _FLUSH_US
         if now_us >= self._space_us:
             self._space_us = now_us + _SPACE_US
-            if self._writer is None or not self._writer.post(self._look_at_disk):
+            if self._writer is None:
                 self._look_at_disk()
+            else:
+                self._writer.post(self._look_at_disk)  # not taken: the disk hangs, and looking at it would too
         if self._low != self._low_found:
             self._low = self._low_found
             floor = self._floor_bytes >> 20
             self._report(f"less than {floor} MB free: recording paused" if self._low else "room again: recording")
             for file in self._files:
                 file.off = self._low
+        if self._gone_found:
+            self._gone_found = False
+            self._report("files of this run are gone: begun anew")
         for file in self._files:
             file.flush(now_us)
 
     def _look_at_disk(self) -> None:
+        with contextlib.suppress(OSError):
+            self._begin_again()
         with contextlib.suppress(OSError):
             found = os.statvfs(self.run_dir)
             self._low_found = found.f_bavail * found.f_frsize < self._floor_bytes
         if any(file.part for file in self._files):
             with contextlib.suppress(OSError):
                 drop_oldest_parts(self.run_dir, self._max_bytes)
+
+    def _begin_again(self) -> None:
+        """Nobody hears of a deleted file: writing to it goes on without an error."""
+        about = self.run_dir / "run.json"
+        lost = not about.exists()
+        for file in self._files:
+            lost |= file.begin_again()
+        if lost:
+            self.run_dir.mkdir(parents=True, exist_ok=True)
+            write_json(about, self._about)
+            self._gone_found = True
 
     def close(self, now_us: int, **result: Any) -> None:
         """Write the rest; ``result`` is added to run.json."""

@@ -12,7 +12,9 @@ A replay builds the same app from the same settings with ``ReplayLinks`` and ``R
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from companion.io import request_json
@@ -71,9 +73,7 @@ class Recording:
         warnings = list(self._store.warnings) if self._store else []
         content = to_json(self._store.snapshot()) if self._store else {}
         header = json.dumps({**meta, "links": links, "store_warnings": warnings}, default=str)
-        # Where the run was recorded is no part of it: equal runs make equal recordings.
-        header = header.replace(json.dumps(str(self.recorder.run_dir))[1:-1], "RUN_DIR")
-        self._inputs.start(json.loads(header), content)
+        self._inputs.start(without_place(json.loads(header), self.recorder.run_dir), content)
 
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""
@@ -108,6 +108,27 @@ class Recording:
         """Finish the last step and close the run's files."""
         self._inputs.finish()
         self.recorder.close(now_us, **result)
+
+
+def without_place(data: Any, run_dir: Path) -> Any:
+    """``data`` with RUN_DIR for the run's directory: where a run was recorded is no part of it, equal runs are equal.
+
+    Only a path that begins with the directory is meant: its name may be part of any other word.
+    """
+    given = str(run_dir)
+    names = [rf"(?<![\w./-]){re.escape(given)}(?=/)"]
+    if given != ".":  # the directory one works in holds other things too, a map or a key
+        names.append(rf"(?:(?<=://)|(?<![\w./-])){re.escape(str(run_dir.absolute()))}(?![\w.-])")
+    place = re.compile("|".join(names))
+
+    def walk(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: walk(each) for key, each in value.items()}
+        if isinstance(value, list):
+            return [walk(each) for each in value]
+        return place.sub("RUN_DIR", value) if isinstance(value, str) else value
+
+    return walk(data)
 
 
 class RecordedApp:

@@ -47,7 +47,10 @@ class Resolver:
             self._result = OSError(errno.EHOSTUNREACH, f"no address for {self.host}: {error.strerror or error}")
 
     def _look_up(self, flags: int) -> tuple[socket.AddressFamily, Address]:
-        family, _, _, _, address = socket.getaddrinfo(
-            self.host or "127.0.0.1", self.port, type=self._kind, flags=flags
-        )[0]
+        try:
+            family, _, _, _, address = socket.getaddrinfo(
+                self.host or "127.0.0.1", self.port, type=self._kind, flags=flags
+            )[0]
+        except ValueError:  # from Python's own encoding of the name
+            raise OSError(errno.EINVAL, "not a host's name") from None
         return family, address

@@ -13,12 +13,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+KEPT_RUNS: Final = 3
+"""The newest runs are never deleted: what happened last is what one wants to see."""
 _NAME: Final = re.compile(r"\d{8}-\d{6}(-\d{1,3})?")
+_STAMP: Final = "%Y%m%d-%H%M%S"
+_CLOCK_WAS_SET: Final = "2020"
+"""A name before this year was given by a computer that did not know the time; it says nothing of the run's age."""
 
 
 def new_run_dir(base: Path) -> Path:
     """Return a fresh directory named after the time, in ``base``."""
-    stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    stamp = datetime.now(UTC).strftime(_STAMP)
     for number in range(1000):
         candidate = base / (stamp if not number else f"{stamp}-{number}")
         if not candidate.exists():
@@ -33,15 +38,22 @@ def free_bytes(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
-def make_room(base: Path, wanted_bytes: int, free: Callable[[Path], int] = free_bytes) -> list[Path]:
+def make_room(
+    base: Path, wanted_bytes: int, free: Callable[[Path], int] = free_bytes, *, floor_bytes: int = 0
+) -> list[Path]:
     """Delete the oldest runs in ``base`` until its disk has ``wanted_bytes`` free; return those that went.
 
+    The newest stay in any case. Where that cannot be had, old runs and the new one share what there is above ``floor_bytes``.
     Only directories that bear a time as ``new_run_dir`` gives it and hold a run.json are runs; links are left alone. What cannot
     be read or deleted stays: a disk's trouble is the recorder's to tell.
     """
     gone: list[Path] = []
     try:
-        for run_dir in _runs(base):
+        runs = _runs(base)
+        most = free(base) + sum(map(_size, runs))
+        if most < wanted_bytes:
+            wanted_bytes = min(most, floor_bytes + max(most - floor_bytes, 0) // 2)
+        for run_dir in runs:
             if free(base) >= wanted_bytes:
                 break
             shutil.rmtree(run_dir, ignore_errors=True)
@@ -53,13 +65,23 @@ def make_room(base: Path, wanted_bytes: int, free: Callable[[Path], int] = free_
 
 
 def _runs(base: Path) -> list[Path]:
-    """Oldest first."""
+    """Those that may go, oldest first; at the end those of which nobody knows when they were."""
     if not base.is_dir():
         return []
     found = [path for path in base.iterdir() if _NAME.fullmatch(path.name) and not path.is_symlink()]
-    return sorted((path for path in found if (path / "run.json").is_file()), key=_age)
+    ages = sorted((_age(path), path) for path in found if (path / "run.json").is_file())
+    dated = [path for (stamp, _), path in ages if stamp >= _CLOCK_WAS_SET]
+    undated = [path for (stamp, _), path in ages if stamp < _CLOCK_WAS_SET]
+    return dated[:-KEPT_RUNS] + undated[:-KEPT_RUNS]
 
 
 def _age(run_dir: Path) -> tuple[str, int]:
     stamp, number = run_dir.name[:15], run_dir.name[16:]
+    if stamp < _CLOCK_WAS_SET:  # it may have been set later in the run
+        written_s = max((path.stat().st_mtime for path in run_dir.iterdir()), default=0.0)
+        stamp = max(stamp, datetime.fromtimestamp(written_s, UTC).strftime(_STAMP))
     return stamp, int(number or 0)
+
+
+def _size(run_dir: Path) -> int:
+    return sum(path.lstat().st_blocks * 512 for path in run_dir.rglob("*"))

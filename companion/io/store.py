@@ -9,12 +9,9 @@ warning. Nothing here is fatal.
 from __future__ import annotations
 
 import contextlib
-import os
 import sqlite3
 import threading
-import zlib
 from collections import deque
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -28,21 +25,24 @@ from companion.io.store_content import (
     entries_of,
     rows_of,
 )
+from companion.io.store_file import (
+    DAMAGE,
+    MIGRATIONS,
+    NotOursError,
+    check,
+    finish_replacing,
+    is_of_the_disk,
+    migrate,
+    plain,
+    read_entries,
+    replace_damaged,
+    rescue,
+    write_entries,
+)
 from companion.io.writer import Writer
 
-MIGRATIONS: Final[tuple[str, ...]] = (
-    """
-    CREATE TABLE entry (
-        section TEXT NOT NULL,
-        key TEXT NOT NULL,
-        generation INTEGER NOT NULL,
-        body TEXT NOT NULL,
-        crc INTEGER NOT NULL,
-        PRIMARY KEY (section, key, generation)
-    ) WITHOUT ROWID;
-    """,
-)
-"""Step n takes a file from schema n to n + 1; the file's ``user_version`` says where it is."""
+__all__ = ["MIGRATIONS", "AnyStore", "MemoryStore", "Store", "check", "migrate", "read_entries", "write_entries"]
+
 _BUSY_S: Final = 1.0
 CLOSE_WAIT_S: Final = 1.0
 
@@ -95,7 +95,9 @@ class MemoryStore:
             apply_entries(self._rows, entries_of(op))
         return [Completion(ticket, True, "") for ticket, _ in waiting]
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Do what is queued, as the store on disk does."""
+        self.completions()
 
 
 class Store:
@@ -151,11 +153,15 @@ class Store:
             self._own_writer.close()
 
     def _disconnect(self) -> None:
-        with self._lock:
+        if not self._lock.acquire(timeout=CLOSE_WAIT_S):
+            return  # the writer hangs in a write; what it is at must not be closed under it
+        try:
             connection, self._connection = self._connection, None
             if connection is not None:
                 with contextlib.suppress(sqlite3.Error):
                     connection.close()
+        finally:
+            self._lock.release()
 
     def _perform(self, ticket: int, entries: list[Entry]) -> None:
         with self._lock:
@@ -166,27 +172,26 @@ class Store:
             return Completion(ticket, True, self._in_memory or "kept in memory only")
         try:
             write_entries(self._connection, entries)
-        except sqlite3.Error as error:
+        except (*DAMAGE, OverflowError) as error:
             with contextlib.suppress(sqlite3.Error):
                 self._connection.rollback()
-            return Completion(ticket, False, _plain(error))
+            return Completion(ticket, False, plain(error))
         return Completion(ticket, True, "")
 
     def _open(self) -> dict[tuple[str, str], str]:
         """Open for writing, or read what can be read and stay in memory."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+            finish_replacing(self.path)
             return self._open_writable()
-        except _NotOursError as error:
+        except NotOursError as error:
             return self._stay_in_memory(str(error))
-        except sqlite3.DatabaseError as error:
-            # "read-only" from a file that may be written is the file's own header, damaged.
-            writable = os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK)
-            if isinstance(error, sqlite3.OperationalError) and not (writable and "readonly" in str(error)):
-                return self._stay_in_memory(_plain(error))
-            return self._start_afresh(_plain(error))
         except OSError as error:
             return self._stay_in_memory(error.strerror or str(error))
+        except DAMAGE as error:
+            if is_of_the_disk(error, self.path):
+                return self._stay_in_memory(plain(error))
+            return self._start_afresh(plain(error))
 
     def _open_writable(self) -> dict[tuple[str, str], str]:
         connection = sqlite3.connect(self.path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False)
@@ -213,131 +218,22 @@ class Store:
         self._texts.append(f"Store {self.path.name}: {reason}; changes are kept in memory only")
         if not self.path.is_file():
             return {}
-        try:
-            with contextlib.closing(sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
+        for more in ("", "&immutable=1"):
+            uri = f"{self.path.resolve().as_uri()}?mode=ro{more}"
+            with contextlib.suppress(*DAMAGE), contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
                 return self._read(connection)
-        except sqlite3.Error:
-            pass
-        try:
-            uri = f"{self.path.resolve().as_uri()}?mode=ro&immutable=1"
-            with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
-                return self._read(connection)
-        except sqlite3.Error:
-            return {}
+        return {}
 
     def _start_afresh(self, reason: str) -> dict[tuple[str, str], str]:
-        """Move the damaged file aside, take over what it still gives, and begin a new one."""
+        """Begin a new file with what the damaged one still gives, and keep that one beside it."""
+        rescued = rescue(self.path)
+        found = f"Store {self.path.name} is damaged ({reason}), {len(rescued)} entries rescued"
         try:
-            aside = move_aside(self.path)
-            rescued = rescue(aside)
-            self._texts.append(
-                f"Store {self.path.name} was damaged ({reason}); moved to {aside.name}, {len(rescued)} entries rescued"
-            )
-            rows = self._open_writable()
-            assert self._connection is not None
-            write_entries(self._connection, [Entry(section, key, body) for (section, key), body in rescued.items()])
-            return rows | rescued
-        except (OSError, sqlite3.Error) as error:
-            return self._stay_in_memory(_plain(error) if isinstance(error, sqlite3.Error) else str(error))
-
-
-class _NotOursError(Exception):
-    """A file of a newer version: readable or not, it is left alone."""
-
-
-def migrate(connection: sqlite3.Connection, migrations: tuple[str, ...] = MIGRATIONS) -> None:
-    """Bring the schema up to date, each step in one transaction."""
-    (version,) = connection.execute("PRAGMA user_version").fetchone()
-    if version > len(migrations):
-        raise _NotOursError(f"written by a newer version of this program (schema {version}, known {len(migrations)})")
-    for number in range(version, len(migrations)):
-        connection.executescript(f"BEGIN IMMEDIATE;{migrations[number]};PRAGMA user_version={number + 1};COMMIT;")
-
-
-def check(connection: sqlite3.Connection) -> None:
-    """Raise sqlite3.DatabaseError when the file is not a sound database."""
-    found = connection.execute("PRAGMA integrity_check(1)").fetchone()
-    if found is None or found[0] != "ok":
-        raise sqlite3.DatabaseError(str(found[0]) if found else "no answer")
-
-
-def crc_of(section: str, key: str, generation: int, body: str) -> int:
-    return zlib.crc32("\x1f".join((section, key, str(generation), body)).encode())
-
-
-def read_entries(connection: sqlite3.Connection) -> tuple[dict[tuple[str, str], str], list[str]]:
-    """Newest sound generation of every entry, and texts about damaged ones."""
-    rows: dict[tuple[str, str], str] = {}
-    damaged: dict[tuple[str, str], str] = {}
-    for section, key, generation, body, crc in connection.execute(
-        "SELECT section, key, generation, body, crc FROM entry ORDER BY section, key, generation DESC"
-    ):
-        if not isinstance(body, str) or crc != crc_of(section, key, generation, body):
-            damaged.setdefault((str(section), str(key)), "is damaged and lost")
-            continue
-        if (section, key) not in rows:
-            rows[section, key] = body
-            if (section, key) in damaged:
-                damaged[section, key] = "is damaged; its previous state is used"
-    return rows, [f"{section} {key} {what}" for (section, key), what in damaged.items()]
-
-
-def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> None:
-    """Write rows in one transaction; each keeps one older generation."""
-    connection.execute("BEGIN IMMEDIATE")
-    for section, key, body in entries:
-        if body is None:
-            where, values = ("section = ?", (section,)) if not key else ("section = ? AND key = ?", (section, key))
-            connection.execute(f"DELETE FROM entry WHERE {where}", values)
-            continue
-        (newest,) = connection.execute(
-            "SELECT COALESCE(MAX(generation), 0) FROM entry WHERE section = ? AND key = ?", (section, key)
-        ).fetchone()
-        generation = newest + 1
-        connection.execute(
-            "INSERT INTO entry VALUES (?, ?, ?, ?, ?)",
-            (section, key, generation, body, crc_of(section, key, generation, body)),
-        )
-        connection.execute(
-            "DELETE FROM entry WHERE section = ? AND key = ? AND generation < ?", (section, key, generation - 1)
-        )
-    connection.execute("COMMIT")
-
-
-def move_aside(path: Path) -> Path:
-    """Rename a damaged file (and its journals) to the first free ``name.damaged-N``."""
-    number = 1
-    while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
-        number += 1
-    path.replace(aside)
-    for suffix in ("-wal", "-shm"):
-        journal = path.with_name(path.name + suffix)
-        if journal.exists():
-            journal.replace(aside.with_name(aside.name + suffix))
-    return aside
-
-
-def rescue(path: Path) -> dict[tuple[str, str], str]:
-    """Read from a damaged file whatever rows still come with a right CRC."""
-    rows: dict[tuple[str, str], str] = {}
-    try:
-        with contextlib.closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
-            for row in connection.execute("SELECT section, key, generation, body, crc FROM entry"):
-                section, key, generation, body, crc = row
-                if isinstance(body, str) and crc == crc_of(section, key, generation, body):
-                    rows[section, key] = body
-    except (sqlite3.Error, UnicodeError):
-        pass
-    return rows
-
-
-def _plain(error: sqlite3.Error) -> str:
-    """An SQLite error in words for an operator."""
-    text = str(error).lower()
-    if "full" in text:
-        return "no space on the disk"
-    if "readonly" in text or "read-only" in text or "unable to open" in text:
-        return "the disk cannot be written"
-    if "locked" in text:
-        return "another program holds the store"
-    return str(error) or type(error).__name__
+            aside = replace_damaged(self.path, rescued)
+            self._texts.append(f"{found}; moved to {aside.name}")
+            return self._open_writable()
+        except (OSError, *DAMAGE) as error:
+            why = error.strerror or str(error) if isinstance(error, OSError) else plain(error)
+            self._in_memory = f"kept in memory only: {why}"
+            self._texts.append(f"{found}; {why}, so changes are kept in memory only")
+            return rescued

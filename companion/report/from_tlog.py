@@ -19,6 +19,8 @@ from mavlink_bridge.requests import PlanItem
 
 LONGEST_GAP_S: Final = 86_400.0
 """A longer time between two lines or frames is damage, not a pause."""
+SET_BACK_S: Final = 1.0
+"""Stamps that go back further are those of a clock that was set; less is the disorder of several links."""
 _FAR_US: Final = round(LONGEST_GAP_S * 1e6)
 
 
@@ -88,8 +90,8 @@ class _Reader:
         }
 
     def read(self, records: list[tlog.Record]) -> None:
-        for record in records:
-            self._go_on(record.t_us)
+        for record, after in zip(records, [*records[1:], records[-1]], strict=True):
+            self._go_on(record.t_us, after.t_us)
             self._count(record)
             message = decode(record.frame)
             if message is not None:
@@ -98,16 +100,20 @@ class _Reader:
         flight.duration_s = self.t_s
         flight.links = [self._links[number] for number in sorted(self._links)]
         flight.plan, flight.fence, flight.rally = (self._plan(kind) for kind in range(3))
-        start = datetime.fromtimestamp(self.start_us / 1e6, UTC)  # by the clock that was right in the end
-        flight.about["start"] = start.strftime("%Y-%m-%d %H:%M:%S UTC")
+        try:
+            start = datetime.fromtimestamp(self.start_us / 1e6, UTC)  # by the clock that was right in the end
+            flight.about["start"] = start.strftime("%Y-%m-%d %H:%M:%S UTC")
+        except (ValueError, OverflowError, OSError):
+            flight.notes.append("the log's stamps are no microseconds since 1970: when it was is not known")
         flight.about["frames"] = str(len(records))
         for kind in flight.spans.values():
             kind[-1].end = max(kind[-1].end, kind[-1].start)
 
-    def _go_on(self, t_us: int) -> None:
+    def _go_on(self, t_us: int, after_us: int) -> None:
         """Time goes forward only, and no jump is a pause: a clock that was set in the middle of the run."""
         t_s = (t_us - self.start_us) * 1e-6
-        if abs(t_s - self.t_s) > LONGEST_GAP_S:
+        newest_s = (max(t_us, after_us) - self.start_us) * 1e-6  # one stamp alone may be damaged
+        if abs(t_s - self.t_s) > LONGEST_GAP_S or newest_s < self.t_s - SET_BACK_S:
             self.start_us += round((t_s - self.t_s) * 1e6)
         else:
             self.t_s = max(self.t_s, t_s)

@@ -21,6 +21,8 @@ MAX_FRAME: Final = MAX_BODY + OVERHEAD
 KEY_BYTES: Final = 32
 COUNTER_BYTES: Final = 5
 _WINDOW: Final = 64
+_OLD: Final = 256
+"""A HELLO so far behind is of an end that has lost its memory, or a recording; one that is less will catch up by itself."""
 _EPOCHS: Final = 2
 """How many times 64 frames may be lost in a row before only a HELLO brings the ends together again."""
 
@@ -77,6 +79,11 @@ def check_key(key: bytes) -> bytes:
     return key
 
 
+def name_of_key(key: bytes) -> str:
+    """A few signs that tell keys apart and do not give them away."""
+    return blake2s(digest_size=4, key=check_key(key), person=b"keyname").hexdigest()
+
+
 def _tag(key: bytes, direction: Direction, counter: int, covered: bytes) -> bytes:
     data = bytes((direction,)) + counter.to_bytes(8, "big") + covered
     return blake2s(data, digest_size=TAG_BYTES, key=key, person=b"usvradio").digest()
@@ -116,6 +123,8 @@ class Opener:
         self.good = 0
         self.strange_bytes = 0
         """Bytes that belong to no good frame."""
+        self.old_hellos = 0
+        """HELLOs with the right key and a counter of long ago."""
 
     def receive(self, data: bytes) -> list[Frame]:
         """Take bytes as read; return the good frames that they complete."""
@@ -150,14 +159,17 @@ class Opener:
         covered, tag = raw[:-TAG_BYTES], raw[-TAG_BYTES:]
         for counter in self._candidates(kind, head % _WINDOW, covered):
             if _tag(self._key, self._direction, counter, covered) == tag:
+                if counter <= self.counter:
+                    self.old_hellos += counter + _OLD < self.counter
+                    return None
                 self.counter = counter
                 return Frame(kind, covered[HEAD_BYTES:], counter)
         return None
 
     def _candidates(self, kind: Kind, low: int, covered: bytes) -> list[int]:
-        """Counters that the six bits may stand for: newer than the last good one, never older."""
+        """Counters that the six bits may stand for: newer than the last good one; a HELLO's is what it states."""
         first = self.counter + 1 + (low - self.counter - 1) % _WINDOW
         if kind is not Kind.HELLO:
             return [first + _WINDOW * epoch for epoch in range(_EPOCHS)]
         stated = int.from_bytes(covered[HEAD_BYTES : HEAD_BYTES + COUNTER_BYTES], "big")
-        return [stated] if stated > self.counter and stated % _WINDOW == low else []
+        return [stated] if stated % _WINDOW == low else []

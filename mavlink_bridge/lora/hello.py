@@ -17,6 +17,8 @@ _PLEASE: Final = 0x80
 _START_US: Final = 1_000_000
 """Both ends may start at the same moment; they should not speak at it."""
 _FIRST_US: Final = 3_000_000
+_SPREAD_US: Final = 10_000_000
+"""Two ends that started together must not meet on the air again and again."""
 _THRIFTY_FIRST_US: Final = 600_000_000
 _MAX_US: Final = 3_600_000_000
 _THRIFTY_HOUR_US: Final = 36_000_000
@@ -39,6 +41,7 @@ class Greeting:
         self._wait_us = self._first_us
         self._please = True
         self._strange = 0
+        self._is_sure = False
 
     def is_due(self, now_us: int) -> bool:
         return self._due_us is not None and now_us >= self._due_us
@@ -52,11 +55,20 @@ class Greeting:
         if not self._please:
             self._due_us = None
             return
-        self._due_us = now_us + self._wait_us + self._rng.randrange(500_000)
+        self._due_us = now_us + self._wait_us + self._rng.randrange(min(self._wait_us // 2, _SPREAD_US))
         self._wait_us = min(self._wait_us * 2, max(_MAX_US, self._first_us))
+
+    def hurry(self, now_us: int, *, was_silent: bool) -> bool:
+        """An order is to go: say HELLO before it when nobody has answered ours, or after a silence when our answer may be lost."""
+        if self._is_sure or (self._due_us is None and not was_silent):
+            return False
+        self._please = True
+        self._due_us = now_us
+        return True
 
     def answered(self) -> None:
         """The other end has shown that it hears us."""
+        self._is_sure = True
         self._due_us = None
         self._wait_us = self._first_us
 
@@ -64,7 +76,7 @@ class Greeting:
         """Take a HELLO's body; True when the other end has started anew since."""
         flags = body[COUNTER_BYTES] if len(body) > COUNTER_BYTES else 0
         if flags & _PLEASE:
-            self._please = False
+            self._please = self._is_sure = False
             self._due_us = now_us
         else:
             self.answered()
@@ -78,7 +90,11 @@ class Greeting:
         if total_bytes - self._strange < _STRANGE_BYTES or self._due_us is not None:
             return
         self._strange = total_bytes
-        if heard_us is None or now_us - heard_us > _QUIET_US:
+        self.unbelieved(heard_us, now_us)
+
+    def unbelieved(self, heard_us: int | None, now_us: int) -> None:
+        """Something of the other end came that cannot be believed: after a silence tell it the counter from here, and ask for its own."""
+        if self._due_us is None and (heard_us is None or now_us - heard_us > _QUIET_US):
             self._please = True
             self._due_us = now_us + self._rng.randrange(500_000)
 

@@ -1,8 +1,9 @@
 """The original installation's way over the radio: a JSON plan in, JSON states out, with an answer to each plan.
 
 A plan is loaded, the vessel armed if it is not, and the plan started: what the original did with a plan that came by
-radio. Nothing here proves who sent it; the checks before arming still hold. The same plan again within a minute is
-answered, not sailed anew.
+radio. Nothing here proves who sent it; the checks before arming still hold. The last order again within a minute is
+answered, not sailed anew, if it was accepted; one that stops the vessel is always carried out, and ends what is under
+way.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from mavlink_bridge.lora.json_stream import JsonStream
 from mavlink_bridge.lora.ledger import HOUR_US, Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
 from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.lora.request_codec import OVERRULED, makes_it_stop
 from mavlink_bridge.plan_export import items_from_maneuvers
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError, plan_id
@@ -74,6 +76,8 @@ class _Order:
     mark: int
     steps: deque[RequestBody]
     waiting: int = 0
+    result: str = ""
+    """How it ended; empty while it is under way."""
     answer: bytes = b""
     at_us: int = 0
 
@@ -164,20 +168,30 @@ class JsonRadio:
     # ---- plans --------------------------------------------------------------------------------------------------
 
     def _take_up(self, value: bytes, now_us: int) -> None:
-        mark = zlib.crc32(value)
-        known = next((item for item in self._orders if item.mark == mark and now_us - item.at_us < _AGAIN_US), None)
-        if known is not None:
-            if known.answer:
-                self._answers.append(known.answer)
+        order = _Order(_name_in(value), zlib.crc32(value), deque(), at_us=now_us)
+        last = self._orders[-1] if self._orders else None
+        stops = _stops(value)
+        if last is not None and not stops and _is_copy(last, order.mark, now_us):
+            if last.answer:
+                self._answers.append(last.answer)
             return
-        order = _Order(_name_in(value), mark, deque(), at_us=now_us)
-        self._orders = [*self._orders[1 - _MAX_WAITING :], order]
         try:
             order.steps = deque(self._steps(value))
         except SeedJsonError as error:
             self._end(order, Result.DENIED.value, str(error), now_us)
             return
+        if stops:
+            self._overrule(now_us)
+        self._orders = [*self._orders[1 - _MAX_WAITING :], order]
         self._ask_next(order)
+
+    def _overrule(self, now_us: int) -> None:
+        """What was ordered before a stop must not be carried out after it."""
+        for order in self._orders:
+            if not order.result:
+                self.asked = [request for request in self.asked if request.id != order.waiting]
+                order.waiting = 0
+                self._end(order, OVERRULED.result.value, OVERRULED.reason, now_us)
 
     def _steps(self, value: bytes) -> list[RequestBody]:
         fields = read_json(value)
@@ -205,13 +219,21 @@ class JsonRadio:
         self.asked.append(Request(order.waiting, order.steps.popleft(), sender=0))
 
     def _end(self, order: _Order, result: str, reason: str, now_us: int) -> None:
-        answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}
-        if reason:
-            answer["reason"] = reason[:120]
-        order.answer = json.dumps(answer, separators=(",", ":")).encode() + b"\n"
+        order.result = result
+        order.answer = self._answer(order, result, reason)
         order.steps.clear()
         order.at_us = now_us
-        self._answers.append(order.answer)
+        if order.answer:
+            self._answers.append(order.answer)
+
+    def _answer(self, order: _Order, result: str, reason: str) -> bytes:
+        """The line that the sender gets; without the reason, or none, when no hour has room for it: all others would wait behind it."""
+        answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}
+        for words in (reason[:120], ""):
+            line = json.dumps(answer | ({"reason": words} if words else {}), separators=(",", ":")).encode() + b"\n"
+            if self.ledger.could_ever(self._clock.airtime_us(len(line)), Priority.COMMAND):
+                return line
+        return b""
 
     # ---- states -------------------------------------------------------------------------------------------------
 
@@ -254,6 +276,21 @@ def _name_in(value: bytes) -> str:
     first = fields[0] if isinstance(fields, list) and fields else fields
     found = [first[key] for key in ("id", "ID", "command") if isinstance(first, dict) and key in first]
     return str(found[0])[:64] if found else "?"
+
+
+def _is_copy(last: _Order, mark: int, now_us: int) -> bool:
+    """Whether the same text again is a repetition by its sender, not an order to do it once more."""
+    taken = last.result in ("", Result.ACCEPTED.value)
+    return last.mark == mark and taken and now_us - last.at_us < _AGAIN_US
+
+
+def _stops(value: bytes) -> bool:
+    """Whether it is a command that makes the vessel stop."""
+    try:
+        fields = read_json(value)
+        return isinstance(fields, dict) and "command" in fields and makes_it_stop(_command(fields)[0])
+    except SeedJsonError:
+        return False
 
 
 def _command(fields: dict[str, Any]) -> list[RequestBody]:

@@ -2,7 +2,8 @@
 
 Five classes share the hour. Class 0 (stop, abort, their answers) may use all of it; the last fifth is never lent to
 the others. The time away during a restart does not count, so a restored ledger errs on the safe side; it also charges
-what may not have been written down in time.
+what may not have been written down in time. All is noted even where nothing limits it: the next start may be with a
+profile that does.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import Final
 
 HOUR_US: Final = 3_600_000_000
 _BUCKET_US: Final = 60_000_000
+_USUAL_LIMIT_US: Final = 360_000_000
+"""Where there is no limit the hour is written down as often as if it were this one."""
 _UNSAVED: Final = 0.01
 """Share of the hour's limit that may be used between two savings."""
 
@@ -90,14 +93,17 @@ class Ledger:
     def charge(self, airtime_us: int, end_us: int) -> None:
         """Note a transmission that ends at ``end_us``."""
         self._since_saved_us += airtime_us
-        if self.limit_us is None:
-            return
+        self.used_us(end_us)
         self._spent.append((end_us, airtime_us))
         self._total_us += airtime_us
 
     @property
     def should_be_saved(self) -> bool:
-        return self.limit_us is not None and self._since_saved_us > self.limit_us * _UNSAVED
+        return self._since_saved_us > self._unsaved_us
+
+    @property
+    def _unsaved_us(self) -> int:
+        return int((_USUAL_LIMIT_US if self.limit_us is None else self.limit_us) * _UNSAVED)
 
     def save(self, now_us: int) -> list[tuple[int, int]]:
         """Return (age in s, airtime in us) by minutes, ages rounded down."""
@@ -112,10 +118,8 @@ class Ledger:
 
     def restore(self, saved: list[tuple[int, int]], now_us: int) -> None:
         """Take over a saved hour as if no time had passed, plus what may have been sent after the saving."""
-        if self.limit_us is None:
-            return
         for age_s, spent_us in sorted(saved, reverse=True):
             self._spent.append((now_us - age_s * 1_000_000, spent_us))
             self._total_us += spent_us
-        self.charge(int(self.limit_us * _UNSAVED), now_us)
+        self.charge(self._unsaved_us, now_us)
         self._since_saved_us = 0

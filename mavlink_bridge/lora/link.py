@@ -10,29 +10,28 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from typing import Final
 
 from mavlink_bridge.lora import memory as memory_of
-from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer
+from mavlink_bridge.lora.frames import Direction, Frame, Kind, Opener, Sealer, name_of_key
 from mavlink_bridge.lora.hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
 from mavlink_bridge.lora.ledger import Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
+from mavlink_bridge.lora.patience import Patience
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
 from mavlink_bridge.requests import Reply, Result
 
-_MAX_OUTGOING: Final = 16
+MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO))
 _QUIET_PIECES: Final = 6
 _AFTER_ANSWER: Final = 3
-_MARGIN: Final = 1.08
 _VESSEL_PAUSE_US: Final = 1_500_000
-_PATIENT_TRIES: Final = 14
 
 
 @dataclass(slots=True)
@@ -55,20 +54,22 @@ class CompactLink:
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
+        ledger: Ledger | None = None,
     ) -> None:
         self.profile = profile
         inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
-        self.ledger = Ledger(profile.hour_us)
+        self.ledger = ledger or Ledger(profile.hour_us)
         self.clock = AirClock(profile)
-        self.inbox = Inbox()
+        self._patience = Patience(profile, self.clock, rng)
+        self.inbox = Inbox(round(profile.link.upload_s * 1e6))
         self.heard_us: int | None = None
         """When the last authentic frame came."""
         self.frames_out = self.bytes_out = 0
         self.last_posted: tuple[int, bytes] | None = None
         """Counter and body of the posted frame that went out last."""
+        self._key_name = name_of_key(key)
         self._sealer = Sealer(key, outward)
-        self._opener = Opener(key, inward)
-        self._rng = rng
+        self.opener = Opener(key, inward)
         self._save = save or (lambda text: None)
         self._is_vessel = outward is Direction.TO_SHORE
         self._next_id = rng.randrange(256)
@@ -79,23 +80,31 @@ class CompactLink:
         self._listen_until_us = self._hold_answers_us = 0
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
-        self._slowest_us = 0
         self._greeting = Greeting(profile, rng, now_us)
+        self._heard_ceiling = 0
         self._restore(memory, now_us)
 
     def _remember(self, now_us: int) -> None:
         self._ceiling = self._sealer.counter + memory_of.CEILING
-        state = memory_of.Kept(
-            self._ceiling, self._opener.counter, self._next_id, self._greeting.session, self._greeting.other_session
-        )
-        self._save(memory_of.write(state, self.inbox, self.ledger, now_us))
+        if self.heard_us is not None:
+            self._heard_ceiling = self.opener.counter + memory_of.HEARD_AHEAD
+        self._write(self._ceiling, self._heard_ceiling, now_us)
+
+    def _write(self, tx: int, rx: int, now_us: int) -> None:
+        greeting = self._greeting
+        kept = memory_of.Kept(tx, rx, self._next_id, greeting.session, greeting.other_session)
+        self._save(memory_of.write(kept, self.inbox, self.ledger, now_us, self._key_name))
+
+    def close(self, now_us: int) -> None:
+        """Keep for the next start what was used and heard, and no reserve."""
+        self._write(self._sealer.counter, self.opener.counter, now_us)
 
     def _restore(self, memory: str, now_us: int) -> None:
         """Take over the last run's counters, answers and airtime."""
-        kept = memory_of.read(memory, self.inbox, self.ledger, now_us)
+        kept = memory_of.read(memory, self.inbox, self.ledger, now_us, self._key_name)
         if kept is not None:
             self._sealer.counter = kept.tx + memory_of.RESTART_GAP
-            self._opener.counter = kept.rx
+            self.opener.counter = self._heard_ceiling = kept.rx
             self._next_id = kept.next_id % 256
             self._greeting.session = (kept.session + 1) % SESSIONS
             self._greeting.other_session = kept.other_session
@@ -106,13 +115,18 @@ class CompactLink:
     def receive(self, data: bytes, now_us: int) -> list[Frame | Message]:
         """Take bytes as read; return new messages and the frames that need no answer. Never raises on input."""
         found: list[Frame | Message] = []
-        for frame in self._opener.receive(data):
+        old_hellos = self.opener.old_hellos
+        for frame in self.opener.receive(data):
             self.heard_us = now_us
-            self._greeting.authentic(self._opener.strange_bytes)
+            self._greeting.authentic(self.opener.strange_bytes)
             item = self._sort(frame, now_us)
             if item is not None:
                 found.append(item)
-        self._greeting.strange(self._opener.strange_bytes, self.heard_us, now_us)
+        if self.heard_us is not None and self.opener.counter > self._heard_ceiling - memory_of.HEARD_MARGIN:
+            self._remember(now_us)
+        if self.opener.old_hellos > old_hellos:
+            self._greeting.unbelieved(self.heard_us, now_us)
+        self._greeting.strange(self.opener.strange_bytes, self.heard_us, now_us)
         return found
 
     def _sort(self, frame: Frame, now_us: int) -> Frame | Message | None:
@@ -120,7 +134,12 @@ class CompactLink:
         if kind is Kind.HELLO:
             if self._greeting.heard(frame.body, now_us):
                 self.inbox.forget()
+                if self._greeting.is_due(now_us):
+                    # it refuses what it may have heard before it started; the answer tells it the counter from now on
+                    self._sealer.counter += memory_of.HEARD_AHEAD
                 self._remember(now_us)
+            for waiting in self._outgoing:
+                waiting.next_us = min(waiting.next_us, now_us)
             return None
         if kind in (Kind.REPLY, Kind.MISSING):
             self._greeting.answered()
@@ -136,20 +155,20 @@ class CompactLink:
         if frame.kind is Kind.PIECE:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
-            self._hold_answers_us = now_us if polled else now_us + self._longest_us()
-            message, reply, account = self.inbox.piece(frame.body)
+            self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
+            message, reply, account = self.inbox.piece(frame.body, now_us)
             if account is not None:
                 self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
             elif message is None and reply is None:
                 # more pieces come: keep off the air for the longest one
-                self._listen_until_us = now_us + self._longest_us()
+                self._listen_until_us = now_us + self._patience.longest_us()
         else:
             message, reply = self.inbox.whole(frame.kind, frame.body)
         if reply is not None:
             stop = frame.kind is Kind.STOP
             self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
         if message is not None:
-            self._listen_until_us = max(self._listen_until_us, now_us + self._turnaround_us)
+            self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
 
     def _on_reply(self, body: bytes, now_us: int) -> None:
@@ -158,7 +177,7 @@ class CompactLink:
             return
         for item in self._outgoing:
             if item.id & 31 == found[0]:
-                self._learn(item, now_us)
+                self._patience.learn(item, now_us)
                 self._finish(item, found[1])
                 return
 
@@ -191,14 +210,21 @@ class CompactLink:
         cost_us = self.cost_us(kind, payload)
         if not self.ledger.allows(cost_us, priority, now_us):
             raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))
-        if len(self._outgoing) >= _MAX_OUTGOING:
+        if len(self._outgoing) >= MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
         item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
         self._next_id = (self._next_id + 1) % 256
+        if priority <= Priority.COMMAND:
+            self._greeting.hurry(now_us, was_silent=False)
         self._outgoing.append(item)
         self._outgoing.sort(key=lambda other: other.priority)
         return item.id
+
+    def withdraw(self, numbers: Container[int], reply: Reply) -> None:
+        """End messages of ours that nobody wants to arrive any more."""
+        for item in [item for item in self._outgoing if item.id in numbers]:
+            self._finish(item, reply)
 
     def post(self, kind: Kind, body: bytes, priority: Priority) -> None:
         """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
@@ -213,7 +239,7 @@ class CompactLink:
 
     def answer(self, number: int, reply: Reply, now_us: int) -> None:
         """Answer a message that came by ``receive``."""
-        reason_bytes = _REASON_BYTES if self.profile.link.texts else 0
+        reason_bytes = min(_REASON_BYTES, self.profile.max_frame_bytes - 7) if self.profile.link.texts else 0
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
@@ -228,9 +254,14 @@ class CompactLink:
         return found
 
     @property
+    def other_session(self) -> int | None:
+        """The start of the other end that its message numbers belong to."""
+        return self._greeting.other_session
+
+    @property
     def strange_bytes(self) -> int:
         """Bytes that belong to no authentic frame."""
-        return self._opener.strange_bytes
+        return self.opener.strange_bytes
 
     @property
     def waiting(self) -> int:
@@ -262,15 +293,19 @@ class CompactLink:
         frame = self._send(first.kind, first.body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._longest_us()
+            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._patience.longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
-        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, Priority.COMMAND, now_us):
+        priority = min([Priority.COMMAND, *(item.priority for item in self._outgoing)])
+        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, priority, now_us):
             return b""
         frame = self._sealer.hello(self._greeting.flags)
         self._went_out(frame, now_us)
         self._listen()
+        for item in self._outgoing:
+            # who is answering does not hear
+            item.next_us = max(item.next_us, self.clock.off_us + self._patience.hello_us())
         self._greeting.sent(now_us)
         return frame
 
@@ -278,9 +313,7 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        if now_us < self._listen_until_us:
-            return b""
-        if self._awaits_answer(now_us):
+        if now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
 
@@ -291,6 +324,9 @@ class CompactLink:
             if not item.is_under_way and self._would_meet(item.next_size(), now_us):
                 continue
             if item.asked:
+                if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
+                    item.greeted = True
+                    return b""
                 item.begin_round()
             kind, body = item.next_frame()
             frame = self._send(kind, body, item.priority, now_us)
@@ -300,11 +336,11 @@ class CompactLink:
             if item.asked:
                 late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
                 item.off_us, item.late_us = self.clock.off_us, late_us
-                item.quiet_us = self.clock.off_us + self._patience_us(item)
+                item.quiet_us = self.clock.off_us + self._patience.of(item)
                 # the vessel's states go on between the tries of what it tells the shore
                 item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
             elif self._is_vessel:
-                item.next_us = self.clock.off_us + self._answer_us()
+                item.next_us = self.clock.off_us + self._patience.answer_us()
             return frame
         return b""
 
@@ -312,9 +348,9 @@ class CompactLink:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
 
     def _a_posted(self, now_us: int) -> bytes:
-        if not self._posted or now_us < self._listen_until_us or self._is_receiving(now_us):
+        if not self._posted or now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
-        if self._awaits_answer(now_us):
+        if self._is_receiving(now_us):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
         if self._would_meet(len(first.body) + 6, now_us):
@@ -331,9 +367,7 @@ class CompactLink:
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""
-        if not self.inbox.is_receiving or self.heard_us is None:
-            return False
-        return now_us - self.heard_us < _QUIET_PIECES * self._longest_us()
+        return self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
 
     def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
         if not self._may(len(body) + 6, priority, now_us):
@@ -354,36 +388,7 @@ class CompactLink:
             self._remember(now_us)
 
     def _listen(self) -> None:
-        self._listen_until_us = self.clock.off_us + self._answer_us()
-
-    @property
-    def _turnaround_us(self) -> int:
-        return round(self.profile.link.turnaround_ms * 1e3)
-
-    def _answer_us(self) -> int:
-        """From the end of a frame of ours to the end of its short answer."""
-        return self._turnaround_us + self.clock.span_us(7)
-
-    def _longest_us(self) -> int:
-        return self._turnaround_us + self.clock.span_us(self.profile.max_frame_bytes)
-
-    def _patience_us(self, item: Outgoing) -> int:
-        """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
-        base_us = max(self._answer_us(), self._slowest_us)
-        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
-
-    def _learn(self, item: Outgoing, now_us: int) -> None:
-        """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
-        if item.tries == 1:
-            took_us = now_us - item.off_us
-        elif now_us < item.off_us:
-            took_us = item.late_us + now_us - item.off_us + self.clock.span_us(item.next_size())
-        else:
-            return
-        seen_us = round(took_us * _MARGIN)
-        if 0 < seen_us <= 4 * self._answer_us():
-            self._slowest_us = max(seen_us, (3 * self._slowest_us + seen_us) // 4)
+        self._listen_until_us = self.clock.off_us + self._patience.answer_us()
 
     def _expire(self, now_us: int) -> None:
         for item in [item for item in self._outgoing if now_us >= item.deadline_us]:

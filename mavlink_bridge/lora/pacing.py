@@ -5,13 +5,8 @@ The module says nothing of what it does, so the time of each packet is computed.
 
 from __future__ import annotations
 
-from typing import Final
-
 from mavlink_bridge.lora.airtime import PACKET_BYTES
-from mavlink_bridge.lora.profile import RadioProfile
-
-_MODULE_US: Final = 10_000
-"""Allowed for the module to notice the end of a write."""
+from mavlink_bridge.lora.profile import MODULE_US, RadioProfile
 
 
 class AirClock:
@@ -35,7 +30,7 @@ class AirClock:
 
     def span_us(self, size: int) -> int:
         """From the write to the end on the air."""
-        return round(size * self.profile.serial_byte_us) + _MODULE_US + self.airtime_us(size)
+        return round(size * self.profile.serial_byte_us) + MODULE_US + self.airtime_us(size)
 
     def sent(self, size: int, now_us: int) -> None:
         self.off_us = now_us + self.span_us(size)

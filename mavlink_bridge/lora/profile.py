@@ -7,18 +7,31 @@ not published: ``rated_dbm`` is an assumption until measured.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from mavlink_bridge.lora.airtime import PACKET_BYTES, PHYS, Phy, packet_us
-from mavlink_bridge.lora.frames import MAX_FRAME
+from mavlink_bridge.lora.frames import MAX_FRAME, OVERHEAD
 
 _DIPOLE_DBI: Final = 2.15
 _LEVEL_STEP_DB: Final = 3.0
 _CHANNEL_20_MHZ: Final = 868.92
 _CHANNEL_STEP_MHZ: Final = 0.6
+
+
+_KEY_STATE_BYTES: Final = 23
+_BETWEEN_US: Final = 120_000
+"""What the shore keeps clear before and after a state of the vessel's."""
+MODULE_US: Final = 10_000
+"""Allowed for the module to notice the end of a write."""
+
+
+def batch_bytes(count: int) -> int:
+    """Frame that holds so many samples: the first in 143 bits, each other one in 23."""
+    return math.ceil((143 + 23 * (count - 1)) / 8) + OVERHEAD
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +184,27 @@ class RadioProfile(_Model):
             )
         if self.link.stale_after_s < self.link.state_s * self.link.batch * 1.5:
             found.append("link.stale_after_s must be at least 1.5 times the time between two state packets")
-        return found
+        return found + self._size_mistakes()
+
+    def _size_mistakes(self) -> list[str]:
+        """What the longest packet has no room for."""
+        longest, link = self.max_frame_bytes, self.link
+        if link.batch > 1:
+            fits = [count for count in range(1, 15) if batch_bytes(count) <= longest]
+            if link.batch > max(fits, default=0):
+                size = batch_bytes(link.batch)
+                return [
+                    f"link.batch = {link.batch}: {size} bytes, {self.airtime_us(size) / 1e6:.2f} s on the air, are longer than "
+                    f"max_packet_s = {self.max_packet_s:g}; set link.batch = {max(fits, default=1)} or raise max_packet_s"
+                ]
+            return []
+        least_s = (self.span_us(_KEY_STATE_BYTES) + self.span_us(longest) + _BETWEEN_US) * 1e-6
+        if link.state_s < least_s:
+            return [
+                f"link.state_s = {link.state_s:g}: a piece of a plan, {longest} bytes, has no room between two states; "
+                f"set link.state_s = {math.ceil(least_s * 10) / 10:g} or more, or lower max_packet_s"
+            ]
+        return []
 
     @property
     def modulation(self) -> Phy:
@@ -201,6 +234,10 @@ class RadioProfile(_Model):
 
     def airtime_us(self, size: int) -> int:
         return packet_us(size, self.modulation, self.module_header_bytes)
+
+    def span_us(self, size: int) -> int:
+        """From the write to the end on the air, for what is one packet."""
+        return round(size * self.serial_byte_us) + MODULE_US + self.airtime_us(size)
 
     @property
     def serial_byte_us(self) -> float:

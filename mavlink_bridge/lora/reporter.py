@@ -6,7 +6,7 @@ from collections import deque
 from typing import Final
 
 from mavlink_bridge.imc import Severity
-from mavlink_bridge.lora.frames import Kind
+from mavlink_bridge.lora.frames import OVERHEAD, Kind
 from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.profile import RadioProfile
@@ -36,6 +36,7 @@ class Reporter:
         self._base: tuple[int, RadioState, int] | None = None
         """Mark, state as the shore has it, and when it was made."""
         self._mark = 0
+        self._text_bytes = min(_TEXT_BYTES, profile.max_frame_bytes - OVERHEAD - 1)
         self._samples: list[RadioState] = []
         self._pending: dict[bytes, tuple[RadioState, int]] = {}
         self._texts: deque[tuple[Severity, str]] = deque(maxlen=4)
@@ -138,4 +139,4 @@ class Reporter:
         if self._texts and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
             severity, words = self._texts.popleft()
             self._text_us = now_us
-            self._link.post(Kind.TEXT, bytes((severity,)) + words.encode()[:_TEXT_BYTES], Priority.EVENT)
+            self._link.post(Kind.TEXT, bytes((severity,)) + words.encode()[: self._text_bytes], Priority.EVENT)

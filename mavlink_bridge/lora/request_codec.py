@@ -74,6 +74,14 @@ def makes_it_stop(body: ask.RequestBody) -> bool:
     )
 
 
+OVERRULED: Final = ask.Reply(ask.Result.REJECTED_NOW, "overruled by a stop")
+
+
+def yields_to_a_stop(body: ask.RequestBody) -> bool:
+    """True for what a later stop makes void: every order that could set the vessel going again. Plans and parameters do not."""
+    return not (isinstance(body, ask.LoadPlan | ask.SetParameter) or makes_it_stop(body))
+
+
 def crosses(body: ask.RequestBody) -> bool:
     """Whether a request has a code."""
     stream = isinstance(body, ask.GuidedHeading) and body.stream

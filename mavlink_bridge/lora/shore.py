@@ -22,12 +22,15 @@ from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.request_codec import crosses, encode_request, makes_it_stop
+from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request, makes_it_stop, yields_to_a_stop
 from mavlink_bridge.lora.rhythm import Rhythm
+from mavlink_bridge.lora.shore_keys import HeardKeys
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
-from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_status
-from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch, decode_delta, decode_key, mark_of
+from mavlink_bridge.lora.shore_sync import Sync
+from mavlink_bridge.lora.shore_view import CachedParams, CachedPlans, snapshot_of, with_health
+from mavlink_bridge.lora.state_codec import KEY_BYTES, RadioState, decode_batch
 from mavlink_bridge.lora.transfer import Message, Outcome
+from mavlink_bridge.lora.vessel_clock import VesselClock
 from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.port import Identity, ParamTable
 from mavlink_bridge.requests import (
@@ -44,12 +47,12 @@ from mavlink_bridge.requests import (
 )
 from mavlink_bridge.snapshot import Snapshot
 
-_SYNC_GAP_US: Final = 60_000_000
 _WAY_US: Final = 40_000
 """From the end of a packet to its bytes here: module and serial line."""
 _KEYS_WITHOUT_WORD: Final = 3
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
+_LOST_MEMORY: Final = "Radio: the vessel lost its counters and is not believed: make a new radio key for both ends"
 
 
 @dataclass(slots=True)
@@ -96,8 +99,8 @@ class ShoreTwin:
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
-        self._keys: dict[int, RadioState] = {}
-        self._acknowledge: int | None = None
+        self._keys = HeardKeys(profile.link)
+        self._clock = VesselClock(profile.link)
         self._beacon_us: int | None = None
         self._station_present = False
         self._new_keys = 0
@@ -107,8 +110,7 @@ class ShoreTwin:
         self._said: dict[str, int] = {}
         self._text_number = 0
         self._reached: list[int] = []
-        self._sync_us: int | None = None
-        self._sync_id: int | None = None
+        self._sync = Sync(profile, self.link)
         self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
         """Plans whose upload was given up without the vessel's word."""
         self._verified = False
@@ -135,7 +137,13 @@ class ShoreTwin:
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes from the modem as read. Never raises on input."""
-        for item in self.link.receive(data, now_us):
+        old_hellos = self.link.opener.old_hellos
+        items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self.say(Severity.WARNING, _LOST_MEMORY, now_us)
+        self._keys.of_session(self.link.other_session)
+        self._clock.of_session(self.link.other_session)
+        for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
             else:
@@ -157,7 +165,8 @@ class ShoreTwin:
         due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
         if due or station_present != self._station_present:
             self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
-            known = 0 if self._acknowledge is None else 0x40 | self._acknowledge
+            key = self._keys.to_name(self.link.opener.counter, now_us)
+            known = 0 if key is None else 0x40 | key
             self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
 
     def age_s(self, now_us: int) -> float | None:
@@ -176,6 +185,8 @@ class ShoreTwin:
 
         ``origin``: the command that it came in, which then crosses the air itself.
         """
+        if makes_it_stop(body):
+            self._overrule(now_us)
         for pending in self._pending.values():
             if pending.body == body:
                 pending.owners.append(owner)
@@ -186,6 +197,12 @@ class ShoreTwin:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
         self._pending[number] = _Pending(body, [owner])
+
+    def _overrule(self, now_us: int) -> None:
+        """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
+        older = {number for number, pending in self._pending.items() if yields_to_a_stop(pending.body)}
+        self.link.withdraw(older, OVERRULED)
+        self._collect(now_us)
 
     def _send(self, body: RequestBody, now_us: int, origin: Origin | None) -> int:
         settings = self.profile.link
@@ -264,7 +281,7 @@ class ShoreTwin:
                 self._on_delta(frame, now_us)
             elif frame.kind is Kind.BATCH:
                 samples, _ = decode_batch(frame.body)
-                self._take_state(samples[-1], now_us)
+                self._take_state(samples[-1], self._clock.made_us(samples[-1].t_s, now_us), now_us)
         except BitsError:
             return
         if frame.kind is Kind.EVENT and frame.body:
@@ -273,45 +290,30 @@ class ShoreTwin:
             self.say(Severity(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
-        state = decode_key(frame.body)
-        self._keys[mark_of(frame.body)] = state
+        is_first = self._keys.to_name(frame.counter, now_us) is None
+        state = self._keys.take(frame, now_us)
         self._new_keys += 1
-        if self._beacon_us is not None and (self._acknowledge is None or self._new_keys >= _KEYS_WITHOUT_WORD):
+        if self._beacon_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
             # a word from here lets the vessel send differences again
             self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
-        self._acknowledge = frame.counter & 0x3F
-        self._take_state(state, now_us)
+        self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
 
     def _on_delta(self, frame: Frame, now_us: int) -> None:
-        key = self._keys.get(mark_of(frame.body))
-        if key is None:
-            self._acknowledge = None
+        state = self._keys.apply(frame)
+        if state is None:
             return
-        state = decode_delta(key, frame.body)
         newest = self.state
         if newest is not None:
-            # the difference carries no status: what a later key told stands
-            state = with_status(state, newest)
-        self._take_state(state, now_us)
+            # a difference is sent only while the status is its key's; of the rest a later key may have told
+            state = with_health(state, newest)
+        self._take_state(state, now_us, now_us)
 
-    def _take_state(self, state: RadioState, now_us: int) -> None:
-        self.state, self.state_us = state, now_us
+    def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
+        if made_us is not None:
+            self.state, self.state_us = state, made_us
         if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
-            self._want(Wanted.INFO, now_us)
-
-    def _want(self, wanted: Wanted, now_us: int) -> None:
-        """Ask the vessel for what the shore lacks: one question at a time, a minute between two, never on a starved channel."""
-        if self.profile.link.batch > 1 or self._sync_id is not None:
-            return
-        if wanted == Wanted.INFO and self._sync_us is not None and now_us - self._sync_us < _SYNC_GAP_US:
-            return
-        self._sync_us = now_us
-        try:
-            self._sync_id = self.link.submit(
-                Kind.INFO, bytes((wanted,)), Priority.BULK, now_us, round(self.profile.link.command_s * 1e6)
-            )
-        except ValueError:
-            self._sync_id = None
+            self._sync.lacks(Wanted.INFO)
+        self._sync.step(now_us)
 
     def _on_message(self, message: Message, now_us: int) -> None:
         reply = Reply(Result.ACCEPTED)
@@ -320,6 +322,7 @@ class ShoreTwin:
             if isinstance(found, Info):
                 self._on_info(found, now_us)
             elif found is not None:
+                self._sync.has(Wanted.PARAMS)
                 self.changed_params += self.params.put_changed(found)
         elif message.kind is Kind.PLAN:
             try:
@@ -335,34 +338,34 @@ class ShoreTwin:
         """Compare what the vessel has with what is kept here, and ask for what differs."""
         self._verified = True
         self.plans.home_e7 = info.home_e7
-        wanted = Wanted(0)
+        self._sync.has(Wanted.INFO)
         for kind, flag in WANTED_PLAN.items():
             number = info.plan_id(kind)
             if number == self.plans.plan_id(kind):
+                self._sync.has(flag)
                 continue
             unsure = self._unsure.pop(kind, None)
             if number == 0:
-                self.plans.put(kind, ())
+                self._keep_plan(kind, (), now_us)
             elif unsure is not None and plan_id(unsure) == number:
                 self._keep_plan(kind, unsure, now_us)
                 self.say(Severity.NOTICE, "the vessel has stored the plan that was not confirmed before", now_us)
             else:
-                wanted |= flag
+                self._sync.lacks(flag)
         if info.params != params_check(self.params):
-            wanted |= Wanted.PARAMS
-        if wanted:
-            self._want(wanted, now_us)
+            self._sync.lacks(Wanted.PARAMS)
+        self._sync.step(now_us)
 
     def _keep_plan(self, kind: PlanKind, items: tuple[PlanItem, ...], now_us: int) -> None:
         self.plans.put(kind, items)
         self._unsure.pop(kind, None)
+        self._sync.has(WANTED_PLAN[kind])
 
     # ---- how requests end ---------------------------------------------------------------------------------------
 
     def _collect(self, now_us: int) -> None:
         for outcome in self.link.outcomes():
-            if outcome.id == self._sync_id:
-                self._sync_id = None
+            if self._sync.ended(outcome.id):
                 continue
             pending = self._pending.pop(outcome.id, None)
             if pending is not None:

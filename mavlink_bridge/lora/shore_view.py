@@ -153,15 +153,18 @@ def snapshot_of(
     )
 
 
-def with_status(state: RadioState, newest: RadioState) -> RadioState:
-    """Position, speed, heading and depth of one, the status of the other."""
+def with_health(state: RadioState, newest: RadioState) -> RadioState:
+    """One state with the battery, fix, attitude and health of another."""
     return replace(
-        newest,
-        lat_rad=state.lat_rad,
-        lon_rad=state.lon_rad,
-        sog_mps=state.sog_mps,
-        psi_rad=state.psi_rad,
-        alt_m=state.alt_m,
+        state,
+        phi_rad=newest.phi_rad,
+        theta_rad=newest.theta_rad,
+        battery=newest.battery,
+        fix=newest.fix,
+        gps_ok=newest.gps_ok,
+        heading_ok=newest.heading_ok,
+        actuators_ok=newest.actuators_ok,
+        prearm_ok=newest.prearm_ok,
     )
 
 

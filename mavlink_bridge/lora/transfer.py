@@ -46,6 +46,8 @@ class Outgoing:
     """Until when the answer to the last question may be on its way."""
     tries: int = 0
     """Questions asked so far."""
+    greeted: bool = False
+    """A HELLO went out between its first try and the second."""
     asked: bool = False
     """The last frame asked for an answer that has not come."""
     left: int = 0
@@ -155,6 +157,8 @@ class Message:
 class _Incoming:
     count: int
     rows: dict[int, bytes] = field(default_factory=dict)
+    heard_us: int = 0
+    """When its last piece came."""
 
 
 @dataclass(slots=True)
@@ -166,17 +170,17 @@ class _Known:
 
 
 class Inbox:
-    """The receiving side."""
+    """The receiving side. ``given_up_us``: how long after its last piece a message can no longer be completed by its sender."""
 
-    def __init__(self) -> None:
+    def __init__(self, given_up_us: int) -> None:
+        self._given_up_us = given_up_us
         self._coming: OrderedDict[int, _Incoming] = OrderedDict()
         self._known: OrderedDict[int, _Known] = OrderedDict()
         self.duplicates = 0
 
-    @property
-    def is_receiving(self) -> bool:
-        """Whether a message has come in part."""
-        return bool(self._coming)
+    def is_receiving(self, now_us: int, quiet_us: int) -> bool:
+        """Whether a message is coming in pieces, the last of them within ``quiet_us``. One given up half way hinders nobody."""
+        return any(now_us - coming.heard_us < quiet_us for coming in self._coming.values())
 
     def forget(self) -> None:
         """The other end has started anew: its numbers mean nothing any more."""
@@ -189,7 +193,7 @@ class Inbox:
             return None, None
         return self._accept(body[0], kind, body[1:])
 
-    def piece(self, body: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
+    def piece(self, body: bytes, now_us: int) -> tuple[Message | None, bytes | None, bytes | None]:
         """Take a piece: (message, answer, account of the rows when asked for)."""
         if len(body) < 3:
             return None, None, None
@@ -198,11 +202,7 @@ class Inbox:
         if known is not None:
             # it came whole before: its answer was lost, or is still being worked on
             return None, known.reply if poll else None, None
-        coming = self._coming.get(number)
-        if coming is None or coming.count != count:
-            coming = self._coming[number] = _Incoming(count)
-            while len(self._coming) > _COMING:
-                self._coming.popitem(last=False)
+        coming = self._part(number, count, now_us)
         if len(body) > 3 and len(coming.rows) < count:
             coming.rows[row] = body[3:]
         data = erasure.rebuild(coming.rows, count) if len(coming.rows) >= count else None
@@ -210,6 +210,18 @@ class Inbox:
             del self._coming[number]
             return self._finish(number, data.rstrip(b"\0")[:-1])
         return None, None, bytes((number, len(coming.rows))) if poll else None
+
+    def _part(self, number: int, count: int, now_us: int) -> _Incoming:
+        """What has come of a message so far. Rows of one that was given up must not mix with those of a later one of its number."""
+        for old in [key for key, item in self._coming.items() if now_us - item.heard_us > self._given_up_us]:
+            del self._coming[old]
+        coming = self._coming.get(number)
+        if coming is None or coming.count != count:
+            coming = self._coming[number] = _Incoming(count)
+            while len(self._coming) > _COMING:
+                self._coming.popitem(last=False)
+        coming.heard_us = now_us
+        return coming
 
     def _finish(self, number: int, data: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
         try:

@@ -11,17 +11,25 @@ from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.command_table import Context
+from mavlink_bridge.imc import Severity
 from mavlink_bridge.lora.bits import BitsError
 from mavlink_bridge.lora.command_codec import decode_command, is_command
 from mavlink_bridge.lora.frames import Direction, Frame, Kind
 from mavlink_bridge.lora.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
 from mavlink_bridge.lora.ledger import Ledger, Priority
-from mavlink_bridge.lora.link import CompactLink
+from mavlink_bridge.lora.link import MAX_OUTGOING, CompactLink
 from mavlink_bridge.lora.orders import meaning_of
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
 from mavlink_bridge.lora.reporter import Reporter
-from mavlink_bridge.lora.request_codec import RequestCodecError, decode_request, name_codes
+from mavlink_bridge.lora.request_codec import (
+    OVERRULED,
+    RequestCodecError,
+    decode_request,
+    makes_it_stop,
+    name_codes,
+    yields_to_a_stop,
+)
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError, plan_id
@@ -43,6 +51,8 @@ GATEWAY_SENDER: Final = 255
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
 _CHECK_GAP_US: Final = 1_000_000
+_WARN_GAP_US: Final = 60_000_000
+_LOST_MEMORY: Final = b"gateway lost its counters: make a new radio key"
 _PRESENT_US: Final = 600_000_000
 
 
@@ -60,11 +70,14 @@ class VesselRadio:
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
         system_id: int = 1,
+        ledger: Ledger | None = None,
     ) -> None:
         self.profile = profile
         self._address = (system_id, 1)
         self.vehicle = vehicle
-        self.link = CompactLink(profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us)
+        self.link = CompactLink(
+            profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us, ledger=ledger
+        )
         self._reporter = Reporter(profile, self.link)
         self._names = name_codes(_names(vehicle))
         self._snapshot: Snapshot | None = None
@@ -73,21 +86,35 @@ class VesselRadio:
         self._next_id = 1
         self._asked: dict[int, tuple[int, RequestBody]] = {}
         self._beacon_us: int | None = None
+        self._stop: tuple[int, int | None, int] | None = None
+        """Number and session of the last stop, and when it came."""
         self._told: Info | None = None
         """What the shore is known to know."""
         self._pushing: dict[int, Info] = {}
         self._push_us: int | None = None
         self._checked_us: int | None = None
+        self._warned_us: int | None = None
 
     # ---- the interface of an endpoint ---------------------------------------------------------------------------
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Never raises on input."""
-        for item in self.link.receive(data, now_us):
+        old_hellos = self.link.opener.old_hellos
+        items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self._warn(now_us)
+        for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
+
+    def _warn(self, now_us: int) -> None:
+        """Say why nothing is done: the shore may well hear this end, and can learn it only from here."""
+        is_soon = self._warned_us is not None and now_us - self._warned_us < _WARN_GAP_US
+        if self.profile.link.texts and not is_soon:
+            self._warned_us = now_us
+            self.link.post(Kind.TEXT, bytes((Severity.WARNING,)) + _LOST_MEMORY, Priority.EVENT)
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -163,6 +190,8 @@ class VesselRadio:
             return
         if isinstance(body, PlanError):
             body = Reply(Result.DENIED, f"item {body.seq}: {body.reason}")
+        if not isinstance(body, Reply) and self._is_overruled(message, body, now_us):
+            body = OVERRULED
         if isinstance(body, Reply):
             self.link.answer(message.id, body, now_us)
             return
@@ -172,6 +201,16 @@ class VesselRadio:
         sender = GATEWAY_SENDER if origin is None else origin.source[0]
         self.asked.append(Request(self._next_id, body, sender, origin=origin))
         self._next_id += 1
+
+    def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
+        """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
+        if makes_it_stop(body):
+            self._stop = message.id, self.link.other_session, now_us
+        if self._stop is None or not yields_to_a_stop(body):
+            return False
+        number, session, at_us = self._stop
+        is_recent = session == self.link.other_session and now_us - at_us <= self.profile.link.command_s * 1e6
+        return is_recent and 0 < (number - message.id) % 256 <= MAX_OUTGOING
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
         if message.kind is Kind.PLAN:

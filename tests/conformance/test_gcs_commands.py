@@ -7,10 +7,11 @@ import pytest
 from mavlink_bridge import requests as ask
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.command_table import MEANINGS
+from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.imc import LoiterDirection, Mode
 from mavlink_bridge.local_commands import LOCAL
 from mavlink_bridge.requests import Reply, Result
-from tests.fake_vessel import LAT_RAD
+from tests.fake_vessel import LAT_RAD, Bench
 
 NAN = math.nan
 LAT_E7, LON_E7 = 411_840_000, -87_050_000
@@ -235,7 +236,8 @@ def test_check_45_figure_eight(bench):
     bench.int(35, 60, 20, 1.0, 0.5, frame=6, x=LAT_E7, y=LON_E7)
     bench.tick()
     (body,) = bodies(bench, ask.Orbit)
-    assert (body.radius_m, body.length_m, body.bearing_rad, body.speed_mps) == (20.0, 80.0, 0.5, 1.0)
+    assert (body.radius_m, body.length_m, body.bearing_rad) == (20.0, 80.0, 0.5)
+    assert body.speed_mps is None, "parameter 3 is reserved, and in a plan it is no speed either"
 
 
 @pytest.mark.parametrize("component", [1, 0])
@@ -272,6 +274,18 @@ def test_check_47_message_rates(bench):
     bench.gcs.clear()
     bench.run(2)
     assert len(bench.gcs.all("ATTITUDE")) == 8
+
+
+@pytest.mark.parametrize(("profile", "period_us"), [("lan", 1_000_000), ("lora", 2_500_000)])
+def test_check_47_the_heartbeats_period_is_told_as_it_is(profile, period_us):
+    bench = Bench(config=EndpointConfig(profile=profile))
+    bench.long(510, 0)
+    bench.run(30)
+    assert bench.gcs.last("MESSAGE_INTERVAL").interval_us == period_us
+    times_us = [
+        t for t, message in zip(bench.gcs.times_us, bench.gcs.inbox, strict=True) if message.get_type() == "HEARTBEAT"
+    ]
+    assert times_us[-1] - times_us[-3] == pytest.approx(2 * period_us, abs=100_000)
 
 
 @pytest.mark.parametrize("interval", [1.0, -5.0, 1e30, NAN, 2.0**31])

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.codec import Codec, dialect
 from mavlink_bridge.endpoint_config import EndpointConfig
 from mavlink_bridge.imc import Severity
 from mavlink_bridge.signing import Signer, SigningState
@@ -172,6 +172,29 @@ def test_check_67_replays_are_refused(persona):
     bench.endpoint.receive(frame, bench.vessel.now_us)
     bench.tick()
     assert not bench.vessel.armed
+
+
+def test_check_67_a_copy_made_by_the_network_is_no_replay(persona):
+    bench = signed_bench(persona)
+    for _ in range(5):
+        frame = bench.gcs.codec.encode(GCS_HEARTBEAT)
+        for later_us in (0, 2_000, 400_000):
+            bench.endpoint.receive(frame, bench.vessel.now_us + later_us)
+        bench.run(1.0)
+    assert (bench.endpoint.counters.refused, bench.endpoint.bad_frames) == (0, 0)
+    assert "refused" not in bench.texts()
+    assert bench.endpoint.counters.messages == 5
+
+
+def test_check_67_what_was_refused_is_not_remembered(persona):
+    """Forged frames must not push out the memory of true ones, nor pass for copies of them."""
+    bench = signed_bench(persona)
+    stranger = Station(255, 190)
+    for _ in range(3):
+        stranger.codec = Codec(255, 190)
+        bench.send(arm(), stranger)
+    assert bench.endpoint.counters.refused == 3
+    assert bench.endpoint.counters.copies == 0
 
 
 def test_check_67_radio_status_needs_no_signature(persona):

@@ -282,6 +282,19 @@ def test_check_26_out_of_range(bench, seq):
     assert "not in the mission" in bench.texts()
 
 
+def test_check_27_on_the_last_item_a_station_that_counts_home_reads_the_total(bench):
+    """common.xml: 'on last item, sequence == total', home left out of the total."""
+    stored(bench, 4)
+    bench.vessel.plan_state, bench.vessel.seq = PlanState.ACTIVE, 3
+    bench.run(2)
+    last = bench.gcs.last("MISSION_CURRENT")
+    assert last.total == 4
+    assert last.seq == (last.total if bench.shift else last.total - 1)
+    stored(bench, 0)
+    bench.run(2)
+    assert bench.gcs.last("MISSION_CURRENT").total == 0xFFFF
+
+
 def test_check_27_progress(bench):
     stored(bench, 4)
     bench.vessel.plan_state = PlanState.ACTIVE
@@ -291,7 +304,7 @@ def test_check_27_progress(bench):
     currents = bench.gcs.all("MISSION_CURRENT")
     assert len(currents) >= 5
     last = currents[-1]
-    assert (last.seq, last.total, last.mission_state) == (1 + bench.shift, 4 + bench.shift, 3)
+    assert (last.seq, last.total, last.mission_state) == (1 + bench.shift, 4, 3)
     assert last.mission_id
     bench.vessel.reached.append(1)
     bench.run(3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import random
 import struct
 import sys
@@ -219,6 +220,38 @@ def test_parts_of_a_run_come_as_one_log_and_other_folders_not_at_all(tmp_path):
     download(vessel, station, LAN, 0)
     assert station.entries == {0: (70_000, BEGIN_S), 1: (500, BEGIN_S + 9)}, "oldest first, from 0 as MAVSDK counts"
     assert station.content == first + second
+
+
+def locked(monkeypatch, folder):
+    """A folder that gives nothing, as lost+found to anybody but root."""
+    for name in ("stat", "scandir", "listdir"):
+        real = getattr(os, name)
+
+        def refuse(path=".", *more, real=real, **options):
+            if isinstance(path, (str, Path)) and Path(path).is_relative_to(folder):
+                raise PermissionError(13, "Permission denied")
+            return real(path, *more, **options)
+
+        monkeypatch.setattr(os, name, refuse)
+
+
+def test_a_folder_that_cannot_be_read_hides_no_other(tmp_path, monkeypatch):
+    content = make_log(tmp_path, "b", 4000)
+    make_log(tmp_path, "lost+found", 4000)
+    locked(monkeypatch, tmp_path / "lost+found" / "mavlink.tlog")
+    vessel, station = Vessel(tmp_path), Chunks(1)
+    download(vessel, station, LAN, 0)
+    assert station.content == content
+    assert vessel.said == []
+
+
+def test_logs_that_cannot_be_looked_up_are_told(tmp_path, monkeypatch):
+    make_log(tmp_path, "b", 4000)
+    vessel = Vessel(tmp_path)
+    locked(monkeypatch, tmp_path)
+    vessel.logs.look()
+    vessel.logs.collect()
+    assert vessel.said == ["Logs not looked up: Permission denied"]
 
 
 def test_the_present_run_is_the_last_and_survives_an_erase(tmp_path):

@@ -267,6 +267,17 @@ def test_a_home_that_was_moved_is_reported_and_returned_to(helm):
     assert helm.command(410) == 0
     home = helm.gcs.last("HOME_POSITION")
     assert math.hypot(home.latitude - lat, home.longitude - lon) < 300, "a COMMAND_LONG carries 32-bit degrees"
+    helm.run(2.0)
+    here, place = helm.gcs.last("LOCAL_POSITION_NED"), helm.gcs.last("GLOBAL_POSITION_INT")
+    assert math.dist((here.x, here.y), (0, 0)) < 5.0
+    assert (home.x - here.x, home.y - here.y, home.z) == pytest.approx((30.0, 30.0, 0.0), abs=4.0)
+    assert home.altitude == pytest.approx(place.alt - place.relative_alt, abs=500)
+    assert helm.command(512, 49) == 0
+    origin = helm.gcs.last("GPS_GLOBAL_ORIGIN")
+    x, y = helm.at(here.x, here.y)
+    assert (origin.latitude + x - helm.at(0, 0)[0], origin.longitude + y - helm.at(0, 0)[1]) == pytest.approx(
+        (place.lat, place.lon), abs=100
+    )
     assert helm.command(400, 1.0) == 0
     assert helm.command(20) == 0
     helm.until(lambda: math.dist((helm.truth.north_m, helm.truth.east_m), (30, 30)) < 4.0, 90.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import pytest
@@ -39,10 +40,11 @@ class Station:
     def __init__(self, world: World, link: str, key: bytes | None = KEY, stamp: int = 0) -> None:
         self.world, self.link = world, world.ground(link)
         now = units_from_utc((world.snapshot.utc_us if world.snapshot else 0) or 0)
-        signer = Signer(SigningState(key, stamp or now + 1_000), 9) if key else None
-        self.codec = Codec(255, 190, signer=signer)
+        self.clock = SigningState(key, stamp or now + 1_000)
+        self.codec = Codec(255, 190, signer=Signer(self.clock, 9) if key else None)
         self.deframer = Deframer()
         self.acks: list[object] = []
+        self.texts: list[str] = []
 
     def send(self, message: object) -> bytes:
         raw = self.codec.encode(message)
@@ -57,6 +59,8 @@ class Station:
                     message = decode(frame)
                     if message is not None and message.get_type() == "COMMAND_ACK":
                         self.acks.append(message)
+                    elif message is not None and message.get_type() == "STATUSTEXT":
+                        self.texts.append(message.text)
 
 
 @pytest.fixture
@@ -65,6 +69,13 @@ def world(tmp_path: Path) -> World:
     for _ in range(100):
         world.step()
     return world
+
+
+def started(tmp_path: Path, store: MemoryStore | None = None) -> tuple[World, MemoryStore]:
+    kept = store or MemoryStore()
+    world = World(settings(tmp_path), seed=3, store=kept)
+    world.run(5.0)
+    return world, kept
 
 
 def armed(world: World) -> bool:
@@ -134,6 +145,57 @@ def test_captured_orders_stay_refused_after_a_restart(tmp_path: Path) -> None:
         assert not armed(second)
 
 
+@pytest.mark.parametrize("orderly", [True, False])
+@pytest.mark.parametrize("run_s", [2.0, 9.9, 33.0])
+def test_nothing_captured_is_good_after_a_restart_however_fresh(tmp_path: Path, orderly: bool, run_s: float) -> None:
+    """Power is lost, or the process ends, at any time after the last save; one station's clock leaps ahead before."""
+    first, store = started(tmp_path)
+    genuine = Station(first, "gcs")
+    captured = [order(genuine, ARM_BY_FORCE)]
+    genuine.tick(round(run_s * 20))
+    captured += [order(genuine, message) for message in (DISARM_BY_FORCE, ARM_BY_FORCE)]
+    ahead = Station(first, "gcs", stamp=first.app.keeper.state.timestamp + 3600 * security.UNITS_PER_S)
+    captured += [order(ahead, message) for message in (DISARM_BY_FORCE, ARM_BY_FORCE)]
+    assert armed(first)
+    if orderly:
+        first.app.shutdown(first.now_us)
+    second, _ = started(tmp_path, store)
+    link = second.ground("gcs")
+    for wait_s in (0.0, 1.0, 12.0, 70.0):
+        second.run(wait_s)
+        for raw in captured:
+            link.write(0, raw)
+            second.run(0.2)
+            assert not armed(second)
+
+
+def test_after_an_orderly_restart_a_station_with_a_right_clock_gets_through_at_once(tmp_path: Path) -> None:
+    first, store = started(tmp_path)
+    genuine = Station(first, "gcs")
+    order(genuine, ARM_BY_FORCE)
+    genuine.tick(100)
+    first.app.shutdown(first.now_us)
+    second, _ = started(tmp_path, store)
+    order(Station(second, "gcs", stamp=genuine.clock.timestamp + 6 * security.UNITS_PER_S), ARM_BY_FORCE)
+    assert armed(second)
+
+
+def test_after_a_loss_of_power_a_station_that_heard_us_gets_through_at_once_and_any_other_in_eleven_seconds(
+    tmp_path: Path,
+) -> None:
+    first, store = started(tmp_path)
+    order(Station(first, "gcs"), ARM_BY_FORCE)
+    first.run(15.0)
+    lost = first.app.keeper.state.timestamp
+    second, _ = started(tmp_path, copy.deepcopy(store))
+    listening = Station(second, "gcs", stamp=second.app.keeper.state.timestamp)
+    order(listening, ARM_BY_FORCE)
+    assert armed(second)
+    third, _ = started(tmp_path, store)
+    order(Station(third, "sdk", stamp=lost + 11 * security.UNITS_PER_S), ARM_BY_FORCE)
+    assert armed(third)
+
+
 def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(world: World) -> None:
     new = bytes(range(100, 132))
     genuine = Station(world, "gcs")
@@ -154,6 +216,21 @@ def test_a_stranger_cannot_set_a_key(world: World) -> None:
         station.send(dialect.MAVLink_setup_signing_message(1, 1, list(b"\x01" * 32), 0))
         station.tick(10)
     assert Path(world.settings.security.key_file).read_bytes() == KEY
+
+
+def test_a_key_of_zeros_is_refused_with_the_reason(world: World) -> None:
+    """MAVProxy's 'signing remove' sends one; whoever knew that could then give orders."""
+    genuine = Station(world, "gcs")
+    order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
+    genuine.send(dialect.MAVLink_setup_signing_message(1, 1, [0] * 32, 0))
+    genuine.tick(20)
+    assert Path(world.settings.security.key_file).read_bytes() == KEY
+    assert any("zeros" in text for text in genuine.texts)
+    stranger = Station(world, "gcs", key=bytes(32), stamp=world.app.keeper.state.timestamp + 10)
+    stranger.send(HEARTBEAT)
+    stranger.send(ARM_BY_FORCE)
+    stranger.tick(20)
+    assert not armed(world)
 
 
 @pytest.mark.parametrize(

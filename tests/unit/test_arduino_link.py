@@ -200,6 +200,13 @@ def test_slower_than_the_silence_limit_never_arms():
     assert "slower" in Line(frequency_hz=1.0).running().tick(30).ready[1]
 
 
+@pytest.mark.parametrize(("hertz", "silence_ms", "arms"), [(5.0, 200, False), (2.2, 500, False), (2.5, 500, True)])
+def test_a_command_that_a_tick_may_delay_past_the_silence_limit_is_too_late(hertz, silence_ms, arms):
+    """At 5 Hz and 200 ms the board stopped the thrusters several times a second, and nothing was said."""
+    line = Line(frequency_hz=hertz, silence_ms=silence_ms).running().tick(40)
+    assert line.ready[0] is arms
+
+
 def test_one_hertz_with_a_long_silence_limit_is_allowed():
     line = Line(frequency_hz=1.0, silence_ms=2000).running().tick(30)
     assert wire.silence_word(2000) in b"".join(line.written)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import sqlite3
 import stat
 
@@ -147,11 +148,32 @@ def test_row_50_a_bad_key_file_names_its_mend(tmp_path):
     path.write_bytes(bytes(33))
     with pytest.raises(KeyFileError, match="more than 32"):
         read_key(path)
-    path.write_bytes(bytes(32))
+    path.write_bytes(bytes(range(32)))
     path.chmod(0o640)
     with pytest.raises(KeyFileError, match="chmod 600"):
         read_key(path)
     path.chmod(0o600)
-    assert read_key(path) == bytes(32)
+    assert read_key(path) == bytes(range(32))
     with pytest.raises(KeyFileError):
         write_key(tmp_path / "short", b"x")
+
+
+def test_a_new_key_has_its_name_on_the_disk_before_anybody_is_told(tmp_path, monkeypatch):
+    """A power cut after it must not leave one side of a link with the old key and the other with the new."""
+    done, real = [], (os.replace, os.fsync)
+    monkeypatch.setattr(os, "replace", lambda *names: (done.append("rename"), real[0](*names)))
+    kind = {True: "folder", False: "file"}
+    monkeypatch.setattr(os, "fsync", lambda fd: (done.append(kind[stat.S_ISDIR(os.fstat(fd).st_mode)]), real[1](fd)))
+    write_key(tmp_path / "boat.key", bytes(range(32)))
+    assert done == ["file", "rename", "folder"]
+
+
+def test_row_50_zeros_are_no_key(tmp_path):
+    path = tmp_path / "key"
+    with pytest.raises(KeyFileError, match="zeros"):
+        write_key(path, bytes(32))
+    assert not path.exists()
+    path.write_bytes(bytes(32))
+    path.chmod(0o600)
+    with pytest.raises(KeyFileError, match="companion keys make"):
+        read_key(path)

@@ -147,6 +147,7 @@ def test_plans_are_laid_out_leg_by_leg():
 
 def test_a_loiter_is_its_whole_figure():
     circle = metres(plan_legs([Loiter(0, **at(0, 0), radius_m=20.0)], HERE, 5.0)[0])[1:]
+    assert circle[0] == circle[-1], "all the way round"
     assert all(math.hypot(*point) == pytest.approx(20.0, abs=0.2) for point in circle)
     assert len(circle) > 24
     default = metres(plan_legs([Loiter(0, **at(0, 0))], HERE, 5.0)[0])[1:]
@@ -167,6 +168,19 @@ def test_a_loiter_is_its_whole_figure():
     assert (max(east), min(east)) == pytest.approx((30.0, -30.0), abs=0.3)
     hover = Loiter(0, **at(7, 0), kind=LoiterKind.HOVER)
     assert metres(plan_legs([hover], HERE, 5.0)[0]) == [(0, 0), (7, 0)]
+
+
+def test_a_leg_behind_a_loiter_begins_where_the_vessel_leaves_it_or_is_not_guessed():
+    """The centre, where no boat goes, may be a rock."""
+    round_it = Loiter(1, **at(60, 0), radius_m=40.0, turns=1.0)
+    legs = plan_legs([Goto(0, **at(10, 0)), round_it, Goto(2, **at(60, 120))], HERE, 20.0)
+    assert metres(legs[1])[:2] == [(10, 0), (20, 0)], "joined on the near side"
+    assert metres(legs[2]) == [(20, 0), (60, 120)], "left where it was joined, after whole laps"
+    for other in ({"duration_s": 60.0}, {"turns": 1.5}, {"turns": 1.0, "exit_toward_next": True}, {}):
+        legs = plan_legs([Loiter(1, **at(60, 0), radius_m=40.0, **other), Goto(2, **at(60, 120))], HERE, 20.0)
+        assert metres(legs[1]) == [(60, 120)], "left somewhere on the circle"
+    inner, outer = Loiter(0, **at(60, 0), radius_m=25.0, turns=1.0), Loiter(1, **at(60, 0), radius_m=35.0, turns=1.0)
+    assert metres(plan_legs([inner, outer], HERE, 20.0)[1])[:2] == [(35, 0), (25, 0)], "from circle to circle"
 
 
 # ---- reading

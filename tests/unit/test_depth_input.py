@@ -207,6 +207,18 @@ def hear(chain, start_s, seconds, value_m, period_s=0.5):
     return start_s + seconds
 
 
+def test_the_scale_of_a_sounder_that_ranges_by_itself_is_not_the_end_of_its_reach():
+    """DPT's third field is the scale in use: on a scale of 5 m, 4.5 m is shallow water and not the edge of hearing."""
+    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}))
+    for number in range(40):
+        value_m = 20.0 - 0.4 * number
+        scale_m = next(scale for scale in (5.0, 10.0, 25.0) if value_m < scale)
+        chain.measure(Distance(number * 500_000, value_m, range_max_m=scale_m), None)
+        assert not chain.out_of_reach or scale_m == 25.0
+    assert scale_m == 5.0
+    assert not chain.out_of_reach
+
+
 @pytest.mark.parametrize("period_s", [0.1, 0.5, 1.0])
 def test_out_of_reach_changes_when_the_bottom_has_been_heard_elsewhere_for_five_seconds(period_s):
     chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}))

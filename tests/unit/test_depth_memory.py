@@ -57,6 +57,20 @@ def test_the_robust_depth_is_the_shallow_side_of_the_bottom_and_not_of_the_noise
     assert cell.robust_m(0.05) == pytest.approx(robust_m, abs=0.12)
 
 
+def test_a_long_stay_in_one_place_says_the_same_as_many_short_ones():
+    """An hour at anchor with one fish: the spread belongs to all readings, not to the thousand that are counted."""
+    depths_m = [5.0 + 0.05 * (-1) ** i for i in range(36_000)]
+    depths_m[18_000:18_003] = [3.7] * 3
+    ((_, _, once),) = sounded(memory(), *depths_m).known()
+    many = memory()
+    for begin in range(0, 36_000, 1000):
+        sounded(many, *depths_m[begin : begin + 1000])
+    ((_, _, often),) = many.known()
+    assert once.soundings == often.soundings == 1000
+    assert once.robust_m(0.05) > 4.9
+    assert often.robust_m(0.05) > 4.5
+
+
 def test_old_soundings_weigh_less_in_the_end():
     found = sounded(memory(), *[3.0] * 5000)
     sounded(found, *[9.0] * 5000)

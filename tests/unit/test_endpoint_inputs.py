@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.codec import Codec, dialect
 from tests.fake_vessel import Bench, Station
 
 NAN = math.nan
@@ -47,12 +47,29 @@ def test_sticks_for_another_vessel_are_not_ours(bench):
 
 @pytest.mark.parametrize(
     ("steer", "throttle", "means"),
-    [(1750, 2000, (1.0, 0.5)), (0, 0, None), (65535, 1500, None), (1500, 100, None), (1100, 900, (-1.0, -0.8))],
+    [(1750, 2000, (1.0, 0.5)), (0, 0, None), (65535, 1500, (0.0, 0.0)), (1500, 100, None), (1100, 900, (-1.0, -0.8))],
 )
 def test_rc_override(bench, steer, throttle, means):
     bench.send(dialect.MAVLink_rc_channels_override_message(1, 1, steer, 0, throttle, 0, 0, 0, 0, 0))
     sticks = got(bench, ask.ManualInput)
     assert [(s.surge, s.yaw) for s in sticks] == ([] if means is None else [pytest.approx(means)])
+
+
+def test_an_rc_override_of_one_channel_moves_its_axis_and_leaves_the_other(bench):
+    def override(steer, throttle):
+        bench.vessel.handled.clear()
+        bench.send(dialect.MAVLink_rc_channels_override_message(1, 1, steer, 65535, throttle, *[65535] * 5))
+        return [(stick.surge, stick.yaw) for stick in got(bench, ask.ManualInput)]
+
+    assert override(65535, 1700) == [pytest.approx((0.4, 0.0))]
+    assert override(1250, 65535) == [pytest.approx((0.4, -0.5))]
+    bench.run(0.5)
+    assert override(1300, 65535) == [pytest.approx((0.0, -0.4))], "the throttle is older than half a second"
+    assert override(65535, 1600) == [pytest.approx((0.2, -0.4))]
+    assert override(0, 65535) == []
+    assert override(0, 1600) == [pytest.approx((0.2, 0.0))]
+    assert override(65535, 65535) == []
+    assert override(65535, 2500) == []
 
 
 def target(mask, lat=LAT, lon=LON, vx=0.0, vy=0.0, yaw=0.0, frame=6):
@@ -62,6 +79,12 @@ def target(mask, lat=LAT, lon=LON, vx=0.0, vy=0.0, yaw=0.0, frame=6):
 
 
 POSITION, VELOCITY, NOTHING = 0b110111111000, 0b110111000111, 0b111111111111
+
+
+def test_a_velocity_of_nothing_is_a_stop_that_keeps_the_stream_alive(bench):
+    bench.send(target(VELOCITY | 1 << 10, vx=0.0, vy=0.0))
+    (stop,) = got(bench, ask.GuidedHeading)
+    assert (stop.psi_rad, stop.speed_mps, stop.stream) == (None, 0.0, True)
 
 
 def test_guided_positions_and_velocities(bench):
@@ -88,7 +111,6 @@ def test_guided_positions_and_velocities(bench):
         target(POSITION, frame=8),
         target(VELOCITY, vx=NAN),
         target(VELOCITY, vx=1e9),
-        target(VELOCITY | 1 << 10, vx=0.0, vy=0.0),
     ],
 )
 def test_absurd_set_points_are_ignored(bench, bad):
@@ -142,3 +164,12 @@ def test_corrections_are_put_together(bench):
         bench.send(rtcm(1 | part << 1 | 5 << 3, whole[180 * part : 180 * part + 180]))
     bench.send(rtcm(1 | 0 << 1 | 6 << 3, whole[:180]))
     assert [body.data for body in got(bench, ask.RtcmData)] == [b"short", whole]
+
+
+def test_a_station_that_does_not_count_its_frames_stays_present():
+    bench = Bench()
+    for _ in range(40):
+        bench.gcs.codec = Codec(255, 190)
+        bench.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        bench.tick(19)
+        assert bench.vessel.now_us - bench.endpoint.last_heartbeat_us < 3_000_000

@@ -12,6 +12,7 @@ from companion.core.failsafe import (
     FailsafeMemory,
     FailsafeResult,
     Flags,
+    barring,
     failsafe_table_markdown,
     holding,
     step,
@@ -339,6 +340,95 @@ def test_holding_passes_over_what_waits_and_what_was_taken_over():
     assert holding(run.memory, CONFIG) == ("depth_shallow",)
     run.step(replace(flags, operator_order=True))
     assert holding(run.memory, CONFIG) == ()
+
+
+def test_an_order_is_barred_by_what_it_could_not_lift():
+    run = Run()
+    run.step(replace(WELL, heading_lost=True))
+    assert barring(run.memory, run.now_us, CONFIG) == "heading lost"
+    run.step(WELL, 1.0)
+    run.step(WELL, 4.95)
+    assert barring(run.memory, run.now_us, CONFIG) == "heading lost", "not back for long enough"
+    run.step(WELL, 0.05)
+    assert "heading_lost" in run.causes
+    assert barring(run.memory, run.now_us, CONFIG) == "", "an order lifts it now"
+    assert barring(FailsafeMemory(), 0, CONFIG) == ""
+
+
+def test_what_only_a_new_arming_lifts_says_so():
+    run = Run()
+    run.step(replace(WELL, depth_locked=True))
+    for flags in (replace(WELL, depth_locked=True), WELL):
+        run.step(flags, 60.0)
+        assert barring(run.memory, run.now_us, CONFIG) == "too shallow: locked, no manoeuvre: arm again first"
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("depth_shallow", "an operator takes over"),
+        ("plan_invalid", "an operator takes over"),
+        ("actuator_lost", "it disarms: modes are chosen before arming"),
+        ("oscillating", "a warning"),
+        ("manual_lost", "another mode needs no sticks"),
+        ("guided_lost", "another mode needs no set-points"),
+    ],
+)
+def test_what_an_order_lifts_or_need_not_does_not_bar(name, why):
+    run = Run()
+    run.step(WELL)
+    run.step(raised(name), 2.0)
+    assert name in run.causes
+    assert barring(run.memory, run.now_us, CONFIG) == "", why
+
+
+def test_a_condition_bars_when_it_acts_and_as_it_acts():
+    run = Run(FailsafeConfig(conditions={"heading_lost": {"delay_s": 1.0}}))
+    run.step(replace(WELL, heading_lost=True))
+    assert barring(run.memory, run.now_us, run.config) == "", "its delay runs"
+    run.step(replace(WELL, heading_lost=True), 1.0)
+    assert barring(run.memory, run.now_us, run.config) == "heading lost"
+    run = Run()
+    run.step(replace(WELL, overruns=True))
+    run.step(replace(WELL, overruns=True), 9.9)
+    assert barring(run.memory, run.now_us, CONFIG) == "", "a warning as yet"
+    run.step(replace(WELL, overruns=True), 0.1)
+    assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded"
+    run.step(WELL, 1.0)
+    assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded", "gone, but not for long"
+
+
+def test_a_fence_ahead_that_is_gone_bars_nothing():
+    run = Run()
+    run.step(replace(WELL, fence_ahead=True))
+    assert barring(run.memory, run.now_us, CONFIG) == "fence ahead"
+    run.step(WELL)
+    assert barring(run.memory, run.now_us, CONFIG) == ""
+
+
+def test_what_was_taken_over_does_not_grow_and_texts_say_what_is_done():
+    def told(run):
+        return [text for severity, text in run.texts if "station lost" in text]
+
+    run = Run()
+    lost = raised("gcs_lost")
+    run.step(WELL)
+    run.step(lost)
+    assert told(run) == ["Ground station lost: HOLD"]
+    run.step(replace(lost, operator_order=True))
+    run.step(lost, 100.0)
+    assert run.last.action is Action.WARN
+    assert told(run)[1:] == ["Operator takes over: ground station lost"]
+    by_hand = Run()
+    by_hand.step(WELL)
+    by_hand.step(replace(lost, manual=True, manual_age_s=0.1))
+    by_hand.step(replace(lost, manual=True, manual_age_s=0.1), 60.0)
+    assert told(by_hand) == ["Ground station lost"] * 2, "nothing is done about it while an operator steers"
+    grown = Run()
+    grown.step(WELL)
+    grown.step(lost)
+    grown.step(lost, 60.0)
+    assert told(grown) == ["Ground station lost: HOLD", "Ground station lost: RETURN"]
 
 
 # ---- configuration

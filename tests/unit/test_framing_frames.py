@@ -134,3 +134,10 @@ def test_a_copy_is_found_and_a_repeat_with_a_new_number_is_not():
     assert seen.is_new(second, 900_000)
     assert seen.is_new(first, 3_000_000)
     assert seen.duplicates == 1
+
+
+def test_a_sender_that_does_not_count_its_frames_is_heard_once_in_a_window():
+    (frame,) = Deframer().receive(beats(1)[0], 0)
+    seen = DuplicateFilter(window_us=1_000_000)
+    heard = [now_us for now_us in range(0, 10_000_000, 200_000) if seen.is_new(frame, now_us)]
+    assert heard == list(range(0, 10_000_000, 1_200_000))

@@ -227,10 +227,30 @@ def test_actuation_is_what_the_board_applied():
     assert [getattr(message, f"servo{n}_raw") for n in range(1, 5)] == [1_600, 1_500, 1_250, 1_750]
 
 
+@pytest.mark.parametrize(
+    ("voltage_v", "cells_mv"),
+    [
+        (None, ()),
+        (0.0, (0,)),
+        (12.4, (12_400,)),
+        (65.534, (65_534,)),
+        (65.535, (65_534, 1)),
+        (96.0, (65_534, 30_466)),
+        (400.0, (*[65_534] * 6, 6_796)),
+        (math.nan, ()),
+    ],
+)
+def test_a_voltage_above_one_field_goes_on_in_the_next(voltage_v, cells_mv):
+    """common.xml: the rest beyond 65.534 V stands in the next cells, cells that are not there are 65535."""
+    supply = imc.SupplyVoltage(5_000_000, voltage_v)
+    message = through(imc_table_code("telemetry_system.battery_status")(picture(supply=supply)))
+    assert tuple(message.voltages) == (*cells_mv, *[0xFFFF] * (10 - len(cells_mv)))
+
+
 def test_plan_control_state():
     progress = Progress(PlanState.PAUSED, 3, 9, 0xAABBCCDD, 5, 6)
     for persona, shift in (("generic", 0), ("ardurover", 1)):
         config = EndpointConfig(persona=persona)
         message = through(imc_table_code("telemetry_system.mission_current")(picture(progress=progress), config))
-        assert (message.seq, message.total, message.mission_state) == (3 + shift, 9 + shift, 4)
+        assert (message.seq, message.total, message.mission_state) == (3 + shift, 9, 4)
         assert (message.mission_id, message.fence_id, message.rally_points_id) == (0xAABBCCDD, 5, 6)

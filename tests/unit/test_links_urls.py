@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import socket
+import time
+
 import pytest
 
 from companion.io.link_serial import SerialLink
 from companion.io.link_tcp import TcpClientLink
 from companion.io.links import SCHEMES, LinkConfigError, check_link, open_link
+from companion.io.resolve import Resolver
 
 
 @pytest.mark.parametrize(
@@ -41,6 +45,10 @@ def test_the_seeds_tcp_spelling():
         ("tcp://:3000", "like tcp://127.0.0.1:3000"),
         ("udp://host:seventy", "like udp://"),
         ("udp://127.0.0.1:70000", "like udp://"),
+        ("tcp://192.168.1..5:3000", "1 to 63 characters"),
+        ("tcp-listen://.local:3000", "1 to 63 characters"),
+        ("udp://" + "a" * 64 + ".local:14550", "1 to 63 characters"),
+        ("udp-listen://vessel..local:14550", "1 to 63 characters"),
         ("udp-broadcast://vessel.local:14550", "udp-broadcast://192.168.1.255:14550"),
         ("serial:/dev/ttyS0?baud=fast", "from 50 to 4e+06"),
         ("serial:/dev/ttyS0?parity=X", "one of e, even, n, none, o, odd"),
@@ -57,6 +65,22 @@ def test_a_mistake_names_its_mend(url, mend):
         with pytest.raises(LinkConfigError) as caught:
             check(url)
         assert mend in str(caught.value)
+
+
+def looked_up(resolver):
+    while (found := resolver.poll()) is None:
+        time.sleep(0.001)
+    return found
+
+
+def test_a_name_that_no_look_up_takes_is_a_failed_look_up():
+    with pytest.raises(OSError, match="no address for"):
+        looked_up(Resolver("192.168.1..5", 3000, socket.SOCK_STREAM))
+
+
+@pytest.mark.parametrize("host", ["vessel.local", "10.0.0.1", "[::1]", "[fe80::1%eth0]", "bücher.example", "host.", ""])
+def test_every_name_that_a_look_up_takes_is_meant(host):
+    check_link(f"tcp-listen://{host}:3000")
 
 
 def test_checking_opens_nothing(tmp_path):

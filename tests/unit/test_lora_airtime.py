@@ -1,8 +1,15 @@
-"""Time on air against the published table (lora-link T2, computed from Semtech's formula)."""
+"""Time on air against the published table (lora-link T2, computed from Semtech's formula), and what profiles leave room for."""
+
+import dataclasses
 
 import pytest
 
+from mavlink_bridge.imc import LogText, Severity
 from mavlink_bridge.lora.airtime import PHYS, packet_us, write_us
+from mavlink_bridge.lora.profile import batch_bytes
+from mavlink_bridge.lora.state_codec import RadioState, encode_batch
+from mavlink_bridge.requests import Arm
+from tools.lora_rig import Rig, profile
 
 SIZES = (12, 20, 24, 40, 60, 62, 100, 200)
 TABLE = {
@@ -35,3 +42,33 @@ def test_long_writes_are_split_into_packets():
 
 def test_a_module_header_costs_air():
     assert packet_us(62, PHYS["A"], header_bytes=2) * 1e-6 == pytest.approx(1.00, abs=0.01)
+
+
+def test_batches_longer_than_a_packet_are_refused_with_their_mend():
+    with pytest.raises(ValueError, match=r"link\.batch = 14: 62 bytes.*max_packet_s = 1; set link\.batch = 13"):
+        profile("n-0.1", module_header_bytes=4)
+    assert profile("n-0.1", module_header_bytes=4, link={"batch": 13}).link.batch == 13
+
+
+@pytest.mark.parametrize("count", range(1, 15))
+def test_a_batch_is_as_long_as_the_profile_takes_it_for(count):
+    assert len(encode_batch([RadioState()] * count, 129)) + 6 == batch_bytes(count)
+
+
+def test_states_too_close_for_a_plan_between_them_are_refused_with_their_mend():
+    with pytest.raises(ValueError, match=r"link\.state_s = 1\.2: a piece of a plan.*set link\.state_s = 1\.7"):
+        profile("bench", link={"state_s": 1.2})
+    assert profile("bench", link={"state_s": 1.7}).link.state_s == 1.7
+
+
+@pytest.mark.parametrize("header_bytes", [0, 8, 32])
+def test_texts_and_reasons_keep_to_the_longest_packet(header_bytes):
+    rig = Rig(profile("bench", module_header_bytes=header_bytes, link={"state_s": 5.0}))
+    rig.settle()
+    rig.vessel.refuse = "x" * 200
+    rig.ask(Arm(True))
+    circle = rig.vessel.snapshot
+    words = (LogText(1, 0, Severity.WARNING, "y" * 200),)
+    rig.vessel.snapshot = lambda now_us, tick: dataclasses.replace(circle(now_us, tick), texts=words)
+    rig.run(20.0)
+    assert max(size for _, size in rig.sent(0)) <= rig.profile.max_frame_bytes

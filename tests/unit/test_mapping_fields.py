@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
+from companion.core.geo import LocalFrame
 from mavlink_bridge import mapping
 
 
@@ -71,3 +72,15 @@ def test_unknown_positions_use_the_sentinel_that_the_field_defines():
 def test_time_since_boot_wraps_after_50_days():
     assert mapping.boot_ms(1_500_999) == 1_500
     assert mapping.boot_ms((2**32 + 7) * 1_000) == 7
+
+
+@pytest.mark.parametrize("lat_deg", [-60.0, -41.185, 0.0, 41.185, 69.0])
+@pytest.mark.parametrize("lon_deg", [-8.7, 179.99])
+@pytest.mark.parametrize("distance_m", [0.0, 100.0, 2_000.0, 5_000.0])
+def test_an_offset_is_the_estimators_own(lat_deg, lon_deg, distance_m):
+    frame = LocalFrame(math.radians(lat_deg), math.radians(lon_deg))
+    for bearing_deg in range(0, 360, 30):
+        angle_rad = math.radians(bearing_deg)
+        wanted = distance_m * math.cos(angle_rad), distance_m * math.sin(angle_rad)
+        found = mapping.offset_m(frame.lat_rad, frame.lon_rad, *frame.to_geodetic(*wanted))
+        assert math.dist(found, wanted) < 0.1

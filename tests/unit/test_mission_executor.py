@@ -174,7 +174,12 @@ def test_a_new_plan_goes_on_at_an_unchanged_item_and_else_starts_over() -> None:
     finish(made, 1)
     under_way = leg_of(made, 2)
     made.load(PlanSpecification((point(0), point(1, 90), point(2, 300)), 2))
-    assert leg_of(made, 3) is under_way
+    onward = leg_of(made, 3)
+    assert onward.maneuver == under_way.maneuver, "the same item"
+    assert onward.previous == under_way.previous, "on the same line"
+    assert onward.following == point(2, 300), "but toward what follows now"
+    made.load(PlanSpecification((point(0), point(1, 90), point(2, 300)), 4))
+    assert leg_of(made, 3) is onward
     made.load(PlanSpecification((point(0), point(1, 95)), 3))
     assert leg_of(made, 4).maneuver.seq == 0
     made.load(PlanSpecification())

@@ -38,9 +38,11 @@ class Watch:
 
 def test_row_63_thrust_without_speed():
     watch = Watch()
-    assert not watch.step(9.95, thrust=0.5, sog=0.37).stuck
-    assert watch.step(0.1, thrust=0.5, sog=0.37).stuck
-    assert not watch.step(0.05, thrust=0.5, sog=0.38).stuck, "a quarter of what the thrust should give is enough"
+    assert not watch.step(9.95, thrust=0.3, sog=0.22).stuck
+    assert watch.step(0.1, thrust=0.3, sog=0.22).stuck
+    assert not watch.step(0.05, thrust=0.3, sog=0.23).stuck, "a quarter of what the thrust should give is enough"
+    assert not watch.step(20.0, thrust=1.0, sog=0.31).stuck, "slow against a stream, but making way"
+    assert watch.step(20.0, thrust=1.0, sog=0.29).stuck
     assert not watch.step(20.0, thrust=0.5, sog=None).stuck, "unknown is not stuck"
     assert not watch.step(20.0, thrust=-0.5, sog=0.0).stuck
     keeping_station = Desired(0.0, 0.1)

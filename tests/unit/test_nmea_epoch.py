@@ -243,7 +243,7 @@ def test_a_leap_second_is_the_midnight_after_it() -> None:
     assert all(fix.has_position for fix in talker.fixes)
 
 
-@pytest.mark.parametrize("years_off", [1024 * 7 / 365.2425, 46.0])
+@pytest.mark.parametrize("years_off", [1024 * 7 / 365.2425, 46.0, -1024 * 7 / 365.2425])
 def test_row_33_a_date_1024_weeks_off_or_1980_is_not_used_but_the_position_is(years_off: float) -> None:
     wrong_us = START_US - round(years_off * 365.2425) * 86_400 * 10**6
     talker = Talker()

@@ -69,6 +69,17 @@ def test_inside_is_fine_and_the_edge_too():
     assert ask([circle(60)]) == ""
 
 
+def test_two_circles_round_a_rock_are_sailed_and_a_way_past_it_is_seen():
+    rock, pond = circle(10, 60, inclusion=False), circle(200, 60)
+    inner = Loiter(0, *at(60), radius_m=25.0, turns=1.0)
+    outer = Loiter(1, *at(60), radius_m=35.0, turns=1.0)
+    assert ask([pond, rock], inner, outer) == ""
+    ahead = circle(5, 40, 60, inclusion=False)
+    left = Loiter(1, *at(60), radius_m=40.0, turns=1.0)
+    assert ask([pond, ahead], goto(0, 10), left, goto(2, 60, 120)) == "item 2 leads out of the fence"
+    assert ask([pond], goto(0, 10), left, goto(2, 60, 120)) == ""
+
+
 def test_the_item_is_named_with_its_distance():
     assert ask([circle(60)], goto(0, 40), goto(1, 100)) == "item 1 is 40 m outside the fence"
     assert ask([circle(60)], Noted(0, 2000), goto(1, 62)) == "item 1 is 2.0 m outside the fence"

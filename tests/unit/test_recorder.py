@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import errno
 import json
+import os
+import shutil
 import threading
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from companion.io.clock import EARLIEST_UTC_US
 from companion.io.inputs import InputReader
 from companion.io.link_mem import pair
+from companion.io.log_archive import log_parts
+from companion.io.log_file import LogFile, parts_of
 from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
 from companion.io.recording import Recording
 from companion.io.store import MemoryStore
@@ -154,6 +161,144 @@ def test_row_57_a_hanging_disk_neither_delays_a_tick_nor_fills_the_memory(tmp_pa
     reader.close()
 
 
+def test_row_57_no_tick_looks_at_a_disk_that_hangs(tmp_path, monkeypatch):
+    lookers = []
+
+    def statvfs(path):
+        lookers.append(threading.current_thread().name)
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("os.statvfs", statvfs)
+    writer = Writer(max_jobs=4)
+    gate = threading.Event()
+    writer.post(gate.wait)
+    recorder = Recorder(tmp_path, writer=writer)
+    for tick in range(400):
+        recorder.tick(snapshot(tick))
+    assert lookers == []
+    gate.set()
+    recorder.close(20_000_000)
+    assert writer.close()
+    assert set(lookers) == {"writer"}
+
+
+def steps_of(run_dir):
+    reader = InputReader(run_dir / "inputs.bin")
+    steps = list(reader.steps())
+    reader.close()
+    assert reader.meta == {"boat": "x"}
+    assert not reader.cut
+    return len(steps)
+
+
+def record_steps(recorder, numbers):
+    for number in numbers:
+        recorder.inputs.begin("tick", number * 1_000_000)
+        recorder.flush(number * 1_000_000)
+
+
+@pytest.mark.parametrize(("first", "last", "readable"), [(0, 10, 0), (20, 30, 19)])
+def test_row_56_the_inputs_end_where_a_pause_begins_and_can_be_read_to_there(
+    tmp_path, monkeypatch, first, last, readable
+):
+    real, now_s = os.statvfs, 0
+
+    def statvfs(path):
+        return SimpleNamespace(f_frsize=1, f_bavail=0 if first <= now_s < last else real(path).f_bavail << 32)
+
+    monkeypatch.setattr(os, "statvfs", statvfs)
+    recorder = Recorder(tmp_path)
+    recorder.inputs.start({"boat": "x"})
+    for now_s in range(60):
+        record_steps(recorder, [now_s])
+    size = (tmp_path / "inputs.bin").stat().st_size
+    for now_s in range(60, 90):
+        record_steps(recorder, [now_s])
+    recorder.close(90_000_000)
+    assert (tmp_path / "inputs.bin").stat().st_size == size, "what no replay can use does not fill the disk"
+    assert steps_of(tmp_path) == readable
+    texts = [text for _, text in recorder.drain_texts()]
+    assert texts.count("Recorder: inputs.bin: it ends here, a replay goes no further") == 1
+
+
+@pytest.mark.parametrize(("full_from", "readable"), [(0, 0), (20, 19)])
+def test_row_56_the_inputs_end_where_the_disk_is_full_and_can_be_read_to_there(
+    tmp_path, monkeypatch, full_from, readable
+):
+    real, now_s = os.write, 0
+
+    def write(fd, data):
+        if full_from <= now_s < full_from + 5:
+            if len(data) < 8:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return real(fd, data[:7])  # the last bytes that there was room for
+        return real(fd, data)
+
+    monkeypatch.setattr("companion.io.log_file.os.write", write)
+    recorder = Recorder(tmp_path, free_floor_mb=0)
+    recorder.inputs.start({"boat": "x"})
+    for now_s in range(90):
+        record_steps(recorder, [now_s])
+    recorder.close(90_000_000)
+    assert steps_of(tmp_path) == readable
+    texts = [text for _, text in recorder.drain_texts()]
+    assert texts == ["Recorder: inputs.bin: no space on the disk; it ends here, a replay goes no further"]
+
+
+def test_row_56_half_a_row_is_taken_back_before_the_next(tmp_path, monkeypatch):
+    real, writes = os.write, iter(range(99))
+
+    def write(fd, data):
+        number = next(writes)
+        if number == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(fd, data[:5] if number == 1 else data)
+
+    monkeypatch.setattr("companion.io.log_file.os.write", write)
+    texts = []
+    file = LogFile(tmp_path / "events.jsonl", None, texts.append)
+    for now_s, row in [(0, b'{"a":1}\n'), (1, b'{"lost":1}\n'), (2, b'{"lost":2}\n'), (40, b'{"b":2}\n')]:
+        file.add(row)
+        file.flush(now_s * 1_000_000)
+    file.close(41_000_000)
+    assert events(tmp_path) == [{"a": 1}, {"b": 2}]
+    assert texts == ["events.jsonl: no space on the disk", "events.jsonl: writing again"]
+
+
+@pytest.mark.parametrize("threaded", [False, True])
+def test_a_run_directory_that_is_deleted_is_told_and_begun_anew(tmp_path, threaded):
+    run_dir, writer = tmp_path / "run", Writer() if threaded else None
+    recorder = Recorder(run_dir, free_floor_mb=0, writer=writer, about={"boat": "x"})
+    recorder.inputs.start({"boat": "x"})
+    for tick in range(1000):
+        if tick == 300:
+            settle(writer)
+            shutil.rmtree(run_dir)
+        recorder.inputs.begin("tick", tick * 50_000)
+        recorder.tick(snapshot(tick))
+        if tick % 20 == 0:
+            settle(writer)
+    recorder.close(50_000_000)
+    assert writer is None or writer.close()
+    assert [text for _, text in recorder.drain_texts()] == [
+        "Recorder: files of this run are gone: begun anew",
+        "Recorder: inputs.bin: it ends here, a replay goes no further",
+    ]
+    lines = (run_dir / "control.csv").read_text().splitlines()
+    assert lines[0] == CONTROL_COLUMNS
+    assert lines[-1].split(",")[1] == "999"
+    assert len(lines) > 580, "five seconds may pass until it is seen"
+    assert json.loads((run_dir / "run.json").read_text()) == {"boat": "x"}
+    assert steps_of(run_dir) == 0
+
+
+def settle(writer):
+    if writer is not None:
+        done = threading.Event()
+        writer.post(done.set)
+        assert done.wait(10)
+
+
 def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
     (tmp_path / "file").write_text("in the way")
     recorder = Recorder(tmp_path / "file" / "run")
@@ -199,6 +344,19 @@ def test_first_parts_are_never_deleted(tmp_path):
         (tmp_path / name).write_bytes(bytes(1000))
     drop_oldest_parts(tmp_path, 1)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["control.csv", "inputs.bin"]
+
+
+def test_after_a_thousand_parts_the_order_and_the_limit_are_kept(tmp_path):
+    names = ["mavlink.tlog", "mavlink-998.tlog", "mavlink-999.tlog", "mavlink-1000.tlog", "mavlink-1001.tlog"]
+    for number, name in enumerate(names):
+        (tmp_path / name).write_bytes(bytes(1000 + number))
+    (tmp_path / "mavlink-copy.tlog").write_bytes(b"somebody's own")
+    assert [path.name for path in parts_of(tmp_path / "mavlink.tlog")] == names
+    assert [(path.name, size) for path, size in log_parts(tmp_path)] == [
+        (name, 1000 + number) for number, name in enumerate(names)
+    ]
+    drop_oldest_parts(tmp_path, 1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mavlink-copy.tlog", "mavlink.tlog"]
 
 
 def heartbeat() -> bytes:
@@ -261,6 +419,27 @@ def test_frames_of_both_directions_are_in_the_telemetry_log_and_inputs_replay(tm
         ("stop", 60_000, 0.0, 0.0),
     ]
     assert not reader.cut
+
+
+@pytest.mark.parametrize(
+    ("run_dir", "url"),
+    [(".", "./mirror"), ("x", "x/mirror"), ("radio", "radio/mirror"), ("links", "links/mirror"), ('a"b', 'a"b/mirror')],
+)
+def test_a_run_in_a_directory_of_any_name_can_be_described(tmp_path, monkeypatch, run_dir, url):
+    monkeypatch.chdir(tmp_path)
+    about = {
+        "settings": {"radio": {"url": f"serial:{url}?baud=9600"}, "name": "x", "text": "a x. 1.5 radio, links"},
+        "where": [f"{tmp_path}/{run_dir}-2/boat.toml", "/max/x/y", "../x", f"file://{tmp_path}/{run_dir}/log.nmea"],
+    }
+    recording = Recording(Recorder(Path(run_dir)), lambda: None)
+    recording.start(about)
+    recording.close(0)
+    reader = InputReader(tmp_path / run_dir / "inputs.bin")
+    reader.close()
+    about["settings"]["radio"]["url"] = "serial:RUN_DIR/mirror?baud=9600"
+    if run_dir != ".":
+        about["where"][-1] = "file://RUN_DIR/log.nmea"
+    assert reader.meta == {**about, "links": [], "store_warnings": []}
 
 
 def test_our_own_output_is_cut_into_frames():

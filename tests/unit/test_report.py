@@ -306,6 +306,34 @@ def test_a_damaged_stamp_and_a_clock_that_is_set_do_not_stretch_the_run(tmp_path
     assert "Links" in page.make_page(flight)
 
 
+def test_a_clock_that_is_set_back_does_not_stop_the_time_of_the_report(tmp_path):
+    path = tmp_path / "boat.tlog"
+    records = list(tlog.iterate(foreign_log()))
+    hours_us = 2 * 3_600_000_000
+
+    def log(is_back):
+        stamps = [record.t_us - (hours_us if is_back(number) else 0) for number, record in enumerate(records)]
+        path.write_bytes(b"".join(tlog.pack(t_us, 0, r.frame.raw) for t_us, r in zip(stamps, records, strict=True)))
+        return read_tlog(path)
+
+    flight = log(lambda number: number > 60)
+    assert 17.0 <= flight.duration_s <= 19.0
+    assert len(flight.tracks["estimate"].t) >= 18
+    assert log(lambda number: False).about["start"] != flight.about["start"], "by the clock that was right in the end"
+    assert log(lambda number: number == 60).duration_s == pytest.approx(19.0), "one stamp alone is damage"
+
+
+@pytest.mark.parametrize("t_us", [2**64 - 4, 300_000_000_000_000_000, 1_780_000_000_000_000_000])
+def test_stamps_beyond_every_calendar_are_a_note(tmp_path, t_us):
+    path = tmp_path / "boat.tlog"
+    raw = next(tlog.iterate(foreign_log())).frame.raw
+    path.write_bytes(tlog.pack(t_us, 0, raw) * 3)
+    flight = read_tlog(path)
+    assert "start" not in flight.about
+    assert any("stamps" in note for note in flight.notes)
+    assert "Links" in page.make_page(flight)
+
+
 def test_a_damaged_line_costs_only_itself(run_dir, tmp_path):
     shutil.copytree(run_dir, tmp_path / "run")
     path = tmp_path / "run" / "control.csv"

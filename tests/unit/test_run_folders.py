@@ -2,32 +2,66 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from companion.io.run_folders import free_bytes, make_room, new_run_dir
 
-NAMES = ("20260101-000000", "20260101-000000-2", "20260101-000000-10", "20260301-120000", "20261121-235959")
+OLD = ("20260101-000000", "20260101-000000-2", "20260101-000000-10", "20260301-120000")
+NEWEST = ("20261121-235959", "20261122-000000", "20261122-000000-1")
+NAMES = (*OLD, *NEWEST)
+SIZE = 64 << 10
+
+
+def add_run(base: Path, name: str) -> Path:
+    (base / name / "earlier-1").mkdir(parents=True)
+    (base / name / "run.json").write_text("{}")
+    (base / name / "mavlink.tlog").write_bytes(bytes(SIZE))
+    return base / name
 
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
     for name in NAMES:
-        (tmp_path / name / "earlier-1").mkdir(parents=True)
-        (tmp_path / name / "run.json").write_text("{}")
+        add_run(tmp_path, name)
     return tmp_path
 
 
-def disk(base: Path, size: int = 10) -> int:
-    """A disk on which each run takes one byte."""
-    return size - sum(1 for path in base.iterdir() if path.name in NAMES)
+def disk(base: Path, runs: int = 10) -> int:
+    """A disk that holds so many runs."""
+    return (runs - sum(1 for path in base.iterdir() if (path / "mavlink.tlog").exists())) * SIZE
+
+
+def names(paths: Iterable[Path]) -> list[str]:
+    return [path.name for path in paths]
 
 
 def test_runs_go_oldest_first_and_only_as_many_as_it_takes(base: Path) -> None:
-    assert make_room(base, 5, disk) == []
-    assert [path.name for path in make_room(base, 8, disk)] == list(NAMES[:3])
-    assert sorted(path.name for path in base.iterdir()) == sorted(NAMES[3:])
+    assert make_room(base, 3 * SIZE, disk) == []
+    assert names(make_room(base, 6 * SIZE, disk)) == list(OLD[:3])
+    assert sorted(names(base.iterdir())) == sorted((OLD[3], *NEWEST))
+
+
+def test_on_a_small_disk_the_newest_runs_stay_and_what_there_is_is_shared(base: Path) -> None:
+    assert names(make_room(base, 100 * SIZE, disk, floor_bytes=2 * SIZE)) == list(OLD[:2]), "half of 5 runs' room"
+    assert make_room(base, 100 * SIZE, disk, floor_bytes=2 * SIZE) == [], "and not one more at the next start"
+    assert names(make_room(base, 100 * SIZE, disk, floor_bytes=50 * SIZE)) == list(OLD[2:])
+    assert sorted(names(base.iterdir())) == sorted(NEWEST), "below the floor all goes but these"
+
+
+def test_a_run_that_began_without_a_clock_is_not_the_oldest(base: Path) -> None:
+    for name in ("19700101-000005", "19700101-000007", "19700101-000008", "19700101-000009", "19700101-000010"):
+        for path in (add_run(base, name) / "run.json").parent.iterdir():
+            os.utime(path, (7, 7))
+    set_later = base / "19700101-000007"
+    when_s = datetime(2026, 2, 1, tzinfo=UTC).timestamp()
+    os.utime(set_later / "mavlink.tlog", (when_s, when_s))
+    gone = names(make_room(base, 100 * SIZE, lambda base: disk(base, 13), floor_bytes=50 * SIZE))
+    assert gone == [*OLD[:3], set_later.name, OLD[3], "19700101-000005"]
 
 
 def test_what_is_no_run_of_ours_stays_however_full_the_disk(base: Path, tmp_path: Path) -> None:
@@ -39,8 +73,8 @@ def test_what_is_no_run_of_ours_stays_however_full_the_disk(base: Path, tmp_path
     (elsewhere / "run.json").write_text("{}")
     (base / "20240101-000000").symlink_to(elsewhere)
     (base / "20230101-000000").write_text("a file")
-    make_room(base, 1 << 60, disk)
-    assert not any((base / name).exists() for name in NAMES)
+    make_room(base, 1 << 60, disk, floor_bytes=1 << 50)
+    assert not any((base / name).exists() for name in OLD)
     assert all(path.is_dir() for path in kept)
     assert (base / "20240101-000000").is_symlink()
     assert (base / "20230101-000000").is_file()
@@ -64,3 +98,15 @@ def test_two_runs_in_one_second_have_two_directories(tmp_path: Path) -> None:
     second = new_run_dir(tmp_path)
     assert second != first
     assert second.parent == tmp_path
+
+
+def test_what_could_not_be_had_is_in_the_log(
+    base: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from companion.commands.run import _make_room, log
+    from companion.settings import RecordConfig
+
+    monkeypatch.setattr(log, "disabled", False)  # a library with a logging of its own may have silenced all others
+    _make_room(RecordConfig(directory=str(base), max_mb=1 << 30))
+    assert "MB for a whole recording" in caplog.text
+    assert all((base / name).exists() for name in NEWEST)

@@ -108,6 +108,20 @@ def test_a_pause_does_not_reach_the_integral():
     assert abs(trace.speed_i) < 0.1
 
 
+def test_the_speed_loop_begins_without_a_kick_and_forgets_what_it_was():
+    """A loop that was off has no error to take a slope from; -2 m/s in a tick was full astern."""
+    controller = seed(speed_gains=PidGains(kp=0.2, ki=0.05, kd=0.1))
+    demand, trace = controller.step(0, DT, state(), Desired(0.0, 1.0), None)
+    assert trace.speed_d == 0.0
+    assert demand.thruster_port == pytest.approx(0.2, abs=0.02)
+    for _ in range(100):
+        controller.step(0, DT, state(), Desired(0.0, 1.0), None)
+    controller.step(0, DT, state(), Desired(0.0, None), None)
+    demand, trace = controller.step(0, DT, state(), Desired(0.0, 0.0), None)
+    assert (trace.speed_i, trace.speed_d) == (0.0, 0.0)
+    assert demand.thruster_port == pytest.approx(0.0, abs=0.01)
+
+
 def test_changed_gains_take_effect_from_a_clean_memory():
     controller = seed()
     for _ in range(50):

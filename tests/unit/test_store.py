@@ -132,6 +132,36 @@ def test_submit_returns_at_once_while_the_disk_hangs(tmp_path):
     store.close()
 
 
+def test_row_57_the_end_does_not_wait_for_a_disk_that_hangs(tmp_path, monkeypatch):
+    import threading
+
+    from companion.io import store as module
+    from companion.io.writer import Writer
+
+    gate, real = threading.Event(), module.write_entries
+
+    def hang(*arguments):
+        gate.wait(30)
+        real(*arguments)
+
+    monkeypatch.setattr(module, "write_entries", hang)
+    writer = Writer(max_jobs=2)
+    store = Store(tmp_path / "store.db", writer)
+    for number in range(9):
+        store.submit(SaveCounter("n", number))
+        time.sleep(0.01)
+    ended = threading.Thread(target=store.close, daemon=True)
+    ended.start()
+    ended.join(3 * module.CLOSE_WAIT_S)
+    waits = ended.is_alive()
+    gate.set()
+    writer.close()
+    assert not waits
+    assert content(tmp_path / "store.db").counters.keys() == {"n"}, (
+        "what the disk had taken is whole when it comes back"
+    )
+
+
 def test_a_file_that_is_no_database_is_moved_aside(tmp_path):
     path = tmp_path / "store.db"
     path.write_bytes(b"this is not a database at all" * 100)

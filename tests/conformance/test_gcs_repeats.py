@@ -1,0 +1,185 @@
+"""Commands that come again: what was not answered, what was pressed again, and what somebody else has overruled meanwhile.
+
+ACCEPTED means that the vessel is as the command wants it; and no repeat starts a boat that somebody stopped.
+"""
+
+import pytest
+
+from mavlink_bridge import requests as ask
+from mavlink_bridge.codec import dialect
+from mavlink_bridge.imc import Mode
+from mavlink_bridge.requests import Reply, Result
+from tests.fake_vessel import Station
+from tests.world_station import Helm
+
+ACCEPTED, REJECTED = 0, 1
+AUTO, HOLD, MANUAL = (176, 1, 10), (176, 1, 4), (176, 1, 0)
+ARM, DISARM, START, PAUSE, GO_ON = (400, 1), (400, 0), (300,), (193, 0), (193, 1)
+
+
+class Two:
+    """A station, and others on the same link; each press is followed by a fifth of a second."""
+
+    def __init__(self, bench):
+        self.bench = bench
+        self.vessel = bench.vessel
+        self.vessel.plans.stored[ask.PlanKind.MISSION] = (
+            ask.PlanItem(16, 3, 0, 0, 0, 0, 411_840_000, -87_050_000, 0.0),
+        )
+        self.others = 0
+
+    def press(self, command, station=None, confirmation=0):
+        number, *params = command
+        values = [*params, *([0.0] * (7 - len(params)))]
+        self.bench.gcs.clear()
+        message = dialect.MAVLink_command_long_message(1, 1, number, confirmation, *values)
+        self.bench.send(message, station)
+        self.bench.run(0.2)
+        return self.bench.acked(number)
+
+    def b(self, command):
+        """Somebody else presses, who has not pressed before."""
+        self.others += 1
+        assert self.press(command, Station(200 + self.others, 190)) == [ACCEPTED]
+
+    def stopped(self, command):
+        """Whether a stop has taken effect."""
+        return not self.vessel.armed if command == DISARM else self.vessel.mode is Mode.HOLD
+
+
+@pytest.fixture
+def two(bench):
+    return Two(bench)
+
+
+def by_another_station(two):
+    two.b(ARM)
+    two.b(AUTO)
+
+
+def by_set_mode(two):
+    two.bench.send(dialect.MAVLink_set_mode_message(1, 1, 10))
+    two.vessel.armed = True
+    two.bench.run(0.2)
+
+
+def by_itself(two):
+    """A failsafe, another link, the command line: the endpoint sees only what becomes of the vessel."""
+    two.vessel.mode, two.vessel.armed = Mode.RTL, True
+    two.bench.run(0.2)
+
+
+@pytest.mark.parametrize("overrule", [by_another_station, by_set_mode, by_itself])
+@pytest.mark.parametrize("stop", [HOLD, PAUSE, DISARM])
+def test_a_stop_is_carried_out_at_every_press_whoever_set_the_boat_moving_since(two, stop, overrule):
+    for _ in range(5):
+        assert two.press(stop) == [ACCEPTED]
+        assert two.stopped(stop)
+        overrule(two)
+        assert not two.stopped(stop)
+
+
+def test_a_stop_pressed_in_haste_gets_through(two):
+    """Each press comes less than 3 s after the last; the boat is set going again between them."""
+    two.press(HOLD)
+    for _ in range(8):
+        two.b(AUTO)
+        two.bench.run(0.5)
+        assert two.press(HOLD) == [ACCEPTED]
+        assert two.vessel.mode is Mode.HOLD
+
+
+@pytest.mark.parametrize("rate_hz", [20, 50, 100])
+def test_a_stream_of_set_points_does_not_make_a_stop_look_late(two, rate_hz):
+    point = dialect.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0x1C7, *([0] * 11))
+
+    def stream(seconds):
+        for _ in range(round(seconds * 20)):
+            for _ in range(rate_hz // 20):
+                two.bench.send(point)
+            two.bench.tick()
+
+    two.bench.long(*HOLD)
+    stream(0.5)
+    two.bench.long(176, 1, 15)
+    stream(1.4)
+    for _ in range(4):
+        two.vessel.mode = Mode.GUIDED
+        two.bench.long(*HOLD)
+        stream(0.5)
+        assert two.vessel.mode is Mode.HOLD
+
+
+def test_a_late_copy_of_a_stop_does_not_undo_a_newer_order(two):
+    copy = two.bench.gcs.codec.encode(dialect.MAVLink_command_long_message(1, 1, 176, 1, 1, 4, 0, 0, 0, 0, 0))
+    assert two.press(HOLD) == [ACCEPTED]
+    assert two.press(AUTO) == [ACCEPTED]
+    two.bench.endpoint.receive(copy, two.vessel.now_us)
+    two.bench.run(0.2)
+    assert two.vessel.mode is Mode.AUTO
+
+
+@pytest.mark.parametrize(
+    ("go", "stop"), [(START, HOLD), (START, DISARM), (AUTO, PAUSE), (GO_ON, HOLD), (ARM, DISARM), ((20,), HOLD)]
+)
+@pytest.mark.parametrize("wait_s", [0.0, 1.0, 2.2])
+def test_a_repeat_does_not_start_the_boat_after_somebody_stopped_it(two, go, stop, wait_s):
+    """The answer to the first was lost; the station repeats it by itself, and must not hear that it was done."""
+    two.vessel.armed = True
+    assert two.press(go) == [ACCEPTED]
+    two.b(stop)
+    two.bench.run(wait_s)
+    assert two.press(go, confirmation=1) == [REJECTED]
+    assert "Overruled since" in two.bench.texts()
+    assert two.press(go) == [REJECTED]
+    assert two.stopped(stop)
+
+
+def test_a_counted_repeat_does_not_undo_the_stations_own_stop(two):
+    two.vessel.armed = True
+    two.press(START)
+    two.press(HOLD)
+    assert two.press(START, confirmation=1) == [REJECTED]
+    assert two.vessel.mode is Mode.HOLD
+    assert two.press(START) == [ACCEPTED]
+    assert two.vessel.mode is Mode.AUTO
+
+
+def test_who_insists_is_obeyed_after_three_seconds_however_often_he_pressed(two):
+    assert two.press(ARM) == [ACCEPTED]
+    two.b(DISARM)
+    pressed = 0
+    while not two.vessel.armed:
+        two.press(ARM)
+        pressed += 1
+        assert pressed < 20
+    assert 2.4 <= 0.2 * pressed <= 3.2
+
+
+@pytest.mark.parametrize(("first", "second"), [((178, 1, 2.0), (178, 1, 1.0)), ((207, 1), (207, 0))])
+def test_a_value_that_another_station_set_since_is_not_confirmed(two, first, second):
+    assert two.press(first) == [ACCEPTED]
+    two.b(second)
+    assert two.press(first) == [REJECTED]
+
+
+def test_a_refused_command_is_judged_anew_however_fast_it_is_pressed(two):
+    two.vessel.refuse[ask.Arm] = Reply(Result.REJECTED_NOW, "no position yet")
+    assert two.press(ARM) == [REJECTED]
+    two.vessel.refuse.clear()
+    results = [two.press(ARM) for _ in range(3)]
+    assert results[-1] == [ACCEPTED]
+    assert two.vessel.armed
+
+
+def test_a_failsafes_return_ends_at_hold_pressed_once_a_second():
+    """On a whole vessel: Hold, the vessel returns by itself, Hold."""
+    helm = Helm("ardurover")
+    assert helm.command(400, 1) == ACCEPTED
+    for _ in range(4):
+        assert helm.command(176, 1, 4) == ACCEPTED
+        helm.world.app.submit(ask.SetMode(Mode.RTL))
+        helm.run(0.6)
+        assert helm.world.snapshot.mode is Mode.RTL
+    assert helm.command(176, 1, 4) == ACCEPTED
+    assert helm.world.snapshot.mode is Mode.HOLD

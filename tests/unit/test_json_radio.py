@@ -1,0 +1,105 @@
+"""The original's JSON over the radio, against a vessel that only keeps books."""
+
+import json
+
+import pytest
+
+from mavlink_bridge.imc import Mode
+from mavlink_bridge.lora.json_radio import JsonRadio
+from mavlink_bridge.requests import Arm, LoadPlan, SetMode, StartPlan
+from tools.lora_rig import BookVessel, profile
+
+PLAN = (
+    b'{"ID":"loiter-1","Latitude":41.1852,"Longitude":-8.706,"Duration":600,'
+    b'"Loiter type":"Circular","Speed":3.0,"Length":0,"Radius":20}\n'
+)
+HOLD, RESUME, DISARM = (b'{"command":"%s"}\n' % word for word in (b"hold", b"resume", b"disarm"))
+
+
+class Boat:
+    """A vessel behind the JSON protocol, and all that it answers."""
+
+    def __init__(self, name="bench"):
+        self.radio = JsonRadio(profile(name))
+        self.vessel = BookVessel()
+        self.now_us = 0
+        self.answers = []
+
+    def hears(self, line, seconds=5.0, *, steps=99):
+        """Let it hear a line, carry out some of what that asks, and answer."""
+        self.radio.receive(line, self.now_us)
+        for _ in range(steps):
+            for request in self.radio.requests():
+                self.radio.reply(request.id, self.vessel.handle(request, self.now_us), self.now_us)
+        self.waits(seconds)
+
+    def waits(self, seconds):
+        for _ in range(round(seconds * 20)):
+            self.now_us += 50_000
+            line = self.radio.take(self.now_us, 1200)
+            if line:
+                self.answers.append(json.loads(line))
+
+    @property
+    def done(self):
+        return [type(body) if isinstance(body, LoadPlan | StartPlan) else body for _, body in self.vessel.executed]
+
+
+def test_the_second_hold_is_carried_out_like_the_first():
+    boat = Boat()
+    for line in (HOLD, RESUME, HOLD):
+        boat.hears(line)
+    assert boat.vessel.mode is Mode.HOLD
+    assert [answer["result"] for answer in boat.answers] == ["accepted"] * 3
+
+
+def test_a_plan_after_a_stop_is_sailed_and_the_next_stop_carried_out():
+    boat = Boat()
+    for line in (PLAN, DISARM, PLAN, DISARM):
+        boat.hears(line)
+    sail = [LoadPlan, Arm(True), StartPlan]
+    assert boat.done == [*sail, Arm(False), *sail, Arm(False)]
+    assert not boat.vessel.armed
+
+
+def test_a_plan_repeated_by_its_sender_is_answered_and_not_sailed_anew():
+    boat = Boat()
+    for _ in range(3):
+        boat.hears(PLAN)
+    assert boat.done == [LoadPlan, Arm(True), StartPlan]
+    assert [answer["result"] for answer in boat.answers] == ["accepted"] * 3
+
+
+def test_what_was_refused_is_tried_again():
+    boat = Boat()
+    boat.vessel.refuse = "no GNSS fix"
+    boat.hears(PLAN)
+    boat.vessel.refuse = ""
+    boat.hears(PLAN)
+    assert [answer["result"] for answer in boat.answers] == ["denied", "accepted"]
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_a_stop_ends_a_plan_that_is_half_way(steps):
+    boat = Boat()
+    boat.hears(PLAN, steps=steps)
+    boat.hears(HOLD)
+    assert boat.done[-1] == SetMode(Mode.HOLD)
+    assert StartPlan not in boat.done
+    assert [(answer["ack"], answer["result"]) for answer in boat.answers] == [
+        ("loiter-1", "temporarily rejected"),
+        ("hold", "accepted"),
+    ]
+
+
+def test_an_answer_that_no_hour_has_room_for_does_not_hold_up_the_others():
+    boat = Boat("n-0.1")
+    boat.vessel.refuse = "é" * 120  # six bytes each in JSON
+    boat.hears(b'{"command":"resume"}\n')
+    boat.vessel.refuse = ""
+    boat.hears(b'{"ID":"' + "é".encode() * 64 + PLAN[len(b'{"ID":"loiter-1') :])
+    boat.hears(HOLD)
+    assert [(answer["ack"], answer["result"], "reason" in answer) for answer in boat.answers] == [
+        ("resume", "denied", False),
+        ("hold", "accepted", False),
+    ]

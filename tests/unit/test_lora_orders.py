@@ -1,0 +1,85 @@
+"""Orders over a bad radio link: the last word of the shore is what the vessel does."""
+
+import pytest
+
+from mavlink_bridge.imc import Mode
+from mavlink_bridge.lora.frames import Direction, Kind, Sealer
+from mavlink_bridge.lora.request_codec import encode_request
+from mavlink_bridge.requests import Arm, Result, SetMode, SetParameter, StartPlan
+from tools.bench_lora import settled
+from tools.lora_rig import KEY
+
+
+def results(rig):
+    """How each owner's request ended."""
+    return {owner: reply.result for _, owner, reply in rig.replies}
+
+
+@pytest.mark.parametrize(
+    ("go", "stop"),
+    [(SetMode(Mode.AUTO), SetMode(Mode.HOLD)), (Arm(True), Arm(False)), (StartPlan(), SetMode(Mode.HOLD))],
+)
+@pytest.mark.parametrize("again", [False, True])
+def test_an_order_given_before_a_stop_is_not_carried_out_after_it(go, stop, again):
+    rig = settled()
+    rig.vessel.mode = Mode.HOLD
+    rig.pair.air.jammed = True
+    if again:
+        rig.twin.submit("first stop", stop, rig.now_us)
+    rig.twin.submit("go", go, rig.now_us)
+    rig.run(3.0)
+    rig.twin.submit("stop", stop, rig.now_us)
+    rig.run(0.5)
+    rig.pair.air.jammed = False
+    rig.run(15.0)
+    assert [body for _, body in rig.vessel.executed] == [stop]
+    assert results(rig)["go"] is Result.REJECTED_NOW
+    assert results(rig)["stop"] is Result.ACCEPTED
+
+
+def test_a_stop_lets_parameters_go_on():
+    rig = settled()
+    rig.pair.air.jammed = True
+    rig.twin.submit("parameter", SetParameter("DEPTH_MIN", 5.0), rig.now_us)
+    rig.twin.submit("stop", Arm(False), rig.now_us)
+    rig.run(1.0)
+    rig.pair.air.jammed = False
+    rig.run(10.0)
+    assert results(rig) == {"parameter": Result.ACCEPTED, "stop": Result.ACCEPTED}
+    assert rig.vessel.params.get("DEPTH_MIN").value == 5.0
+
+
+def test_an_order_after_a_stop_is_carried_out():
+    rig = settled()
+    rig.ask(Arm(False))
+    assert rig.ask(Arm(True))[1].result is Result.ACCEPTED
+    assert rig.vessel.armed
+
+
+def heard_aboard(rig, orders):
+    """Let frames of a shore that does not withdraw its orders reach the vessel: (kind, number, request), one after the other."""
+    sealer = Sealer(KEY, Direction.TO_VESSEL, 5000)
+    rig.pair.air.jammed = True
+    rig.radio.receive(sealer.hello(1), rig.now_us)
+    for kind, number, body in orders:
+        rig.radio.receive(sealer.seal(kind, bytes((number,)) + encode_request(body)), rig.now_us)
+        rig.run(0.2)
+    return sealer
+
+
+def test_the_vessel_refuses_an_order_numbered_before_its_last_stop():
+    rig = settled()
+    heard_aboard(
+        rig, [(Kind.STOP, 3, Arm(False)), (Kind.ORDER, 1, Arm(True)), (Kind.ORDER, 2, SetParameter("DEPTH_MIN", 5.0))]
+    )
+    assert not rig.vessel.armed
+    assert rig.vessel.params.get("DEPTH_MIN").value != 4.0
+
+
+def test_numbers_that_have_come_round_are_not_older_than_the_stop():
+    rig = settled()
+    sealer = heard_aboard(rig, [(Kind.STOP, 3, Arm(False))])
+    rig.run(60.0)
+    rig.radio.receive(sealer.seal(Kind.ORDER, b"\1" + encode_request(Arm(True))), rig.now_us)
+    rig.run(0.2)
+    assert rig.vessel.armed
