@@ -13,6 +13,7 @@ import pytest
 from companion.commands.store import read_store
 from companion.io.store import Store
 from companion.io.store_content import SaveCounter, SaveParam, SavePlan, SaveStamp, SaveValue, StoreContent, to_json
+from companion.settings import ConfigError
 from mavlink_bridge.requests import PlanItem, PlanKind
 
 FLIPS = 150
@@ -175,8 +176,8 @@ def test_rows_55_and_58_a_power_cut_while_a_damaged_file_is_replaced_loses_nothi
     assert sum(DAMAGED_NAME in name.name for name in tmp_path.iterdir()) >= 1
 
 
-def test_the_command_says_what_it_cannot_read(tmp_path: Path, sound: bytes, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_what_it_cannot_read(tmp_path: Path, sound: bytes) -> None:
     path = tmp_path / "store.db"
     path.write_bytes(flipped(sound, sound.index(b"CREATE TABLE") + 30, 0x80))
-    assert read_store(path) is None
-    assert "malformed database schema" in capsys.readouterr().err
+    with pytest.raises(ConfigError, match="is damaged .malformed database schema"):
+        read_store(path)
