@@ -27,7 +27,8 @@ REJUDGE_US: Final = 300_000
 SEEN_US: Final = 1_000_000
 """So long what a command brings may take to show, as over a radio."""
 LATE_US: Final = 500_000
-"""A stop so much behind a newer command is a late copy. At 100 messages a second sequence numbers say no more after 1.3 s."""
+"""What is numbered before a command so much younger is a late copy. Later the number says nothing: it goes round in 1.3 s at
+100 messages a second, and begins anew with each program that a station starts."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
 NO_PROGRESS: Final = frozenset((176, 300))
@@ -120,11 +121,11 @@ class CommandServer:
 
     def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
         own = [other for other in later if other.command.sender == case.command.sender]
-        ahead = [other for other in own if (sequence - other.sequence) & 0xFF >= 0x80]
+        ahead = any((sequence - other.sequence) & 0xFF >= 0x80 and now_us - other.taken_us < LATE_US for other in own)
         if case.result != ACCEPTED:
             return not ahead and now_us - case.answered_us >= REJUDGE_US
         if case.body is not None and makes_it_stop(case.body):
-            return not any(now_us - other.taken_us < LATE_US for other in ahead)
+            return not ahead
         if ahead or is_repeat:
             return False
         if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):

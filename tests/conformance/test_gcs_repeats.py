@@ -183,3 +183,23 @@ def test_a_failsafes_return_ends_at_hold_pressed_once_a_second():
         assert helm.world.snapshot.mode is Mode.RTL
     assert helm.command(176, 1, 4) == ACCEPTED
     assert helm.world.snapshot.mode is Mode.HOLD
+
+
+def begun_anew(after_messages):
+    """Station 255 as a program that has said so much since it began."""
+    station = Station(255, 190)
+    for _ in range(after_messages):
+        station.codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    return station
+
+
+def test_a_station_whose_program_begins_anew_starts_what_it_paused_itself(two):
+    """Each call of a command line is a program of its own: the same station, numbers from 0, seconds after the last."""
+    two.press(ARM)
+    for go, stop in ((AUTO, HOLD), (GO_ON, PAUSE), (AUTO, PAUSE)):
+        assert two.press(go, begun_anew(4)) == [ACCEPTED]
+        two.press(stop, begun_anew(40))
+        assert two.vessel.mode is Mode.HOLD
+        two.bench.run(0.6)
+        assert two.press(go, begun_anew(6)) == [ACCEPTED]
+        assert two.vessel.mode is Mode.AUTO
