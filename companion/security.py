@@ -137,7 +137,7 @@ class Keeper:
         self._warned = False
 
     def tick(self, now_us: int, snapshot: Snapshot | None) -> None:
-        """Let the stamp grow with time, take GNSS time once, save every minute. ``snapshot`` None: nothing is heard from the vessel."""
+        """Let the stamp grow with time, take GNSS time once, save. ``snapshot`` None: nothing is heard from the vessel."""
         if not self._warned:
             self._warned = True
             self._warn()

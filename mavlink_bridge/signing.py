@@ -64,7 +64,7 @@ class SigningState:
         self.timestamp = min(max(self.timestamp, units_from_utc(utc_us)), _MAX_TIMESTAMP)
 
     def export(self) -> dict[str, Any]:
-        """What must survive a restart, without the key: save it about every minute."""
+        """What must survive a restart, without the key: save it every few seconds."""
         return {"timestamp": self.timestamp, "streams": [[*stream, at] for stream, at in self.streams.items()]}
 
     def restore(self, saved: Mapping[str, Any], margin_s: float = 0.0) -> None:

@@ -118,6 +118,16 @@ def test_a_stop_reaches_a_vessel_that_started_and_did_not_hear_the_gateways_answ
     assert seconds < 6.0
 
 
+def restarted_twice():
+    """A link both of whose ends have stored counters worth losing."""
+    rig = settled()
+    for _ in range(2):
+        rig.start_vessel()
+        rig.start_shore()
+        rig.run(60.0)
+    return rig
+
+
 def texts_of(rig, seconds):
     """What the stations are told in this time."""
     found = []
@@ -129,11 +139,7 @@ def texts_of(rig, seconds):
 
 @pytest.mark.parametrize("who", ["vessel", "shore"])
 def test_stations_are_told_when_an_end_has_lost_its_counters(who):
-    rig = settled()
-    for _ in range(2):
-        rig.start_vessel()
-        rig.start_shore()
-        rig.run(60.0)
+    rig = restarted_twice()
     rig.memory[who] = ""
     rig.start_vessel() if who == "vessel" else rig.start_shore()
     told = texts_of(rig, 200.0)
@@ -153,11 +159,7 @@ def test_nobody_is_warned_of_ends_that_started_in_order():
 
 
 def test_a_new_key_mends_a_link_that_has_lost_its_counters(monkeypatch):
-    rig = settled()
-    for _ in range(2):
-        rig.start_vessel()
-        rig.start_shore()
-        rig.run(60.0)
+    rig = restarted_twice()
     rig.memory["shore"] = ""
     used_us = rig.radio.ledger.used_us(rig.now_us)
     monkeypatch.setattr("tools.lora_rig.KEY", bytes(range(2, 34)))
