@@ -80,7 +80,7 @@ class Speaker:
         """Queue the streams that are due, and what is wanted besides."""
         due = () if self.is_quiet else self._streams.due(now_us)
         if self.wanted:
-            due = (*due, *self.wanted.difference(due))
+            due = (*due, *sorted(self.wanted.difference(due)))
             self.wanted.clear()
         if due:
             self._outbox.telemetry(*self._composer.batch(due, snapshot, self._config))

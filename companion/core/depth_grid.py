@@ -134,7 +134,7 @@ def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float =
     points = [s for s in soundings if math.isfinite(s.depth_m)]
     if not points:
         raise ValueError("no soundings")
-    middle = sum(s.lat_rad for s in points) / len(points)
+    middle = math.fsum(s.lat_rad for s in points) / len(points)
     per_lat, per_lon = metres_per_radian(middle)
     dlat, dlon = pitch_m / per_lat, pitch_m / per_lon
     reach = math.ceil(spread_m / pitch_m) + 1

@@ -195,14 +195,14 @@ class Guidance:
             arc = fillet(begin, self._target, onward, cut_m, least, reach)
         if arc is None:
             segments.append(Line(begin, self._target))
-            self._goal_m = sum(segment.length_m for segment in segments)
+            self._goal_m = math.fsum(segment.length_m for segment in segments)
             through = following is not None and maneuver.hold_s <= 0.0 and not _stops(following)
             self._end_mps = None if through else 0.0
             if through and onward:
                 self._end_mps = None if _straight_on(begin, self._target, onward) else 0.3
         else:
             segments += [Line(begin, arc.point(0.0)), arc]
-            self._goal_m = sum(segment.length_m for segment in segments) - 0.5 * arc.length_m
+            self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
             self._corner = (self._target, arc)
         self._track = Track(tuple(segments), closed=False)
         self._follower.integrator.z_m *= 1.0 if entry else 0.0

@@ -97,7 +97,7 @@ class WaterSpeedObserver:
         if len(gained) > 2 * _HISTORY:
             del gained[:_HISTORY]
         newer = round((age_s + _FILTER_LAG_S) / (dt_s if dt_s > 1e-3 else 1e-3))
-        self._newer_mps = sum(gained[-(newer if newer < _HISTORY else _HISTORY) :]) if newer > 0 else 0.0
+        self._newer_mps = math.fsum(gained[-(newer if newer < _HISTORY else _HISTORY) :]) if newer > 0 else 0.0
 
     def aligned_mps(self) -> float:
         """Surge through the water at the moment that the estimate's ground velocity is of: the pair to take drift from."""

@@ -166,7 +166,7 @@ class Track:
         self.closed = closed
         self.endless = closed and len(segments) == 1
         """One circle, round and round."""
-        self.lap_m = sum(segment.length_m for segment in segments)
+        self.lap_m = math.fsum(segment.length_m for segment in segments)
         self.run_m = 0.0
         """Length of the segments left behind, m."""
         self._along_m: float | None = None
@@ -271,7 +271,7 @@ class Track:
 
     def rest_m(self, along_m: float) -> float:
         """Return the way to the end of an open track."""
-        return sum(segment.length_m for segment in self.segments[self.index :]) - along_m
+        return math.fsum(segment.length_m for segment in self.segments[self.index :]) - along_m
 
 
 def _gap_m(segment: Segment, north_m: float, east_m: float) -> float:
