@@ -8,7 +8,7 @@ PYTEST_ARGS ?=
 PYTEST := $(PY) -m pytest --dist loadgroup
 NONE_CHOSEN := 5
 
-.PHONY: help setup compiled sim test check bench bench-compare soak fuzz docs lock clean
+.PHONY: help setup compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -20,6 +20,11 @@ $(STAMP): requirements.lock pyproject.toml
 
 compiled: $(STAMP)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
 	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
+
+pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at three times the speed (docs/SIMULATION.md)
+
+.venv-pypy/.ready: requirements-pypy.lock pyproject.toml
+	@python="$$(PYPY="$(PYPY)" tools/find_pypy.sh)" && PYTHON="$$python" tools/setup.sh .venv-pypy requirements-pypy.lock
 
 sim: compiled ## run the simulated vessel with all its links
 	@$(VENV)/bin/companion sim $(SIM_ARGS)
@@ -54,6 +59,7 @@ docs: $(STAMP) ## write the generated pages of docs/ again
 
 lock: ## pin every dependency again (needs uv)
 	uv pip compile pyproject.toml --all-extras --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml requirements-pypy.in --extra status --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-pypy.lock
 
 clean: ## remove what was built
-	rm -rf $(VENV) build .pytest_cache .mypy_cache .ruff_cache *.egg-info
+	rm -rf $(VENV) .venv-pypy build .pytest_cache .mypy_cache .ruff_cache *.egg-info

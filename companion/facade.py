@@ -141,6 +141,11 @@ def software_version() -> tuple[int, int, int]:
     return numbers[0], numbers[1], numbers[2]
 
 
+def made_by() -> dict[str, str]:
+    """Return what every run says of the program that made it."""
+    return {"version": ".".join(map(str, software_version())), "python": platform.python_implementation()}
+
+
 def _os_version() -> tuple[int, int, int]:
     numbers = [int(part) for part in platform.release().split("-")[0].split(".") if part.isdigit()]
     first, second, third = [*numbers, 0, 0, 0][:3]

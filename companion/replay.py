@@ -20,10 +20,11 @@ from pydantic import BaseModel, ValidationError
 from companion.app import App, AppFaultError
 from companion.build import build_app
 from companion.core.vessel import VesselConfig
-from companion.facade import software_version
+from companion.facade import made_by
 from companion.io import request_json
 from companion.io.input_replay import Difference, ReplayLinks, ReplayStore
 from companion.io.inputs import InputReader, InputsError, Step
+from companion.io.interpreter import compile_early
 from companion.io.link import Link
 from companion.io.log_archive import Fetched, ReplayArchive
 from companion.io.log_file import parts_of
@@ -36,8 +37,9 @@ from mavlink_bridge.snapshot import Snapshot
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _COMMAS: Final = len(COLUMNS) - 1
-NEAR: Final = 1e-9
-"""Relative difference of a field that another machine's arithmetic may make."""
+_NEAR: Final = 1e-4
+_NEAR_DEG: Final = 1.01e-8
+"""Of a position: the last digit that is written, 1 mm."""
 MAX_DIFFERENCES: Final = 200
 WORDED_DIFFERENCES: Final = 20
 
@@ -95,8 +97,9 @@ def replay(
     """Replay a run directory. Raises ReplayError when there is nothing to replay.
 
     ``changes`` (key=value) to the recorded settings show what they would have done. ``tolerant``: the recording is from
-    another kind of machine: fields may differ by 1e-9, pulses by 1 us, and writes are not compared by checksum.
+    another kind of machine or Python: see ``nearly`` for what may differ; writes are not compared by checksum.
     """
+    compile_early()
     path = run_dir / "inputs.bin" if run_dir.is_dir() else run_dir
     try:
         reader = InputReader(path)
@@ -160,7 +163,7 @@ class _Replay:
     @property
     def versions(self) -> str:
         """Who recorded it, and who replays it."""
-        return f"recorded by version {self._reader.meta.get('version', 'unknown')}, replayed by {own_version()}"
+        return f"recorded by {_maker(self._reader.meta)}, replayed by {_maker(made_by())}"
 
     def _make_link(self, name: str, url: str, **options: object) -> Link:
         link = next(self._next_link, None)
@@ -190,7 +193,7 @@ class _Replay:
             outcome.writes_compared += sum(len(writes) for writes in step.writes.values())
             self._take_write_differences(step)
         outcome.cut = self._reader.cut
-        if self._reader.meta.get("version", own_version()) != own_version():
+        if _maker(made_by() | self._reader.meta) != _maker(made_by()):
             outcome.versions = self.versions
         return outcome
 
@@ -262,15 +265,20 @@ class _Replay:
 
 
 def nearly(name: str, was: str, now: str) -> bool:
-    """Whether two fields differ no more than another machine's arithmetic may make them."""
+    """Whether two fields differ no more than another machine's or another Python's arithmetic makes them.
+
+    The last bit of a coordinate is a nanometre, and feedback makes more of it: 1e-4 of a field or of its unit (0.1 mm,
+    0.0001 degrees, Nm or m/s) is below all that matters.
+    """
     try:
         a, b = float(was), float(now)
     except ValueError:
         return False
     if name.startswith("us_"):
         return abs(a - b) <= 1.0
-    # A row holds six digits: a last digit that rounds the other way is no difference either.
-    return abs(a - b) <= max(NEAR * max(abs(a), abs(b)), 1e-5 * max(abs(a), abs(b)), NEAR)
+    if name in {"lat_deg", "lon_deg"}:
+        return abs(a - b) <= _NEAR_DEG
+    return abs(a - b) <= _NEAR * max(abs(a), abs(b), 1.0)
 
 
 def control_rows(run_dir: Path) -> Iterator[tuple[int, bytes]]:
@@ -330,9 +338,8 @@ def _described(meta: Mapping[str, Any]) -> bool:
     )
 
 
-def own_version() -> str:
-    """This program's version, as runs have it."""
-    return ".".join(map(str, software_version()))
+def _maker(meta: Mapping[str, Any]) -> str:
+    return f"version {meta.get('version', 'unknown')} on {meta.get('python', 'CPython')}"
 
 
 def _vessel(data: Mapping[str, Any]) -> VesselConfig:
@@ -356,7 +363,7 @@ def summary(outcome: Outcome, wall_s: float) -> str:
         file=out,
     )
     if outcome.versions:
-        print(f"{outcome.versions}: a difference may be a change of the program", file=out)
+        print(f"{outcome.versions}: a difference may be a change of the program or of its Python", file=out)
     if outcome.cut:
         print("the recording ends in an unfinished record; everything before it was replayed", file=out)
     if outcome.fault:

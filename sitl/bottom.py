@@ -159,7 +159,8 @@ class Soundings:
                 for north, east, depth_m in self._cells.get((i, j), ()):
                     away_m = math.hypot(north - north_m, east - east_m)
                     if away_m <= self._radius_m:
-                        weight = 1.0 / max(away_m, 0.01) ** 2
+                        near_m = max(away_m, 0.01)
+                        weight = 1.0 / (near_m * near_m)
                         weights += weight
                         depths += weight * depth_m
         return depths / weights if weights else None

@@ -302,7 +302,8 @@ def _flip(line: bytes, rng: random.Random) -> bytes:
 
 def _shift(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
     """A point some metres away, by the radii of curvature of WGS-84: exact to 1e-6 of the distance within 1 km."""
-    w2 = 1.0 - _ECCENTRICITY2 * math.sin(lat_rad) ** 2
+    sine = math.sin(lat_rad)
+    w2 = 1.0 - _ECCENTRICITY2 * sine * sine
     meridian_m = _AXIS_M * (1.0 - _ECCENTRICITY2) / (w2 * math.sqrt(w2))
     normal_m = _AXIS_M / math.sqrt(w2)
     return lat_rad + north_m / meridian_m, lon_rad + east_m / (normal_m * math.cos(lat_rad))

@@ -12,7 +12,7 @@ from companion.build import build_app, in_run_dir
 from companion.commands.numbers import positive
 from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
 from companion.configuration import vessel_settings
-from companion.facade import software_version
+from companion.facade import made_by
 from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
 from companion.io.recorder import Recorder
@@ -95,4 +95,4 @@ def _make_room(record: RecordConfig) -> None:
 
 def describe(settings: Settings, **more: object) -> dict[str, Any]:
     """Return what ``run.json`` says of a run."""
-    return {"version": ".".join(map(str, software_version())), "settings": settings.model_dump(mode="json"), **more}
+    return {**made_by(), "settings": settings.model_dump(mode="json"), **more}

@@ -40,7 +40,8 @@ class Sounding:
 
 def metres_per_radian(lat_rad: float) -> tuple[float, float]:
     """Metres on WGS-84 per radian of latitude and of longitude at a latitude."""
-    w2 = 1.0 - _E2 * math.sin(lat_rad) ** 2
+    sine = math.sin(lat_rad)
+    w2 = 1.0 - _E2 * sine * sine
     return EARTH_M * (1.0 - _E2) / w2**1.5, EARTH_M * math.cos(lat_rad) / math.sqrt(w2)
 
 

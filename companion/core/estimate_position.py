@@ -135,7 +135,7 @@ class PositionTrack:
         self._timeout_s, self._hold_s = config.position_timeout_s, config.position_hold_s
         self._jump_m, self._speed_max_mps = config.position_jump_m, config.speed_max_mps
         self._warn_s, self._invalid_s = config.frozen_warn_s, config.frozen_invalid_s
-        self._velocity_variance = config.velocity_sigma_mps**2
+        self._velocity_variance = config.velocity_sigma_mps * config.velocity_sigma_mps
         x_m, y_m, z_m = config.antenna_forward_m, config.antenna_starboard_m, -config.antenna_up_m
         self._antenna_m = None if x_m == y_m == z_m == 0.0 else (x_m, y_m, z_m)
 

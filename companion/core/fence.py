@@ -88,7 +88,8 @@ class Polygon:
                 share = 0.0
             elif share > 1.0:
                 share = 1.0
-            distance2 = (n - share * dn) ** 2 + (e - share * de) ** 2
+            north, east = n - share * dn, e - share * de
+            distance2 = north * north + east * east
             if distance2 < nearest2:
                 nearest2 = distance2
         return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)

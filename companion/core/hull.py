@@ -28,7 +28,7 @@ class ForceModel:
         self._strip = RHO_WATER * hull.draught_m * hull.crossflow_cd * strip_m
         self._strips_m = tuple(strip_m * k for k in (-2, -1, 0, 1, 2)) if hull.crossflow_cd > 0.0 else ()
         self.lateral_m = thruster.lateral_m if thruster.count == 2 else 0.0
-        self.race_per_n = thruster.race_share * 8.0 / (math.pi * RHO_WATER * thruster.diameter_m**2)
+        self.race_per_n = thruster.race_share * 8.0 / (math.pi * RHO_WATER * thruster.diameter_m * thruster.diameter_m)
         if thruster.count == 1:
             self.race_per_n *= 2.0
         area_m2 = rudder.area_m2 * rudder.count / 2.0

@@ -49,7 +49,7 @@ class ModelController:
         hull = vessel.hull
         self._m11 = hull.m11_kg
         self._ahead_n, self._astern_n = vessel.thruster.ahead_n, vessel.thruster.astern_n
-        self._inertia = hull.m33_kgm2 - hull.m23_kgm**2 / hull.m22_kg
+        self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
         self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
         self._config: ModelConfig = config.model
@@ -85,7 +85,7 @@ class ModelController:
             )
             for k in range(_POINTS + 1)
         ]
-        self._saturated_nm = self._inertia * most**2 * _SATURATED_RAD
+        self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit, self._damping = config.yaw_rate_limit, config.heading_damping
         self._heading_integral, self._speed_integral = config.heading_integral, config.speed_integral
@@ -104,17 +104,18 @@ class ModelController:
     def configure(self, config: SteeringConfig) -> None:
         """Change settings without a bump: the integral takes over what the old gain gave."""
         old, speed = self._config, max(self._observer.u_mps, 0.0)
-        before = self._inertia * self._omega(speed) ** 2
+        before = self._omega(speed)
         self._config = config.model
         if old != config.model:
             self._tune(config.model)
-        self._yaw_integral_nm += (before - self._inertia * self._omega(speed) ** 2) * self._heading_error
+        now = self._omega(speed)
+        self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
 
     def heading_gains(self, speed_mps: float) -> tuple[float, float, float]:
         """Return (P in Nm/rad, I in Nm/(rad s), D in Nm/(rad/s)) of the heading loop at a speed, for design work."""
         linear, _ = self._handling.yaw_damping(speed_mps)
         omega = self._omega(speed_mps)
-        kp = self._inertia * omega**2
+        kp = self._inertia * omega * omega
         damping = 2.0 * self._config.heading_damping * omega * self._inertia
         return kp, self._config.heading_integral * kp, max(damping - linear, 0.0)
 
@@ -253,7 +254,7 @@ class ModelController:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
         if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
-            gain = self._heading_integral * self._inertia * omega**2
+            gain = self._heading_integral * self._inertia * omega * omega
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )

@@ -212,7 +212,7 @@ class Statics:
         """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
         if throttle < self._dead_band:
             return self.speed_for_thrust(0.0)
-        return self.speed_for_thrust(self._all_ahead_n * max(0.0, throttle) ** 2)
+        return self.speed_for_thrust(self._all_ahead_n * throttle * throttle if throttle > 0.0 else 0.0)
 
     def stopping_distance_m(self, speed_mps: float) -> float:
         """Return the way made through the water while coasting to rest (closed form of m u' = -(Xu + Xuu u) u)."""

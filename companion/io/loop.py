@@ -18,6 +18,7 @@ from types import FrameType
 from typing import Final, Protocol
 
 from companion.io.clock import Clock, ManualClock
+from companion.io.interpreter import compile_early, settle, unsettle
 from companion.io.link import Link
 from companion.io.notify import Notifier
 
@@ -119,9 +120,10 @@ def run(
     stats = stats or LoopStats()
     notifier = notifier or Notifier()
     status = 0
-    gc.collect()
-    gc.freeze()
-    if type(clock) is not ManualClock:
+    settle()
+    if type(clock) is ManualClock:
+        compile_early()
+    else:
         gc.disable()
     try:
         _turn(app, clock, stop, period_us, stats, notifier, until_us)
@@ -136,7 +138,7 @@ def run(
             log.exception("the shutdown was not clean")
             status = 1
         gc.enable()
-        gc.unfreeze()
+        unsettle()
     return status
 
 

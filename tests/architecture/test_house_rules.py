@@ -94,13 +94,22 @@ def test_no_module_is_longer_than_the_hard_stop() -> None:
     assert not {path: lines for path, lines in longest.items() if lines > 400}
 
 
-def test_the_core_adds_floats_the_same_on_every_python() -> None:
-    """``sum`` of floats is compensated from Python 3.12 on: a recording would replay on the Python that made it only."""
-    wrong = [
+def test_the_core_reckons_the_same_on_every_python() -> None:
+    """``sum`` of floats is compensated from Python 3.12 on, and a square by ``**`` is the C library's power on CPython only.
+
+    With either a recording would replay bit for bit on the Python alone that made it.
+    """
+    trees = [(path, tree) for path, tree in modules() if path.parts[:2] == ("companion", "core")]
+    nodes = [(path, node) for path, tree in trees for node in ast.walk(tree)]
+    sums = [
         f"{path}:{node.lineno}"
-        for path, tree in modules()
-        if path.parts[:2] == ("companion", "core")
-        for node in ast.walk(tree)
+        for path, node in nodes
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "sum"
     ]
-    assert not wrong, "take math.fsum"
+    squares = [
+        f"{path}:{node.lineno}"
+        for path, node in nodes
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and getattr(node.right, "value", 0) == 2
+    ]
+    assert not sums, "take math.fsum"
+    assert not squares, "take x * x"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 
 import pytest
@@ -169,6 +170,18 @@ def test_a_recording_that_this_version_cannot_run_is_one_clear_message(run_dir, 
 def test_a_recording_of_another_version_says_so(run_dir, tmp_path):
     outcome = replay(changed(run_dir, tmp_path, lambda meta: meta.update(version="0.0.9")))
     assert "recorded by version 0.0.9" in summary(outcome, 1.0)
+    outcome = replay(changed(run_dir, tmp_path, lambda meta: meta.update(python="OtherPython")))
+    assert "on OtherPython, replayed by" in summary(outcome, 1.0)
+
+
+def test_another_pythons_last_bits_are_tolerated_and_a_change_is_not(tmp_path, monkeypatch):
+    """PyPy makes degrees by a division where CPython multiplies: a nanometre, which feedback makes more of."""
+    run_scenario("loiter-in-current-and-wind", run_dir=tmp_path)
+    monkeypatch.setattr(math, "degrees", lambda angle_rad: angle_rad / (math.pi / 180.0))
+    assert not replay(tmp_path).identical
+    outcome = replay(tmp_path, tolerant=True)
+    assert outcome.identical, summary(outcome, 1.0)
+    assert not replay(tmp_path, tolerant=True, changes=["XX"]).identical
 
 
 def test_a_step_of_a_later_version_is_said_and_not_guessed(run_dir, tmp_path):
