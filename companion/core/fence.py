@@ -88,8 +88,9 @@ class Polygon:
                 share = 0.0
             elif share > 1.0:
                 share = 1.0
-            north, east = n - share * dn, e - share * de
-            distance2 = north * north + east * east
+            n -= share * dn
+            e -= share * de
+            distance2 = n * n + e * e
             if distance2 < nearest2:
                 nearest2 = distance2
         return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
