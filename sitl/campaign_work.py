@@ -25,6 +25,7 @@ from typing import Final
 import companion
 import config as shipped
 import mavlink_bridge
+from companion.io.interpreter import cores
 from companion.settings import load_vessel
 
 from .scenario import run
@@ -136,7 +137,7 @@ def _since(began: float) -> float:
 
 def over_cores(jobs: Sequence[Job], workers: int | None = None) -> Iterator[Row]:
     """Do the runs on this computer, one process for each core that it may use. Raises CampaignError."""
-    count = min(workers or len(os.sched_getaffinity(0)), len(jobs))
+    count = min(workers or cores(), len(jobs))
     if count <= 1:
         yield from map(run_job, jobs)
         return

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import os
 import sys
 from typing import Final
 
@@ -31,3 +32,8 @@ def compile_early() -> None:
     """Have PyPy compile sooner; nothing on CPython."""
     if sys.implementation.name == "pypy":
         importlib.import_module("pypyjit").set_param(_EARLY)
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -29,6 +29,7 @@ from companion.io.store_file import (
     DAMAGE,
     MIGRATIONS,
     NotOursError,
+    ask,
     check,
     finish_replacing,
     is_of_the_disk,
@@ -198,7 +199,7 @@ class Store:
         try:
             check(connection)
             migrate(connection)
-            connection.execute("PRAGMA journal_mode=WAL")
+            ask(connection, "PRAGMA journal_mode=WAL")
             connection.execute("PRAGMA synchronous=FULL")
             connection.execute(f"PRAGMA user_version={len(MIGRATIONS)}")  # a real write, to know now
             rows = self._read(connection)

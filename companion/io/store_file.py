@@ -8,7 +8,7 @@ import sqlite3
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from companion.io.log_file import sync_folder
 from companion.io.store_content import Entry
@@ -54,12 +54,17 @@ class NotOursError(Exception):
     """A file of a newer version: readable or not, it is left alone."""
 
 
+def ask(connection: sqlite3.Connection, statement: str, values: tuple[object, ...] = ()) -> list[Any]:
+    """Return every row of an answer: a statement that is not read to its end holds the transaction open until it is freed."""
+    return connection.execute(statement, values).fetchall()
+
+
 def migrate(connection: sqlite3.Connection, migrations: tuple[str, ...] = MIGRATIONS) -> None:
     """Bring the schema up to date, each step in one transaction."""
-    (version,) = connection.execute("PRAGMA user_version").fetchone()
+    ((version,),) = ask(connection, "PRAGMA user_version")
     if version > len(migrations):
         raise NotOursError(f"written by a newer version of this program (schema {version}, known {len(migrations)})")
-    if version < 0 or (not version and connection.execute(_IS_MADE).fetchone()):
+    if version < 0 or (not version and ask(connection, _IS_MADE)):
         raise sqlite3.DatabaseError("malformed header")
     for number in range(version, len(migrations)):
         connection.executescript(f"BEGIN IMMEDIATE;{migrations[number]};PRAGMA user_version={number + 1};COMMIT;")
@@ -68,11 +73,11 @@ def migrate(connection: sqlite3.Connection, migrations: tuple[str, ...] = MIGRAT
 def check(connection: sqlite3.Connection) -> None:
     """Raise sqlite3.DatabaseError when the file is not a sound database."""
     try:
-        found = connection.execute("PRAGMA integrity_check(1)").fetchone()
+        found = ask(connection, "PRAGMA integrity_check(1)")
     except UnicodeError:  # SQLite's own text quotes the damaged schema
         raise sqlite3.DatabaseError("malformed database schema") from None
-    if found is None or found[0] != "ok":
-        raise sqlite3.DatabaseError(str(found[0]).splitlines()[-1] if found else "no answer")
+    if found != [("ok",)]:
+        raise sqlite3.DatabaseError(str(found[0][0]).splitlines()[-1] if found else "no answer")
 
 
 def crc_of(section: str, key: str, generation: int, body: str) -> int:
@@ -122,11 +127,12 @@ def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> N
             where, values = ("section = ?", (section,)) if not key else ("section = ? AND key = ?", (section, key))
             connection.execute(f"DELETE FROM entry WHERE {where}", values)
             continue
-        (newest,) = connection.execute(
+        ((newest,),) = ask(
+            connection,
             "SELECT COALESCE(MAX(generation), 0) FROM entry "
             "WHERE section = ? AND key = ? AND typeof(generation) = 'integer' AND generation < ?",
             (section, key, _FAR_GENERATION),
-        ).fetchone()
+        )
         generation = newest + 1
         connection.execute(
             "INSERT INTO entry VALUES (?, ?, ?, ?, ?)",
