@@ -12,8 +12,7 @@ from collections.abc import Iterable
 from operator import attrgetter
 from typing import Any, Final, Protocol
 
-from fastcrc import crc16
-
+from mavlink_bridge.crc import mcrf4xx
 from mavlink_bridge.extensions import dialect, messages
 from mavlink_bridge.framing import INCOMPAT_SIGNED, MARKER_V2, Frame
 
@@ -164,7 +163,7 @@ class Codec:
             number, crc_extra = _SEALS[message_id]
             covered = _HEADER.pack(len(body), flags, 0, sequence, system, component) + number + body
             sequence = sequence + 1 & 0xFF
-            crc = crc16.mcrf4xx(covered + crc_extra).to_bytes(2, "little")
+            crc = mcrf4xx(covered + crc_extra).to_bytes(2, "little")
             parts += _MARKER, covered, crc
             if signer is not None:
                 parts.append(signer.sign(_MARKER + covered + crc))

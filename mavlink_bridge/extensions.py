@@ -12,8 +12,9 @@ import struct
 from types import ModuleType
 from typing import Any, Final
 
-from fastcrc import crc16
 from pymavlink.dialects.v20 import all as _library
+
+from mavlink_bridge.crc import mcrf4xx
 
 _FORMAT: Final = {
     "char": "s",
@@ -69,7 +70,7 @@ def crc_extra(name: str, ordered: list[tuple[str, str, int]]) -> int:
         text += f"{field_type} {field} ".encode()
         if length:
             text.append(length)
-    crc = int(crc16.mcrf4xx(bytes(text)))
+    crc = mcrf4xx(bytes(text))
     return (crc & 0xFF) ^ (crc >> 8)
 
 

@@ -13,8 +13,7 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Final
 
-from fastcrc import crc16
-
+from mavlink_bridge.crc import mcrf4xx
 from mavlink_bridge.extensions import messages as _messages
 
 MARKER_V1: Final = 0xFE
@@ -204,8 +203,7 @@ class Deframer:
 
 def checksum(covered: bytes, message_id: int) -> int:
     """CRC-16/MCRF4XX of a frame without its marker, checksum and signature, and of the message's CRC_EXTRA byte."""
-    crc: int = crc16.mcrf4xx(covered + _CRC_EXTRA[message_id])
-    return crc
+    return mcrf4xx(covered + _CRC_EXTRA[message_id])
 
 
 def _frame(raw: bytes, version: int, header: int, message_id: int, *, signed: bool, known: bool) -> Frame:

@@ -14,8 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fastcrc import crc8
-
+from mavlink_bridge.crc import smbus
 from mavlink_bridge.value import value
 
 IDS: Final = "mMlL"
@@ -80,8 +79,7 @@ BoardLine = Banner | Version | Status
 
 def checksum(body: bytes) -> int:
     """CRC-8, polynomial 0x07, start 0, no reflection: 0xF4 for b'123456789'."""
-    found: int = crc8.smbus(body)
-    return found
+    return smbus(body)
 
 
 def checked(body: str) -> bytes:

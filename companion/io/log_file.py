@@ -169,9 +169,9 @@ class LogFile:
             self._open(sync)
         if self._header and not self._good_bytes:
             data = self._header + data
-        view = memoryview(data)
-        while view:
-            view = view[os.write(self._fd, view) :]
+        rest = data
+        while rest:
+            rest = rest[os.write(self._fd, rest) :]
         if sync:
             os.fdatasync(self._fd)
         self._good_bytes += len(data)

@@ -13,7 +13,7 @@ import pytest
 REPO = Path(__file__).resolve().parents[2]
 PACKAGES = ("companion", "mavlink_bridge", "sitl")
 HEAVY = ("control", "scipy", "matplotlib", "numpy", "mavsdk")
-VOCABULARY = {"imc", "maneuvers", "requests", "snapshot", "value"}
+VOCABULARY = {"crc", "imc", "maneuvers", "requests", "snapshot", "value"}
 
 
 def modules() -> Iterator[tuple[Path, ast.Module]]:
