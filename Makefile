@@ -21,7 +21,7 @@ $(STAMP): requirements.lock pyproject.toml
 compiled: $(STAMP)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
 	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
 
-pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at three times the speed (docs/SIMULATION.md)
+pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at three times the speed (docs/RECORDINGS.md)
 
 .venv-pypy/.ready: requirements-pypy.lock pyproject.toml
 	@python="$$(PYPY="$(PYPY)" tools/find_pypy.sh)" && PYTHON="$$python" tools/setup.sh .venv-pypy requirements-pypy.lock

@@ -9,6 +9,8 @@ import pytest
 
 REPO = Path(__file__).resolve().parents[1]
 SHARED_DATA = REPO.parent / "shared" / "data"
+PYPY = REPO / ".venv-pypy/bin/companion"
+"""What ``make pypy`` makes."""
 
 
 def require(present: bool, what: str) -> None:

@@ -10,8 +10,9 @@ fail() { printf 'no PyPy: %s\n' "$*" >&2; exit 1; }
 
 command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null || fail "this is no Debian; unpack a PyPy 3.11 and name it: PYPY=/its/bin/pypy3"
 [ -r "$keys" ] || fail "$keys is missing. Debian: apt install debian-archive-keyring"
-mirror=$(apt-get indextargets --format '$(ORIGIN)/$(LABEL) $(REPO_URI)' 'Created-By: Packages' | awk '$1 == "Debian/Debian" { print $2; exit }')
-[ -n "$mirror" ] || fail "apt knows no Debian mirror here (run 'apt-get update' once)"
+own=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+mirror=$(apt-get --print-uris update 2>/dev/null | sed -n "s|^'\(.*/debian\)/dists/$own/InRelease'.*|\1|p" | sed -n 1p)
+[ -n "$mirror" ] || fail "apt knows no Debian mirror here"
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

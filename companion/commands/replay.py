@@ -20,7 +20,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="what would have happened with this setting"
     )
-    parser.add_argument("--tolerant", action="store_true", help="allow what another kind of machine's arithmetic makes")
+    parser.add_argument("--tolerant", action="store_true", help="allow what another kind of processor's arithmetic makes")
     parser.add_argument("--json", action="store_true", help="print one object")
     parser.set_defaults(run=command)
 
@@ -48,5 +48,5 @@ def command(arguments: argparse.Namespace) -> int:
     else:
         print(summary(outcome, wall_s))
         if outcome.differences and not arguments.tolerant:
-            print(f"(this is {platform.machine()}; for a recording from another kind of machine add --tolerant)")
+            print(f"(this is {platform.machine()}; for a recording from another kind of processor add --tolerant)")
     return 0 if outcome.identical else 1

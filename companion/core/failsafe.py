@@ -135,9 +135,11 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     gcs_s, radio_s = flags.gcs_age_s, flags.radio_age_s
     if gcs_s is None and radio_s is None:
         return replace(flags, gcs_age_s=(now_us - since_us) / 1e6)
-    if radio_s is not None and not reached(radio_s, microseconds(config.radio_timeout_s)):
+    if gcs_s is None or radio_s is None:
+        return flags
+    if not reached(radio_s, microseconds(config.radio_timeout_s)):
         return replace(flags, gcs_age_s=None)
-    if gcs_s is not None and not reached(gcs_s, microseconds(config.gcs_timeout_s)):
+    if not reached(gcs_s, microseconds(config.gcs_timeout_s)):
         return replace(flags, radio_age_s=None)
     return flags
 

@@ -12,11 +12,12 @@ import sys
 from typing import Final
 
 _EARLY: Final = (
-    "threshold=100,function_threshold=150,trace_eagerness=25,"
+    "threshold=60,function_threshold=80,trace_eagerness=20,trace_limit=3000,"
     "enable_opts=intbounds:rewrite:virtualize:string:pure:earlyforce:heap"
 )
-"""PyPy's parameters (by default 1039, 1619, 200 and all optimizations): all but the unrolling of loops, which costs more
-here than it brings."""
+"""PyPy's parameters (by default 1039, 1619, 200, 6000 and all optimizations). Short traces, for a run with many faults takes
+many branches, and each is compiled to the end of its trace; under 1500 nearly nothing is compiled any more. All but the
+unrolling of loops, which costs more here than it brings."""
 
 
 def settle() -> None:

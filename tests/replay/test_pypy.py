@@ -12,9 +12,8 @@ import pytest
 from companion.io.store import Store
 from companion.io.store_content import SaveCounter, SaveParam
 from companion.replay import replay, summary
+from tests.conftest import PYPY, REPO
 
-REPO = Path(__file__).resolve().parents[2]
-PYPY = REPO / ".venv-pypy/bin/companion"
 SCENARIO = "loiter-in-current-and-wind"
 SAME = ("truth.csv", "control.csv", "events.jsonl", "mavlink.tlog")
 

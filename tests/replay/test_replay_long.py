@@ -23,7 +23,7 @@ from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
 from sitl.settings import SimSettings
 from sitl.world import World
-from tests.conftest import require
+from tests.conftest import PYPY, require
 
 FAULTS = ("gnss_silent", "heading_silent", "depth_silent", "no_fix", "frozen", "rate_silent", "depth_no_bottom")
 SHARES = ("cut_share", "flip_share", "loss_share")
@@ -154,4 +154,10 @@ def test_two_hours_of_trouble_replay_bit_for_bit_and_report(tmp_path):
     report = tmp_path / "report.html"
     report.write_text(page)
     assert opening_s(report) < 2.0
+    require(PYPY.exists(), "PyPy (make pypy)")
+    done = subprocess.run([PYPY, "replay", tmp_path, "--json"], capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    assert (found["identical"], found["ticks"]) == (True, 144_000)
+    speed = found["duration_s"] / found["wall_s"]
+    print(f"replayed by PyPy at {speed:.0f} times real time")
     assert speed >= 500
