@@ -20,7 +20,9 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="what would have happened with this setting"
     )
-    parser.add_argument("--tolerant", action="store_true", help="allow what another kind of processor's arithmetic makes")
+    parser.add_argument(
+        "--tolerant", action="store_true", help="allow what another kind of processor's arithmetic makes"
+    )
     parser.add_argument("--json", action="store_true", help="print one object")
     parser.set_defaults(run=command)
 
