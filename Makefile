@@ -21,7 +21,7 @@ $(STAMP): requirements.lock pyproject.toml
 compiled: $(STAMP)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
 	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
 
-pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at three times the speed (docs/RECORDINGS.md)
+pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at two to three times the speed (docs/RECORDINGS.md)
 
 .venv-pypy/.ready: requirements-pypy.lock pyproject.toml
 	@python="$$(PYPY="$(PYPY)" tools/find_pypy.sh)" && PYTHON="$$python" tools/setup.sh .venv-pypy requirements-pypy.lock
@@ -62,4 +62,4 @@ lock: ## pin every dependency again (needs uv)
 	uv pip compile pyproject.toml requirements-pypy.in --extra status --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-pypy.lock
 
 clean: ## remove what was built
-	rm -rf $(VENV) .venv-pypy build .pytest_cache .mypy_cache .ruff_cache *.egg-info
+	rm -rf $(VENV) .venv-pypy .pypy build .pytest_cache .mypy_cache .ruff_cache *.egg-info

@@ -2,7 +2,7 @@
 # PyPy 3.11 for a Debian or Raspberry Pi OS 12, whose own is too old: Debian 13's packages, unpacked into a folder together with the
 # C library that they want. Installs nothing in the system, and needs no rights there.
 set -euo pipefail
-folder=${1:-build/pypy}
+folder=${1:-.pypy}
 suite=trixie
 keys=/usr/share/keyrings/debian-archive-keyring.gpg
 
