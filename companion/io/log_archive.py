@@ -123,10 +123,11 @@ class LogArchive:
         return [(name, size, begin_s) for begin_s, name, size in found[-MAX_LOGS:]]
 
     def _runs(self) -> list[Path]:
-        earlier = []
-        if self._folder.is_dir():
-            current = self._current.resolve()
+        current = self._current.resolve()
+        try:
             earlier = [path for path in self._folder.iterdir() if path.is_dir() and path.resolve() != current]
+        except (FileNotFoundError, NotADirectoryError):
+            earlier = []
         return [*earlier, self._current]
 
     def _read(self, op: Read) -> bytes:
