@@ -200,7 +200,7 @@ TRIALS = (
 NOT_SPOKEN = (
     (
         "Neptus",
-        "QGroundControl: *Plan* draws and uploads, *Fly* arms, starts, holds (by the mode menu), shows texts; the radio looks the same to it",
+        "QGroundControl: *Plan* draws and uploads, *Fly* arms, starts, holds (mode menu), shows texts; the radio looks the same to it",
     ),
     ("IMC on the wire", "MAVLink 2; [IMC.md](IMC.md) has every field. Inside, the messages keep their IMC names"),
     ("LSF logs and MRA", "a `.tlog` that every MAVLink tool reads, CSV files, and `companion report`"),
