@@ -31,7 +31,6 @@ class Context:
     psi_rad: float | None
 
 
-Aim = tuple[Mode | None, bool | None]
 Meaning = Callable[[Command, Context], ask.RequestBody | None]
 """None: accepted with nothing to do. Raises Refused."""
 
@@ -281,30 +280,5 @@ MEANINGS: Final[dict[int, Meaning]] = {
 }
 """By MAV_CMD. 31010 is USER_1: lift a locked depth guard."""
 
-
-def makes_it_stop(body: ask.RequestBody) -> bool:
-    """True for disarm, pause, termination, modes Hold and Loiter, and a go-to that means here: doing these twice does no harm."""
-    if isinstance(body, ask.SetMode):
-        return body.mode in (Mode.HOLD, Mode.LOITER)
-    if isinstance(body, ask.Reposition):
-        return body.lat_rad is None and body.radius_m is None
-    return (
-        (isinstance(body, ask.Arm) and not body.arm)
-        or (isinstance(body, ask.PausePlan) and body.pause)
-        or isinstance(body, ask.Terminate)
-    )
-
-
-def aim(body: ask.RequestBody | None) -> Aim:
-    """The mode that a request brings and whether the vessel is then armed; None for what it leaves as it is."""
-    if isinstance(body, ask.Arm):
-        return None, body.arm
-    if isinstance(body, ask.SetMode):
-        return body.mode, None
-    if isinstance(body, ask.StartPlan):
-        return Mode.AUTO, True
-    if isinstance(body, ask.PausePlan):
-        return Mode.HOLD if body.pause else Mode.AUTO, None
-    if isinstance(body, ask.Reposition | ask.GuidedHeading):
-        return Mode.GUIDED, None
-    return (Mode.CIRCLE if isinstance(body, ask.Orbit) else None), None
+MAY_STOP: Final = frozenset((17, 176, 185, 192, 193, 400))
+"""By MAV_CMD, those that may mean a request whose nature is to stop, for who sees only the number."""

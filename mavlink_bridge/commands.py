@@ -17,9 +17,9 @@ from typing import Any, Final
 
 from mavlink_bridge.codec import dialect
 from mavlink_bridge.command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
-from mavlink_bridge.command_table import MEANINGS, Aim, Context, aim, makes_it_stop
+from mavlink_bridge.command_table import MEANINGS, Context
 from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Reply, RequestBody, Result
+from mavlink_bridge.requests import Aim, Reply, RequestBody, Result
 
 COPY_US: Final = 3_000_000
 RETRY_US: Final = 1_000_000
@@ -66,6 +66,11 @@ class _Case:
     progress_due_us: int = 0
     give_up_us: int = 0
 
+    @property
+    def aim(self) -> Aim:
+        """What it brings, as far as it is understood."""
+        return _NO_AIM if self.body is None else self.body.nature.aim
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -96,7 +101,7 @@ class CommandServer:
         self._state = mode, armed
         if self._unseen:
             for case in self._unseen:
-                case.seen = _holds(aim(case.body), self._state)
+                case.seen = _holds(case.aim, self._state)
             self._unseen = [case for case in self._unseen if not case.seen and now_us - case.answered_us < SEEN_US]
 
     def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> Outcome | None:
@@ -124,13 +129,13 @@ class CommandServer:
         ahead = any((sequence - other.sequence) & 0xFF >= 0x80 and now_us - other.taken_us < LATE_US for other in own)
         if case.result != ACCEPTED:
             return not ahead and now_us - case.answered_us >= REJUDGE_US
-        if case.body is not None and makes_it_stop(case.body):
+        if case.body is not None and case.body.nature.stops:
             return not ahead
         if ahead or is_repeat:
             return False
         if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):
             return True
-        return bool(own) and aim(case.body) == _NO_AIM and now_us - case.answered_us >= RETRY_US
+        return bool(own) and case.aim == _NO_AIM and now_us - case.answered_us >= RETRY_US
 
     def _is_undone(self, case: _Case, later: list[_Case], now_us: int) -> bool:
         """Whether ACCEPTED would be an untruth by now: somebody else, or the vessel itself, decided otherwise since."""
@@ -138,7 +143,7 @@ class CommandServer:
         if case.body is not None and alike and alike[-1].body != case.body:
             return True
         shows = case.seen or now_us - case.answered_us >= SEEN_US
-        return shows and self._state is not None and not _holds(aim(case.body), self._state)
+        return shows and self._state is not None and not _holds(case.aim, self._state)
 
     def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> Outcome:
         """Understand a new vehicle command: what to ask of the vessel, or the answer at once."""
@@ -176,7 +181,7 @@ class CommandServer:
         if case.result is None:
             case.result, case.answered_us = result, now_us
             self.waiting -= 1
-            if result == ACCEPTED and aim(case.body) != _NO_AIM:
+            if result == ACCEPTED and case.aim != _NO_AIM:
                 self._unseen.append(case)
 
     @staticmethod
@@ -214,9 +219,7 @@ def _holds(wanted: Aim, state: tuple[Mode, bool]) -> bool:
 
 
 def _contradicts(later: _Case, case: _Case) -> bool:
-    return any(
-        a is not None and b is not None and a is not b for a, b in zip(aim(later.body), aim(case.body), strict=True)
-    )
+    return any(a is not None and b is not None and a is not b for a, b in zip(later.aim, case.aim, strict=True))
 
 
 def _bears_progress(command: Command) -> bool:

@@ -61,12 +61,12 @@ class Orders:
         method = _METHODS.get(type(request.body))
         if method is None:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
-        if _moves(request.body):
+        if request.body.nature.moves:
             refusal = motion_refusal(self._vehicle, now_us)
             if refusal:
                 return Reply(Result.REJECTED_NOW, refusal)
         reply = method(self, request.body, request.sender, now_us)
-        if reply.result is Result.ACCEPTED and _is_an_order(request.body):
+        if reply.result is Result.ACCEPTED and request.body.nature.decides:
             self._vehicle.operator_acted(now_us)
         return reply
 
@@ -204,20 +204,3 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
     RunPrearmChecks: Orders.prearm,
     UnlockGuard: Orders.unlock,
 }
-
-_MOVING: Final = frozenset({StartPlan, Reposition, Orbit, GuidedHeading, GuidedTarget})
-"""Orders that set the vessel moving by themselves; mode changes and going on depend on what they ask for."""
-
-
-def _moves(body: object) -> bool:
-    """Whether a request sets the vessel moving under its own steering."""
-    if isinstance(body, SetMode):
-        return body.mode not in (Mode.MANUAL, Mode.HOLD)
-    return not body.pause if isinstance(body, PausePlan) else type(body) in _MOVING
-
-
-def _is_an_order(body: object) -> bool:
-    """Whether a person has decided something. A stream of set-points goes on by itself, and must not lift a failsafe."""
-    if isinstance(body, GuidedHeading):
-        return not body.stream
-    return isinstance(body, SetMode | PausePlan | StartPlan | Reposition | Orbit)

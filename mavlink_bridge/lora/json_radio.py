@@ -21,7 +21,7 @@ from mavlink_bridge.lora.json_stream import JsonStream
 from mavlink_bridge.lora.ledger import HOUR_US, Ledger, Priority
 from mavlink_bridge.lora.pacing import AirClock
 from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.request_codec import OVERRULED, makes_it_stop
+from mavlink_bridge.lora.request_codec import OVERRULED
 from mavlink_bridge.plan_export import items_from_maneuvers
 from mavlink_bridge.plan_mapping import load_plan
 from mavlink_bridge.plan_rules import PlanError, plan_id
@@ -288,7 +288,7 @@ def _stops(value: bytes) -> bool:
     """Whether it is a command that makes the vessel stop."""
     try:
         fields = read_json(value)
-        return isinstance(fields, dict) and "command" in fields and makes_it_stop(_command(fields)[0])
+        return isinstance(fields, dict) and "command" in fields and _command(fields)[0].nature.stops
     except SeedJsonError:
         return False
 

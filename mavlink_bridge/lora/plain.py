@@ -12,6 +12,7 @@ import random
 from collections.abc import Callable
 from typing import Final, Protocol
 
+from mavlink_bridge.command_table import MAY_STOP
 from mavlink_bridge.endpoint_config import Budget
 from mavlink_bridge.lora.ear import BEAT_BYTES, GAP_US, MODULE_DELAY_US, STATION_BEAT_US, Ear
 from mavlink_bridge.lora.ledger import HOUR_US, Ledger, Priority
@@ -42,8 +43,6 @@ _NEWS_SHARE: Final = 0.6
 _NEWS_GAIN: Final = 4.0
 _MOST_NEWS: Final = 0.25
 """Share of the time that streams and texts may be on the air, however much of the hour is left."""
-_STOPS: Final = frozenset((176, 185, 193, 400))
-"""Commands that may make the vessel stop: their acknowledgements may use the reserve."""
 
 
 class PlainEndpoint(Protocol):
@@ -69,7 +68,7 @@ def _may_stop(reply: Packed | None) -> bool:
     if reply is None:
         return False
     message_id, payload = reply
-    return message_id == COMMAND_ACK and int.from_bytes(payload[:2], "little") in _STOPS
+    return message_id == COMMAND_ACK and int.from_bytes(payload[:2], "little") in MAY_STOP
 
 
 class PlainRadio:

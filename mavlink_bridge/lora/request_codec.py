@@ -18,7 +18,6 @@ from typing import Any, Final
 from fastcrc import crc16
 
 from mavlink_bridge import requests as ask
-from mavlink_bridge.imc import Mode
 from mavlink_bridge.lora.bits import BitReader, BitsError, BitWriter
 
 _KINDS: Final[tuple[type[Any], ...]] = (
@@ -63,23 +62,7 @@ def name_codes(names: Iterable[str]) -> dict[int, str]:
     return codes
 
 
-def makes_it_stop(body: ask.RequestBody) -> bool:
-    """True for what goes before everything else: disarm, terminate, hold, pause."""
-    if isinstance(body, ask.SetMode):
-        return body.mode is Mode.HOLD
-    return (
-        (isinstance(body, ask.Arm) and not body.arm)
-        or isinstance(body, ask.Terminate)
-        or (isinstance(body, ask.PausePlan) and body.pause)
-    )
-
-
 OVERRULED: Final = ask.Reply(ask.Result.REJECTED_NOW, "overruled by a stop")
-
-
-def yields_to_a_stop(body: ask.RequestBody) -> bool:
-    """True for what a later stop makes void: every order that could set the vessel going again. Plans and parameters do not."""
-    return not (isinstance(body, ask.LoadPlan | ask.SetParameter) or makes_it_stop(body))
 
 
 def crosses(body: ask.RequestBody) -> bool:

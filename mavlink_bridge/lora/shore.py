@@ -22,7 +22,7 @@ from mavlink_bridge.lora.ledger import Priority
 from mavlink_bridge.lora.link import CompactLink
 from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
 from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request, makes_it_stop, yields_to_a_stop
+from mavlink_bridge.lora.request_codec import OVERRULED, crosses, encode_request
 from mavlink_bridge.lora.rhythm import Rhythm
 from mavlink_bridge.lora.shore_keys import HeardKeys
 from mavlink_bridge.lora.shore_memory import Picture, heard_us
@@ -185,7 +185,7 @@ class ShoreTwin:
 
         ``origin``: the command that it came in, which then crosses the air itself.
         """
-        if makes_it_stop(body):
+        if body.nature.stops:
             self._overrule(now_us)
         for pending in self._pending.values():
             if pending.body == body:
@@ -200,7 +200,7 @@ class ShoreTwin:
 
     def _overrule(self, now_us: int) -> None:
         """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
-        older = {number for number, pending in self._pending.items() if yields_to_a_stop(pending.body)}
+        older = {number for number, pending in self._pending.items() if pending.body.nature.yields}
         self.link.withdraw(older, OVERRULED)
         self._collect(now_us)
 
@@ -211,7 +211,7 @@ class ShoreTwin:
             return self.link.submit(Kind.PLAN, payload, Priority.COMMAND, now_us, round(settings.upload_s * 1e6))
         if not crosses(body):
             raise ValueError(f"{type(body).__name__} does not cross the radio link")
-        stop = makes_it_stop(body)
+        stop = body.nature.stops
         return self.link.submit(
             Kind.STOP if stop else Kind.ORDER,
             encode_request(body) if origin is None else encode_command(origin, self._address),

@@ -26,9 +26,7 @@ from mavlink_bridge.lora.request_codec import (
     OVERRULED,
     RequestCodecError,
     decode_request,
-    makes_it_stop,
     name_codes,
-    yields_to_a_stop,
 )
 from mavlink_bridge.lora.transfer import Message, Outcome
 from mavlink_bridge.plan_mapping import load_plan
@@ -204,9 +202,9 @@ class VesselRadio:
 
     def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
         """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
-        if makes_it_stop(body):
+        if body.nature.stops:
             self._stop = message.id, self.link.other_session, now_us
-        if self._stop is None or not yields_to_a_stop(body):
+        if self._stop is None or not body.nature.yields:
             return False
         number, session, at_us = self._stop
         is_recent = session == self.link.other_session and now_us - at_us <= self.profile.link.command_s * 1e6
