@@ -16,6 +16,7 @@ from companion.commands.run import describe
 from companion.commands.stations import places
 from companion.commands.status import StatusView, Watched, airtime_of
 from companion.configuration import link_mistakes, mistakes_of, radio_key_mistakes, vessel_mistakes
+from companion.doors import gateway_doors, served_doors, vessel_doors
 from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
 from companion.io.loop import LoopApp, StopFlag, run
@@ -28,7 +29,7 @@ from .autostart import AutoStart, PlanError, read_plan_file
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .instance import move_instance
 from .settings import STATION_SPEED, SimSettings, at_speed, on_this_computer
-from .surroundings import Surroundings
+from .surroundings import Surroundings, served
 from .world import World
 
 
@@ -228,11 +229,15 @@ def _serve_world(
     )
     for link in surroundings.links:
         print(f"  {link.name:16} {link.describe()}", flush=True)
+    for door in served_doors(served(placed)):
+        print(f"  socket   {door.line}", flush=True)
     if arguments.gateway:
         print(f"the gateway is here; the vessel needs: {vessel_words(placed)}", flush=True)
     gateway = shore_gateway(placed, arguments.instance, run_dir) if arguments.gateway else None
     for place in places(gateway.settings.endpoints) if gateway else ():
         print(f"  {place}", flush=True)
+    for door in gateway_doors(gateway.settings) if gateway else ():
+        print(f"  socket   {door.line}", flush=True)
     clock = SystemClock(float(arguments.speed))
     with (run_dir / "board.csv").open("w", encoding="utf-8") as pins:
         world: LoopApp = WorldOnly(surroundings, pins)
@@ -257,6 +262,9 @@ def _greet(world: World, run_dir: Path, speed: float | None, gateway: Gateway | 
                 print(
                     "           the shore side of a compact link is 'companion gateway', or 'companion sim --gateway'"
                 )
+        doors = [*served_doors(served(settings)), *vessel_doors(settings)]
+        for door in doors + ([] if gateway is None else gateway_doors(gateway.settings)):
+            print(f"  socket   {door.line}")
         if speed > STATION_SPEED and settings.operator.gcs_required:
             silence_s = settings.failsafe.gcs_timeout_s
             print(f"  time runs {speed:g} times as fast: a ground station counts as lost after {silence_s:.0f} s of it")

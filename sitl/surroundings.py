@@ -36,6 +36,11 @@ def counterpart(url: str) -> str:
     raise LinkConfigError(f"the simulator cannot serve {url}: use tcp://, serial:RUN_DIR/... or mem:")
 
 
+def served(settings: SimSettings) -> list[tuple[str, str]]:
+    """Name and URL of every link that serves a simulated device to a vessel with these settings. Raises LinkConfigError."""
+    return [(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
+
+
 @dataclass(slots=True)
 class _RadioHost:
     """A radio module's serial side on a link."""
@@ -70,9 +75,7 @@ class Surroundings:
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
         self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))
-        self._nmea: list[tuple[Link, set[int]]] = [
-            (make_link(f"world-{item.name}", counterpart(item.url)), set()) for item in settings.sensors
-        ]
+        self._nmea: list[tuple[Link, set[int]]] = [(make_link(name, url), set()) for name, url in served(settings)]
         """Each with its open channels."""
         self._board = (
             make_link("world-actuators", counterpart(settings.actuators.url)) if settings.actuators.url else None

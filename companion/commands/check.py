@@ -11,6 +11,7 @@ from companion.commands.check_live import watch
 from companion.commands.numbers import positive
 from companion.configuration import mistakes_of, vessel_settings
 from companion.core.vessel import stopping_distance_m, top_speed_mps
+from companion.doors import vessel_doors
 from companion.radio import read_key
 from companion.settings import load_vessel
 
@@ -54,7 +55,9 @@ def command(arguments: argparse.Namespace) -> int:
         for problem in mistakes_of(lambda: read_key(radio.key_file)):
             print(f"  NOT YET     {problem}")
     key = settings.security.key_file
-    print(f"  signing     {f'key in {key}' if key else 'no key: links on this machine only'}")
+    print(f"  signing     {f'key in {key}' if key else 'no key: nothing is signed'}")
+    for door in vessel_doors(settings):
+        print(f"  socket      {door.line}")
     for name in security.open_doors(settings):
         print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
     depth = settings.depth

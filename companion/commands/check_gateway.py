@@ -6,7 +6,9 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
+from companion import security
 from companion.configuration import gateway_settings, mistakes_of
+from companion.doors import gateway_doors
 from companion.radio import load_radio, read_key
 
 _OWN = ("url", "vessel_config", "key_file", "profile")
@@ -32,6 +34,10 @@ def check(path: Path, overrides: Sequence[str]) -> int:
     print(f"  radio       {profile.title}; {profile.band_rule.title}")
     for endpoint in settings.endpoints:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
+    for door in gateway_doors(settings):
+        print(f"  socket      {door.line}")
+    for name in security.open_doors(settings):
+        print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
     print(f"  vessel      {settings.name} (system id {settings.system_id})")
     print(f"  parameters  from {settings.vessel_config or 'their defaults: vessel_config spares the radio'}")
     for problem in mistakes_of(lambda: read_key(settings.key_file)):

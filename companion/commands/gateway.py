@@ -10,6 +10,7 @@ from typing import Any
 from companion.commands.numbers import positive
 from companion.commands.stations import places
 from companion.configuration import gateway_settings
+from companion.doors import gateway_doors
 from companion.gateway import PERIOD_US, Gateway
 from companion.io.clock import SystemClock
 from companion.io.loop import StopFlag, run
@@ -40,6 +41,8 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
     for place in places(settings.endpoints):
         log.info("stations: %s", place)
+    for door in gateway_doors(settings):
+        log.info("socket: %s", door.line)
     stop = StopFlag().install()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)

@@ -12,6 +12,7 @@ from companion.build import build_app, in_run_dir
 from companion.commands.numbers import positive
 from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
 from companion.configuration import vessel_settings
+from companion.doors import vessel_doors
 from companion.facade import made_by
 from companion.io.clock import SystemClock
 from companion.io.loop import LoopApp, LoopStats, StopFlag, run
@@ -59,6 +60,8 @@ def command(arguments: argparse.Namespace) -> int:
         recording = Recording(recorder, clock.utc_us)
     app = build_app(settings, store=store, recording=recording, about=about)
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
+    for door in vessel_doors(settings):
+        log.info("socket: %s", door.line)
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)

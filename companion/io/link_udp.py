@@ -1,7 +1,7 @@
-"""UDP in its three forms: to one peer, listening, and broadcasting until somebody answers.
+"""UDP that anybody may speak to: listening, and broadcasting until somebody answers. What a sender may do, the endpoint's class says.
 
 Every sender becomes a channel of its own, in a bounded table; answers go back to where the question came from. A
-source that floods is muted before anybody parses a byte of it (fault row 44).
+source that floods is muted before anybody parses a byte of it (fault row 44). A link to one peer is ``link_udp_peer``.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ FLOOD_RATE: Final = 2000.0
 FLOOD_BURST: Final = 4000.0
 """Datagrams per second and at once that one source may send; more than any ground station's full-rate streams."""
 MUTE_US: Final = 5_000_000
-_FIXED: Final = 0
+_EVERYBODY: Final = 0
 
 
 @dataclass(slots=True)
-class _Peer:
-    channel: int
-    address: Address
-    heard_us: int
+class Flood:
+    """How much one source may send before it is muted."""
+
     tokens: float = FLOOD_BURST
     filled_us: int = 0
     muted_until_us: int = 0
 
-    def allowed(self, now_us: int) -> bool:
+    def allows(self, now_us: int) -> bool:
+        """Count one datagram; False when it is one too many."""
         if now_us < self.muted_until_us:
             return False
         self.tokens = min(FLOOD_BURST, self.tokens + (now_us - self.filled_us) * 1e-6 * FLOOD_RATE)
@@ -53,11 +53,39 @@ class _Peer:
         return True
 
 
-class UdpLink:
-    """``udp://host:port`` (a fixed peer as channel 0), ``udp-listen://host:port``, ``udp-broadcast://addr:port``.
+@dataclass(slots=True)
+class _Peer:
+    channel: int
+    address: Address
+    heard_us: int
+    flood: Flood
 
-    The fixed peer's channel is always open. The broadcast's channel 0 closes while an answering peer is known, so
-    that nobody hears everything twice, and opens again when the last one has gone silent.
+
+def check_target(url: LinkUrl) -> None:
+    """Raise LinkConfigError unless the address names a host and a port to send to."""
+    host, port = url.host_port()
+    if not host or not port:
+        raise LinkConfigError(f"{url.text}: needs the peer's host and port, like {url.scheme}://127.0.0.1:14550")
+
+
+def send_datagram(sock: socket.socket, data: bytes, address: Address) -> tuple[int, str]:
+    """Send; return the bytes that count as taken, and the fault.
+
+    No route, no network: datagrams are lost, which is what datagrams do; the channel stays.
+    """
+    try:
+        return sock.sendto(data, address), ""
+    except (BlockingIOError, InterruptedError):
+        return 0, ""
+    except OSError as error:
+        return (len(data) if error.errno != errno.EMSGSIZE else 0), explain(error)
+
+
+class UdpLink:
+    """``udp-listen://host:port`` and ``udp-broadcast://addr:port``.
+
+    The broadcast's channel 0 closes while an answering peer is known, so that nobody hears everything twice, and opens again when
+    the last one has gone silent.
     """
 
     datagrams = True
@@ -87,10 +115,9 @@ class UdpLink:
     @classmethod
     def check(cls, url: LinkUrl) -> None:
         url.allow(*(() if url.scheme == "udp-listen" else ("local",)))
-        host, port = url.host_port()
-        if url.scheme != "udp-listen" and (not host or not port):
-            raise LinkConfigError(f"{url.text}: needs the peer's host and port, like {url.scheme}://127.0.0.1:14550")
+        host, _ = url.host_port()
         if url.scheme == "udp-broadcast":
+            check_target(url)
             try:
                 ipaddress.IPv4Address(host)
             except ValueError:
@@ -128,8 +155,6 @@ class UdpLink:
         if self._socket is None and self._backoff.due(now_us):
             self._try_open(now_us)
         if self._socket is not None:
-            if self._kind == "udp":
-                self._show_target(True, "", events)
             self._receive(self._socket, now_us, events)
             self._forget_idle(now_us, events)
             if self._kind == "udp-broadcast":
@@ -158,9 +183,9 @@ class UdpLink:
 
     def _show_target(self, want: bool, reason: str, events: list[LinkEvent]) -> None:
         if want and not self._target_open:
-            events.append(Opened(_FIXED, self.where))
+            events.append(Opened(_EVERYBODY, self.where))
         elif not want and self._target_open:
-            events.append(Closed(_FIXED, reason))
+            events.append(Closed(_EVERYBODY, reason))
         self._target_open = want
 
     def _receive(self, sock: socket.socket, now_us: int, events: list[LinkEvent]) -> None:
@@ -175,7 +200,7 @@ class UdpLink:
                 self._fault = explain(error)
                 continue
             peer = self._peers.get(address) or self._learn(address, now_us, events)
-            if peer is None or not peer.allowed(now_us):
+            if peer is None or not peer.flood.allows(now_us):
                 self.dropped += 1
                 continue
             peer.heard_us = now_us
@@ -183,12 +208,9 @@ class UdpLink:
                 events.append(Received(peer.channel, bytes(buffer[:size])))
 
     def _learn(self, address: Address, now_us: int, events: list[LinkEvent]) -> _Peer | None:
-        if self._kind == "udp" and address == self._target:
-            self._peers[address] = peer = _Peer(_FIXED, address, now_us, filled_us=now_us)
-            return peer
         if len(self._by_channel) >= MAX_PEERS and not self._evict(now_us, events):
             return None
-        peer = _Peer(self._next, address, now_us, filled_us=now_us)
+        peer = _Peer(self._next, address, now_us, Flood(filled_us=now_us))
         self._next += 1
         self._peers[address] = self._by_channel[peer.channel] = peer
         events.append(Opened(peer.channel, f"{address[0]}:{address[1]}"))
@@ -216,18 +238,13 @@ class UdpLink:
         peer = self._by_channel.get(channel)
         if peer is not None:
             address = peer.address
-        elif channel == _FIXED and self._target_open and self._target is not None:
+        elif channel == _EVERYBODY and self._target_open and self._target is not None:
             address = self._target
         else:
             return 0
-        try:
-            return self._socket.sendto(data, address)
-        except (BlockingIOError, InterruptedError):
-            return 0
-        except OSError as error:
-            # No route, no network: datagrams are lost, which is what datagrams do; the channel stays.
-            self._fault = explain(error)
-            return len(data) if error.errno != errno.EMSGSIZE else 0
+        taken, fault = send_datagram(self._socket, data, address)
+        self._fault = fault or self._fault
+        return taken
 
     def filenos(self) -> list[int]:
         return [] if self._socket is None else [self._socket.fileno()]

@@ -18,7 +18,7 @@ SCHEMES: Final[dict[str, str]] = {
     "serial": _SERIAL,
     "tcp": "companion.io.link_tcp:TcpClientLink",
     "tcp-listen": "companion.io.link_tcp:TcpServerLink",
-    "udp": "companion.io.link_udp:UdpLink",
+    "udp": "companion.io.link_udp_peer:UdpPeerLink",
     "udp-listen": "companion.io.link_udp:UdpLink",
     "udp-broadcast": "companion.io.link_udp:UdpLink",
     "pty": "companion.io.link_pty:PtyLink",

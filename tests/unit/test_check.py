@@ -30,3 +30,36 @@ def test_a_key_that_is_not_made_yet_is_told(tmp_path, capsys):
     assert "NOT YET" in capsys.readouterr().out
     assert main([*words, "--set", "radio.profile=nothing"]) == 2
     assert "nothing" in capsys.readouterr().err
+
+
+def test_every_socket_is_listed_with_whom_it_hears_and_what_he_may(tmp_path, capsys):
+    assert main(["check", str(shipped.path("sim.toml"))]) == 0
+    told = [line.split("socket ")[1].strip() for line in capsys.readouterr().out.splitlines() if "  socket " in line]
+    assert told == [
+        "compass: TCP 127.0.0.1, a free port; 127.0.0.1:3000 only, which is called; sensor: is believed what it measures",
+        "gcs: UDP 127.0.0.1, a free port; 127.0.0.1:14550 only; trusted: obeys every order of whom it hears, unsigned",
+        "sdk: UDP 127.0.0.1, a free port; 127.0.0.1:14540 only; trusted: obeys every order of whom it hears, unsigned",
+        "tcp: TCP 127.0.0.1 port 5760; programs on this computer; trusted: obeys every order of whom it hears, unsigned",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("url", "told"),
+    [
+        ("udp-listen://:14550", "UDP 0.0.0.0 port 14550; EVERY MACHINE that reaches this computer; trusted"),
+        ("tcp-listen://0.0.0.0:5760", "TCP 0.0.0.0 port 5760; EVERY MACHINE that reaches this computer; trusted"),
+        ("udp://192.168.1.7:14550", "UDP any address, a free port; 192.168.1.7:14550 only; trusted"),
+        ("udp://[::1]:14550?local=14600", "UDP [::1], port 14600; ::1:14550 only; trusted"),
+        (
+            "udp-broadcast://192.168.1.255:14550",
+            "UDP any address, a free port; everybody in the network of 192.168.1.255",
+        ),
+    ],
+)
+def test_a_door_that_others_reach_says_so(url, told, capsys):
+    endpoints = f'endpoints=[{{name="lan",url="{url}",insecure=true}}]'
+    for name in ("boat.toml", "gateway.toml"):
+        assert main(["check", str(shipped.path(name)), "--set", endpoints]) == 0
+        said = capsys.readouterr().out
+        assert f"socket      lan: {told}" in said
+        assert ("WARNING     endpoint lan takes orders from anybody" in said) == ("::1" not in url)

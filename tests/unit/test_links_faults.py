@@ -358,7 +358,7 @@ def test_row_44_a_flooding_source_is_muted_and_the_others_are_served(listening):
     station.close()
 
 
-def test_a_fixed_udp_peer_is_open_from_the_start_and_others_are_learned():
+def test_a_fixed_udp_peer_is_open_from_the_start_and_nobody_else_is_heard():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
         station.bind(("127.0.0.1", 0))
         station.settimeout(5)
@@ -372,9 +372,75 @@ def test_a_fixed_udp_peer_is_open_from_the_start_and_others_are_learned():
         assert events == [Received(0, b"answer")]
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
             other.sendto(b"me too", ("127.0.0.1", address[1]))
+            station.sendto(b"still me", ("127.0.0.1", address[1]))
             events, _ = poll_until(link, is_a(Received))
-        assert [type(event) for event in events] == [Opened, Received]
-        assert events[0].channel != 0
+        assert events == [Received(0, b"still me")]
+        assert link.strangers == 1
+        link.close()
+
+
+def own_address(link):
+    with socket.socket(fileno=os.dup(link.filenos()[0])) as twin:
+        return twin.getsockname()
+
+
+def test_other_machines_cannot_reach_the_socket_of_a_peer_on_this_one():
+    for host, own in (("127.0.0.1", "127.0.0.1"), ("[::1]", "::1")):
+        link = open_link("gcs", f"udp://{host}:14550")
+        link.poll(0)
+        assert own_address(link)[0] == own
+        link.close()
+
+
+def test_a_peer_on_another_machine_is_heard_by_address_and_port_only(monkeypatch):
+    """The peer's machine stands in as one of this machine's own addresses; the program takes it for another's."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
+        station.bind(("127.0.0.3", 0))
+        link = open_link("gcs", f"udp://127.0.0.3:{station.getsockname()[1]}")
+        link.poll(0)
+        link._on_loopback = False
+        port = own_address(link)[1]
+        for host in ("127.0.0.4", "127.0.0.3"):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+                other.bind((host, 0 if host == "127.0.0.3" else station.getsockname()[1]))
+                other.sendto(b"arm", ("127.0.0.1", port))
+        station.sendto(b"heartbeat", ("127.0.0.1", port))
+        events, _ = poll_until(link, is_a(Received))
+        assert events == [Received(0, b"heartbeat")]
+        assert link.strangers == 2
+        link.close()
+
+
+def test_a_named_peer_that_moves_is_followed_and_its_old_address_is_not_heard_any_more(monkeypatch):
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as old,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as new,
+    ):
+        old.bind(("127.0.0.1", 0))
+        new.bind(("127.0.0.1", 0))
+        new.settimeout(5)
+        at = old.getsockname()
+
+        def look_up(host, port, *, flags, **options):
+            if flags:
+                raise socket.gaierror(socket.EAI_NONAME, "not a number")
+            return [(socket.AF_INET, options["type"], 0, "", at)]
+
+        monkeypatch.setattr(socket, "getaddrinfo", look_up)
+        link = open_link("gcs", "udp://laptop.local:14550")
+        poll_until(link, is_a(Opened))
+        old.sendto(b"old", own_address(link))
+        poll_until(link, is_a(Received))
+        at = new.getsockname()
+        events, _ = poll_until(link, is_a(Opened), step_us=1_000_000)
+        assert [type(event) for event in events] == [Closed, Opened]
+        assert "laptop.local is at 127.0.0.1 now" in events[0].reason
+        assert link.write(0, b"hello") == 5
+        assert new.recv(100) == b"hello"
+        old.sendto(b"arm", own_address(link))
+        new.sendto(b"here", own_address(link))
+        events, _ = poll_until(link, is_a(Received))
+        assert events == [Received(0, b"here")]
         link.close()
 
 

@@ -49,6 +49,7 @@ def test_the_seeds_tcp_spelling():
         ("tcp-listen://.local:3000", "1 to 63 characters"),
         ("udp://" + "a" * 64 + ".local:14550", "1 to 63 characters"),
         ("udp-listen://vessel..local:14550", "1 to 63 characters"),
+        ("udp://0.0.0.0:14550", "udp-listen://0.0.0.0:14550"),
         ("udp-broadcast://vessel.local:14550", "udp-broadcast://192.168.1.255:14550"),
         ("serial:/dev/ttyS0?baud=fast", "from 50 to 4e+06"),
         ("serial:/dev/ttyS0?parity=X", "one of e, even, n, none, o, odd"),
