@@ -29,7 +29,9 @@ from mavlink_bridge.requests import (
 )
 from mavlink_bridge.snapshot import LinkHealth, Snapshot
 
+from .changes import ends_far_word, parameter_problem, saving
 from .core.gain_check import gains_problem
+from .core.plan_reach import FAR_OK
 from .core.refusals import plan_refusal
 from .core.vehicle import Vehicle
 from .core.vehicle_config import TickInputs
@@ -38,7 +40,7 @@ from .depth_keeper import DepthKeeper
 from .facade import Facade, Shared
 from .io.link import Link
 from .io.store import AnyStore
-from .io.store_content import Completion, SaveParam, SavePlan, StoreOp
+from .io.store_content import Completion, SaveParam, StoreOp
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings
@@ -319,10 +321,12 @@ class App:
         if refusal:
             answer(Reply(Result.DENIED, refusal))
             return
-        self._store(SavePlan(body.kind, body.items), answer, lambda: self._adopt(body))
+        self._store(saving(self.facade, body), answer, lambda: self._adopt(body))
 
     def _adopt(self, body: LoadPlan) -> None:
         """Put a plan in force."""
+        if ends_far_word(self.facade, body):
+            self._reconfigure(FAR_OK, 0.0)
         self.facade.plans.put(body.kind, body.items)
         if body.kind is PlanKind.MISSION:
             self.vehicle.load_plan(body.plan)
@@ -332,11 +336,7 @@ class App:
             self.vehicle.load_rally(body.rally_rad)
 
     def _set_parameter(self, body: SetParameter, answer: Answer) -> None:
-        try:
-            wanted = self.facade.params.change(body.name, body.value).steering
-            problem = "" if wanted == self.settings.steering else gains_problem(wanted, self.vehicle.vessel)
-        except ValueError as error:
-            problem = str(error)
+        problem = parameter_problem(self.facade, self.vehicle.vessel, body)
         if problem:
             answer(Reply(Result.DENIED, problem))
             return

@@ -17,9 +17,10 @@ from typing import Any, Final
 from companion.commands import plan_link
 from companion.commands.numbers import number, positive
 from companion.commands.plan_draw import ascii_map, svg_map
-from companion.commands.plan_explain import explain, refusals
+from companion.commands.plan_explain import explain, far_legs, refusals
 from companion.commands.plan_json import send_json
 from companion.commands.plan_log import params_from_tlog, plan_from_run, plan_from_tlog
+from companion.core.mission import MissionConfig
 from companion.core.vessel import top_speed_mps
 from companion.io.log_file import parts_of
 from companion.settings import ConfigError, Settings, load, load_vessel
@@ -32,6 +33,9 @@ from mavlink_bridge.planfile import PlanFile, PlanFileError, read_plan, write_pl
 
 _OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
 _WPL: Final = (".txt", ".waypoints", ".wpl")
+_FAR_HELP: Final = "accept that this one plan lies far away or has long legs"
+_DECIMAL_COMMA: Final = re.compile(r"-?\d+,-?\d+(,-?\d+)*")
+"""Whole numbers and commas alone: nobody means a place to the degree."""
 DEFAULT_URL: Final = "udpin://0.0.0.0:14540"
 
 
@@ -64,6 +68,7 @@ def _register_files(actions: Any) -> None:
     make.add_argument("--bearing", type=number(), metavar="DEG", help="long axis, from north")
     make.add_argument("--duration", type=positive, metavar="S", help="from reaching the path; without: for ever")
     make.add_argument("--ccw", action="store_true", help="turn to port")
+    make.add_argument("--far", action="store_true", help="legs may be longer than the vessel sails without being asked")
     make.add_argument("--speed", type=positive, metavar="M/S")
     send = _add(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
     send.add_argument("file", type=Path)
@@ -75,6 +80,7 @@ def _register_vessel(actions: Any) -> None:
     upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel", _read_upload)
     upload.add_argument("file", type=Path)
     upload.add_argument("--start", action="store_true", help="arm and start it afterwards")
+    upload.add_argument("--far", action="store_true", help=_FAR_HELP)
     upload.add_argument("--watch", action="store_true", help="stay until it has been sailed")
     download = _vessel(
         actions, "download", _download, "fetch what the vessel has into a .plan or .txt file", _check_download
@@ -82,6 +88,7 @@ def _register_vessel(actions: Any) -> None:
     download.add_argument("out", type=Path)
     start = _vessel(actions, "start", _start, "arm and start the plan")
     start.add_argument("--no-arm", action="store_true")
+    start.add_argument("--far", action="store_true", help=_FAR_HELP)
     start.add_argument("--watch", action="store_true", help="stay until it has been sailed")
     _vessel(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
     clear = _vessel(actions, "clear", _clear, "empty the vessel's plans")
@@ -114,6 +121,10 @@ def _vessel(
 
 
 def _point(text: str) -> tuple[float, float]:
+    if _DECIMAL_COMMA.fullmatch(text):
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: is this a decimal comma? Give LAT,LON with decimal points, as in 41.18,-8.70; for whole degrees 41.0,-8.0"
+        )
     try:
         latitude, longitude = (float(part) for part in text.split(","))
     except ValueError:
@@ -136,10 +147,14 @@ def read_file(path: Path) -> PlanFile:
         raise ConfigError(str(path), list(error.problems)) from None
 
 
+def _settings(config: Path | None) -> Settings:
+    return load(config, [], Settings)
+
+
 def _limits(config: Path | None) -> PlanLimits:
     if config is None:
         return DEFAULT_LIMITS
-    settings = load(config, [], Settings)
+    settings = _settings(config)
     return PlanLimits(max_speed_mps=top_speed_mps(load_vessel(settings.vessel)))
 
 
@@ -157,6 +172,8 @@ def _check(arguments: argparse.Namespace) -> int:
     refused = refusals(plan, limits)
     for line in refused:
         print(f"REFUSED {line}", file=sys.stderr)
+    for line in far_legs(plan, _settings(arguments.config).mission):
+        print(f"WARNING {line}; 'companion plan start --far' accepts it", file=sys.stderr)
     if arguments.svg is not None:
         arguments.svg.write_text(svg_map(plan), encoding="utf-8")
     return 1 if refused else 0
@@ -270,6 +287,8 @@ def _make(arguments: argparse.Namespace) -> int:
     except InexpressibleError as error:
         raise ConfigError("plan make", [str(error)]) from None
     refused = refusals(plan, DEFAULT_LIMITS)
+    if not arguments.far:
+        refused += [f"{leg}; --far writes it all the same" for leg in far_legs(plan, MissionConfig())]
     if refused:
         raise ConfigError("plan make", refused)
     write_file(plan, arguments.out)
@@ -314,7 +333,7 @@ def _read_upload(arguments: argparse.Namespace) -> None:
 def _upload(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
     vessel.upload(arguments.plan)
     if arguments.start or arguments.watch:
-        _go(vessel, arm=True, watch=arguments.watch)
+        _go(vessel, arm=True, far=arguments.far, watch=arguments.watch)
 
 
 def _check_download(arguments: argparse.Namespace) -> None:
@@ -328,10 +347,12 @@ def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
 
 
 def _start(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
-    _go(vessel, arm=not arguments.no_arm, watch=arguments.watch)
+    _go(vessel, arm=not arguments.no_arm, far=arguments.far, watch=arguments.watch)
 
 
-def _go(vessel: plan_link.Vessel, *, arm: bool, watch: bool) -> None:
+def _go(vessel: plan_link.Vessel, *, arm: bool, far: bool, watch: bool) -> None:
+    if far:
+        vessel.accept_far()
     vessel.start(arm=arm)
     if watch:
         vessel.watch()

@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from companion.core.fence import Fence, FenceConfig
 from companion.core.geo import inverse
 from companion.core.guidance import GuidanceConfig
+from companion.core.mission import MissionConfig
 from companion.core.plan_fence import PlanFence, Trespass
+from companion.core.plan_reach import long_legs
 from mavlink_bridge import imc
 from mavlink_bridge.mission_wire import command_name, describe
 from mavlink_bridge.plan_mapping import compile_items, load_plan
@@ -39,6 +41,12 @@ def trespasses(plan: PlanFile, limits: PlanLimits) -> tuple[Trespass, ...]:
     about = imc.EstimatedState(0, origin_lat_rad=first.lat_rad, origin_lon_rad=first.lon_rad)
     check.step(0, compiled, about, GuidanceConfig().loiter_radius_m)
     return check.trespasses()
+
+
+def far_legs(plan: PlanFile, config: MissionConfig) -> list[str]:
+    """Legs that the vessel does not sail without being asked, each with both lengths."""
+    compiled = compile_items(plan.mission).plan
+    return [leg.words for _, leg in long_legs(compiled.maneuvers, config.leg_distance_m)]
 
 
 def _at(plan: PlanFile, error: PlanError) -> PlanItem | None:

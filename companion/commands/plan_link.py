@@ -13,7 +13,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
+from companion.core.plan_reach import FAR_OK, plan_number
 from mavlink_bridge.mission_wire import with_home, without_home
+from mavlink_bridge.plan_rules import plan_id
 from mavlink_bridge.planfile import PlanFile
 from mavlink_bridge.requests import PlanItem, PlanKind
 
@@ -132,6 +134,15 @@ class Vessel:
                 home = _radians(place)
             mission = without_home(mission)
         return PlanFile(mission, fence, rally, home, "vessel")
+
+    def accept_far(self) -> None:
+        """Say the word for the plan that the vessel has: that it lies far away is meant. Raises LinkError."""
+        from mavsdk.plugins.param import Param
+
+        mission = self._fetch("mission download", self._mission.download_mission)
+        number = plan_number(plan_id(without_home(mission) if self.home_item else mission))
+        self._call(FAR_OK, lambda: Param(self._system).set_param_float(FAR_OK, float(number)))
+        print(f"{FAR_OK} = {number}: accepted for this plan, however far away it lies")
 
     def start(self, *, arm: bool) -> None:
         """Arm if asked, then sail. Raises LinkError."""

@@ -17,6 +17,7 @@ from mavlink_bridge.imc import (
     LogText,
     Mode,
     PlanSpecification,
+    PlanState,
     Severity,
     SupplyVoltage,
 )
@@ -33,6 +34,7 @@ from .mission import Mission, Point
 from .monitors import Monitors
 from .navigator import Navigator
 from .plan_fence import PlanFence
+from .plan_reach import PlanReach
 from .steering import make_controller
 from .stopping import braking_distance_m
 from .vehicle_config import TickInputs, VehicleConfig
@@ -54,6 +56,7 @@ class Controls:
         self.guard = DepthGuard(config.depth)
         self.fence = Fence(config.fence)
         self.plan_fence = PlanFence(self.fence)
+        self.plan_reach = PlanReach(config.mission)
         self.monitors = Monitors(config.monitors)
         self.gate = Gate(config.gate)
         self.armed = False
@@ -87,6 +90,7 @@ class Controls:
         old = self.config
         self._adopt(config)
         self.mission.configure(config.mission)
+        self.plan_reach.configure(config.mission)
         self.navigator.configure(config.modes)
         if config.guidance != old.guidance:
             self.guidance.configure(config.guidance)
@@ -128,7 +132,26 @@ class Controls:
             self.controller.reset(self.state)
             self.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
             self._set_home_here()
+            if self.navigator.mode is Mode.AUTO:
+                self.look_at_reach()
         self.armed = self.rearmed = True
+
+    def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
+        """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
+        mission = self.mission
+        goes_on = first == mission.seq and mission.state in (PlanState.PAUSED, PlanState.ACTIVE)
+        return self.plan_reach.refusal(
+            mission.plan, first, self.state, mission.home, goes_on=goes_on, under_way=under_way
+        )
+
+    def look_at_reach(self) -> None:
+        """Loading a plan or arming in Auto starts it: one that lies too far away is told, and the vessel holds instead."""
+        mission, in_auto = self.mission, self.navigator.mode is Mode.AUTO
+        refusal = self.reach_refusal(mission.seq, under_way=self.armed and mission.state is PlanState.ACTIVE)
+        if refusal and in_auto:
+            self.navigator.enter(Mode.HOLD, self.state)
+        if refusal:
+            self.say(Severity.WARNING, f"{refusal}{': holding here' if in_auto else ''}")
 
     def disarm(self, why: str, *, abort: bool = False) -> None:
         """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""

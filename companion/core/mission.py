@@ -46,6 +46,23 @@ class MissionConfig(Config):
     approach_extra_s: float = param(
         120.0, "APPR_EXTRA", "Time added to every approach's limit", unit="s", ge=10.0, le=3600.0
     )
+    first_distance_m: float = param(
+        1000.0,
+        "MIS_DIST_1WP",
+        "The item that is to be sailed when Auto is started lies within this",
+        unit="m",
+        ge=10.0,
+        le=100_000.0,
+    )
+    """About what a person oversees from the pier, and what PX4 stores under this name (900 m). Farther: see `far_plan`."""
+    leg_distance_m: float = param(
+        5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
+    )
+    """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
+    far_plan: int = param(
+        0, "PLAN_FAR_OK", "Number of the one plan that may be sailed however far away it lies", ge=0, le=999_999
+    )
+    """The vessel's text names it. It counts for that plan only, and is 0 again as soon as another plan is loaded."""
 
 
 class Report(Protocol):

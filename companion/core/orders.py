@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from mavlink_bridge.imc import GuardState, Mode, Severity
+from mavlink_bridge.imc import GuardState, Mode, PlanState, Severity
 from mavlink_bridge.requests import (
     ACCEPTED,
     Arm,
@@ -90,7 +90,11 @@ class Orders:
         """Change mode; a plan that would leave the fence is not sailed."""
         vehicle = self._vehicle
         refusal = start_refusal(vehicle) if mode is Mode.AUTO else ""
-        return _reply(refusal or vehicle.navigator.enter(mode, vehicle.state))
+        begins = mode is Mode.AUTO and vehicle.mission.state not in (PlanState.PAUSED, PlanState.ACTIVE)
+        refusal = refusal or vehicle.navigator.enter(mode, vehicle.state)
+        if begins and not refusal:
+            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+        return _reply(refusal)
 
     def start_plan(self, body: StartPlan, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
@@ -100,13 +104,21 @@ class Orders:
         refusal = start_refusal(vehicle, first)
         if not refusal and vehicle.navigator.mode is not Mode.AUTO:
             refusal = vehicle.navigator.enter(Mode.AUTO, vehicle.state)
-        return _reply(refusal or vehicle.mission.start(first, body.last))
+        refusal = refusal or vehicle.mission.start(first, body.last)
+        if first is not None and not refusal:
+            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+        return _reply(refusal)
 
     def pause(self, body: PausePlan, sender: int, now_us: int) -> Reply:
         return self._enter(Mode.HOLD if body.pause else Mode.AUTO)
 
     def set_current(self, body: SetCurrent, sender: int, now_us: int) -> Reply:
-        return _reply(self._vehicle.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
+        vehicle = self._vehicle
+        if vehicle.navigator.mode is Mode.AUTO and vehicle.mission.state is PlanState.ACTIVE:
+            far = vehicle.reach_refusal(body.seq, under_way=True)
+            if far:
+                return Reply(Result.REJECTED_NOW, far)
+        return _reply(vehicle.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
 
     def reposition(self, body: Reposition, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle

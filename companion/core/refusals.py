@@ -66,7 +66,8 @@ def start_refusal(vehicle: Controls, first: int | None = None, *, from_here: boo
     """Return why the plan must not be sailed from item ``first`` (None: where it stands) on, or an empty string."""
     if first is None:
         first = 0 if vehicle.mission.state is PlanState.COMPLETE else vehicle.mission.seq
-    return vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
+    refusal = vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
+    return refusal or (vehicle.reach_refusal(first) if from_here else "")
 
 
 def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | None) -> str:

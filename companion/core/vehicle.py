@@ -32,6 +32,7 @@ from .gate import Evidence
 from .mission import Leg
 from .navigator import Intent, Steer, Sticks
 from .orders import Orders
+from .plan_reach import plan_number
 from .steering import manual_demand
 from .vehicle_config import Measurement, TickInputs, VehicleConfig
 from .vehicle_flags import gather
@@ -63,6 +64,8 @@ class Vehicle(Controls):
         self.ticks += 1
         self._measure(inputs.measurements, now_us)
         self._note_supply()
+        if self.plan_reach.is_new(self.mission.plan, plan_number(inputs.plan_ids[0]), self.state):
+            self.look_at_reach()
         intent = self.navigator.intent(now_us, self.state) if self.armed and self.result.action < _STOP else None
         manual = isinstance(intent, Sticks)
         demand = self._steer(now_us, dt_s, intent)

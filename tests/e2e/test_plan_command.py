@@ -56,6 +56,14 @@ def test_a_plan_goes_up_comes_back_equal_sails_pauses_and_is_cleared(tmp_path: P
         for words in (["start"], ["pause"], ["start", "--no-arm"], ["clear"]):
             done = plan(*words, *url)
             assert done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
+        far = tmp_path / "far.plan"
+        assert plan("make", far, "52.0,4.0").returncode == 0
+        held = plan("upload", far, "--start", *url)
+        assert held.returncode == 1
+        assert "PLAN_FAR_OK=" in held.stderr
+        meant = plan("start", "--far", *url)
+        assert meant.returncode == 0, meant.stdout + meant.stderr
+        assert plan("clear", *url).returncode == 0
         empty = plan("download", back, *url)
         assert empty.returncode == 0, empty.stderr
         assert read_plan(back.read_bytes()).mission == ()

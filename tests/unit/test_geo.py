@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, strategies as st
 
-from companion.core.geo import LocalFrame, direct, inverse
+from companion.core.geo import LocalFrame, at_most_m, direct, inverse
 
 LATITUDES = st.floats(-1.4, 1.4)
 LONGITUDES = st.floats(-math.pi, math.pi)
@@ -36,3 +36,11 @@ def test_known_distance() -> None:
     distance, bearing = inverse(lat - half, 0.0, lat + half, 0.0)
     assert abs(distance - meridian * math.radians(1 / 60)) < 1e-3
     assert abs(bearing) < 1e-12
+
+
+@given(st.floats(-1.5, 1.5), LONGITUDES, st.floats(-6, 0), st.floats(-1, 1), st.floats(-1, 1))
+def test_the_bound_of_a_distance_is_never_short_and_hardly_long(lat, lon, power, north, east):
+    scale = 10.0**power
+    one, other = (lat, lon), (max(min(lat + north * scale, 1.5), -1.5), lon + east * scale)
+    exact_m = inverse(*one, *other)[0]
+    assert exact_m * (1.0 - 1e-7) - 1e-5 <= at_most_m(*one, *other) <= exact_m * 1.011 + 1e-5

@@ -140,7 +140,7 @@ def test_wrong_use_ends_with_status_2_and_a_reason(tmp_path, monkeypatch, capsys
 
 def test_a_bad_position_is_wrong_usage(capsys):
     with pytest.raises(SystemExit) as ended:
-        plan("make", "x.plan", "95,0")
+        plan("make", "x.plan", "95.0,0.0")
     assert ended.value.code == 2
     assert "outside" in capsys.readouterr().err
 
@@ -162,7 +162,7 @@ def test_a_place_south_of_the_equator_is_a_place(point, tmp_path, capsys):
     out = tmp_path / "south.plan"
     assert main(["plan", "make", str(out), point, "--radius", "30", "--speed", "1.5"]) == 0
     assert read_plan(out.read_bytes()).mission[-1].x == round(float(point.partition(",")[0]) * 1e7)
-    assert main(["plan", "make", "--speed", "1", str(out), "41.2,8.7", point, "-41.6,-8.7"]) == 0
+    assert main(["plan", "make", "--speed", "1", str(out), "41.2,8.7", point, "-41.6,-8.7", "--far"]) == 0
     assert len(read_plan(out.read_bytes()).mission) >= 3
 
 
@@ -213,3 +213,26 @@ def test_an_absent_port_is_told_while_it_is_waited_for(tmp_path, capsys):
 def test_a_module_that_is_not_there_is_told_once(tmp_path, capsys):
     assert main(["lora", "show", str(tmp_path / "tty")]) == 1
     assert capsys.readouterr().err == f"companion lora: {tmp_path}/tty: No such file or directory\n"
+
+
+@pytest.mark.parametrize("points", [["41,18", "-8,7"], ["41,18"], ["41,1854,-8,7060"], ["41,-8"]])
+def test_a_decimal_comma_is_not_taken_for_a_place(tmp_path, capsys, points):
+    out = tmp_path / "r.plan"
+    with pytest.raises(SystemExit) as ended:
+        plan("make", out, *points)
+    assert ended.value.code == 2
+    assert "41.18,-8.70" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_leg_that_cannot_be_meant_is_written_only_with_the_word(tmp_path, capsys):
+    out = tmp_path / "r.plan"
+    assert plan("make", out, "41.18,-8.70", "4.118,-8.70") == 2
+    said = capsys.readouterr().err
+    assert "4105 km" in said
+    assert "limit 5000 m (MIS_DIST_WPS)" in said
+    assert "--far" in said
+    assert not out.exists()
+    assert plan("make", out, "41.18,-8.70", "4.118,-8.70", "--far") == 0
+    assert plan("check", out) == 0
+    assert "leg to item 1 is 4105 km" in capsys.readouterr().err

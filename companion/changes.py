@@ -1,0 +1,36 @@
+"""Changes that a station asks for, judged before they are stored: a parameter's value, and what a new plan ends."""
+
+from __future__ import annotations
+
+from mavlink_bridge.plan_rules import plan_id
+from mavlink_bridge.requests import LoadPlan, PlanKind, SetParameter
+
+from .core.gain_check import gains_problem
+from .core.plan_reach import FAR_OK, plan_number
+from .core.vessel import VesselConfig
+from .facade import Facade
+from .io.store_content import SaveParam, SavePlan, StoreOp, Together
+
+
+def parameter_problem(facade: Facade, vessel: VesselConfig, body: SetParameter) -> str:
+    """Return why a parameter cannot have the value, or an empty string."""
+    number = plan_number(facade.plans.ids[0])
+    if body.name == FAR_OK and body.value not in (0.0, number):
+        return f"{FAR_OK}: the plan in force has the number {number}"
+    try:
+        wanted = facade.params.change(body.name, body.value).steering
+        return "" if wanted == facade.params.settings.steering else gains_problem(wanted, vessel)
+    except ValueError as error:
+        return str(error)
+
+
+def ends_far_word(facade: Facade, body: LoadPlan) -> bool:
+    """Whether a plan replaces the one of which a person has accepted how far away it lies."""
+    word = facade.params.settings.mission.far_plan
+    return body.kind is PlanKind.MISSION and word not in (0, plan_number(plan_id(body.items)))
+
+
+def saving(facade: Facade, body: LoadPlan) -> StoreOp:
+    """Return what stores a plan, and with it the end of a word given for the plan before."""
+    save = SavePlan(body.kind, body.items)
+    return Together((save, SaveParam(FAR_OK, 0.0))) if ends_far_word(facade, body) else save

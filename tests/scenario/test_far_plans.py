@@ -1,0 +1,128 @@
+"""A plan that lies far away is not sailed by mistake: judged by where the boat goes, and by what it says."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from companion.io.store import MemoryStore
+from mavlink_bridge.imc import Mode, PlanState
+from mavlink_bridge.requests import Arm, PausePlan, Reposition, Result, SetCurrent, SetMode, SetParameter, StartPlan
+
+NO_DEPTH = "depth.enabled=false"
+FAR = (1_200_000.0, 0.0)
+
+
+def word(trip) -> float:
+    """The number that the vessel's own text offers."""
+    found = [match[1] for text in trip.texts if (match := re.search(r"PLAN_FAR_OK=(\d+)", text))]
+    return float(found[-1])
+
+
+def stays(trip, seconds=20.0) -> bool:
+    trip.run(seconds)
+    return trip.distance_m < 5.0
+
+
+@pytest.mark.parametrize("points", [[FAR], [(20.0, 0.0), (20.0, 8_000.0)], [(1_100.0, 0.0)]])
+@pytest.mark.parametrize("how", [StartPlan(0), SetMode(Mode.AUTO), PausePlan(pause=False)])
+def test_it_is_not_started_and_both_numbers_are_told(voyage, points, how):
+    trip = voyage(NO_DEPTH)
+    assert trip.plan(1.5, *points).result is Result.ACCEPTED, "an upload is warned of, never refused"
+    trip.run(1.0)
+    assert any("too far" in text for text in trip.texts)
+    assert trip.ask(Arm(arm=True)).reason == "", "arming does not look"
+    reply = trip.ask(how)
+    assert reply.result is Result.REJECTED_NOW
+    assert re.search(r"limit (1000|5000) m \(MIS_DIST_\w+\)", reply.reason)
+    assert re.search(r"(1200 km|8000 m|1100 m)", reply.reason)
+    assert stays(trip)
+
+
+def test_the_word_lets_this_one_plan_sail_and_dies_with_it(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.plan(1.5, (1_100.0, 0.0))
+    trip.ask(Arm(arm=True))
+    trip.run(1.0)
+    assert trip.ask(SetParameter("PLAN_FAR_OK", word(trip) + 1)).result is Result.DENIED
+    assert trip.ask(StartPlan(0)).result is Result.REJECTED_NOW
+    assert trip.ask(SetParameter("PLAN_FAR_OK", word(trip))).reason == ""
+    assert trip.ask(StartPlan(0)).reason == ""
+    trip.run(20.0)
+    assert trip.distance_m > 15.0
+    trip.mode(Mode.HOLD)
+    trip.plan(1.5, (1_200.0, 0.0))
+    assert trip.world.app.facade.params.get("PLAN_FAR_OK").value == 0.0
+    assert trip.ask(StartPlan(0)).result is Result.REJECTED_NOW
+    trip.plan(1.5, (1_100.0, 0.0))
+    assert trip.ask(StartPlan(0)).result is Result.REJECTED_NOW, "the first word is dead"
+
+
+def test_the_word_survives_a_restart_with_its_plan(voyage):
+    store = MemoryStore()
+    trip = voyage(NO_DEPTH, store=store)
+    trip.plan(1.5, (1_100.0, 0.0))
+    trip.run(1.0)
+    trip.ask(SetParameter("PLAN_FAR_OK", word(trip)))
+    again = voyage(NO_DEPTH, store=store)
+    again.ask(Arm(arm=True))
+    assert again.ask(StartPlan(0)).reason == ""
+
+
+def test_a_stored_plan_of_another_place_is_told_when_the_place_is_known(voyage):
+    store = MemoryStore()
+    voyage(NO_DEPTH, store=store).plan(1.5, FAR)
+    again = voyage(NO_DEPTH, store=store)
+    assert any("too far" in text for text in again.texts)
+
+
+def test_armed_in_auto_far_from_the_plan_it_holds(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.plan(1.5, (20.0, 0.0))
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.plan(1.5, FAR)
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.snapshot.mode is Mode.HOLD
+    assert stays(trip)
+
+
+def test_a_plan_changed_under_way_for_one_far_away_is_not_sailed(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.sail(1.5, (60.0, 0.0), after_s=15.0)
+    trip.plan(1.5, (20.0, 0.0), FAR)
+    trip.run(40.0)
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.distance_m < 60.0
+    assert trip.ask(SetCurrent(1)).reason == ""
+
+
+def test_a_plan_that_has_begun_goes_on_wherever_it_was_paused(voyage):
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=50", "mission.leg_distance_m=400", "mission.cruise_speed_mps=2.5")
+    trip.sail(2.5, (20.0, 0.0), (220.0, 0.0), after_s=40.0)
+    assert 60.0 < trip.distance_m < 160.0
+    trip.mode(Mode.HOLD)
+    trip.run(5.0)
+    assert trip.mode(Mode.AUTO).reason == "", "it lies on the leg that it was sailing"
+    trip.ask(Arm(arm=False))
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.mode(Mode.AUTO).reason == ""
+    assert trip.snapshot.progress.state is PlanState.ACTIVE
+
+
+def test_hold_go_to_and_return_never_ask(voyage):
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=50")
+    trip.plan(1.5, FAR)
+    trip.ask(Arm(arm=True))
+    far = trip.world.surroundings.plant.frame.to_geodetic(300.0, 0.0)
+    for body in (Reposition(*far), SetMode(Mode.HOLD), SetMode(Mode.MANUAL), SetMode(Mode.RTL)):
+        assert trip.ask(body).reason == ""
+
+
+def test_an_item_nearer_home_is_a_way_back(voyage):
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=50", "mission.leg_distance_m=60")
+    trip.plan(1.5, (10.0, 0.0))
+    trip.ask(Arm(arm=True))
+    trip.ask(Reposition(*trip.world.surroundings.plant.frame.to_geodetic(100.0, 0.0)))
+    trip.until(lambda: trip.distance_m > 85.0, 120.0)
+    assert trip.ask(StartPlan(0)).reason == ""
