@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from . import security
 from .core.depth_config import DepthMapConfig
 from .core.depth_grid import DepthGrid
-from .core.nmea_sentences import KINDS, kind_of
+from .core.nmea_sentences import KINDS
+from .core.nmea_wanted import unknown_names
 from .core.steering import SteeringError, make_controller
 from .core.vessel import VesselConfig
 from .io.depth_map import load_depth_map
@@ -142,8 +143,7 @@ def _chart(wanted_json: str, changed_ns: int, size: int) -> DepthGrid:
 def _sentence_mistakes(settings: Settings, number: int) -> list[str]:
     """Sentences wanted of a sensor that nothing here understands."""
     text = settings.sensors[number].nmea.sentences
-    names = [name.strip().upper() for name in text.split(",") if name.strip()]
-    strange = [name for name in names if kind_of(name)[1] not in KINDS]
+    strange = unknown_names(text)
     if not strange:
         return []
     told = f"no sentence {', '.join(strange)} here; known: {', '.join(sorted(KINDS))}"

@@ -42,6 +42,18 @@ class FixType(IntEnum):
 
 
 @value
+class Source:
+    """Which sensor said it (IMC's source entity): each talker and sentence of a link is one of its own."""
+
+    link: str = ""
+    """The sensor link's name in the settings."""
+    address: str = ""
+    """Talker and sentence, ``HEHDT``; of a fix the talker of its receiver, ``GN``."""
+    rank: tuple[int, ...] = (0,)
+    """Order of preference; lower comes first. The first figure counts across links, the others within one."""
+
+
+@value
 class GpsFix:
     """One epoch of a GNSS receiver (IMC GpsFix). Absent fields are None; a position needs a fix of 2-D or better."""
 
@@ -66,6 +78,7 @@ class GpsFix:
     """True for GGA quality 7 and 8 (manual input, simulator)."""
     complete: bool = True
     """False when the epoch was closed before its last expected sentence."""
+    source: Source | None = None
 
     @property
     def has_position(self) -> bool:
@@ -84,6 +97,7 @@ class EulerAngles:
     psi_accuracy_rad: float | None = None
     variation_rad: float | None = None
     """Magnetic variation, east positive, when the compass or the receiver says it; psi = psi_magnetic + variation."""
+    source: Source | None = None
 
 
 @value
@@ -92,6 +106,7 @@ class AngularVelocity:
 
     t_us: int
     r_radps: float
+    source: Source | None = None
 
 
 @value
@@ -106,6 +121,7 @@ class Distance:
     range_max_m: float | None = None
     signal_quality: float | None = None
     """0...1, None when the source does not say."""
+    source: Source | None = None
 
 
 @value

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from mavlink_bridge.imc import (
     Action,
@@ -19,6 +20,7 @@ from mavlink_bridge.imc import (
     PlanSpecification,
     PlanState,
     Severity,
+    Source,
     SupplyVoltage,
 )
 from mavlink_bridge.requests import DistanceInput
@@ -39,6 +41,8 @@ from .steering import make_controller
 from .stopping import braking_distance_m
 from .vehicle_config import TickInputs, VehicleConfig
 from .vessel import Statics, VesselConfig
+
+_STATION: Final = Source("station", "DISTANCE_SENSOR")
 
 
 class Controls:
@@ -210,7 +214,7 @@ class Controls:
         return ""
 
     def depth_input(self, body: DistanceInput, now_us: int) -> None:
-        self._depth_inputs.append(Distance(now_us, body.value_m, signal_quality=body.signal_quality))
+        self._depth_inputs.append(Distance(now_us, body.value_m, signal_quality=body.signal_quality, source=_STATION))
 
     @property
     def guard_state(self) -> GuardState:

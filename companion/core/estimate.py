@@ -12,7 +12,7 @@ from companion.core.estimate_config import EstimatorConfig
 from companion.core.estimate_drift import DriftFilter, FixText
 from companion.core.estimate_heading import HeadingTrack
 from companion.core.estimate_position import Heading, Motion, PositionTrack
-from companion.core.estimate_sources import SourceChoice
+from companion.core.estimate_sources import Choice, FixChoice
 from companion.core.geo import LocalFrame
 from companion.core.magnetic import MagneticModel
 from companion.core.units import wrap_pi
@@ -31,6 +31,14 @@ __all__ = ["Estimator", "EstimatorConfig"]
 _MOVING_MPS = 0.3
 _COURSE_MIN_MPS = 0.1
 _NO_FIX = FixType.NONE
+_HEADING_APART_RAD = math.radians(4.0)
+"""Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
+_RATE_APART_RADPS = math.radians(2.0)
+_TILT_APART_RAD = math.radians(5.0)
+_DEPTH_APART_M = 0.5
+_DEPTH_APART_SHARE = 0.1
+"""Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
+_COMPARE_US = 1_000_000
 _COURSE_SIGMA_RAD = math.radians(5.0)
 
 
@@ -42,13 +50,20 @@ class Estimator:
         self._heading = HeadingTrack(config, self._texts)
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
-        self._sources = SourceChoice(self._texts)
+        self._receivers = FixChoice(self._texts)
+        self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=_degrees, wrap=wrap_pi)
+        self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=_degrees_a_second)
+        self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
+        self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
+        self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
         self._drift = DriftFilter()
         self._magnetic: MagneticModel | None = None
         self.latest_fix: GpsFix | None = None
         self._attitude: EulerAngles | None = None
         self._compass: EulerAngles | None = None
         self.latest_distance: Distance | None = None
+        self._rate: tuple[float, int] | None = None
+        self._depth: tuple[float, int] | None = None
         self._phi: tuple[float, int] | None = None
         self._theta: tuple[float, int] | None = None
         self._fix_text = FixText(self._texts)
@@ -87,7 +102,7 @@ class Estimator:
     @property
     def sources_disagree(self) -> bool:
         """True while two receivers are further apart than both allow, for 5 s and more."""
-        return self._sources.disagree
+        return self._receivers.disagree
 
     @property
     def latest_attitude(self) -> EulerAngles | None:
@@ -124,17 +139,15 @@ class Estimator:
         self._water_mps = u_mps
         self._drift_frozen = freeze
 
-    def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> None:
-        """Take one measurement. ``source`` numbers the links; while a lower one is alive, higher ones only compare."""
+    def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> bool:
+        """Take one measurement; True when its sensor is the one that counts. ``source`` numbers the links."""
         if isinstance(measurement, EulerAngles):
-            self._update_attitude(measurement, source)
-        elif isinstance(measurement, AngularVelocity):
-            if self._sources.leads("rate", source, measurement.t_us):
-                self._heading.update_rate(measurement)
-        elif isinstance(measurement, Distance):
-            self.latest_distance = measurement
-        else:
-            self._update_fix(measurement, source)
+            return self._update_attitude(measurement, source)
+        if isinstance(measurement, AngularVelocity):
+            return self._update_rate(measurement, source)
+        if isinstance(measurement, Distance):
+            return self._update_distance(measurement, source)
+        return self._update_fix(measurement, source)
 
     def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
@@ -191,9 +204,9 @@ class Estimator:
             from_course,
         )
 
-    def _update_fix(self, fix: GpsFix, source: int) -> None:
-        if not self._sources.leads_fix(source, fix):
-            return
+    def _update_fix(self, fix: GpsFix, link: int) -> bool:
+        if not self._receivers.leads(link, fix):
+            return False
         self.latest_fix = fix
         self._fix_text.note(fix)
         t_us = self._position.aligned_us(fix) if self._aligns else fix.t_us
@@ -204,6 +217,7 @@ class Estimator:
         self._position.update(fix, t_us, attitude, moving)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
+        return True
 
     def _should_move(self, fix: GpsFix, psi_rad: float | None) -> bool:
         """Whether the vessel makes way over ground by its own motion through the water and the drift.
@@ -233,17 +247,85 @@ class Estimator:
     def _course_stands_in(self, now_us: int, sog_mps: float | None) -> bool:
         return sog_mps is not None and sog_mps > self._course_mps and self._heading.bridged(now_us)
 
-    def _update_attitude(self, angles: EulerAngles, source: int) -> None:
-        self._attitude = angles
-        if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
-            self._compass = angles
+    def _update_rate(self, rate: AngularVelocity, link: int) -> bool:
+        if self._rates.leads(rate.source, link, rate.t_us):
+            self._rate = (rate.r_radps, rate.t_us)
+            self._heading.update_rate(rate)
+            return True
+        self._compare(self._rates, rate, link, rate.r_radps, self._rate, _RATE_APART_RADPS)
+        return False
+
+    def _update_distance(self, distance: Distance, link: int) -> bool:
+        """A sounder that finds no bottom does not lead: another that finds one does."""
+        value_m, used = distance.value_m, self._depth
+        if value_m is None:
+            if not self._sounders.is_chosen(distance.source, link):
+                return False
+        elif not self._sounders.leads(distance.source, link, distance.t_us):
+            limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
+            self._compare(self._sounders, distance, link, value_m, used, limit_m)
+            return False
+        else:
+            self._depth = (value_m, distance.t_us)
+        self.latest_distance = distance
+        return True
+
+    def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
+        leads = False
         if angles.phi_rad is not None:
-            self._phi = (wrap_pi(angles.phi_rad + self._roll_offset_rad), angles.t_us)
+            phi_rad = wrap_pi(angles.phi_rad + self._roll_offset_rad)
+            if self._rolls.leads(angles.source, link, angles.t_us):
+                self._phi, leads = (phi_rad, angles.t_us), True
+            else:
+                self._compare(self._rolls, angles, link, phi_rad, self._phi, _TILT_APART_RAD)
         if angles.theta_rad is not None:
-            self._theta = (wrap_pi(angles.theta_rad + self._pitch_offset_rad), angles.t_us)
-        psi_rad = self._heading.true_heading(angles)
-        if psi_rad is not None and self._sources.leads("heading", source, angles.t_us):
-            self._heading.update_heading(angles.t_us, psi_rad, self._course)
+            theta_rad = wrap_pi(angles.theta_rad + self._pitch_offset_rad)
+            if self._pitches.leads(angles.source, link, angles.t_us):
+                self._theta, leads = (theta_rad, angles.t_us), True
+            else:
+                self._compare(self._pitches, angles, link, theta_rad, self._theta, _TILT_APART_RAD)
+        if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
+            leads |= self._update_compass(angles, link)
+        if leads:
+            self._attitude = angles
+        return leads
+
+    def _update_compass(self, angles: EulerAngles, link: int) -> bool:
+        track, t_us = self._heading, angles.t_us
+        psi_rad = track.true_heading(angles)
+        if psi_rad is None:  # magnetic, and no variation known: shown, not steered by
+            shown = self._compasses.silent(t_us)
+            if shown:
+                self._compass = angles
+            return shown
+        compasses = self._compasses
+        used = compasses.is_chosen(angles.source, link)
+        off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
+        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and track.contradicts(psi_rad, self._course))
+        if compasses.leads(angles.source, link, t_us, trusted=trusted):
+            self._compass = angles
+            if compasses.moved:
+                track.move(t_us, psi_rad)
+            track.update_heading(t_us, psi_rad, self._course)
+            return True
+        if track.refusing and compasses.undo(angles.source, link):
+            track.update_heading(t_us, psi_rad, self._course)
+            return True
+        if off_rad is not None:
+            compasses.compare(angles.source, link, off_rad, _HEADING_APART_RAD, t_us)
+        return False
+
+    @staticmethod
+    def _compare(
+        choice: Choice,
+        measured: EulerAngles | AngularVelocity | Distance,
+        link: int,
+        value: float,
+        used: tuple[float, int] | None,
+        limit: float,
+    ) -> None:
+        if used is not None and measured.t_us - used[1] < _COMPARE_US:
+            choice.compare(measured.source, link, value - used[0], limit, measured.t_us)
 
     def _model_variation(self) -> float | None:
         fix = self.latest_fix
@@ -279,3 +361,11 @@ class Estimator:
         drift.step(dt_s, self._drift_tau_s, north_mps, east_mps)
         self._position.drift_n_mps = drift.north_mps or 0.0
         self._position.drift_e_mps = drift.east_mps or 0.0
+
+
+def _degrees(angle_rad: float) -> str:
+    return f"{math.degrees(angle_rad):.0f} deg"
+
+
+def _degrees_a_second(rate_radps: float) -> str:
+    return f"{math.degrees(rate_radps):.1f} deg/s"

@@ -38,7 +38,6 @@ class HeadingTrack:
         self._received_us = 0
         self._interval_s = 0.1
         self._rate_us = -_RATE_AGE_MAX_US
-        self._true_us: int | None = None
         self._refused_since_us: int | None = None
         self._refused_run_us = 0
         self._refused_rad = 0.0
@@ -95,13 +94,10 @@ class HeadingTrack:
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
 
     def true_heading(self, angles: EulerAngles) -> float | None:
-        """The heading of one message in the vessel's frame: true first, magnetic only when no true one is heard."""
+        """The heading of one message in the vessel's frame; None when a magnetic one comes without any variation."""
         if angles.psi_rad is not None:
-            self._true_us = angles.t_us
             return wrap_pi(angles.psi_rad + self._offset_rad)
         if angles.psi_magnetic_rad is None:
-            return None
-        if self._true_us is not None and angles.t_us - self._true_us <= self._timeout_us:
             return None
         variation = angles.variation_rad
         if variation is None and self.config.variation_deg is not None:
@@ -135,6 +131,23 @@ class HeadingTrack:
         self.r_radps += rate_gain * innovation
         self.accepted_us = t_us
         self.course_us = None
+
+    @property
+    def refusing(self) -> bool:
+        """True while headings are refused for a jump."""
+        return self._refused_since_us is not None
+
+    def move(self, t_us: int, psi_rad: float) -> None:
+        """Start anew at a heading of another compass that is further off than a jump: the change is meant."""
+        if self.t_us is None or abs(wrap_pi(psi_rad - self.at(t_us))) > self._jump_rad:
+            r_radps = self.r_radps
+            self._start(t_us, psi_rad)
+            self.r_radps = r_radps
+
+    def contradicts(self, psi_rad: float, course: Callable[[], float | None]) -> bool:
+        """Whether the vessel makes way in another direction than a heading points."""
+        course_rad = course()
+        return course_rad is not None and abs(wrap_pi(psi_rad - course_rad)) > 0.5 * math.pi
 
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
@@ -213,8 +226,7 @@ class HeadingTrack:
             self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
         if t_us - self._refused_run_us < config.reaccept_s * 1e6:
             return
-        course_rad = course()
-        if course_rad is None or abs(wrap_pi(psi_rad - course_rad)) <= 0.5 * math.pi:
+        if not self.contradicts(psi_rad, course):
             self._start(t_us, psi_rad)
             self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
 

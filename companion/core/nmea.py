@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from companion.core.config import Config, param
 from companion.core.nmea_epoch import Calendar, EpochBuilder, TalkerChoice
 from companion.core.nmea_fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
 from companion.core.nmea_line import LineReader, frame
-from companion.core.nmea_sentences import EPOCH_KINDS, KINDS, decoder_of, kind_of
+from companion.core.nmea_sentences import DEPTH_KINDS, EPOCH_KINDS, decoder_of, kind_of
+from companion.core.nmea_wanted import Wanted
 from companion.core.nmea_watch import NmeaWatch, Rhythm
-from mavlink_bridge.imc import Distance, EulerAngles, Severity
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, Severity, Source
 
 _Take = Callable[[Any, int, list[Measurement]], None]
-_Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take | None]
+_Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take]
 """What decodes the sentences of one address and how old they are, what counts them, and what looks at what they say."""
 
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
-_DEPTH_RANK: Final = {"DBT": 0, "DPT": 1, "DBK": 2, "DBS": 3}
-_DEPTH_HOLD_US: Final = 3_000_000
 _CHECK_US: Final = 200_000
+_TALKER: Final = re.compile("-?[A-Z0-9]{2}")
 _RELAY_LINES: Final = 200
 _ROUTES_MAX: Final = 64
 _VARIATION_HOLD_US: Final = 60_000_000
@@ -36,9 +37,12 @@ class NmeaConfig(Config):
 
     sentences: str = ""
     """Sentences to use, in the order sent, as full names or formatters: 'GPZDA, GPGGA, GPRMC, GPVTG, GPHDT' or
-    'ZDA, GGA, RMC, VTG, HDT'. Any talker matches. Empty: every sentence that is understood."""
+    'ZDA, GGA, RMC, VTG, HDT'. Any talker matches; of two sensors with one quantity the one named in full leads. A minus
+    forbids: '-HDM', '-GPHDT'. Empty, or only forbidden ones: every other sentence that is understood."""
     talkers: tuple[str, ...] = ()
-    """Talkers whose position and time count, e.g. ('GN',). Empty: any, but never two receivers mixed."""
+    """Talkers in order of preference, e.g. ["GN", "HE"]: their sensors lead, others step in when they are silent. Position,
+    speed and time count from no other talker than those named, if one of them can have a position. A minus forbids a talker
+    altogether: ["-II"]. Empty: sensors before repeaters (II, IN, EC, AP, AG), else the one heard first."""
     checksum_required: bool = True
     """False: also take sentences that carry no checksum (old loggers)."""
     epoch_limit_s: float = Field(0.25, gt=0.0, le=2.0)
@@ -60,6 +64,14 @@ class NmeaConfig(Config):
     earliest_year: int = Field(2025, ge=1980, le=2200)
     """Dates before this year are a receiver's roll-over (1024 weeks) or start value: the time is not used."""
 
+    @field_validator("talkers")
+    @classmethod
+    def _two_letters(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        strange = [talker for talker in value if not _TALKER.fullmatch(talker.strip().upper())]
+        if strange:
+            raise ValueError(f"{', '.join(strange)}: a talker is two letters, such as GN; -GN forbids it")
+        return value
+
 
 class NmeaReader:
     """One link's reader. ``receive`` and ``poll`` never raise, whatever arrives; memory is bounded."""
@@ -75,19 +87,17 @@ class NmeaReader:
         self._relay: list[bytes] = []
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
-        self._depth_kind: tuple[str, int] | None = None
         self.configure(config)
 
     def configure(self, config: NmeaConfig) -> None:
         """Take new settings; an epoch being collected is dropped."""
         self.config = config
         self._line.checksum_required = config.checksum_required
-        wanted = [kind_of(name.strip().upper())[1] for name in config.sentences.split(",") if name.strip()]
-        self._wanted = frozenset(wanted) or KINDS
+        self._wanted = Wanted(config.sentences, config.talkers)
         self._routes.clear()
-        self._talkers = TalkerChoice(frozenset(config.talkers))
+        self._talkers = TalkerChoice(self._wanted)
         self._calendar = Calendar(day_number(config.earliest_year, 1, 1))
-        bodies = [kind for kind in wanted if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
+        bodies = [kind for kind in self._wanted.order if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
         self._epochs = EpochBuilder(
             limit_us=round(config.epoch_limit_s * 1e6),
             latency_us=round(config.position_latency_s * 1e6),
@@ -175,31 +185,29 @@ class NmeaReader:
             self._dropped["unknown"] += 1
             return
         rhythm.heard(now_us)
-        if take is not None:
-            take(part, now_us, found)
-        elif part is not None:
-            found.append(part)
+        take(part, now_us, found)
 
     def _route(self, address: str) -> _Route | None:
         """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""
-        kind = kind_of(address)[1]
         decode = decoder_of(address)
-        if decode is None or kind not in self._wanted:
+        if decode is None or not self._wanted.allows(address):
             self._dropped["unknown" if decode is None else "filtered"] += 1
             return None
-        take, age_us = self._taker(kind)
+        take, age_us = self._taker(address)
         route = decode, age_us, self._watch.rhythm(address), take
         if len(self._routes) < _ROUTES_MAX:
             self._routes[address] = route
         return route
 
-    def _taker(self, kind: str) -> tuple[_Take | None, int]:
-        """What looks at the parts of a kind before they are passed on, and how old they are, µs."""
+    def _taker(self, address: str) -> tuple[_Take, int]:
+        """What looks at the parts of an address before they are passed on, and how old they are, µs."""
+        kind = kind_of(address)[1]
         if kind in EPOCH_KINDS:
             return self._epoch, 0
-        if kind in _DEPTH_RANK:
-            return partial(self._depth, kind), self._depth_latency_us
-        return (self._magnetic if kind in ("HDG", "HDM") else None), self._heading_latency_us
+        source = Source(self.name, address, self._wanted.rank(address))
+        if kind in DEPTH_KINDS:
+            return partial(self._depth, kind, source), self._depth_latency_us
+        return partial(self._measured, source), self._heading_latency_us
 
     def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
         # Satellite lists come under each constellation's own talker.
@@ -210,26 +218,26 @@ class NmeaReader:
             self._variation = (part.variation_rad, now_us)
         self._epochs.add(part, now_us, found, strict=now_us < self._talkers.strict_until_us)
 
-    def _magnetic(self, angles: EulerAngles | None, now_us: int, found: list[Measurement]) -> None:
-        """A magnetic heading: where the compass does not know the variation, the receiver's of the last minute stands in."""
-        if angles is None:
+    def _measured(
+        self, source: Source, part: EulerAngles | AngularVelocity | None, now_us: int, found: list[Measurement]
+    ) -> None:
+        """Say whose it is. Where a magnetic compass does not know the variation, the receiver's of the last minute stands in."""
+        if part is None:
             return
-        if angles.variation_rad is None and self._variation is not None:
+        if isinstance(part, AngularVelocity):
+            found.append(replace(part, source=source))
+            return
+        variation_rad = part.variation_rad
+        if variation_rad is None and part.psi_magnetic_rad is not None and self._variation is not None:
             value, at_us = self._variation
-            if now_us - at_us < _VARIATION_HOLD_US:
-                angles = replace(angles, variation_rad=value)
-        found.append(angles)
+            variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else None
+        found.append(replace(part, variation_rad=variation_rad, source=source))
 
-    def _depth(self, kind: str, distance: Distance, now_us: int, found: list[Measurement]) -> None:
-        """One source at a time: a sounder sends the same depth in several sentences (DBT, DPT, DBK, DBS)."""
-        if self._depth_kind is not None:
-            kept, at_us = self._depth_kind
-            if _DEPTH_RANK[kind] > _DEPTH_RANK[kept] and now_us - at_us < _DEPTH_HOLD_US:
-                return
-        self._depth_kind = (kind, now_us)
+    def _depth(self, kind: str, source: Source, distance: Distance, now_us: int, found: list[Measurement]) -> None:
+        """Say whose it is, and count from the transducer (DBS counts from the surface, DBK from the keel)."""
         value_m, config = distance.value_m, self.config
         if value_m is not None and kind == "DBS":
-            distance = replace(distance, value_m=max(0.0, value_m - config.transducer_depth_m))
+            value_m = max(0.0, value_m - config.transducer_depth_m)
         elif value_m is not None and kind == "DBK":
-            distance = replace(distance, value_m=max(0.0, value_m + config.keel_depth_m - config.transducer_depth_m))
-        found.append(distance)
+            value_m = max(0.0, value_m + config.keel_depth_m - config.transducer_depth_m)
+        found.append(replace(distance, value_m=value_m, source=source))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from companion.core.nmea_fields import DAY_US, EpochPart, Measurement, day_number
+from companion.core.nmea_wanted import Wanted
 from mavlink_bridge.imc import FixType, GpsFix
 
 _BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
@@ -114,8 +115,8 @@ class TalkerChoice:
     formatter from two talkers in turn is two receivers, and then the first one is kept until silent for 3 s.
     """
 
-    def __init__(self, allowed: frozenset[str]) -> None:
-        self.allowed = allowed
+    def __init__(self, wanted: Wanted) -> None:
+        self._wanted = wanted
         self.conflict: tuple[str, str] | None = None
         """(kept, refused) while two receivers are heard."""
         self._last: dict[str, tuple[str, int, int]] = {}
@@ -125,8 +126,8 @@ class TalkerChoice:
 
     def accepts(self, part: EpochPart, now_us: int) -> bool:
         """Judge a position, speed or time sentence."""
-        if self.allowed:
-            return part.talker in self.allowed
+        if self._wanted.receivers is not None:
+            return part.talker in self._wanted.receivers
         if self.conflict is None:
             last = self._last.get(part.kind)
             if last is not None and last[0] == part.talker:

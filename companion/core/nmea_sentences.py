@@ -57,6 +57,8 @@ KINDS: Final = frozenset(_EPOCH) | frozenset(_MEASURED) | frozenset(_PROPRIETARY
 """The formatters understood: three letters, or the proprietary name."""
 EPOCH_KINDS: Final = frozenset(_EPOCH)
 """Those that become an ``EpochPart``; the others are a measurement."""
+DEPTH_KINDS: Final = frozenset({"DBT", "DPT", "DBK", "DBS"})
+"""Those that become a ``Distance``."""
 
 
 def kind_of(address: str) -> tuple[str, str]:

@@ -43,6 +43,8 @@ _STOP: Final = Action.STOP
 _WARN: Final = Action.WARN
 _MANUAL: Final = Mode.MANUAL
 _NO_TRACE: Final = ControlTrace()
+_GROUND_LINK: Final = 99
+"""What a station sends as a depth comes after every sensor of the vessel's own."""
 
 
 class Vehicle(Controls):
@@ -84,13 +86,12 @@ class Vehicle(Controls):
     def _measure(self, measurements: Sequence[tuple[Measurement, int]], now_us: int) -> None:
         estimator, guard = self.estimator, self.guard
         for item, source in measurements:
-            estimator.update(item, source)
-            if isinstance(item, Distance):
+            if estimator.update(item, source) and isinstance(item, Distance):
                 guard.measure(item, self.state)
         if self._depth_inputs:
             for reading in self._depth_inputs:
-                estimator.update(reading)
-                guard.measure(reading, self.state)
+                if estimator.update(reading, _GROUND_LINK):
+                    guard.measure(reading, self.state)
             self._depth_inputs.clear()
         estimator.note_water_speed(self.controller.water_speed_mps())
         self.state = estimator.predict(now_us, self.guard_out.altitude_m)

@@ -1,12 +1,10 @@
-"""A recorded NMEA log as a link: each line comes when its own time stamp says, at a chosen speed.
+"""A recorded NMEA log as a link: each line comes when the log says (``log_time``), at a chosen speed.
 
-Lines without a time of day belong to the epoch before them. A gap longer than a minute, or a step back, is taken as
-one second, so that a joined log does not stall. A log without any time comes at a fixed number of lines a second.
+A log without any time comes at a fixed number of lines a second.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Final, Self
@@ -14,26 +12,10 @@ from typing import BinaryIO, Final, Self
 from companion.io.link import Closed, LinkEvent, Opened, Received
 from companion.io.link_stream import explain
 from companion.io.link_url import LinkConfigError, LinkUrl
+from companion.io.log_time import timed
 
-_DAY_US: Final = 86_400_000_000
-_LONGEST_GAP_US: Final = 60_000_000
-_STEP_US: Final = 1_000_000
 _LONGEST_LINE: Final = 4096
 _LINES_PER_POLL: Final = 2000
-_TIME: Final = re.compile(
-    rb"\$(?:..(?:GGA|RMC|ZDA|GNS|GST),|..GLL,[^,]*,[^,]*,[^,]*,[^,]*,)(\d\d)(\d\d)(\d\d)(\.\d{1,6})?[,*]"
-)
-
-
-def time_of_day_us(line: bytes) -> int | None:
-    """Return the UTC time of day that an NMEA line carries, microseconds, or None."""
-    found = _TIME.search(line)
-    if found is None:
-        return None
-    hours, minutes, seconds = int(found[1]), int(found[2]), int(found[3])
-    if hours > 23 or minutes > 59 or seconds > 60:
-        return None
-    return (hours * 3600 + minutes * 60 + seconds) * 1_000_000 + round(float(found[4] or 0) * 1e6)
 
 
 class FileLink:
@@ -80,18 +62,8 @@ class FileLink:
 
     def _lines(self, file: BinaryIO) -> Iterator[tuple[float, bytes]]:
         """Yield (microseconds after the start, line)."""
-        at_us, last, timed = 0.0, None, False
-        while line := file.readline(_LONGEST_LINE):
-            stamp = time_of_day_us(line)
-            if stamp is not None:
-                timed = True
-                if last is not None:
-                    gap_us = (stamp - last) % _DAY_US
-                    at_us += gap_us if gap_us <= _LONGEST_GAP_US else _STEP_US
-                last = stamp
-            elif not timed:
-                at_us += self._line_us
-            yield at_us / self._speed, line
+        lines = iter(lambda: file.readline(_LONGEST_LINE), b"")
+        return ((at_us / self._speed, line) for at_us, line in timed(lines, self._line_us))
 
     def poll(self, now_us: int) -> list[LinkEvent]:
         events: list[LinkEvent] = []

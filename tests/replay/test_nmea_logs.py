@@ -42,7 +42,10 @@ class Log:
 
     @property
     def depths(self) -> list[float]:
-        return [item.value_m for _, item in self.found if isinstance(item, Distance) and item.value_m is not None]
+        """Those that count: a sounder says the same in several sentences."""
+        estimator = Estimator(EstimatorConfig())
+        read = [item for _, item in self.found if isinstance(item, Distance) and estimator.update(item)]
+        return [item.value_m for item in read if item.value_m is not None]
 
 
 def lines_of(path: Path) -> Iterator[bytes]:

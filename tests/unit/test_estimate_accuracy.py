@@ -9,7 +9,7 @@ import pytest
 from companion.core.estimate import Estimator, EstimatorConfig
 from companion.core.nmea import NmeaConfig
 from companion.core.units import wrap_pi
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
+from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
 from sitl.sensor_rig import Motion, SensorRig, circle, straight
 from sitl.sensors import SensorConfig
 
@@ -101,7 +101,8 @@ def test_magnetic_compass_with_the_variation_of_its_own_or_of_the_receiver(kind:
 
 
 def magnetic(t_us: int, variation_rad: float | None = None) -> EulerAngles:
-    return EulerAngles(t_us, psi_magnetic_rad=1.0, variation_rad=variation_rad)
+    source = Source("compass", "HCHDG", (1,))
+    return EulerAngles(t_us, psi_magnetic_rad=1.0, variation_rad=variation_rad, source=source)
 
 
 def test_magnetic_heading_without_any_variation_is_not_a_heading() -> None:
@@ -116,7 +117,7 @@ def test_magnetic_heading_without_any_variation_is_not_a_heading() -> None:
 def test_a_true_heading_outranks_a_magnetic_one_until_it_is_lost() -> None:
     estimator = Estimator(EstimatorConfig())
     for step in range(20):
-        estimator.update(EulerAngles(step * 100_000, psi_rad=0.2))
+        estimator.update(EulerAngles(step * 100_000, psi_rad=0.2, source=Source("compass", "GPHDT")))
         estimator.update(magnetic(step * 100_000, 0.5))
     assert estimator.predict(1_900_000).psi_rad == pytest.approx(0.2, abs=1e-6)
     for step in range(20, 60):
@@ -179,7 +180,7 @@ def test_ages_are_those_of_the_measurements() -> None:
     assert 0.1 <= made.state.position_age_s <= 0.4
     assert 0.0 <= made.state.heading_age_s <= 0.15
     assert made.state.depth_age_s <= 0.15
-    made.estimator.update(Distance(made.now_us + 500_000, 4.0))
+    made.estimator.update(Distance(made.now_us + 500_000, 4.0, source=made.estimator.latest_distance.source))
     assert made.estimator.predict(made.now_us + 600_000).depth_age_s == pytest.approx(0.1)
 
 

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from companion.core.estimate import Estimator, EstimatorConfig
 from companion.core.nmea import NmeaConfig, NmeaReader
 from companion.core.nmea_fields import MalformedError, coordinate_rad, day_number, time_of_day_us
 from companion.core.nmea_line import frame
@@ -255,7 +256,8 @@ def test_the_offset_of_dpt_is_carried_not_added() -> None:
 
 def test_one_depth_source_at_a_time() -> None:
     found = measure("SDDPT,5.3,0.4", "SDDBT,,f,5.4,M,,F", "SDDPT,5.3,0.4", "SDDBS,,f,9.9,M,,F", "SDDBT,,f,5.5,M,,F")
-    assert [item.value_m for item in found] == [5.3, 5.4, 5.5]
+    estimator = Estimator(EstimatorConfig())
+    assert [item.value_m for item in found if estimator.update(item)] == [5.3, 5.4, 5.5]
 
 
 GOOD = ["102436.00", "4111.1007380", "N", "00842.3729240", "W", "4", "10", "0.9", "2.10", "M", "52.30", "M", "", ""]
