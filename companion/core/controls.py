@@ -79,6 +79,10 @@ class Controls:
         """The battery as the actuator board sees it; None when it does not measure."""
         self._home_by_operator = False
         self.terminating = self.aborting = self.ordered = self.rearmed = False
+        self.returns_by_order = False
+        """The return under way, if there is one, was an operator's order."""
+        self.interrupted: Mode | None = None
+        """What the vessel was doing when a failsafe or the guard broke it off, until an operator's next order."""
         self._owner: tuple[int, int] | None = None
         self.ticks = 0
         self.utc_us: int | None = None
@@ -165,6 +169,15 @@ class Controls:
         if abort:
             self.aborting = True
         if self.navigator.mode is not Mode.MANUAL:
+            self.break_off()
+
+    def break_off(self, into: Mode = Mode.HOLD) -> None:
+        """Change mode without an order: to hold, or to another mode, and to hold where that is refused."""
+        before = self.navigator.mode
+        if before is not Mode.HOLD:
+            self.interrupted = before
+        self.returns_by_order = False
+        if self.navigator.enter(into, self.state) and into is not Mode.HOLD:
             self.navigator.enter(Mode.HOLD, self.state)
 
     def terminate(self, why: str) -> None:
@@ -175,6 +188,8 @@ class Controls:
     def operator_acted(self, now_us: int) -> None:
         """An operator has given an order; latched failsafes look at it in the next tick."""
         self.ordered = True
+        self.interrupted = None
+        self.returns_by_order = self.navigator.mode is Mode.RTL
 
     def manual_owner(self, sender: int, now_us: int) -> int:
         """Return who has the sticks; the sender when they were free. A change of hands is told to everybody."""

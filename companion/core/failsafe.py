@@ -14,6 +14,7 @@ from typing import Final
 from companion.core.failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from companion.core.failsafe_flags import Flags
 from companion.core.failsafe_table import Clear, Takeover
+from companion.core.failsafe_words import BACK, DOING, WAYS, capital
 from mavlink_bridge.imc import Action, Severity
 from mavlink_bridge.value import value
 
@@ -45,9 +46,17 @@ class Entry:
     taken: bool = False
     """An operator has taken over."""
     escalated: bool = False
+    stands_us: int = 0
+    """Since when the cause stands without a break, from its acting on; the second action's clock runs from here."""
+    stood_us: int = 0
+    """What earlier spells have put on that clock."""
+    told_back: bool = False
+    """That the cause is steadily gone, and what goes on."""
 
 
 _NONE: Final = Action.NONE
+STEADY_US: Final = 10_000_000
+"""A cause that stays away for so long is steadily gone: shorter breaks are told as nothing, so that a flapping link does not chatter."""
 _NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
 
 
@@ -95,11 +104,13 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     for rule in config.rules:
         row = rule.row
         old = before.get(row.name)
-        raised = _come(rule, row.age, flags) if row.flag is None else row.flag(flags)
+        raised = _come(rule, row.age, old, flags) if row.flag is None else row.flag(flags)
         if old is None and not raised:
             continue
         entry = _advance(rule, old, raised, flags, now_us)
         _tell(rule, old, entry, flags, texts)
+        if entry is not None and entry.gone_us is not None:
+            entry = _tell_back(rule, entry, flags, now_us, texts)
         if entry is None:
             continue
         entries[row.name] = entry
@@ -144,34 +155,56 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     return flags
 
 
-def _come(rule: Rule, age: Callable[[Flags], float | None] | None, flags: Flags) -> bool:
-    """Whether an age has come to its delay."""
+def _come(rule: Rule, age: Callable[[Flags], float | None] | None, old: Entry | None, flags: Flags) -> bool:
+    """Whether an age has come to its delay. What has acted counts as silent from half of it on, so that gaps add up."""
     assert age is not None
     age_s = age(flags)
-    return age_s is not None and reached(age_s, rule.delay_us)
+    return age_s is not None and reached(age_s, rule.delay_us if old is None else rule.again_us)
 
 
 def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int) -> Entry | None:
     """Return what is remembered after this tick; None = nothing (never acted, or cleared)."""
     if raised:
-        entry = Entry(now_us) if old is None else replace(old, gone_us=None)
+        entry = Entry(now_us) if old is None else _stands(rule, old, flags, now_us)
     else:
         assert old is not None
         if old.fired_us is None:
             return None
-        entry = replace(old, gone_us=now_us if old.gone_us is None else old.gone_us)
+        entry = old if old.gone_us is not None else _gone(old, now_us)
         if _cleared(rule, entry, flags, now_us):
             return None
     if entry.fired_us is None:
         due = rule.row.age is not None or now_us - entry.since_us >= rule.delay_us
-        return replace(entry, fired_us=now_us) if due else entry
-    return _continue(rule, entry, now_us - entry.fired_us, flags)
+        return replace(entry, fired_us=now_us, stands_us=now_us) if due else entry
+    return _continue(rule, entry, flags, now_us)
 
 
-def _continue(rule: Rule, entry: Entry, acting_us: int, flags: Flags) -> Entry:
+def _stands(rule: Rule, old: Entry, flags: Flags, now_us: int) -> Entry:
+    """The cause is there: still, or again. Silence began when the station was last heard, not when it is noticed."""
+    if old.gone_us is None:
+        return old
+    age_s = rule.row.age(flags) if rule.row.age is not None else None
+    since_us = now_us if age_s is None else old.gone_us
+    if age_s is not None and age_s * 1e6 < now_us - old.gone_us:
+        since_us = now_us - round(age_s * 1e6)
+    return replace(old, gone_us=None, stands_us=since_us, told_back=False)
+
+
+def _gone(old: Entry, now_us: int) -> Entry:
+    """The cause is gone: its clock stands at what it has come to."""
+    return replace(old, gone_us=now_us, stood_us=_clock_us(old, now_us))
+
+
+def _clock_us(entry: Entry, now_us: int) -> int:
+    """How long the cause has stood since it acted: all its spells together."""
+    return entry.stood_us + (now_us - entry.stands_us if entry.gone_us is None else 0)
+
+
+def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     if rule.row.takeover is Takeover.OPERATOR and (flags.operator_order or flags.operator_arm):
         entry = replace(entry, taken=True)
-    if rule.then_us is not None and not (entry.escalated or entry.taken) and acting_us >= rule.then_us:
+    runs = rule.then_us is not None and entry.gone_us is None and not (entry.escalated or entry.taken)
+    if runs and _clock_us(entry, now_us) >= (rule.then_us or 0):
         entry = replace(entry, escalated=True)
     return entry
 
@@ -180,9 +213,9 @@ def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
     assert entry.gone_us is not None
     if now_us - entry.gone_us < rule.clear_us:
         return False
-    if rule.row.clear is Clear.GONE:
+    if rule.row.clear is Clear.GONE or (rule.row.clear is Clear.ACTED and _wanted(rule, entry) <= Action.WARN):
         return True
-    if rule.row.clear is Clear.OPERATOR:
+    if rule.row.clear in (Clear.OPERATOR, Clear.ACTED):
         return entry.taken or flags.operator_order or flags.operator_arm
     return rule.row.clear is Clear.REARM and flags.operator_arm
 
@@ -194,7 +227,8 @@ def _wanted(rule: Rule, entry: Entry) -> Action:
 def _action(rule: Rule, entry: Entry, flags: Flags) -> Action:
     action = _wanted(rule, entry)
     by_hand = flags.manual and rule.row.takeover is not Takeover.NEVER
-    return min(action, Action.WARN) if entry.taken or by_hand else action
+    on_its_way = flags.return_ordered and rule.row.lets_return
+    return min(action, Action.WARN) if entry.taken or by_hand or on_its_way else action
 
 
 def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, texts: list[tuple[Severity, str]]) -> None:
@@ -202,7 +236,7 @@ def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, text
     row, before = rule.row, old or _NEVER
     if entry is None:
         if before.fired_us is not None:
-            texts.append((Severity.NOTICE, f"Over: {row.text}"))
+            texts.append((Severity.INFO, f"Over: {row.text}"))
         return
     if entry.fired_us is not None and before.fired_us is None:
         texts.append((row.severity, _sentence(row.text, _action(rule, entry, flags))))
@@ -212,8 +246,24 @@ def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, text
         texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
 
 
+def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[tuple[Severity, str]]) -> Entry:
+    """Say once that a cause is steadily gone, what the vessel does meanwhile, and which order goes on."""
+    assert entry.gone_us is not None
+    way = WAYS.get(rule.row.clear)
+    if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
+        return entry
+    action = _action(rule, entry, flags)
+    if action is _wanted(rule, entry):
+        clock = ""
+        if rule.then_us is not None and not entry.escalated:
+            clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
+        order = way.format(flags.resume or "Auto")
+        texts.append((Severity.INFO, f"{capital(BACK[rule.row.name])}: {clock}{DOING[action]}: {order} to go on"))
+    return replace(entry, told_back=True)
+
+
 def _sentence(text: str, action: Action) -> str:
-    body = text[0].upper() + text[1:]
+    body = capital(text)
     return body if action is Action.WARN else f"{body}: {action.name}"
 
 

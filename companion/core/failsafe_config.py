@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from companion.core.config import Config, param
 from companion.core.failsafe_flags import Flags
-from companion.core.failsafe_table import BY_NAME, TABLE, Condition
+from companion.core.failsafe_table import BY_NAME, TABLE, Clear, Condition
 from mavlink_bridge.imc import Action
 
 
@@ -92,6 +92,7 @@ class FailsafeConfig(Config):
             None if then_s is None else microseconds(then_s),
             then_action,
             microseconds(row.clear_s),
+            microseconds(delay_s / 2.0 if row.clear is Clear.OPERATOR else delay_s),
         )
 
 
@@ -127,6 +128,8 @@ class Rule:
     then_us: int | None
     then_action: Action
     clear_us: int
+    again_us: int
+    """An age from which on what has acted counts as there again: half of the delay where outages add up."""
 
 
 class Watch:

@@ -81,6 +81,10 @@ class Flags:
     """More than 5 % late ticks in 10 s."""
     task_failing: bool = False
     """A supervised part failed five times in 60 s."""
+    return_ordered: bool = False
+    """The mode in force is a return that an operator ordered."""
+    resume: str = ""
+    """The mode that a failsafe broke off, by the name that stations show; "" = none."""
 
     def any_alarm(self) -> bool:
         """Whether anything is wrong that a flag says; ages are not looked at. One name for each of ``ALARMS``."""
@@ -122,6 +126,6 @@ class Flags:
         )
 
 
-_CONTEXT: Final = ("armed", "autonomous", "manual", "operator_order", "operator_arm", "gcs_required")
+_CONTEXT: Final = ("armed", "autonomous", "manual", "operator_order", "operator_arm", "gcs_required", "return_ordered")
 ALARMS: Final = tuple(item.name for item in fields(Flags) if item.type == "bool" and item.name not in _CONTEXT)
 """Names of the flags that are up only when something is wrong."""

@@ -23,6 +23,7 @@ class Clear(Enum):
     GONE = "when the cause is gone"
     OPERATOR = "cause gone, then an operator's order or re-arm"
     REARM = "cause gone, then a re-arm"
+    ACTED = "a warning when the cause is gone; once it has acted, an operator's order or re-arm"
     RESTART = "only by a restart"
 
 
@@ -55,6 +56,8 @@ class Condition:
     """Seconds of the action after which ``then_action`` follows."""
     then_action: Action = Action.NONE
     severity: Severity = Severity.CRITICAL
+    lets_return: bool = False
+    """A return that an operator ordered goes on in spite of it."""
 
 
 def _gcs_age(flags: Flags) -> float | None:
@@ -215,6 +218,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         takeover=Takeover.OPERATOR,
         then_after_s=60.0,
         then_action=R,
+        lets_return=True,
     ),
     Condition(
         "radio_lost",
@@ -226,6 +230,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         delay_max_s=3600,
         then_after_s=120.0,
         then_action=R,
+        lets_return=True,
     ),
     Condition(
         "gcs_degraded",
@@ -311,6 +316,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         W,
         "thrust without speed",
         lambda f: f.stuck and f.armed,
+        clear=Clear.ACTED,
+        clear_s=10.0,
         takeover=Takeover.MANUAL,
         then_after_s=10.0,
         then_action=S,

@@ -148,7 +148,7 @@ class Vehicle(Controls):
         if guard.texts:
             self._say_all(guard.texts)
         if guard.abort and self.navigator.mode is not _MANUAL:
-            self.navigator.enter(Mode.HOLD, self.state)
+            self.break_off()
 
     def _judge(self, now_us: int) -> None:
         state, before = self.state, self.result.action
@@ -188,12 +188,10 @@ class Vehicle(Controls):
         if mode is Mode.MANUAL:
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
-            self.navigator.enter(Mode.HOLD, self.state)
+            self.break_off()
         elif action is Action.RETURN and before is not Action.RETURN and mode is not Mode.RTL:
             # Once only: a vessel that has come home holds there.
-            refusal = self.navigator.enter(Mode.RTL, self.state)
-            if refusal:
-                self.navigator.enter(Mode.HOLD, self.state)
+            self.break_off(Mode.RTL)
 
     def _decide(self, now_us: int, demand: ActuatorDemand | None, manual: bool) -> ActuatorOutput:
         inputs, result = self.inputs, self.result

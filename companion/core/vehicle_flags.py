@@ -13,6 +13,7 @@ from .monitors import MonitorFlags
 _BOARD_SILENT: Final = frozenset({"lost", "blocked", "silent", "baud", "failsafe"})
 """Faults of the actuator board after which nothing that is sent can be relied on."""
 _MANUAL: Final = Mode.MANUAL
+_RETURN: Final = Mode.RTL
 
 
 def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool) -> Flags:
@@ -66,4 +67,6 @@ def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool
         seen.tick_very_late,
         seen.overruns,
         inputs.task_failing,
+        vehicle.returns_by_order and navigator.mode is _RETURN,
+        "" if vehicle.interrupted is None else vehicle.interrupted.value,
     )

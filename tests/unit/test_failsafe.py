@@ -94,9 +94,9 @@ def test_each_row_clears_by_its_rule(row):
         assert row.name in run.causes, "an order before the cause has been gone long enough does not clear"
         run.step(WELL, 1e-6)
     gone_by_itself = row.name not in run.causes
-    assert gone_by_itself == (row.clear is Clear.GONE)
+    assert gone_by_itself == (row.clear in (Clear.GONE, Clear.ACTED))
     run.step(replace(WELL, operator_order=True))
-    assert (row.name not in run.causes) == (row.clear in (Clear.GONE, Clear.OPERATOR))
+    assert (row.name not in run.causes) == (row.clear in (Clear.GONE, Clear.OPERATOR, Clear.ACTED))
     run.step(replace(WELL, operator_arm=True))
     assert (row.name not in run.causes) == (row.clear is not Clear.RESTART)
 
@@ -131,7 +131,7 @@ def test_the_takeover_is_told_once_and_the_end_too():
         "Operator takes over: too shallow: a correcting manoeuvre is allowed",
         "Over: too shallow: a correcting manoeuvre is allowed",
     ]
-    assert [severity for severity, _ in run.texts] == [Severity.CRITICAL, Severity.WARNING, Severity.NOTICE]
+    assert [severity for severity, _ in run.texts] == [Severity.CRITICAL, Severity.WARNING, Severity.INFO]
 
 
 def test_after_a_takeover_the_cause_gone_is_enough():
@@ -570,7 +570,7 @@ battery_empty          STOP      5    -            operator  0  operator WARN   
 battery_critical       RETURN    5    -            operator  0  operator WARN      60
 battery_low            WARN      5    -            gone      5  never    WARN      120
 battery_lost           WARN      1    -            gone      0  never    WARN      120
-stuck                  WARN      0    10:STOP      operator  0  manual   WARN      120
+stuck                  WARN      0    10:STOP      acted     10 manual   WARN      120
 moving_in_neutral      WARN      0    -            gone      0  never    WARN      120
 drifting_while_stopped WARN      0    -            gone      0  never    WARN      120
 oscillating            WARN      0    -            operator  0  never    WARN      120

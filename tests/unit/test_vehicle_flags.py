@@ -43,6 +43,8 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
         estimator=SimpleNamespace(frozen=False, sources_disagree=False),
         fence_status=FenceStatus(),
         guided=None,
+        returns_by_order=False,
+        interrupted=None,
         **dict.fromkeys(("armed", "ordered", "rearmed", "terminating", "aborting", "gcs_required"), False),
     )
     vars(vessel).update(parts)
@@ -52,6 +54,8 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
 BY_CAUSE: dict[str, dict[str, Any]] = {
     "armed": {"armed": True},
     "operator_order": {"ordered": True},
+    "return_ordered": {"returns_by_order": True, "navigator": Helm(Mode.RTL)},
+    "resume": {"interrupted": Mode.AUTO},
     "operator_arm": {"rearmed": True},
     "terminate": {"terminating": True},
     "emergency_stop": {"aborting": True},
@@ -86,7 +90,7 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("name", BY_CAUSE)
 def test_each_cause_raises_its_own_flag_and_no_other(name):
-    value = 1.5 if name.endswith("_s") else True
+    value = {"resume": "Auto"}.get(name, 1.5 if name.endswith("_s") else True)
     assert flags_of(**BY_CAUSE[name]) == replace(CALM, **{name: value})
 
 

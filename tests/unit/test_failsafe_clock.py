@@ -1,0 +1,231 @@
+"""The clocks of the failsafe's second actions: they run only while the cause stands, and times in which it stood add up."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import pytest
+
+from companion.core.failsafe import FailsafeConfig, Flags
+from companion.core.failsafe_table import TABLE
+from companion.core.failsafe_words import BACK, DOING, WAYS
+from mavlink_bridge.imc import Action, Severity
+from tests.unit.test_failsafe import WELL, Run
+
+BEAT_S = 1.0
+STEP_S = 0.5
+
+
+class Link:
+    """A station that beats once a second while its link is up, and the engine that hears it."""
+
+    def __init__(self, config: FailsafeConfig | None = None, *, over: str = "gcs_age_s") -> None:
+        self.run = Run(config or FailsafeConfig())
+        self.over = over
+        self.heard_s = self.now_s = 0.0
+        self.actions: list[tuple[float, Action]] = []
+        self.age_s = 0.0
+        """Of the station's last beat, at the last change of action."""
+
+    def go(self, seconds: float, *, up: bool, order: bool = False, **flags: bool) -> Action:
+        end_s = self.now_s + seconds
+        action = Action.NONE
+        while self.now_s < end_s - 1e-9:
+            self.now_s = round(self.now_s + STEP_S, 3)
+            if up and (self.now_s % BEAT_S) < STEP_S / 2:
+                self.heard_s = self.now_s
+            age_s = round(self.now_s - self.heard_s, 3)
+            seen = replace(WELL, **{"gcs_age_s": None, self.over: age_s}, operator_order=order, **flags)
+            order = False
+            before = self.actions[-1][1] if self.actions else Action.NONE
+            action = self.run.step(seen, STEP_S)
+            if action is not before:
+                self.actions.append((self.now_s, action))
+                self.age_s = age_s
+        return action
+
+    def texts(self) -> list[str]:
+        return [text for _, text in self.run.texts]
+
+
+@pytest.mark.parametrize("outage_s", [1, 4, 6, 8, 20, 40, 59, 60])
+def test_after_one_outage_of_up_to_a_minute_nothing_new_is_begun(outage_s):
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(outage_s, up=False)
+    expected = link.go(600.0, up=True)
+    assert expected is (Action.HOLD if outage_s > 5 else Action.NONE)
+    assert Action.RETURN not in [action for _, action in link.actions]
+
+
+def test_the_stopped_clock_is_told_once_with_the_order_that_goes_on():
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(8.0, up=False)
+    link.go(60.0, up=True)
+    told = [text for text in link.texts() if "clock" in text]
+    assert told == ["Ground station is back: clock stopped at 4 of 60 s, holding: order Auto to go on"]
+
+
+def test_outages_add_up():
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(35.0, up=False)
+    link.go(100.0, up=True)
+    assert link.go(28.0, up=False) is Action.HOLD
+    assert link.go(6.0, up=False) is Action.RETURN
+
+
+@pytest.mark.parametrize("off_s", [2, 3, 5, 8, 13, 20, 30])
+@pytest.mark.parametrize("on_s", [2, 5, 9, 15, 30])
+def test_a_link_that_flaps_leads_home_by_the_summed_silence(off_s, on_s):
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(6.0, up=False)
+    gaps = 0
+    while link.actions[-1][1] is not Action.RETURN:
+        assert gaps * off_s < 60.0, "not by the summed silence"
+        link.go(on_s, up=True)
+        link.go(off_s, up=False)
+        gaps += 1
+    assert gaps * (off_s + 1.0) >= 58.0, "and not before"
+    assert link.age_s >= 2.5, "in silence"
+
+
+def test_a_voyage_of_short_gaps_does_not_even_hold():
+    link = Link()
+    for _ in range(100):
+        link.go(2.0, up=False)
+        assert link.go(3.0, up=True) is Action.NONE
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_walks_of_outages_and_orders_never_move_while_the_station_is_there(seed):
+    """What is begun without an order is begun in silence; with the station steadily back nothing is."""
+    dice = random.Random(seed)
+    link = Link(FailsafeConfig(gcs_then_s=float(dice.choice((5, 20, 60)))))
+    for _ in range(8):
+        count = len(link.actions)
+        link.go(dice.choice((0.5, 3.0, 7.0, 30.0, 70.0)), up=False)
+        for at_s, action in link.actions[count:]:
+            assert action is not Action.NONE or at_s - link.heard_s < 2.5
+        count = len(link.actions)
+        link.go(dice.choice((1.2, 4.0, 11.0, 60.0)), up=True)
+        assert all(action <= Action.WARN for _, action in link.actions[count + 1 :])
+        if dice.random() < 0.5 and link.now_s - link.heard_s < 2.0:
+            assert link.go(STEP_S, up=True, order=True) <= Action.WARN
+            assert link.go(1.0, up=True) is Action.NONE
+
+
+def test_the_radios_clock_stands_too():
+    link = Link(over="radio_age_s")
+    link.go(10.0, up=True)
+    link.go(100.0, up=False)
+    assert link.go(900.0, up=True) is Action.HOLD
+    assert any("clock stopped" in text for text in link.texts())
+    link.go(60.0, up=False)
+    assert link.go(60.0, up=False) is Action.RETURN
+
+
+def test_an_order_with_the_station_back_starts_all_anew():
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(60.0, up=False)
+    link.go(3.0, up=True)
+    assert link.go(1.0, up=True, order=True) is Action.NONE
+    link.go(60.0, up=False)
+    assert link.actions[-1][1] is Action.HOLD
+
+
+def test_silence_that_has_no_number_counts_from_when_the_station_was_last_well():
+    for age_s in (math.inf, math.nan):
+        run = Run()
+        run.step(replace(WELL, gcs_age_s=age_s))
+        run.step(WELL)
+        run.step(WELL, 59.0)
+        assert run.step(WELL, 1.0) is Action.HOLD
+        assert run.step(replace(WELL, gcs_age_s=age_s)) is Action.RETURN
+
+
+def test_thrust_without_speed_that_ends_is_forgotten_and_what_stopped_the_boat_is_not():
+    stuck = replace(WELL, stuck=True)
+    run = Run()
+    run.step(stuck)
+    run.step(stuck, 6.0)
+    assert run.step(WELL) is Action.WARN
+    assert run.step(WELL, 9.0) is Action.WARN, "the clock stands while the boat moves"
+    assert run.step(stuck) is Action.WARN
+    assert run.step(stuck, 5.0) is Action.STOP, "and goes on"
+    run.step(WELL)
+    assert run.step(WELL, 60.0) is Action.STOP
+    assert run.step(replace(WELL, operator_order=True)) is Action.NONE
+    run.step(stuck)
+    run.step(WELL)
+    assert run.step(WELL, 10.0) is Action.NONE, "a mere warning ends by itself"
+
+
+def test_an_overloaded_loop_that_has_recovered_is_not_stopped():
+    run = Run()
+    run.step(replace(WELL, overruns=True))
+    run.step(WELL)
+    assert run.step(WELL, 9.99) is Action.WARN
+    assert run.step(replace(WELL, overruns=True)) is Action.WARN
+
+
+def steps(run: Run, flags: Flags, seconds: float) -> None:
+    for _ in range(round(seconds / 0.5)):
+        run.step(flags, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("position_lost", "Position is back: stopped: order Auto to go on"),
+        ("depth_locked", "Deep enough again: stopped: arm again to go on"),
+        ("fence_breach", "Inside the fence again: holding: order Auto to go on"),
+        ("oscillating", "Control is steady again: the warning stays: order Auto to go on"),
+        ("battery_critical", "Battery voltage is back: returning: order Auto to go on"),
+    ],
+)
+def test_what_goes_on_is_said_when_a_cause_is_gone(name, told):
+    run = Run()
+    flags = replace(WELL, resume="Auto")
+    steps(run, replace(flags, **{name: True}), 8.0)
+    steps(run, flags, 60.0)
+    assert [text for severity, text in run.texts if severity is Severity.INFO and not text.startswith("Over")] == [told]
+    steps(run, replace(flags, **{name: True}), 1.0)
+    steps(run, flags, 60.0)
+    assert [text for severity, text in run.texts if severity is Severity.INFO and not text.startswith("Over")] == [
+        told
+    ] * 2, "each time"
+
+
+def test_what_lets_go_by_itself_needs_no_order_and_a_hand_on_the_sticks_none_either():
+    run = Run()
+    steps(run, replace(WELL, manual=True, manual_age_s=1.0), 1.0)
+    steps(run, WELL, 30.0)
+    assert [text for _, text in run.texts] == ["Manual control lost: STOP", "Over: manual control lost"]
+    run = Run()
+    by_hand = replace(WELL, manual=True, manual_age_s=0.1)
+    steps(run, replace(by_hand, fence_breach=True), 1.0)
+    steps(run, by_hand, 30.0)
+    assert [text for _, text in run.texts] == ["Outside the fence"]
+
+
+def test_every_row_that_waits_for_an_order_has_words_for_it():
+    for row in TABLE:
+        assert (row.name in BACK) == (row.clear in WAYS)
+        assert row.action in DOING or row.clear not in WAYS
+
+
+def test_an_order_to_return_is_not_stopped_by_a_lost_station():
+    run = Run()
+    home = replace(WELL, return_ordered=True)
+    run.step(home)
+    assert run.step(replace(home, gcs_age_s=6.0)) is Action.WARN
+    assert run.step(replace(home, gcs_age_s=600.0), 600.0) is Action.WARN
+    assert run.step(replace(home, gcs_age_s=None, radio_age_s=600.0), 600.0) is Action.WARN
+    assert run.step(replace(home, gcs_age_s=600.0, fence_breach=True)) is Action.HOLD, "other causes stop it"
+    assert run.step(replace(home, return_ordered=False, gcs_age_s=601.0, radio_age_s=601.0), 1.0) >= Action.HOLD
