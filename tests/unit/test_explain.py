@@ -39,7 +39,7 @@ def test_a_chain_of_events_is_played(capsys):
         "   0.00 s  => NONE (all well)",
         "   5.00 s  critical: Position lost: STOP",
         "   5.00 s  => STOP (position_lost)",
-        "  26.00 s  notice: Over: position lost",
+        "  26.00 s  info: Over: position lost",
         "  26.00 s  => NONE (all well)",
     ]
 
