@@ -12,10 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from mavlink_bridge.imc import ActuatorStatus, Severity
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.port import Identity
-from mavlink_bridge.requests import (
+from mavlink_bridge.language.messages import ActuatorStatus, Severity
+from mavlink_bridge.language.requests import (
     ACCEPTED,
     LoadPlan,
     PlanKind,
@@ -27,20 +25,21 @@ from mavlink_bridge.requests import (
     RtcmData,
     SetParameter,
 )
-from mavlink_bridge.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.persona import Identity
 
 from .changes import ends_far_word, parameter_problem, saving
-from .core.gain_check import gains_problem
-from .core.plan_reach import FAR_OK
-from .core.refusals import plan_refusal
-from .core.vehicle import Vehicle
-from .core.vehicle_config import TickInputs
-from .core.vessel import VesselConfig
+from .core.hull import VesselConfig
+from .core.steer import gains_problem
+from .core.vehicle import TickInputs, Vehicle
+from .core.vehicle.plan_reach import FAR_OK
+from .core.vehicle.refusals import plan_refusal
 from .depth_keeper import DepthKeeper
 from .facade import Facade, Shared
-from .io.link import Link
-from .io.store import AnyStore
-from .io.store_content import Completion, SaveParam, StoreOp
+from .io.keeping import AnyStore, Completion, StoreOp
+from .io.keeping.content import SaveParam
+from .io.links import Link
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings

@@ -10,27 +10,26 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import Budget, EndpointConfig
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.port import Identity
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.mavlink.endpoint import Endpoint
+from mavlink_bridge.mavlink.persona import Budget, EndpointConfig, Identity
 
 from .app import App
 from .configuration import depth_map, steering_mistakes
-from .core.arduino import Arduino
+from .core.board import Arduino
+from .core.hull import VesselConfig
 from .core.nmea import NmeaConfig, NmeaReader
-from .core.vessel import VesselConfig
 from .facade import identity_of
-from .io.link import Link
-from .io.links import open_link
-from .io.log_archive import AnyArchive, LogArchive
+from .io.keeping import AnyStore, MemoryStore
+from .io.links import Link, open_link
 from .io.recording import Recording
-from .io.store import AnyStore, MemoryStore
+from .io.recording.log_archive import AnyArchive, LogArchive
 from .logs import Logs
 from .ports import ArduinoPort, GroundPort, NmeaPort, PlotterPort
 from .radio import radio_conversation
 from .security import Keeper, mistakes
-from .settings import ConfigError, EndpointSettings, SensorConfig, Settings, load_vessel
+from .settings import ConfigError, Settings, load_vessel
+from .settings.schema import EndpointSettings, SensorConfig
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.requests import LoadPlan, PlanKind, SetParameter
+from mavlink_bridge.language.requests import LoadPlan, PlanKind, SetParameter
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 
-from .core.gain_check import gains_problem
-from .core.plan_reach import FAR_OK, plan_number
-from .core.vessel import VesselConfig
+from .core.hull import VesselConfig
+from .core.steer import gains_problem
+from .core.vehicle.plan_reach import FAR_OK, plan_number
 from .facade import Facade
-from .io.store_content import SaveParam, SavePlan, StoreOp, Together
+from .io.keeping import StoreOp
+from .io.keeping.content import SaveParam, SavePlan, Together
 
 
 def parameter_problem(facade: Facade, vessel: VesselConfig, body: SetParameter) -> str:

@@ -14,23 +14,23 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 from typing import Any, Final
 
-from companion.commands import MissingExtraError
-from companion.io.links import LinkConfigError
-from companion.settings import ConfigError
+from .commands import MissingExtraError
+from .io.links import LinkConfigError
+from .settings import ConfigError
 
 COMMANDS: Final = {
     "run": ("companion.commands.run", "sail the real vessel"),
-    "check": ("companion.commands.check", "explain and validate a configuration"),
+    "check": ("companion.commands.check.command", "explain and validate a configuration"),
     "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
     "lora": ("companion.commands.lora", "configure a radio module"),
-    "plan": ("companion.commands.plan", "make, check, upload, download and start plans"),
+    "plan": ("companion.commands.plan.command", "make, check, upload, download and start plans"),
     "replay": ("companion.commands.replay", "run a recording again and compare"),
     "report": ("companion.commands.report", "HTML report of a run or a tlog"),
     "tune": ("companion.commands.tune", "design and check gains"),
     "keys": ("companion.commands.keys", "signing and radio keys"),
     "store": ("companion.commands.store", "export and import what the vessel keeps"),
     "depth": ("companion.commands.depth", "depth memory and charts: export, import, convert"),
-    "explain": ("companion.commands.explain", "tables: failsafe conditions and more"),
+    "explain": ("companion.commands.check.explain", "tables: failsafe conditions and more"),
     "bench-actuators": ("companion.commands.bench_actuators", "move the actuators on the bench"),
 }
 GROUP: Final = "companion.commands"

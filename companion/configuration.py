@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from . import security
-from .core.depth_config import DepthMapConfig
-from .core.depth_grid import DepthGrid
-from .core.nmea_sentences import KINDS
-from .core.nmea_wanted import unknown_names
-from .core.steering import SteeringError, make_controller
-from .core.vessel import VesselConfig
+from .core.guard.depth.config import DepthMapConfig
+from .core.guard.depth.grid import DepthGrid
+from .core.hull import VesselConfig
+from .core.nmea import KINDS
+from .core.nmea.wanted import unknown_names
+from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.links import LinkConfigError, check_link, parse_link_url
 from .radio import load_radio, read_key

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from mavlink_bridge.requests import Reply, Result
+from mavlink_bridge.language.requests import Reply, Result
 
-from .core.depth_memory import DepthMemory, DepthMemoryConfig
-from .core.depth_tiles import TileKey
-from .io.depth_store import join_key, restore
-from .io.store_content import SaveDepth, StoreOp
+from .core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from .core.guard.depth.tiles import TileKey
+from .io.keeping import StoreOp
+from .io.keeping.content import SaveDepth
+from .io.keeping.depth_store import join_key, restore
 
 Keep = Callable[[StoreOp, Callable[[Reply], None]], None]
 """Stores a change and answers when it is done."""

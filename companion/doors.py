@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
-from mavlink_bridge.value import value
+from mavlink_bridge.language.value import value
 
-from .io.link_url import LinkConfigError, LinkUrl, parse_link_url
+from .io.links import LinkConfigError, parse_link_url
+from .io.links.url import LinkUrl
 from .security import is_local
-from .settings import EndpointSettings, Settings
+from .settings import Settings
+from .settings.schema import EndpointSettings
 
 if TYPE_CHECKING:
     from .gateway import GatewaySettings

@@ -8,17 +8,16 @@ import uuid
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.missions import UploadLocks
-from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.port import Identity, ParamInfo
-from mavlink_bridge.requests import PlanItem, PlanKind
-from mavlink_bridge.streams import Composer
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
+from mavlink_bridge.mavlink.missions.service import UploadLocks
+from mavlink_bridge.mavlink.persona import Identity, ParamInfo
+from mavlink_bridge.mavlink.telemetry.streams import Composer
 
-from . import params
-from .core.mission import Mission
+from .core.vehicle.mission import Mission
 from .logs import Logs
-from .settings import Settings
+from .settings import Settings, params
 
 
 class Parameters:
@@ -111,7 +110,7 @@ class Shared:
 
 
 class Facade:
-    """The VehiclePort of ``mavlink_bridge.port``."""
+    """The VehiclePort of ``mavlink_bridge.mavlink.persona.port``."""
 
     def __init__(self, settings: Settings, mission: Mission, identity: Identity) -> None:
         self.params = Parameters(settings)

@@ -16,30 +16,28 @@ from typing import Final
 
 from pydantic import Field
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.lora.ledger import Priority
-from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.request_codec import crosses
-from mavlink_bridge.lora.shore import ShoreTwin
-from mavlink_bridge.lora.shore_memory import Picture, read as read_picture, write as write_picture
-from mavlink_bridge.missions import MissionTiming
-from mavlink_bridge.port import Identity
-from mavlink_bridge.requests import LoadPlan, Reply, Request, Result, SetParameter
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.requests import LoadPlan, Reply, Request, Result, SetParameter
+from mavlink_bridge.mavlink.endpoint import Endpoint
+from mavlink_bridge.mavlink.missions.service import MissionTiming
+from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
+from mavlink_bridge.mavlink.wire.codec import dialect
+from mavlink_bridge.radio.air import Priority, RadioProfile
+from mavlink_bridge.radio.codec.request import crosses
+from mavlink_bridge.radio.shore import ShoreTwin
+from mavlink_bridge.radio.shore.memory import Picture, read as read_picture, write as write_picture
 
 from .core.config import Config
-from .core.gate import Gate, GateConfig
+from .core.guard.gate import Gate, GateConfig
 from .facade import Parameters, software_version
-from .io.link import Link, Opened, Received
-from .io.links import open_link
-from .io.store import AnyStore, MemoryStore
-from .io.store_content import SaveValue
+from .io.keeping import AnyStore, MemoryStore
+from .io.keeping.content import SaveValue
+from .io.links import Link, Opened, Received, open_link
 from .ports import Conversation, GroundPort
 from .radio import load_radio, read_key
 from .security import Keeper
-from .settings import EndpointSettings, SecurityConfig, Settings, load
+from .settings import Settings, load
+from .settings.schema import EndpointSettings, SecurityConfig
 
 log = logging.getLogger(__name__)
 

@@ -12,10 +12,10 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Final
 
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.port import LOG_PIECE, LogInfo, LogLostError
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.mavlink.persona.port import LOG_PIECE, LogInfo, LogLostError
 
-from .io.log_archive import AnyArchive, Erase, Fetched, LogOp, Look, Read
+from .io.recording.log_archive import AnyArchive, Erase, Fetched, LogOp, Look, Read
 
 KEPT_PIECES: Final = 32
 MAX_FETCHES: Final = 32

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from mavlink_bridge.imc import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
-from mavlink_bridge.requests import Reply, Request
-from mavlink_bridge.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.language.messages import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.language.requests import Reply, Request
+from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 
-from .core.arduino import Arduino
+from .core.board import Arduino
 from .core.nmea import NmeaReader
-from .io.link import Closed, Link, LinkEvent, Opened, Received
+from .io.links import Closed, Link, LinkEvent, Opened, Received
 
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 MTU_BYTES = 1200

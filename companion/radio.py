@@ -9,20 +9,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 import config as shipped
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.lora.json_radio import JsonRadio
-from mavlink_bridge.lora.ledger import Ledger
-from mavlink_bridge.lora.memory import KeptLedger, parted
-from mavlink_bridge.lora.plain import PlainRadio
-from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.vessel import VesselRadio
-from mavlink_bridge.missions import MissionTiming
-from mavlink_bridge.port import VehiclePort
+from mavlink_bridge.mavlink.endpoint import Endpoint
+from mavlink_bridge.mavlink.missions.service import MissionTiming
+from mavlink_bridge.mavlink.persona import EndpointConfig, VehiclePort
+from mavlink_bridge.radio.aboard import VesselRadio
+from mavlink_bridge.radio.air import Ledger, RadioProfile
+from mavlink_bridge.radio.json_radio import JsonRadio
+from mavlink_bridge.radio.memory import KeptLedger, parted
+from mavlink_bridge.radio.plain import PlainRadio
 
 from .facade import Shared
-from .io.store import AnyStore
-from .io.store_content import SaveValue
+from .io.keeping import AnyStore
+from .io.keeping.content import SaveValue
 from .ports import Conversation
 from .settings import ConfigError, Settings, load
 

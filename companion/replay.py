@@ -17,23 +17,25 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from companion.app import App, AppFaultError
-from companion.build import build_app
-from companion.core.vessel import VesselConfig
-from companion.facade import made_by
-from companion.io import request_json
-from companion.io.input_replay import Difference, ReplayLinks, ReplayStore
-from companion.io.inputs import InputReader, InputsError, Step
-from companion.io.interpreter import compile_early
-from companion.io.link import Link
-from companion.io.log_archive import Fetched, ReplayArchive
-from companion.io.log_file import parts_of
-from companion.io.recorder import CONTROL_COLUMNS, control_row
-from companion.replay_frames import SentFrames, tell
-from companion.settings import ConfigError, Settings, explain, override
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.port import Identity
-from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.mavlink.persona import Identity
+
+from .app import App, AppFaultError
+from .build import build_app
+from .core.hull import VesselConfig
+from .facade import made_by
+from .io.interpreter import compile_early
+from .io.links import Link
+from .io.log_file import parts_of
+from .io.recording import InputReader, InputsError, request_json
+from .io.recording.input_replay import Difference, ReplayLinks, ReplayStore
+from .io.recording.inputs import Step
+from .io.recording.log_archive import Fetched, ReplayArchive
+from .io.recording.recorder import CONTROL_COLUMNS, control_row
+from .replay_frames import SentFrames, tell
+from .settings import ConfigError, Settings, explain
+from .settings.schema import override
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _COMMAS: Final = len(COLUMNS) - 1

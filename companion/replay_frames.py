@@ -11,12 +11,13 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from companion.io.clock import EARLIEST_UTC_US
-from companion.io.inputs import Step
-from companion.io.log_file import parts_of
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import decode
-from mavlink_bridge.framing import Deframer, Frame
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import decode
+from mavlink_bridge.mavlink.wire.framing import Deframer, Frame
+
+from .io.clock import EARLIEST_UTC_US
+from .io.log_file import parts_of
+from .io.recording.inputs import Step
 
 
 class SentFrames:

@@ -14,16 +14,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, Protocol
 
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.signing import UNITS_PER_S, SigningState, units_from_utc
-from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.mavlink.wire.signing import UNITS_PER_S, SigningState, units_from_utc
 
-from .io.keys import KeyFileError, fingerprint, read_key, write_key
-from .io.link_url import LinkConfigError, parse_link_url
-from .io.links import check_link
-from .io.store import AnyStore
-from .io.store_content import SaveStamp, Together
-from .settings import ConfigError, EndpointSettings, SecurityConfig
+from .io.keeping import AnyStore
+from .io.keeping.content import SaveStamp, Together
+from .io.keeping.keys import KeyFileError, fingerprint, read_key, write_key
+from .io.links import LinkConfigError, check_link, parse_link_url
+from .settings import ConfigError
+from .settings.schema import EndpointSettings, SecurityConfig
 
 SAVE_US: Final = 10_000_000
 LEAP: Final = UNITS_PER_S

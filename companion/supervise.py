@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Final, Protocol, TypeVar, TypeVarTuple
 
-from mavlink_bridge.imc import Severity
+from mavlink_bridge.language.messages import Severity
 
 log = logging.getLogger(__name__)
 

@@ -19,18 +19,18 @@ from companion.configuration import link_mistakes, mistakes_of, radio_key_mistak
 from companion.doors import gateway_doors, served_doors, vessel_doors
 from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
+from companion.io.keeping import AnyStore, MemoryStore, Store
 from companion.io.loop import LoopApp, StopFlag, run
-from companion.io.run_folders import new_run_dir
-from companion.io.store import AnyStore, MemoryStore, Store
+from companion.io.recording import new_run_dir
 from companion.settings import ConfigError, load, load_vessel
 
 from . import cli_scenario
-from .autostart import AutoStart, PlanError, read_plan_file
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
-from .instance import move_instance
-from .settings import STATION_SPEED, SimSettings, at_speed, on_this_computer
-from .surroundings import Surroundings, served
-from .world import World
+from .scenario.autostart import AutoStart, PlanError, read_plan_file
+from .world import SimSettings, World
+from .world.instance import move_instance
+from .world.settings import STATION_SPEED, at_speed, on_this_computer
+from .world.surroundings import Surroundings, served
 
 
 def register(subparsers: Any) -> None:

@@ -16,12 +16,13 @@ from typing import Any
 import config as shipped
 from companion.settings import ConfigError
 
-from .campaign import Work, finished, read_campaign, run_campaign, summary
-from .campaign_page import make_page
-from .campaign_work import CampaignError, over_cores
-from .scenario import Outcome, run
-from .scenario_expect import Finding
-from .scenario_file import library, read_scenario
+from .campaign import make_page, read_campaign, run_campaign
+from .campaign.campaign import Work, finished, summary
+from .campaign.work import CampaignError, over_cores
+from .scenario import Outcome, read_scenario
+from .scenario.expect import Finding
+from .scenario.file import library
+from .scenario.run import run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -116,7 +117,7 @@ def _work(cluster: str | None) -> Work:
     """Who does the runs: this computer's cores, or the cluster at an address."""
     if cluster is None:
         return over_cores
-    from .campaign_cluster import over_cluster
+    from .campaign.cluster import over_cluster
 
     return lambda jobs: over_cluster(jobs, cluster)
 

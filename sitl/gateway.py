@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import TypeVar
 
 from companion.gateway import Gateway, GatewaySettings
-from companion.io.link import Link
+from companion.io.links import Link
 from companion.io.loop import LoopApp
-from companion.settings import EndpointSettings, Settings
+from companion.settings import Settings
+from companion.settings.schema import EndpointSettings
 
 PORT = 14560
 KEY_NAME = "radio.key"

@@ -7,12 +7,8 @@ import zlib
 from dataclasses import dataclass, field
 from typing import Any
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import (
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.messages import (
     ActuatorOutput,
     ActuatorStatus,
     Distance,
@@ -25,10 +21,14 @@ from mavlink_bridge.imc import (
     Severity,
     SupplyVoltage,
 )
-from mavlink_bridge.port import Identity, LogShelf, ParamInfo
-from mavlink_bridge.requests import ACCEPTED, PlanItem, PlanKind, Reply, Request, Result
-from mavlink_bridge.snapshot import Health, Progress, Snapshot
-from mavlink_bridge.streams import Composer
+from mavlink_bridge.language.requests import ACCEPTED, PlanItem, PlanKind, Reply, Request, Result
+from mavlink_bridge.language.snapshot import Health, Progress, Snapshot
+from mavlink_bridge.mavlink.endpoint.endpoint import Endpoint
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.persona.port import Identity, LogShelf, ParamInfo
+from mavlink_bridge.mavlink.telemetry.streams import Composer
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 TICK_US = 50_000
 LAT_RAD, LON_RAD = 0.7188, -0.1518

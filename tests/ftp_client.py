@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.mavlink.wire.codec import dialect
 
 HEADER = struct.Struct("<HBBBBBxI")
 ACK, NAK = 128, 129

@@ -6,10 +6,10 @@ import random
 from pathlib import Path
 
 from companion.gateway import Gateway, GatewaySettings
-from companion.io.link_mem import MemLink
-from companion.settings import EndpointSettings
+from companion.io.links.mem import MemLink
+from companion.settings.schema import EndpointSettings
 from sitl.gateway import simulation_key
-from sitl.world import World
+from sitl.world.world import World
 
 
 def gateway_beside(world: World, folder: Path, station: MemLink, *, seed: int, persona: str = "ardurover") -> Gateway:

@@ -6,9 +6,9 @@ import random
 from typing import Any, Protocol
 
 from companion.radio import plain_radio
-from mavlink_bridge.lora.airtime import PHYS
-from mavlink_bridge.lora.ledger import Ledger
-from sitl.radio import RadioConfig, RadioPair
+from mavlink_bridge.radio.air.airtime import PHYS
+from mavlink_bridge.radio.air.ledger import Ledger
+from sitl.radio.air import RadioConfig, RadioPair
 from tests.fake_vessel import TICK_US, FakeVessel
 from tools.lora_rig import profile
 

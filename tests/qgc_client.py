@@ -21,8 +21,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 ARDUPILOT = 3
 FENCE, RALLY, FTP = 16384, 32768, 32

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import config
-from companion.io.link import Received
-from companion.settings import load
-from mavlink_bridge.codec import dialect
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.io.links.link import Received
+from companion.settings.schema import load
+from mavlink_bridge.mavlink.wire.codec import dialect
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.fake_vessel import Station
 
 LINKS = {"ardurover": "gcs", "generic": "sdk"}

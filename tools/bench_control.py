@@ -15,16 +15,16 @@ from dataclasses import dataclass, replace
 from multiprocessing import Pool
 from typing import Any
 
-from companion.core.pid import PidGains
-from companion.core.steering import SeedConfig, SteeringConfig
-from companion.core.vessel import VesselConfig
-from mavlink_bridge.imc import LoiterKind
-from sitl import control_cells as cells, pursuit_cells
-from sitl.control_cells import CALM, WATERS, Case, Errors
-from sitl.library import load_vessel
-from sitl.sensed import SensedState
-from sitl.vessel import SimVessel
-from sitl.water import WaterConfig
+from companion.core.hull import VesselConfig
+from companion.core.steer import SteeringConfig
+from companion.core.steer.law import SeedConfig
+from companion.core.steer.pid import PidGains
+from mavlink_bridge.language.messages import LoiterKind
+from sitl.plant import SimVessel, WaterConfig
+from sitl.plant.library import load_vessel
+from tools.cells import control_cells as cells, pursuit_cells
+from tools.cells.control_cells import CALM, WATERS, Case, Errors
+from tools.cells.sensed import SensedState
 
 SEEDS = (1, 2, 3, 4, 5)
 SPEEDS = (1.5, 2.5)

@@ -8,16 +8,26 @@ import random
 import struct
 from typing import Any, Final
 
-from mavlink_bridge.codec import dialect, payload
-from mavlink_bridge.command_table import Context
-from mavlink_bridge.lora.command_codec import decode_command, encode_command, trimmed
-from mavlink_bridge.lora.frames import Direction, Kind, Opener, Sealer
-from mavlink_bridge.lora.ledger import HOUR_US
-from mavlink_bridge.lora.orders import meaning_of
-from mavlink_bridge.lora.plan_codec import check_of, decode_plan, encode_plan
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.plan_rules import PlanError
-from mavlink_bridge.requests import Arm, LoadPlan, Origin, PlanItem, PlanKind, Reply, RequestBody, Result, SetParameter
+from mavlink_bridge.language.requests import (
+    Arm,
+    LoadPlan,
+    Origin,
+    PlanItem,
+    PlanKind,
+    Reply,
+    RequestBody,
+    Result,
+    SetParameter,
+)
+from mavlink_bridge.mavlink.commands.table import Context
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.missions.plan_rules import PlanError
+from mavlink_bridge.mavlink.wire.codec import dialect, payload
+from mavlink_bridge.radio.air.ledger import HOUR_US
+from mavlink_bridge.radio.codec.command import decode_command, encode_command, trimmed
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Opener, Sealer
+from mavlink_bridge.radio.codec.plan import check_of, decode_plan, encode_plan
+from mavlink_bridge.radio.orders import meaning_of
 from sitl.radio import RadioConfig
 from tools.lora_rig import KEY, Rig, profile
 

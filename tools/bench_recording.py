@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import config as shipped
-from companion.io.recorder import Recorder
-from companion.io.truth import truth_row
+from companion.io.recording import Recorder
+from companion.io.recording.truth import truth_row
 from companion.settings import load
-from mavlink_bridge import tlog
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.mavlink.wire import tlog
+from sitl.world import SimSettings, World
 from tools.figures import row
 
 TICKS = 4000

@@ -18,8 +18,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 from tests.qgc_client import QgcClient, run as connect
 
 INSTANCE = 61
@@ -112,7 +112,7 @@ def gaps(arrivals: list[float]) -> list[float]:
 def flood(target: Any, seconds: float) -> int:
     """Send PING frames from a stranger's socket in a process of its own; return how many it was told to send."""
     code = (
-        "import socket,sys,time\nfrom mavlink_bridge.codec import Codec, dialect\n"
+        "import socket,sys,time\nfrom mavlink_bridge.mavlink.wire.codec import Codec, dialect\n"
         "s=socket.socket(socket.AF_INET,socket.SOCK_DGRAM);c=Codec(99,1);t=time.monotonic();n=0\n"
         f"while time.monotonic()-t<{seconds}:\n"
         f"  while n<(time.monotonic()-t)*{FLOOD_PER_S}:\n"

@@ -18,14 +18,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from companion.io.inputs import InputReader
-from companion.io.link import Received
+from companion.io.links import Received
+from companion.io.recording import InputReader
 from companion.replay import replay
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.plan_form import PlanFile
-from mavlink_bridge.qgc_plan import write_plan
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.plans import PlanFile, write_plan
 from tools.figures import row
 
 REPO = Path(__file__).resolve().parents[1]

@@ -50,27 +50,27 @@ TASKS = (
     Task(
         "LT1000",
         "NMEA 0183 in from any talker; position, attitude and depth with validity and age",
-        ("companion/core/nmea.py", "companion/core/estimate.py"),
+        ("companion/core/nmea/reader.py", "companion/core/estimate/estimator.py"),
     ),
     Task(
         "UART_Comm",
         "actuator line with checksums, status and a watchdog on the board; the seed's bare letters on request",
-        ("companion/core/arduino.py", "companion/core/arduino_wire.py", "companion/core/actuator_map.py"),
+        ("companion/core/board/arduino.py", "companion/core/board/wire.py", "companion/core/board/actuator_map.py"),
     ),
     Task(
         "Lora_serial",
         "MAVLink, a compact authenticated link, or the seed's JSON over the radio, under an airtime ledger",
-        ("mavlink_bridge/lora/vessel.py", "mavlink_bridge/lora/json_radio.py", "mavlink_bridge/lora/ledger.py"),
+        ("mavlink_bridge/radio/aboard.py", "mavlink_bridge/radio/json_radio.py", "mavlink_bridge/radio/air/ledger.py"),
     ),
     Task(
         "SimpleHeadingAndSpeed",
         'two loops and a mix; `profile = "seed"` keeps the original law, the default follows the hull\'s physics',
-        ("companion/core/steering_seed.py", "companion/core/steering_model.py", "companion/core/guidance.py"),
+        ("companion/core/steer/seed.py", "companion/core/steer/model.py", "companion/core/guide/guidance.py"),
     ),
     Task(
         "MinAltitude",
         "depth guard with the original's margins, an explicit *unknown*, and a stop that looks ahead",
-        ("companion/core/depth_guard.py", "companion/core/failsafe.py"),
+        ("companion/core/guard/depth/guard.py", "companion/core/guard/failsafe.py"),
     ),
 )
 
@@ -138,9 +138,13 @@ MESSAGES = (
     ),
     Message("Loiter", "`imc.Loiter`", "NAV_LOITER_TIME, _TURNS, _UNLIM, DO_ORBIT, DO_FIGURE_EIGHT"),
     Message(
-        "char* Plan (JSON)", "`mavlink_bridge/seed_json.py`", "the mission protocol; the JSON itself over the radio"
+        "char* Plan (JSON)",
+        "`mavlink_bridge/plans/seed_json.py`",
+        "the mission protocol; the JSON itself over the radio",
     ),
-    Message("char* State (JSON)", "`mavlink_bridge/seed_json.py`", "HIGH_LATENCY2; the JSON itself over the radio"),
+    Message(
+        "char* State (JSON)", "`mavlink_bridge/plans/seed_json.py`", "HIGH_LATENCY2; the JSON itself over the radio"
+    ),
 )
 
 TRIALS = (

@@ -20,14 +20,13 @@ from pathlib import Path
 from typing import Final
 
 import config
-from companion.io.log_archive import LogArchive
+from companion.io.recording.log_archive import LogArchive
 from companion.logs import Logs
 from companion.settings import load
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.extensions import messages as all_messages
-from mavlink_bridge.framing import Deframer
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.mavlink.endpoint import Endpoint
+from mavlink_bridge.mavlink.wire.extensions import messages as all_messages
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from sitl.world import SimSettings, World
 from tools.fuzz_decoders import fuzz_decoders
 from tools.fuzz_frames import FrameMaker
 

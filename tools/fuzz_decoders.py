@@ -11,19 +11,18 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from companion.core import arduino_wire
-from companion.core.actuator_map import ActuatorConfig
-from companion.core.arduino import Arduino
+from companion.core.board import ActuatorConfig, Arduino, wire as arduino_wire
 from companion.core.nmea import NmeaConfig, NmeaReader
-from mavlink_bridge import seed_json, tlog
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.lora import info, plan_codec, state_codec
-from mavlink_bridge.lora.frames import Direction, Kind, Opener, Sealer
-from mavlink_bridge.lora.json_stream import JsonStream
-from mavlink_bridge.lora.state_codec import RadioState
-from mavlink_bridge.plan_mapping import compile_items, load_plan
-from mavlink_bridge.planfile import PlanFile, PlanFileError, read_plan, write_plan, write_wpl
-from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_mapping import compile_items, load_plan
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
+from mavlink_bridge.plans.files import write_wpl
+from mavlink_bridge.radio.codec import info, plan as plan_codec, state as state_codec
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Opener, Sealer
+from mavlink_bridge.radio.codec.json_stream import JsonStream
+from mavlink_bridge.radio.codec.state import RadioState
 
 KEY = bytes(range(32))
 TOKENS = (

@@ -11,11 +11,11 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.command_table import MEANINGS
-from mavlink_bridge.framing import checksum
-from mavlink_bridge.plan_rules import NOTED, Cmd
-from mavlink_bridge.signing import Signer, SigningState
+from mavlink_bridge.mavlink.commands.table import MEANINGS
+from mavlink_bridge.mavlink.missions.plan_rules import NOTED, Cmd
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire.framing import checksum
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
 
 FLOATS: Final = (
     *(0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 21196.0, 1e-45, 1e-38, 1e10, -1e10, 1e38, -1e38, 3.4e38),

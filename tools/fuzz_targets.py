@@ -19,28 +19,27 @@ from typing import Any
 import config
 from companion.app import App
 from companion.build import build_app
-from companion.core import arduino_wire
-from companion.core.actuator_map import ActuatorConfig
-from companion.core.arduino import Arduino
+from companion.core.board import ActuatorConfig, Arduino, wire as arduino_wire
 from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.io.link_mem import MemLink
+from companion.io.links.mem import MemLink
 from companion.radio import load_radio
 from companion.settings import load
-from mavlink_bridge import requests as ask, seed_json, tlog
-from mavlink_bridge.codec import Codec
-from mavlink_bridge.endpoint import Endpoint
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.lora import info, plan_codec, request_codec, state_codec
-from mavlink_bridge.lora.frames import Direction, Kind, Sealer
-from mavlink_bridge.lora.json_radio import JsonRadio
-from mavlink_bridge.lora.ledger import Ledger
-from mavlink_bridge.lora.shore import ShoreTwin
-from mavlink_bridge.lora.vessel import VesselRadio
-from mavlink_bridge.planfile import PlanFileError
-from mavlink_bridge.requests import ACCEPTED, PlanKind
-from mavlink_bridge.snapshot import Snapshot
-from sitl.settings import SimSettings
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.requests import ACCEPTED, PlanKind
+from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.mavlink.endpoint import Endpoint
+from mavlink_bridge.mavlink.persona import EndpointConfig
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.plans import PlanFileError, seed_json
+from mavlink_bridge.radio.aboard import VesselRadio
+from mavlink_bridge.radio.air import Ledger
+from mavlink_bridge.radio.codec import info, plan as plan_codec, request as request_codec, state as state_codec
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
+from mavlink_bridge.radio.json_radio import JsonRadio
+from mavlink_bridge.radio.shore import ShoreTwin
+from sitl.world import SimSettings
 from tools.fuzz_decoders import BOARD_LINES, KEY, SENTENCES, decoders, read_and_judge
 
 STEP_US = 50_000

@@ -11,12 +11,11 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from companion import params
-from companion.core.failsafe import failsafe_table_markdown
+from companion.core.guard.failsafe import failsafe_table_markdown
 from companion.gateway import GatewaySettings
-from companion.settings import Settings
-from mavlink_bridge.imc_table import imc_table_markdown
-from sitl.settings import WorldConfig
+from companion.settings import Settings, params
+from mavlink_bridge.language.imc_table import imc_table_markdown
+from sitl.world.settings import WorldConfig
 from tools import boat_scenarios, fault_matrix, from_dune
 from tools.schema_text import Key, keys
 
@@ -114,7 +113,8 @@ def imc() -> str:
     """docs/IMC.md."""
     head = (
         "# IMC and MAVLink\n\nHow the messages of the original installation travel here. Inside the program they keep their IMC names\n"
-        "(`mavlink_bridge/imc.py`, SI units and radians); `mavlink_bridge/mapping.py` is the only place that turns them into MAVLink.\n\n"
+        "(`mavlink_bridge/language/messages.py`, SI units and radians); `mavlink_bridge/mavlink/wire/mapping.py`\n"
+        "scales their fields to MAVLink's.\n\n"
     )
     return head + imc_table_markdown()
 

@@ -9,15 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import config
-from companion.core.gate import Gate, GateConfig
-from mavlink_bridge.imc import EstimatedState, FixType, Mode, PlanState, SupplyVoltage
-from mavlink_bridge.lora.profile import RadioProfile
-from mavlink_bridge.lora.shore import ShoreTwin
-from mavlink_bridge.lora.shore_view import CachedPlans
-from mavlink_bridge.lora.vessel import VesselRadio
-from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.port import Identity, LogShelf, ParamInfo
-from mavlink_bridge.requests import (
+from companion.core.guard.gate import Gate, GateConfig
+from mavlink_bridge.language.messages import EstimatedState, FixType, Mode, PlanState, SupplyVoltage
+from mavlink_bridge.language.requests import (
     Arm,
     LoadPlan,
     Origin,
@@ -31,7 +25,14 @@ from mavlink_bridge.requests import (
     SetParameter,
     Terminate,
 )
-from mavlink_bridge.snapshot import Health, Progress, Snapshot
+from mavlink_bridge.language.snapshot import Health, Progress, Snapshot
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
+from mavlink_bridge.mavlink.persona import Identity, ParamInfo
+from mavlink_bridge.mavlink.persona.port import LogShelf
+from mavlink_bridge.radio.aboard import VesselRadio
+from mavlink_bridge.radio.air import RadioProfile
+from mavlink_bridge.radio.shore import ShoreTwin
+from mavlink_bridge.radio.shore.view import CachedPlans
 from sitl.radio import RadioConfig, RadioPair
 
 KEY = bytes(range(1, 33))

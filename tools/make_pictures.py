@@ -13,10 +13,9 @@ from companion.report import plots
 from companion.report.from_run import read_run
 from companion.report.map_plot import draw_map
 from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, RequestBody, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, RequestBody, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world import SimSettings, World
 
 REPO = Path(__file__).resolve().parents[1]
 NAN = float("nan")

@@ -1,6 +1,6 @@
 """A small mutation tester: change one thing in a safety module, and some test must notice.
 
-``python -m tools.mutation companion/core/gate.py -- tests/unit/test_gate.py`` makes every mutant of the file, runs the
+``python -m tools.mutation companion/core/guard/gate.py -- tests/unit/test_gate.py`` makes every mutant of the file, runs the
 given tests against each in a process of its own, and lists the survivors. A mutant is one swapped comparison, operator,
 boolean, constant, default, deleted ``not`` or skipped statement. The source file is never touched: the mutant replaces the
 module in memory. A line with ``# mutation: same, <why>`` is left out, since its changes cannot alter an output;

@@ -15,15 +15,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from companion.core.arduino import ActuatorConfig, Arduino
-from companion.core.gate import Evidence, Gate, GateConfig
-from companion.io.clock import SystemClock
-from companion.io.link import Link
-from companion.io.links import open_link
-from companion.io.loop import StopFlag, run
-from companion.ports import ArduinoPort
-from companion.settings import Settings, load
-from mavlink_bridge.imc import Action, ActuatorDemand
+from mavlink_bridge.language.messages import Action, ActuatorDemand
+
+from ..core.board import ActuatorConfig, Arduino
+from ..core.guard.gate import Evidence, Gate, GateConfig
+from ..io.clock import SystemClock
+from ..io.links import Link, open_link
+from ..io.loop import StopFlag, run
+from ..ports import ArduinoPort
+from ..settings import Settings, load
 
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
 PATIENCE_US: Final = 8_000_000

@@ -8,14 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from companion.commands.depth_convert import add_convert
-from companion.commands.numbers import number
-from companion.commands.store import read_store, write_store
-from companion.core.depth_grid import metres_per_radian
-from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
-from companion.core.depth_tiles import Cell
-from companion.core.soundings import parse
-from companion.io.depth_store import (
+from ..core.guard.depth.grid import metres_per_radian
+from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from ..core.guard.depth.soundings import parse
+from ..core.guard.depth.tiles import Cell
+from ..io.keeping import StoreContent
+from ..io.keeping.content import Entry, SaveDepth, entries_of
+from ..io.keeping.depth_store import (
     SIGMA_M,
     Sounded,
     from_geojson,
@@ -26,8 +25,10 @@ from companion.io.depth_store import (
     soundings_of,
     xyz_lines,
 )
-from companion.io.store_content import Entry, SaveDepth, StoreContent, entries_of
-from companion.settings import ConfigError
+from ..settings import ConfigError
+from .depth_convert import add_convert
+from .numbers import number
+from .store import read_store, write_store
 
 _MANY = 100_000
 

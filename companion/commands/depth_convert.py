@@ -16,10 +16,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from companion.commands import MissingExtraError
-from companion.commands.numbers import number
-from companion.core.depth_grid import Sounding, build, metres_per_radian
-from companion.settings import ConfigError
+from ..core.guard.depth.grid import Sounding, build, metres_per_radian
+from ..settings import ConfigError
+from . import MissingExtraError
+from .numbers import number
 
 METRES: Final = {
     "": 1.0,

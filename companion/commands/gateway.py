@@ -7,14 +7,14 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from companion.commands.numbers import positive
-from companion.commands.stations import places
-from companion.configuration import gateway_settings
-from companion.doors import gateway_doors
-from companion.gateway import PERIOD_US, Gateway
-from companion.io.clock import SystemClock
-from companion.io.loop import StopFlag, run
-from companion.io.store import AnyStore, MemoryStore, Store
+from ..configuration import gateway_settings
+from ..doors import gateway_doors
+from ..gateway import PERIOD_US, Gateway
+from ..io.clock import SystemClock
+from ..io.keeping import AnyStore, MemoryStore, Store
+from ..io.loop import StopFlag, run
+from .numbers import positive
+from .stations import places
 
 log = logging.getLogger(__name__)
 

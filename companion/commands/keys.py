@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from companion.io.keys import KEY_BYTES, KeyFileError, fingerprint, from_passphrase, read_key, write_key
+from ..io.keeping.keys import KEY_BYTES, KeyFileError, fingerprint, from_passphrase, read_key, write_key
 
 
 def register(subparsers: Any) -> None:

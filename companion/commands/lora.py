@@ -11,10 +11,11 @@ import re
 import sys
 from typing import Any
 
-from companion.io.radio_port import ModulePort
-from companion.radio import load_radio
-from mavlink_bridge.lora.module import ModuleError, differences, fields, wanted
-from mavlink_bridge.lora.profile import RadioProfile
+from mavlink_bridge.radio.air import RadioProfile
+from mavlink_bridge.radio.air.module import ModuleError, differences, fields, wanted
+
+from ..io.links.radio_port import ModulePort
+from ..radio import load_radio
 
 
 def register(subparsers: Any) -> None:

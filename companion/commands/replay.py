@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from companion.replay import ReplayError, replay, summary
+from ..replay import ReplayError, replay, summary
 
 
 def register(subparsers: Any) -> None:

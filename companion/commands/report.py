@@ -8,13 +8,13 @@ import importlib.util
 from pathlib import Path
 from typing import Any
 
-from companion.commands import MissingExtraError
-from companion.commands.numbers import number
-from companion.report.flight import Flight
-from companion.report.from_run import read_run
-from companion.report.from_tlog import read_tlog
-from companion.report.verdicts import Limits, judge
-from companion.settings import ConfigError
+from ..report.flight import Flight
+from ..report.from_run import read_run
+from ..report.from_tlog import read_tlog
+from ..report.verdicts import Limits, judge
+from ..settings import ConfigError
+from . import MissingExtraError
+from .numbers import number
 
 
 def register(subparsers: Any) -> None:
@@ -37,8 +37,8 @@ def command(arguments: argparse.Namespace) -> int:
     flight = read(arguments.source)
     if importlib.util.find_spec("matplotlib") is None:
         raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
-    from companion.report import page, plots
-    from companion.report.map_plot import draw_map
+    from ..report import page, plots
+    from ..report.map_plot import draw_map
 
     output = arguments.output or default_output(arguments.source)
     output.write_text(page.make_page(flight, limits), encoding="utf-8")

@@ -8,20 +8,20 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from companion.build import build_app, in_run_dir
-from companion.commands.numbers import positive
-from companion.commands.status import LinkNotes, StatusView, View, Watched, airtime_of
-from companion.configuration import vessel_settings
-from companion.doors import vessel_doors
-from companion.facade import made_by
-from companion.io.clock import SystemClock
-from companion.io.loop import LoopApp, LoopStats, StopFlag, run
-from companion.io.recorder import Recorder
-from companion.io.recording import Recording
-from companion.io.run_folders import free_bytes, make_room, new_run_dir
-from companion.io.store import AnyStore, MemoryStore, Store
-from companion.io.writer import Writer
-from companion.settings import RecordConfig, Settings
+from ..build import build_app, in_run_dir
+from ..configuration import vessel_settings
+from ..doors import vessel_doors
+from ..facade import made_by
+from ..io.clock import SystemClock
+from ..io.keeping import AnyStore, MemoryStore, Store
+from ..io.loop import LoopApp, LoopStats, StopFlag, run
+from ..io.recording import Recorder, Recording, new_run_dir
+from ..io.recording.run_folders import free_bytes, make_room
+from ..io.writer import Writer
+from ..settings import Settings
+from ..settings.schema import RecordConfig
+from .numbers import positive
+from .status import LinkNotes, StatusView, View, Watched, airtime_of
 
 log = logging.getLogger(__name__)
 

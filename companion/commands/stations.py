@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from companion.settings import EndpointSettings
+from ..settings.schema import EndpointSettings
 
 
 def places(endpoints: Iterable[EndpointSettings]) -> Iterator[str]:

@@ -9,12 +9,13 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Protocol, TextIO
 
-from companion.io.link import Link
-from companion.io.loop import LoopApp
-from companion.ports import GroundPort
-from mavlink_bridge.imc import Action, GuardState, LogText, PlanState, Severity
-from mavlink_bridge.lora.ledger import Ledger
-from mavlink_bridge.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.language.messages import Action, GuardState, LogText, PlanState, Severity
+from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.radio.air import Ledger
+
+from ..io.links import Link
+from ..io.loop import LoopApp
+from ..ports import GroundPort
 
 SCREEN_PERIOD_US: Final = 250_000
 LINE_PERIOD_US: Final = 5_000_000

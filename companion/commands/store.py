@@ -11,10 +11,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from companion.io.recorder import write_json
-from companion.io.store import check, migrate, read_entries, write_entries
-from companion.io.store_content import SECTIONS, Entry, StoreContent, content_of, from_json, rows_of, to_json
-from companion.settings import ConfigError
+from ..io.keeping import StoreContent
+from ..io.keeping.content import SECTIONS, Entry, content_of, from_json, rows_of, to_json
+from ..io.keeping.store import check, migrate, read_entries, write_entries
+from ..io.recording.recorder import write_json
+from ..settings import ConfigError
 
 FORMAT = "usv-companion store 1"
 

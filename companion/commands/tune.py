@@ -11,12 +11,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from companion.commands import MissingExtraError
-from companion.commands.numbers import number
-from companion.core.pid import PidGains
-from companion.core.steering import SteeringConfig
-from companion.core.vessel import VesselConfig
-from companion.settings import ConfigError, explain, load_vessel, unreadable
+from ..core.hull import VesselConfig
+from ..core.steer import SteeringConfig
+from ..core.steer.pid import PidGains
+from ..settings import ConfigError, explain, load_vessel
+from ..settings.schema import unreadable
+from . import MissingExtraError
+from .numbers import number
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
@@ -83,7 +84,7 @@ def _read(path: Path) -> tuple[SteeringConfig, str]:
 
 def margins(arguments: argparse.Namespace) -> int:
     """Print the margins; 0 when all hold."""
-    from companion.tuning.margins import GAIN_BAR_DB, PHASE_BAR_DEG, heading_margins
+    from ..tuning.margins import GAIN_BAR_DB, PHASE_BAR_DEG, heading_margins
 
     steering, vessel, profile = _chosen(arguments)
     if profile == "seed" and steering.seed.heading_gains is None:
@@ -108,9 +109,9 @@ def margins(arguments: argparse.Namespace) -> int:
 
 def nomoto(arguments: argparse.Namespace) -> int:
     """Print K and T of rudder to yaw rate, and the damping that schedules the feed-forward."""
-    from companion.core.handling import Handling
-    from companion.tuning.margins import SPEEDS_MPS
-    from companion.tuning.plants import nomoto as found, reachable
+    from ..core.hull import Handling
+    from ..tuning.margins import SPEEDS_MPS
+    from ..tuning.plants import nomoto as found, reachable
 
     _, vessel, _ = _chosen(arguments)
     handling = Handling(vessel)
@@ -130,7 +131,7 @@ def nomoto(arguments: argparse.Namespace) -> int:
 
 def gains(arguments: argparse.Namespace) -> int:
     """Find gains for the seed's law; write or print them."""
-    from companion.tuning.design import as_toml, seed_gains
+    from ..tuning.design import as_toml, seed_gains
 
     steering, vessel, _ = _chosen(arguments)
     found = seed_gains(steering, vessel, arguments.delay)
@@ -149,8 +150,8 @@ def gains(arguments: argparse.Namespace) -> int:
 
 def figures(arguments: argparse.Namespace) -> int:
     """Draw the loop at one speed."""
-    from companion.tuning.figures import draw
-    from companion.tuning.margins import model_loop, seed_loop
+    from ..tuning.figures import draw
+    from ..tuning.margins import model_loop, seed_loop
 
     steering, vessel, profile = _chosen(arguments)
     if profile == "seed":
@@ -167,7 +168,7 @@ def identify_record(arguments: argparse.Namespace) -> int:
     """Print K and T of a record."""
     if importlib.util.find_spec("numpy") is None:
         raise MissingExtraError('identification needs numpy: pip install "usv-companion[design]"')
-    from companion.tuning.identify import identify, read_columns
+    from ..tuning.identify import identify, read_columns
 
     try:
         times, inputs, rates = read_columns(arguments.record, arguments.columns)

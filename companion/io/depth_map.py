@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from companion.core.depth_grid import DepthGrid, build
-from companion.core.soundings import Order, parse
+from ..core.guard.depth.grid import DepthGrid, build
+from ..core.guard.depth.soundings import Order, parse
 
 
 def load_depth_map(path: Path, pitch_m: float = 5.0, spread_m: float = 10.0, order: Order = "lon-lat") -> DepthGrid:

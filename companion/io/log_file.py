@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from companion.io.writer import Writer
+from .writer import Writer
 
 RETRY_US: Final = 30_000_000
 CLOSE_WAIT_S: Final = 1.0

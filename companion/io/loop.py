@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Final, Protocol
 
-from companion.io.clock import Clock, ManualClock
-from companion.io.interpreter import compile_early, settle, unsettle
-from companion.io.link import Link
-from companion.io.notify import Notifier
+from .clock import Clock, ManualClock
+from .interpreter import compile_early, settle, unsettle
+from .links import Link
+from .notify import Notifier
 
 PUMP_PAUSE_US: Final = 500
 """At least so long between two pumps: a flood of small reads must not take the whole processor."""

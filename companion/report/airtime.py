@@ -6,12 +6,13 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from companion.io.inputs import Step
-from companion.radio import load_radio
-from companion.report.flight import Flight
-from companion.settings import ConfigError
-from mavlink_bridge.lora.airtime import write_us
-from mavlink_bridge.lora.ledger import HOUR_US
+from mavlink_bridge.radio.air.airtime import write_us
+from mavlink_bridge.radio.air.ledger import HOUR_US
+
+from ..io.recording.inputs import Step
+from ..radio import load_radio
+from ..settings import ConfigError
+from .flight import Flight
 
 
 class Airtime:

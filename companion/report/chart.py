@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from companion.report.flight import Flight
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.language.requests import PlanItem
+
+from .flight import Flight
 
 WIDTH_IN: Final = 9.6
 PALETTE: Final = ("#0969da", "#bc4c00", "#1a7f37", "#cf222e", "#8250df", "#0a7ea4", "#9a6700")

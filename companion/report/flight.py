@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.language.requests import PlanItem
 
 
 @dataclass(slots=True)

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from companion.io import request_json
-from companion.io.inputs import InputReader, InputsError
-from companion.io.log_file import parts_of
-from companion.io.recorder import CONTROL_COLUMNS
-from companion.io.store_content import from_json
-from companion.report.airtime import Airtime
-from companion.report.flight import Event, Flight, Track
-from companion.report.from_tlog import LONGEST_GAP_S, read_tlog
-from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
+
+from ..io.keeping.content import from_json
+from ..io.log_file import parts_of
+from ..io.recording import InputReader, InputsError, request_json
+from ..io.recording.recorder import CONTROL_COLUMNS
+from .airtime import Airtime
+from .flight import Event, Flight, Track
+from .from_tlog import LONGEST_GAP_S, read_tlog
 
 _COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _AT: Final = {name: index for index, name in enumerate(_COLUMNS)}
@@ -174,7 +174,7 @@ def _truth(flight: Flight, run_dir: Path) -> None:
     parts = parts_of(run_dir / "truth.csv")
     if not parts:
         return
-    from companion.io.truth import TRUTH_COLUMNS
+    from ..io.recording.truth import TRUTH_COLUMNS
 
     columns = TRUTH_COLUMNS.split(",")
     at = {name: index for index, name in enumerate(columns)}

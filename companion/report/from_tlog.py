@@ -9,13 +9,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from companion.report.flight import Event, Flight, LinkStats, Track
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import decode, dialect
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.mission_wire import item_from_message
-from mavlink_bridge.modes import FACES
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.mavlink.missions.wire import item_from_message
+from mavlink_bridge.mavlink.persona.modes import FACES
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import decode, dialect
+
+from .flight import Event, Flight, LinkStats, Track
 
 LONGEST_GAP_S: Final = 86_400.0
 """A longer time between two lines or frames is damage, not a pause."""

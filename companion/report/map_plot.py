@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from companion.report.chart import Shapes, figure, plan_shapes
-from companion.report.flight import Flight, Track
-from companion.report.verdicts import offset_m
+from .chart import Shapes, figure, plan_shapes
+from .flight import Flight, Track
+from .verdicts import offset_m
 
 FLAT_M: Final = 0.3
 """A bottom with less relief than this is not worth colours."""

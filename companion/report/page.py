@@ -7,10 +7,10 @@ import json
 from collections.abc import Sequence
 from typing import Final
 
-from companion.report import plots
-from companion.report.flight import Event, Flight
-from companion.report.story import tell, weightiest
-from companion.report.verdicts import Limits, Verdict, clock, judge
+from . import plots
+from .flight import Event, Flight
+from .story import tell, weightiest
+from .verdicts import Limits, Verdict, clock, judge
 
 MAX_EVENTS: Final = 1500
 _STYLE: Final = """

@@ -8,10 +8,10 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from companion.report.chart import PALETTE, PASTEL, STATE_COLOURS, figure
-from companion.report.flight import Flight, Series, Span, thin
-from companion.report.map_plot import draw_map
-from companion.report.verdicts import split_cross_track
+from .chart import PALETTE, PASTEL, STATE_COLOURS, figure
+from .flight import Flight, Series, Span, thin
+from .map_plot import draw_map
+from .verdicts import split_cross_track
 
 
 def as_svg(made: Any) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from companion.report.flight import Flight, Series, percentile, rms
+from .flight import Flight, Series, percentile, rms
 
 _AT_REST_MPS: Final = 0.1
 """Slower than this is a receiver's noise."""

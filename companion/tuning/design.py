@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from companion.core.pid import PidGains
-from companion.core.steering import SteeringConfig
-from companion.core.vessel import VesselConfig
-from companion.tuning.margins import DELAY_S, SPEEDS_MPS, each_margin
+from ..core.hull import VesselConfig
+from ..core.steer import SteeringConfig
+from ..core.steer.pid import PidGains
+from .margins import DELAY_S, SPEEDS_MPS, each_margin
 
 _PROPORTIONAL = (0.3, 0.45, 0.6, 0.9, 1.2, 1.5, 1.8, 2.2, 2.7)
 _DERIVATIVE = (0.0, 0.1, 0.2, 0.4, 0.6)

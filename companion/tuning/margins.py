@@ -10,12 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.pid import PidGains
-from companion.core.steering import SteeringConfig
-from companion.core.steering_model import ModelController
-from companion.core.units import knots_to_mps
-from companion.core.vessel import VesselConfig
-from companion.tuning.plants import moment_plant, reachable, share_plant
+from mavlink_bridge.language.units import knots_to_mps
+
+from ..core.hull import VesselConfig
+from ..core.steer import SteeringConfig
+from ..core.steer.model import ModelController
+from ..core.steer.pid import PidGains
+from .plants import moment_plant, reachable, share_plant
 
 SPEEDS_MPS = (0.5, 1.0, 1.5, 2.0, 2.5)
 DELAY_S = 0.15

@@ -10,9 +10,9 @@ import functools
 import math
 from typing import Any
 
-from companion.core.allocation import Allocator
-from companion.core.hull import ForceModel
-from companion.core.vessel import VesselConfig, drag_n, full_ahead_n, full_astern_n, speed_for_thrust
+from ..core.hull import ForceModel, VesselConfig
+from ..core.hull.vessel_file import drag_n, full_ahead_n, full_astern_n, speed_for_thrust
+from ..core.steer.allocation import Allocator
 
 STATES = ("u", "v", "r", "psi", "revs_port", "revs_starboard", "rudder")
 

@@ -9,10 +9,9 @@ import math
 
 import config
 from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world import SimSettings, World
 
 CHANGE_SPEED, LOITER_TIME = 178, 19
 RADIUS_M = 20.0

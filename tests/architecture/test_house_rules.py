@@ -13,7 +13,7 @@ import pytest
 REPO = Path(__file__).resolve().parents[2]
 PACKAGES = ("companion", "mavlink_bridge", "sitl")
 HEAVY = ("control", "scipy", "matplotlib", "numpy", "mavsdk")
-VOCABULARY = {"crc", "imc", "maneuvers", "requests", "snapshot", "value"}
+VOCABULARY = {"crc", "language"}
 
 
 def modules() -> Iterator[tuple[Path, ast.Module]]:
@@ -38,7 +38,7 @@ def test_only_the_gate_makes_actuator_output() -> None:
         if isinstance(node, ast.Call)
         and (getattr(node.func, "id", "") == "ActuatorOutput" or getattr(node.func, "attr", "") == "ActuatorOutput")
     }
-    assert makers == {"companion/core/gate.py"}
+    assert makers == {"companion/core/guard/gate.py"}
 
 
 def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
@@ -55,10 +55,10 @@ def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
 def test_pymavlink_enters_at_one_point_and_never_as_mavutil() -> None:
     users = {str(path) for path, tree in modules() for name in imported(tree) if name.startswith("pymavlink")}
     assert users <= {
-        "mavlink_bridge/codec.py",
-        "mavlink_bridge/extensions.py",
-        "mavlink_bridge/framing.py",
-        "mavlink_bridge/wire.py",
+        "mavlink_bridge/mavlink/wire/codec.py",
+        "mavlink_bridge/mavlink/wire/extensions.py",
+        "mavlink_bridge/mavlink/wire/framing.py",
+        "mavlink_bridge/mavlink/wire/payload.py",
     }
     assert not [path for path, tree in modules() for name in imported(tree) if "mavutil" in name]
 

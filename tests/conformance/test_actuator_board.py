@@ -10,11 +10,11 @@ import random
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from companion.core.gate import GateConfig
-from sitl import avr
-from sitl.actuator_bench import ActuatorBench, noise
-from sitl.arduino_twin import ArduinoTwin
+from companion.core.board import wire
+from companion.core.guard.gate import GateConfig
+from sitl.board import avr
+from sitl.board.arduino_twin import ArduinoTwin
+from tools.cells.actuator_bench import ActuatorBench, noise
 
 NEUTRAL = (1500, 1500, 1500, 1500)
 AHEAD = (1700, 1300, 1650, 1450)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import config
-from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanItem, PlanKind
 from tests.fake_vessel import Bench
 
 ACTIONS = json.loads(config.path("qgc/usv-actions.json").read_text())

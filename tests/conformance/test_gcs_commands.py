@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.command_table import MEANINGS
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.imc import LoiterDirection, Mode
-from mavlink_bridge.local_commands import LOCAL
-from mavlink_bridge.requests import Reply, Result
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.messages import LoiterDirection, Mode
+from mavlink_bridge.language.requests import Reply, Result
+from mavlink_bridge.mavlink.commands.local import LOCAL
+from mavlink_bridge.mavlink.commands.table import MEANINGS
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import LAT_RAD, Bench
 
 NAN = math.nan
@@ -223,7 +223,7 @@ def test_check_45_orbit_here_and_its_turns(bench):
 
 
 def test_check_45_orbit_status_while_circling_only(bench):
-    from mavlink_bridge.imc import PathControlState
+    from mavlink_bridge.language.messages import PathControlState
 
     bench.run(3)
     assert not bench.gcs.all("ORBIT_EXECUTION_STATUS")
@@ -413,7 +413,7 @@ def test_check_53_return_without_home_says_why(bench):
 
 
 def test_check_53_the_guard_shows_as_critical(bench):
-    from mavlink_bridge.imc import Action, Severity
+    from mavlink_bridge.language.messages import Action, Severity
 
     bench.long(400, 1)
     bench.tick()

@@ -5,9 +5,9 @@ import struct
 
 import pytest
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.ftp import crc32
+from mavlink_bridge.mavlink.files.ftp import crc32
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import TICK_US, Bench, FakeVessel, Station
 from tests.ftp_client import FtpClient
 

@@ -4,10 +4,10 @@ import random
 
 import pytest
 
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.imc import Severity
-from mavlink_bridge.signing import Signer, SigningState
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
 from tests.fake_vessel import Bench, Station
 
 GCS_HEARTBEAT = dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)

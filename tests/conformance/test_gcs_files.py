@@ -5,7 +5,7 @@ import struct
 
 import pytest
 
-from mavlink_bridge.ftp import MAX_SESSIONS, crc32
+from mavlink_bridge.mavlink.files.ftp import MAX_SESSIONS, crc32
 from tests.ftp_client import ACK, BURST, CRC, LIST, NAK, OPEN, READ, RESET, TERMINATE, FtpClient
 
 

@@ -1,7 +1,7 @@
 """Go-tos and streams on a whole vessel: what is refused is not confirmed, and the operator hears why."""
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.imc import Mode
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Station
 from tests.world_station import Helm
 

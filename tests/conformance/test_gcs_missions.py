@@ -5,9 +5,9 @@ import struct
 
 import pytest
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.imc import ChangeSpeed, Jump, Loiter, LoiterDirection, PlanState
-from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.language.messages import ChangeSpeed, Jump, Loiter, LoiterDirection, PlanState
+from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Station
 
 NAN = math.nan

@@ -5,10 +5,10 @@ import struct
 
 import pytest
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint_config import Budget, EndpointConfig
-from mavlink_bridge.requests import Reply, Result
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.requests import Reply, Result
+from mavlink_bridge.mavlink.persona.config import Budget, EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench
 
 

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from mavlink_bridge.requests import PlanKind
+from mavlink_bridge.language.requests import PlanKind
 from tests.fake_vessel import TICK_US, Bench, FakeParams, FakeVessel, many_params
 from tests.qgc_client import QgcClient
 

@@ -5,10 +5,10 @@ ACCEPTED means that the vessel is as the command wants it; and no repeat starts 
 
 import pytest
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Reply, Result
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Reply, Result
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Station
 from tests.world_station import Helm
 

@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint_config import Budget, EndpointConfig
-from mavlink_bridge.imc import EstimatedState, PlanState, SupplyVoltage
-from mavlink_bridge.snapshot import FenceStatus, Health
+from mavlink_bridge.language.messages import EstimatedState, PlanState, SupplyVoltage
+from mavlink_bridge.language.snapshot import FenceStatus, Health
+from mavlink_bridge.mavlink.persona.config import Budget, EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench
 
 GEOFENCE, GPS, PREARM = 0x100000, 0x20, 0x10000000
@@ -213,7 +213,7 @@ def test_flying_is_under_way(bench):
 
 
 def test_applied_pulses_are_not_made_up(bench):
-    from mavlink_bridge.imc import ActuatorStatus
+    from mavlink_bridge.language.messages import ActuatorStatus
 
     bench.vessel.changes["actuator"] = ActuatorStatus(0, connected=False, applied_us=(1600, 1600, 1500, 1500))
     bench.run(2)

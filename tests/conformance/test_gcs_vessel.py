@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from companion.io.store import MemoryStore
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.imc import Action, Mode
+from companion.io.keeping.store import MemoryStore
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Station
 from tests.world_station import Helm
 

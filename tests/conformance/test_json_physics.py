@@ -8,9 +8,9 @@ import struct
 
 import pytest
 
-from sitl.json_physics import JsonPhysics, answer
-from sitl.library import load_vessel
-from sitl.water import WaterConfig
+from sitl.plant.json_physics import JsonPhysics, answer
+from sitl.plant.library import load_vessel
+from sitl.plant.water import WaterConfig
 
 RATE_HZ = 200
 

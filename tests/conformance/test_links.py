@@ -15,9 +15,9 @@ from itertools import pairwise
 
 import pytest
 
-from companion.io.link import Closed, Opened, Received
-from companion.io.link_mem import MemLink
-from companion.io.links import open_link
+from companion.io.links.link import Closed, Opened, Received
+from companion.io.links.mem import MemLink
+from companion.io.links.table import open_link
 
 
 class Far:

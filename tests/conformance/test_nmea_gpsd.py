@@ -17,8 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from companion.core.nmea import NmeaConfig, NmeaReader
-from mavlink_bridge.imc import Distance, EulerAngles, FixType, GpsFix
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.messages import Distance, EulerAngles, FixType, GpsFix
 
 BUILD = Path(__file__).resolve().parents[2] / "build"
 LINE_US = 2_000

@@ -14,12 +14,12 @@ import time
 from pathlib import Path
 
 import config as shipped
-from companion.io.store import Store
-from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, PlanItem, PlanKind, SetParameter, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.io.keeping.store import Store
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetParameter, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 
 def plan(number: int):

@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from companion.commands import MissingExtraError
-from sitl import campaign_cluster
-from sitl.campaign import read_campaign, run_campaign
-from sitl.campaign_cluster import over_cluster
-from sitl.campaign_work import CampaignError
+from sitl.campaign import cluster as campaign_cluster
+from sitl.campaign.campaign import read_campaign, run_campaign
+from sitl.campaign.cluster import over_cluster
+from sitl.campaign.work import CampaignError
 from tests.conftest import REPO, require
 
 pytestmark = pytest.mark.e2e

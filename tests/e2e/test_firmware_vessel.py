@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from sitl import avr
+from sitl.board import avr
 from tests.e2e.sim import BIN, REPO
 from tests.firmware.chip_process import Chip
 

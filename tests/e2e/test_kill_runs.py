@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from companion.io.store import Store
+from companion.io.keeping.store import Store
 from companion.replay import replay, summary
 from companion.report.flight import Flight
 from companion.report.from_run import read_run
 from companion.report.page import make_page
-from mavlink_bridge.requests import PlanKind
+from mavlink_bridge.language.requests import PlanKind
 
 HERE = Path(__file__).parent
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.planfile import PlanFile, read_plan, write_plan
-from mavlink_bridge.requests import PlanItem
+from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
+from mavlink_bridge.plans.files import PlanFile, read_plan, write_plan
 from tests.e2e.sim import BIN, LAT_DEG, LON_DEG, Sim
 
 X, Y = round(LAT_DEG * 1e7), round(LON_DEG * 1e7)

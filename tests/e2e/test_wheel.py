@@ -83,7 +83,7 @@ def test_its_commands_run(unpacked, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(unpacked)!r}); from pathlib import Path; import config, companion, sitl\n"
         f"assert companion.__file__.startswith({str(unpacked)!r})\n"
-        "from companion.settings import load; from sitl.settings import SimSettings; from sitl.world import World\n"
+        "from companion.settings.schema import load; from sitl.world.settings import SimSettings; from sitl.world.world import World\n"
         f"World(load(config.path('sim.toml'), (), SimSettings), 1, run_dir=Path({str(run_dir)!r})).run(5.0)\n"
     )
     done = subprocess.run(

@@ -6,7 +6,7 @@ import subprocess
 import threading
 import time
 
-from sitl import avr
+from sitl.board import avr
 
 BOOT_LOADER_MS = 300
 

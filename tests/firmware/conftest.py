@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from sitl import avr
+from sitl.board import avr
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from sitl import avr
+from sitl.board import avr
 
 
 def make(*words):

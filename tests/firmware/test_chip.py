@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from sitl.avr import AvrArduino
+from companion.core.board import wire
+from sitl.board.avr import AvrArduino
 
 NEUTRAL = (1500, 1500, 1500, 1500)
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from companion.core.actuator_map import ActuatorConfig
-from sitl.actuator_bench import ActuatorBench
-from sitl.avr import BUILD, AvrArduino
+from companion.core.board import wire
+from companion.core.board.actuator_map import ActuatorConfig
+from sitl.board.avr import BUILD, AvrArduino
+from tools.cells.actuator_bench import ActuatorBench
 
 STYLES = ("parse-int", "read-line", "fixed-block", "next-byte")
 

@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from sitl.arduino_twin import ArduinoTwin
-from sitl.avr import AvrArduino
+from companion.core.board import wire
+from sitl.board.arduino_twin import ArduinoTwin
+from sitl.board.avr import AvrArduino
 
 ALPHABET = b"mMlL0123456789*#\n\r.;-AF \x00\xff"
 

@@ -6,8 +6,8 @@ import heapq
 import random
 from dataclasses import dataclass
 
-from mavlink_bridge.codec import Codec, decode
-from mavlink_bridge.framing import Deframer, DuplicateFilter
+from mavlink_bridge.mavlink.wire.codec import Codec, decode
+from mavlink_bridge.mavlink.wire.framing import Deframer, DuplicateFilter
 
 
 @dataclass(frozen=True)

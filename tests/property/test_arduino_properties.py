@@ -6,12 +6,12 @@ import math
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core import arduino_wire as wire
-from companion.core.actuator_map import ActuatorConfig, ChannelConfig, pulses_to_demand, to_pulses
-from companion.core.arduino import Arduino
-from mavlink_bridge.imc import ActuatorOutput
-from sitl.arduino_decoder import Command, Decoder
-from sitl.arduino_twin import ArduinoTwin
+from companion.core.board import wire
+from companion.core.board.actuator_map import ActuatorConfig, ChannelConfig, pulses_to_demand, to_pulses
+from companion.core.board.arduino import Arduino
+from mavlink_bridge.language.messages import ActuatorOutput
+from sitl.board.arduino_decoder import Command, Decoder
+from sitl.board.arduino_twin import ArduinoTwin
 
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 SHARE = st.floats(-1.0, 1.0)

@@ -5,13 +5,13 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.allocation import Allocator
-from companion.core.field import approach, triangle
-from companion.core.hull import ForceModel
-from companion.core.paths import Line, Track, circle, figure_eight, fillet, racetrack
-from companion.core.steering import mix
-from companion.core.units import wrap_pi
-from sitl.library import load_vessel, vessel_names
+from companion.core.guide.field import approach, triangle
+from companion.core.guide.paths import Line, Track, circle, figure_eight, fillet, racetrack
+from companion.core.hull.forces import ForceModel
+from companion.core.steer.allocation import Allocator
+from companion.core.steer.law import mix
+from mavlink_bridge.language.units import wrap_pi
+from sitl.plant.library import load_vessel, vessel_names
 
 ALLOCATORS = [Allocator(load_vessel(name), ForceModel(load_vessel(name))) for name in vessel_names()]
 SHORT = settings(max_examples=60, deadline=None)

@@ -7,16 +7,16 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.depth_ahead import DepthAhead
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_grid import Sounding, build, offset
-from companion.core.depth_input import DepthInput, DepthInputConfig
-from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
-from companion.core.depth_tiles import TILE_BYTES, Cell, Geometry
+from companion.core.guard.depth.ahead import DepthAhead
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import Sounding, build, offset
+from companion.core.guard.depth.input import DepthInput, DepthInputConfig
+from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from companion.core.guard.depth.tiles import TILE_BYTES, Cell, Geometry
 from companion.depth_keeper import DepthKeeper
-from companion.io.store import MemoryStore
-from mavlink_bridge.imc import EstimatedState
-from mavlink_bridge.requests import ACCEPTED, Reply, Result
+from companion.io.keeping.store import MemoryStore
+from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
 HERE = (0.7188, -0.1519)
 CONFIG = DepthMemoryConfig()

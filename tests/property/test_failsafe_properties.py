@@ -6,9 +6,9 @@ from dataclasses import fields, replace
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.failsafe import FailsafeConfig, FailsafeMemory, Flags, judge, step
-from companion.core.failsafe_table import BY_NAME, TABLE, Clear
-from mavlink_bridge.imc import Action
+from companion.core.guard.failsafe import FailsafeConfig, FailsafeMemory, Flags, judge, step
+from companion.core.guard.failsafe_table import BY_NAME, TABLE, Clear
+from mavlink_bridge.language.messages import Action
 
 BOOLS = [item.name for item in fields(Flags) if item.type == "bool"]
 AGES = [item.name for item in fields(Flags) if item.type != "bool"]

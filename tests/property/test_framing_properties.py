@@ -6,9 +6,9 @@ import random
 
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer, Frame
-from mavlink_bridge.signing import Signer, SigningState
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer, Frame
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
 
 
 def mixed_frames(count: int, seed: int) -> list[bytes]:

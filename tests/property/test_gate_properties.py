@@ -7,8 +7,8 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.gate import Evidence, Gate, GateConfig
-from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput
+from companion.core.guard.gate import Evidence, Gate, GateConfig
+from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput
 
 NUMBER = st.floats(allow_nan=True, allow_infinity=True) | st.none() | st.just("ahead")
 SANE = st.floats(-5.0, 5.0)

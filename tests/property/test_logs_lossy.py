@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from companion.io.log_archive import LogArchive
+from companion.io.recording.log_archive import LogArchive
 from companion.logs import Logs
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.logs import LogServer
+from mavlink_bridge.mavlink.files.logs import LogServer
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 _spec = importlib.util.spec_from_file_location("lossy", Path(__file__).with_name("lossy.py"))
 lossy = sys.modules["lossy"] = importlib.util.module_from_spec(_spec)

@@ -6,15 +6,15 @@ import struct
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.command_table import Context
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.bits import BitsError
-from mavlink_bridge.lora.command_codec import decode_command, encode_command, is_command, trimmed
-from mavlink_bridge.lora.orders import frame_of, meaning_of
-from mavlink_bridge.lora.request_codec import encode_request
-from mavlink_bridge.requests import Arm, Origin, Reply, Reposition, Result, SetMode, StartPlan
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, Origin, Reply, Reposition, Result, SetMode, StartPlan
+from mavlink_bridge.mavlink.commands.table import Context
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.radio.codec.bits import BitsError
+from mavlink_bridge.radio.codec.command import decode_command, encode_command, is_command, trimmed
+from mavlink_bridge.radio.codec.request import encode_request
+from mavlink_bridge.radio.orders import frame_of, meaning_of
 from tools.bench_lora import disarm
 from tools.lora_rig import Rig, profile
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge.imc import Action, FixType, GuardState, Mode, PlanState
-from mavlink_bridge.lora import erasure
-from mavlink_bridge.lora.bits import BitReader, BitsError, BitWriter, float_bits
-from mavlink_bridge.lora.json_stream import JsonStream
-from mavlink_bridge.lora.ledger import HOUR_US, Ledger, Priority
-from mavlink_bridge.lora.state_codec import (
+from mavlink_bridge.language.messages import Action, FixType, GuardState, Mode, PlanState
+from mavlink_bridge.radio.air.ledger import HOUR_US, Ledger, Priority
+from mavlink_bridge.radio.codec import erasure
+from mavlink_bridge.radio.codec.bits import BitReader, BitsError, BitWriter, float_bits
+from mavlink_bridge.radio.codec.json_stream import JsonStream
+from mavlink_bridge.radio.codec.state import (
     RadioState,
     decode_batch,
     decode_delta,

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge.codec import Codec
-from mavlink_bridge.lora.plan_codec import PlanCodecError, decode_plan, encode_plan
-from mavlink_bridge.mission_wire import item_from_message, item_to_message
-from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.wire import item_from_message, item_to_message
+from mavlink_bridge.mavlink.wire.codec import Codec
+from mavlink_bridge.radio.codec.plan import PlanCodecError, decode_plan, encode_plan
 
 MISSIONS = Path(__file__).resolve().parents[3] / "shared" / "data" / "missions"
 NEAR = (411_850_123, -87_062_154)
@@ -119,7 +119,7 @@ def test_without_a_position_the_vessel_says_so():
 def test_every_shared_mission_file_comes_back():
     if not MISSIONS.is_dir():
         pytest.skip("outside data is not there: ../shared/data/missions")
-    from mavlink_bridge.planfile import read_plan
+    from mavlink_bridge.plans.files import read_plan
 
     seen = 0
     for path in sorted(MISSIONS.iterdir()):

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.mission_wire import item_from_message, item_to_message, with_home
-from mavlink_bridge.missions import MissionServer
-from mavlink_bridge.plan_rules import MissionResult, plan_id
-from mavlink_bridge.requests import ACCEPTED, PlanItem, PlanKind
+from mavlink_bridge.language.requests import ACCEPTED, PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_rules import MissionResult, plan_id
+from mavlink_bridge.mavlink.missions.service import MissionServer
+from mavlink_bridge.mavlink.missions.wire import item_from_message, item_to_message, with_home
+from mavlink_bridge.mavlink.wire.codec import dialect
 
 _spec = importlib.util.spec_from_file_location("lossy", Path(__file__).with_name("lossy.py"))
 lossy = sys.modules["lossy"] = importlib.util.module_from_spec(_spec)

@@ -8,9 +8,9 @@ import tracemalloc
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.nmea_line import frame
-from companion.core.nmea_sentences import KINDS
+from companion.core.nmea.line import frame
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from companion.core.nmea.sentences import KINDS
 
 CONFIG = NmeaConfig(earliest_year=1980)
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import TICK_US, Bench, Station
 
 _spec = importlib.util.spec_from_file_location("lossy", Path(__file__).with_name("lossy.py"))

@@ -7,14 +7,14 @@ import random
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.geo import LocalFrame, inverse
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.units import wrap_pi
-from mavlink_bridge.mapping import rad_to_degE7
-from sitl import nmea_writer as write
-from sitl.sensor_rig import Motion, circle, straight, truth_at
-from sitl.sensors import SensorConfig, SensorSuite
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.geodesy import LocalFrame, inverse
+from mavlink_bridge.language.units import wrap_pi
+from mavlink_bridge.mavlink.wire.mapping import rad_to_degE7
+from sitl.sensors import nmea_writer as write
+from sitl.sensors.talkers import SensorConfig, SensorSuite
+from tools.cells.sensor_rig import Motion, circle, straight, truth_at
 
 RESOLUTION_M = 2e-4
 """1e-7 minute is 0.19 mm."""

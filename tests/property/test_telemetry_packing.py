@@ -9,10 +9,7 @@ import random
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge import telemetry_motion, telemetry_system
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.imc import (
+from mavlink_bridge.language.messages import (
     Action,
     ActuatorOutput,
     ActuatorStatus,
@@ -27,9 +24,12 @@ from mavlink_bridge.imc import (
     PlanState,
     SupplyVoltage,
 )
-from mavlink_bridge.snapshot import ControlTrace, FenceStatus, Health, LinkHealth, Progress, Snapshot
-from mavlink_bridge.streams import STREAMED
-from mavlink_bridge.wire import Teller, told_as
+from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Health, LinkHealth, Progress, Snapshot
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.telemetry import motion as telemetry_motion, system as telemetry_system
+from mavlink_bridge.mavlink.telemetry.streams import STREAMED
+from mavlink_bridge.mavlink.wire.codec import dialect
+from mavlink_bridge.mavlink.wire.payload import Teller, told_as
 
 PERSONAL = {"heartbeat", "mission_current", "current_mode", "high_latency2"}
 TELLERS = {

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import config as shipped
-from companion.io.link import Received
+from companion.io.links.link import Received
 from companion.report.from_tlog import find_vehicle
-from companion.settings import load
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import decode, dialect
-from mavlink_bridge.framing import Deframer, Frame
-from sitl.settings import SimSettings
-from sitl.truth import utc_us
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer, Frame
+from sitl.plant.truth import utc_us
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 ANSWERS = frozenset(

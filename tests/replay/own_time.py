@@ -7,8 +7,8 @@ from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.io.log_time import timed
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from companion.io.links.log_time import timed
 
 POLL_US = 50_000
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from companion.replay import Outcome, replay
-from mavlink_bridge.snapshot import Snapshot
+from mavlink_bridge.language.snapshot import Snapshot
 
 RECORDINGS = Path(__file__).parent / "recordings"
 

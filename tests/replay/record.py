@@ -6,11 +6,11 @@ import tempfile
 from pathlib import Path
 
 import config as shipped
-from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.replay import process
 
 SPEED = PlanItem(178, 2, 1, 1.5, -1, 0, 0, 0, 0.0)

@@ -24,18 +24,18 @@ from pathlib import Path
 import config as shipped
 from companion.commands.run import describe
 from companion.gateway import Gateway, GatewaySettings
-from companion.io.keys import write_key
-from companion.io.link_mem import pair
-from companion.io.store import Store
+from companion.io.keeping.keys import write_key
+from companion.io.keeping.store import Store
+from companion.io.links.mem import pair
 from companion.report.from_tlog import find_vehicle
-from companion.settings import EndpointSettings, load
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from companion.settings.schema import EndpointSettings, load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import dialect
 from sitl.gateway import simulation_key, with_gateway
-from sitl.settings import SimSettings
-from sitl.world import World
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.e2e.sim import BIN, CLIENTS, LAT_DEG, LON_DEG, REPO, Sim
 from tests.scenario.test_signed_links import HEARTBEAT, Station
 

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from companion.report.from_tlog import find_vehicle
-from mavlink_bridge import tlog
+from mavlink_bridge.mavlink.wire import tlog
 from tests.e2e.sim import CLIENTS, LAT_DEG, LON_DEG, REPO, Sim
 from tests.replay.own_logs import DATA, REPEATED
 

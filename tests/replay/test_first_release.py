@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from companion.io.keys import write_key
-from companion.io.store import Store
+from companion.io.keeping.keys import write_key
+from companion.io.keeping.store import Store
 from companion.replay import replay
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
-from mavlink_bridge.lora.shore_memory import read as read_picture
-from mavlink_bridge.requests import PlanKind
+from mavlink_bridge.language.requests import PlanKind
+from mavlink_bridge.radio.shore.memory import read as read_picture
 from sitl.gateway import simulation_key
 from tests.replay.first_release import DATA, OVER_THE_RADIO, RUNS, states, unpack
 

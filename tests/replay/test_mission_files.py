@@ -6,13 +6,13 @@ import math
 
 import pytest
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.mission_wire import item_from_message, item_to_message, with_home
-from mavlink_bridge.missions import MissionServer
-from mavlink_bridge.plan_rules import MissionResult, plan_id
-from mavlink_bridge.planfile import PlanFileError, read_plan, write_plan, write_wpl
-from mavlink_bridge.requests import ACCEPTED, PlanKind
+from mavlink_bridge.language.requests import ACCEPTED, PlanKind
+from mavlink_bridge.mavlink.missions.plan_rules import MissionResult, plan_id
+from mavlink_bridge.mavlink.missions.service import MissionServer
+from mavlink_bridge.mavlink.missions.wire import item_from_message, item_to_message, with_home
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.plans.files import PlanFileError, read_plan, write_plan, write_wpl
 
 # file: items of mission, fence, rally; and what the refusal must say (empty: it is accepted)
 FILES = {

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import Distance, EulerAngles, FixType, GpsFix
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.messages import Distance, EulerAngles, FixType, GpsFix
+from mavlink_bridge.language.units import wrap_pi
 
 OLD = NmeaConfig(earliest_year=2000)
 STAMP = re.compile(rb"^(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.?\d*)")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from companion.io.store import Store
-from companion.io.store_content import SaveCounter, SaveParam
+from companion.io.keeping.content import SaveCounter, SaveParam
+from companion.io.keeping.store import Store
 from companion.replay import replay, summary
 from tests.conftest import PYPY, REPO
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import config as shipped
-from companion.io.inputs import InputReader
-from companion.io.store import MemoryStore
+from companion.io.keeping.store import MemoryStore
+from companion.io.recording.inputs import InputReader
 from companion.replay import replay
-from companion.settings import load
-from mavlink_bridge.requests import Arm, GuidedHeading
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, GuidedHeading
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 BANK = (
     "operator.gcs_required=false",

@@ -17,12 +17,12 @@ import config as shipped
 from companion.replay import replay, summary
 from companion.report.from_run import read_run
 from companion.report.page import make_page
-from companion.settings import load
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.conftest import PYPY, require
 
 FAULTS = ("gnss_silent", "heading_silent", "depth_silent", "no_fix", "frozen", "rate_silent", "depth_no_bottom")

@@ -10,7 +10,7 @@ import pytest
 
 import config as shipped
 from companion.cli import main
-from companion.io.inputs import (
+from companion.io.recording.inputs import (
     CRC,
     HEAD,
     MAGIC,
@@ -22,11 +22,11 @@ from companion.io.inputs import (
     pack_record,
 )
 from companion.replay import ReplayError, known_settings, replay, summary
-from companion.settings import ConfigError, load
-from mavlink_bridge.requests import Arm
-from sitl.scenario import run_scenario
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import ConfigError, load
+from mavlink_bridge.language.requests import Arm
+from sitl.scenario.run import run_scenario
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 
 def sail(run_dir, seconds=30.0, seed=3):

@@ -8,10 +8,10 @@ from collections import Counter
 import pytest
 
 from companion.cli import main
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.signing import Signer, SigningState
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
 
 # file: messages, MAVLink version, seconds, vehicle heartbeats (counted by pymavlink, data/mavlink/README.md)
 LOGS = {

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 import config
-from companion.io.store import AnyStore
-from companion.settings import load
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, Reply, RequestBody, SetMode, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.io.keeping.store import AnyStore
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, Reply, RequestBody, SetMode, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 CHANGE_SPEED, WAYPOINT, LOITER_UNLIMITED, JUMP = 178, 16, 17, 177
 FENCE_IN, FENCE_CIRCLE_IN, FENCE_CIRCLE_OUT = 5001, 5003, 5004

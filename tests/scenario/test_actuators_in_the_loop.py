@@ -9,14 +9,14 @@ import pytest
 from pymavlink.dialects.v20 import all as dialect
 
 import config
-from companion.io.link import Received
-from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
-from sitl import avr
-from sitl.arduino_twin import ArduinoTwin
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.io.links.link import Received
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.board import avr
+from sitl.board.arduino_twin import ArduinoTwin
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 CHANGE_SPEED, LOITER_UNLIMITED = 178, 17
 TOLERANCE_US = 10.0

@@ -14,8 +14,8 @@ import struct
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from companion.io.link import Received
-from mavlink_bridge.requests import Arm, StartPlan
+from companion.io.links.link import Received
+from mavlink_bridge.language.requests import Arm, StartPlan
 
 NAN, INF = math.nan, math.inf
 INT_MAX, INT_MIN = 2**31 - 1, -(2**31)

@@ -7,14 +7,14 @@ import math
 import pytest
 
 import config
-from companion.core.vessel import throttle_to_speed
-from companion.io.link import Received
-from companion.settings import EndpointSettings, load
-from mavlink_bridge.codec import decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import Action, Mode
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.core.hull.vessel_file import throttle_to_speed
+from companion.io.links.link import Received
+from companion.settings.schema import EndpointSettings, load
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.mavlink.wire.codec import decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.fake_vessel import Bench, Station
 from tests.world_station import GCS_HEARTBEAT, Helm
 

@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from companion.core.paths import Line
-from companion.core.pid import PidGains
-from companion.core.steering import SeedConfig, SteeringConfig
-from mavlink_bridge.imc import Loiter, LoiterDirection, LoiterKind
-from sitl.control_loop import ControlLoop, Setup
-from sitl.library import load_vessel
-from sitl.water import WaterConfig
+from companion.core.guide.paths import Line
+from companion.core.steer.law import SeedConfig, SteeringConfig
+from companion.core.steer.pid import PidGains
+from mavlink_bridge.language.messages import Loiter, LoiterDirection, LoiterKind
+from sitl.plant.library import load_vessel
+from sitl.plant.water import WaterConfig
+from tools.cells.control_loop import ControlLoop, Setup
 
 OTTER = load_vessel("otter")
 SWAPPED = SteeringConfig(

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from companion.core.paths import Line
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Arm, Orbit
+from companion.core.guide.paths import Line
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, Orbit
 
 BREEZE = ("world.water.current_mps=0.3", "world.water.wind_mps=4", "world.water.wave_height_m=0.3")
 BLOW = ("world.water.current_mps=0.5", "world.water.wind_mps=8", "world.water.wave_height_m=0.3")

@@ -7,11 +7,11 @@ import math
 import pytest
 
 from companion.commands.store import write_store
-from companion.io.depth_store import soundings_of
-from companion.io.store import MemoryStore, Store
-from companion.io.store_content import Entry, rows_of
-from mavlink_bridge.imc import GuardState, Mode
-from mavlink_bridge.requests import ManualInput
+from companion.io.keeping.content import Entry, rows_of
+from companion.io.keeping.depth_store import soundings_of
+from companion.io.keeping.store import MemoryStore, Store
+from mavlink_bridge.language.messages import GuardState, Mode
+from mavlink_bridge.language.requests import ManualInput
 
 KEEL_M = 0.35
 BANK = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=20")

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import pytest
 
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_grid import DepthGrid, Sounding, build, offset
-from companion.core.depth_guard import DepthGuard
-from mavlink_bridge.imc import Distance, EstimatedState
-from sitl.bottom import Flat, Slope
-from sitl.depth_runs import QUIET, DepthRun, Noise
-from sitl.library import load_vessel
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import DepthGrid, Sounding, build, offset
+from companion.core.guard.depth.guard import DepthGuard
+from mavlink_bridge.language.messages import Distance, EstimatedState
+from sitl.plant.bottom import Flat, Slope
+from sitl.plant.library import load_vessel
+from tools.cells.depth_runs import QUIET, DepthRun, Noise
 
 VESSEL = load_vessel("otter")
 START_M = 20.35

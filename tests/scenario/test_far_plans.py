@@ -6,9 +6,18 @@ import re
 
 import pytest
 
-from companion.io.store import MemoryStore
-from mavlink_bridge.imc import Mode, PlanState
-from mavlink_bridge.requests import Arm, PausePlan, Reposition, Result, SetCurrent, SetMode, SetParameter, StartPlan
+from companion.io.keeping.store import MemoryStore
+from mavlink_bridge.language.messages import Mode, PlanState
+from mavlink_bridge.language.requests import (
+    Arm,
+    PausePlan,
+    Reposition,
+    Result,
+    SetCurrent,
+    SetMode,
+    SetParameter,
+    StartPlan,
+)
 
 NO_DEPTH = "depth.enabled=false"
 FAR = (1_200_000.0, 0.0)

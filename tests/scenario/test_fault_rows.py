@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import Action, GuardState, Mode
-from mavlink_bridge.requests import (
+from mavlink_bridge.language.messages import Action, GuardState, Mode
+from mavlink_bridge.language.requests import (
     Arm,
     DistanceInput,
     GuidedHeading,
@@ -403,7 +403,7 @@ def test_row_64_during_an_upload(voyage):
     x, y = trip.at(500.0, 0.0)
     items = [PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, x, y, 0.0)] * 500
     replies = []
-    from mavlink_bridge.plan_mapping import load_plan
+    from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 
     trip.world.app.submit(load_plan(PlanKind.MISSION, items), replies.append)
     trip.world.app.submit(Arm(arm=False, force=True))

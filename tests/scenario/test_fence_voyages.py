@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import Action, Mode
-from mavlink_bridge.requests import (
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.requests import (
     Arm,
     EnableFence,
     PausePlan,

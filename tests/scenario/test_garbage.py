@@ -5,11 +5,11 @@ from __future__ import annotations
 import random
 
 import config
-from companion.settings import load
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.plans import LAT_DEG, LON_DEG
 
 

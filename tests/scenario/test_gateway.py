@@ -7,16 +7,16 @@ import random
 import pytest
 
 from companion.gateway import PICTURE_KEY, Gateway, GatewaySettings
-from companion.io.keys import write_key
-from companion.io.link_mem import pair
-from companion.io.store import MemoryStore
-from companion.io.store_content import SaveValue
-from companion.settings import ConfigError, EndpointSettings, SecurityConfig
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.lora.shore_memory import Picture, read, write
-from mavlink_bridge.mission_wire import item_to_message
-from mavlink_bridge.requests import PlanItem, PlanKind
-from mavlink_bridge.signing import Signer, SigningState
+from companion.io.keeping.content import SaveValue
+from companion.io.keeping.keys import write_key
+from companion.io.keeping.store import MemoryStore
+from companion.io.links.mem import pair
+from companion.settings.schema import ConfigError, EndpointSettings, SecurityConfig
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.wire import item_to_message
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
+from mavlink_bridge.radio.shore.memory import Picture, read, write
 from sitl.gateway import simulation_key
 from tests.scenario.test_radio_protocols import Shore
 

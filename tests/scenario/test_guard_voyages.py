@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import Action, GuardState, Mode
+from mavlink_bridge.language.messages import Action, GuardState, Mode
 
 KEEL_M = 0.35
 SLOPE = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=40")

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 import pytest
 
-from companion.core.depth_grid import build, offset
-from companion.core.geo import LocalFrame
-from companion.core.soundings import dune_reference, parse_dune
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Arm, GuidedHeading, Reposition
+from companion.core.guard.depth.grid import build, offset
+from companion.core.guard.depth.soundings import dune_reference, parse_dune
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, GuidedHeading, Reposition
 
 KEEL_M = 0.35
 START = (2400.0, -1000.0)

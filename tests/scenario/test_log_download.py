@@ -8,9 +8,9 @@ import struct
 import pytest
 
 from companion.replay import replay, summary
-from mavlink_bridge.codec import dialect
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.tlog import iterate
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import dialect
+from mavlink_bridge.mavlink.wire.tlog import iterate
 from tests.fake_vessel import Bench
 from tests.world_station import Helm
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import Action, Mode, PlanState
-from mavlink_bridge.requests import (
+from mavlink_bridge.language.messages import Action, Mode, PlanState
+from mavlink_bridge.language.requests import (
     Arm,
     GuidedHeading,
     GuidedTarget,
@@ -21,7 +21,7 @@ from mavlink_bridge.requests import (
     SetSpeed,
     StartPlan,
 )
-from sitl import nmea_writer
+from sitl.sensors import nmea_writer
 
 NO_DEPTH = "depth.enabled=false"
 LOITER_TURNS = 18

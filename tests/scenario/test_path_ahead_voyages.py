@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from companion.core.depth_grid import Sounding, build
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Arm, GuidedHeading, Orbit
+from companion.core.guard.depth.grid import Sounding, build
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, GuidedHeading, Orbit
 
 FLAT = ("world.bottom.kind=flat", "world.bottom.depth_m=20")
 """The rocks are on the chart only, so that nothing else can stop the vessel."""

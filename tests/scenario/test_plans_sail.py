@@ -8,17 +8,17 @@ import math
 import pytest
 
 import config
-from companion.core.geo import LocalFrame
-from companion.settings import load
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import Delay, Goto, Loiter, LoiterDirection, LoiterKind
-from mavlink_bridge.mission_wire import item_to_message, with_home
-from mavlink_bridge.plan_export import items_from_maneuvers
-from mavlink_bridge.planfile import PlanFile, read_plan
-from mavlink_bridge.requests import PlanKind
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import Delay, Goto, Loiter, LoiterDirection, LoiterKind
+from mavlink_bridge.language.requests import PlanKind
+from mavlink_bridge.mavlink.missions.plan_export import items_from_maneuvers
+from mavlink_bridge.mavlink.missions.wire import item_to_message, with_home
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.plans.files import PlanFile, read_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.plans import LAT_DEG, LON_DEG, qgc_plan, simple_item
 
 LAT, LON = math.radians(LAT_DEG), math.radians(LON_DEG)

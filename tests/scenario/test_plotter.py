@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import config
-from companion.core.nmea_line import LineReader
-from companion.io.link import Received
-from companion.settings import load
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.core.nmea.line import LineReader
+from companion.io.links.link import Received
+from companion.settings.schema import load
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 
 def heard(*overrides: str, flip_share: float = 0.0) -> tuple[World, bytes]:

@@ -9,15 +9,15 @@ import random
 import pytest
 
 import config as shipped
-from companion.settings import load
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.ledger import HOUR_US
-from mavlink_bridge.lora.memory import KeptLedger
-from mavlink_bridge.requests import Arm, LoadPlan, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanKind, StartPlan
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.radio.air.ledger import HOUR_US
+from mavlink_bridge.radio.memory import KeptLedger
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.fake_vessel import FakeVessel, Station
 from tests.mavsdk_like import MavsdkLike
 from tests.plain_rig import PLAN, PlainRig

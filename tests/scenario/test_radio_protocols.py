@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 import config
-from companion.io.link import Received
-from companion.io.link_mem import pair
-from companion.settings import load
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import Mode
+from companion.io.links.link import Received
+from companion.io.links.mem import pair
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 from sitl.gateway import with_gateway
-from sitl.settings import SimSettings
-from sitl.world import World
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.gateways import gateway_beside
 from tests.plans import LAT_DEG, LON_DEG, SEED_LOITER
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import config
-from companion.io.link import Received
-from companion.io.link_mem import pair
-from companion.settings import load
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import PlanKind
+from companion.io.links.link import Received
+from companion.io.links.mem import pair
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import PlanKind
 from sitl.gateway import with_gateway
-from sitl.settings import SimSettings
-from sitl.world import World
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 from tests.gateways import gateway_beside
 from tests.qgc_client import NAN, QgcClient
 

@@ -10,13 +10,13 @@ import pytest
 
 import config
 from companion.build import build_app
-from companion.io.link import Link
-from companion.io.link_mem import MemLink
-from companion.io.links import open_link
-from companion.settings import Settings, load
-from mavlink_bridge.codec import Codec
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import EstimatedState
+from companion.io.links.link import Link
+from companion.io.links.mem import MemLink
+from companion.io.links.table import open_link
+from companion.settings.schema import Settings, load
+from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.mavlink.wire.codec import Codec
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 PERIOD_US = 50_000
 

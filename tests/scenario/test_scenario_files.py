@@ -7,8 +7,8 @@ import json
 import pytest
 
 from companion.cli import main
-from sitl.scenario import run_scenario
-from sitl.scenario_file import library
+from sitl.scenario.file import library
+from sitl.scenario.run import run_scenario
 
 
 @pytest.mark.parametrize("path", library(), ids=lambda path: path.stem)

@@ -11,12 +11,12 @@ from collections.abc import Callable
 import pytest
 
 import config
-from companion.settings import load
-from mavlink_bridge.imc import Action
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Action
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 CHANGE_SPEED, LOITER_UNLIMITED = 178, 17
 RADIUS_M = 20.0

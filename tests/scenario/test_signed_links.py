@@ -10,14 +10,14 @@ from pymavlink.dialects.v20 import all as library
 
 import config
 from companion import security
-from companion.io.keys import write_key
-from companion.io.store import MemoryStore
-from companion.settings import ConfigError, load
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.signing import Signer, SigningState, units_from_utc
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.io.keeping.keys import write_key
+from companion.io.keeping.store import MemoryStore
+from companion.settings.schema import ConfigError, load
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState, units_from_utc
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 KEY = bytes(range(32))
 ARM_BY_FORCE = dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 21196, 0, 0, 0, 0, 0)

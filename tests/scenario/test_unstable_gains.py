@@ -7,10 +7,10 @@ import math
 
 import pytest
 
-from companion.core.gain_check import GAIN_DB, PHASE_DEG, gains_problem, margins
-from companion.core.steering import ModelConfig, SteeringConfig
-from companion.settings import load_vessel
-from mavlink_bridge.requests import Result, SetParameter
+from companion.core.steer.gain_check import GAIN_DB, PHASE_DEG, gains_problem, margins
+from companion.core.steer.law import ModelConfig, SteeringConfig
+from companion.settings.schema import load_vessel
+from mavlink_bridge.language.requests import Result, SetParameter
 
 SEED = ("steering.profile=seed", "steering.seed.speed_gains={kp=0.6, ki=0.15}")
 LIMIT = 0.3

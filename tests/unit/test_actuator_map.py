@@ -7,8 +7,8 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from companion.core.actuator_map import ActuatorConfig, ChannelConfig, neutral_pulses, pulses_to_demand, to_pulses
-from mavlink_bridge.imc import ActuatorOutput
+from companion.core.board.actuator_map import ActuatorConfig, ChannelConfig, neutral_pulses, pulses_to_demand, to_pulses
+from mavlink_bridge.language.messages import ActuatorOutput
 
 
 def output(port=0.0, starboard=0.0, rudder_port=0.0, rudder_starboard=0.0):

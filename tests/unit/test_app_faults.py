@@ -6,11 +6,11 @@ import pytest
 
 import config
 from companion.app import AppFaultError
-from companion.settings import load
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.requests import Arm, ManualInput, SetMode
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, ManualInput, SetMode
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 
 @pytest.fixture

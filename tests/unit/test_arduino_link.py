@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from companion.core.actuator_map import ActuatorConfig
-from companion.core.arduino import Arduino
-from mavlink_bridge.imc import ActuatorOutput
+from companion.core.board import wire
+from companion.core.board.actuator_map import ActuatorConfig
+from companion.core.board.arduino import Arduino
+from mavlink_bridge.language.messages import ActuatorOutput
 
 NEUTRAL = b"m1500M1500l1500L1500*4B\n"
 NEUTRAL_0 = b"m1500\nM1500\nl1500\nL1500\n"

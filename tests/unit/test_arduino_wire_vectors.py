@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from companion.core import arduino_wire as wire
-from sitl.arduino_decoder import Command, Decoder, Word
+from companion.core.board import wire
+from sitl.board.arduino_decoder import Command, Decoder, Word
 
 VECTORS = json.loads((Path(__file__).parents[2] / "firmware" / "vectors.json").read_text())
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core.arming import reasons
-from mavlink_bridge.imc import EstimatedState, GuardState, Mode
-from mavlink_bridge.snapshot import FenceStatus
+from companion.core.vehicle.arming import reasons
+from mavlink_bridge.language.messages import EstimatedState, GuardState, Mode
+from mavlink_bridge.language.snapshot import FenceStatus
 
 READY = {"mode": Mode.AUTO, "state": EstimatedState(0, x_m=0.0, y_m=0.0, psi_rad=0.0), "actuator_ready": True}
 

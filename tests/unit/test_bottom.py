@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from companion.core.geo import LocalFrame
-from sitl.bottom import BottomConfig, Flat, Mound, MoundConfig, Slope, SlopeConfig, make_bottom
+from mavlink_bridge.language.geodesy import LocalFrame
+from sitl.plant.bottom import BottomConfig, Flat, Mound, MoundConfig, Slope, SlopeConfig, make_bottom
 
 
 def test_the_shipped_bottom_is_deep_about_the_start_and_has_a_shoal_a_hole_and_a_slope():

@@ -11,11 +11,11 @@ import pytest
 
 import config as shipped
 from companion.cli import main
-from companion.settings import ConfigError
-from sitl import campaign_work
-from sitl.campaign import read_campaign, run_campaign, summary
-from sitl.campaign_page import command, make_page
-from sitl.campaign_work import CampaignError, over_cores, run_job
+from companion.settings.schema import ConfigError
+from sitl.campaign import work as campaign_work
+from sitl.campaign.campaign import read_campaign, run_campaign, summary
+from sitl.campaign.page import command, make_page
+from sitl.campaign.work import CampaignError, over_cores, run_job
 
 SHORT = """
 [scenario]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from companion.commands.check_live import watch
-from companion.io.link_mem import MemLink
-from companion.settings import SensorConfig, Settings
-from sitl.sensor_rig import straight, truth_at
-from sitl.sensors import SensorConfig as SimSensors, SensorSuite
+from companion.commands.check.live_data import watch
+from companion.io.links.mem import MemLink
+from companion.settings.schema import SensorConfig, Settings
+from sitl.sensors.talkers import SensorConfig as SimSensors, SensorSuite
+from tools.cells.sensor_rig import straight, truth_at
 
 
 class FedClock:

@@ -9,9 +9,9 @@ import struct
 import pytest
 from pymavlink.dialects.v20 import all as library
 
-from mavlink_bridge.codec import Codec, decode, dialect, payload
-from mavlink_bridge.extensions import crc_extra
-from mavlink_bridge.framing import Deframer
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect, payload
+from mavlink_bridge.mavlink.wire.extensions import crc_extra
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 LONGER_HERE = {
     message_id

@@ -12,10 +12,10 @@ import stat
 import pytest
 
 from companion.cli import main
-from companion.io.keys import KeyFileError, from_passphrase, read_key, write_key
-from companion.io.store import Store
-from companion.io.store_content import SaveCounter, SaveParam, SavePlan, to_json
-from mavlink_bridge.requests import PlanItem, PlanKind
+from companion.io.keeping.content import SaveCounter, SaveParam, SavePlan, to_json
+from companion.io.keeping.keys import KeyFileError, from_passphrase, read_key, write_key
+from companion.io.keeping.store import Store
+from mavlink_bridge.language.requests import PlanItem, PlanKind
 
 PLAN = SavePlan(PlanKind.MISSION, (PlanItem(16, 6, 0.0, 0.1, 0.0, float("nan"), 411822000, -87063000, 0.0),))
 

@@ -9,7 +9,7 @@ import pytest
 import config
 from companion.cli import main
 from companion.configuration import gateway_settings, vessel_settings
-from companion.settings import ConfigError
+from companion.settings.schema import ConfigError
 
 EVERYTHING_WRONG = """
 vessel = "submarine"
@@ -120,7 +120,7 @@ link_class = "telemetry"
         ("foo", "use 'seed', 'model' or 'module:Class'"),
         ("nomod:Class", "cannot be loaded: No module named 'nomod'"),
         ("os:getcwd", "cannot be made: TypeError"),
-        ("companion.core.handling:Handling", "cannot be made: "),
+        ("companion.core.hull.handling:Handling", "cannot be made: "),
     ],
 )
 def test_what_would_end_a_run_is_told_before_it(

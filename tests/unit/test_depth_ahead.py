@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from companion.core.depth_ahead import DepthAhead
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_grid import Sounding, build, offset
-from companion.core.depth_guard import DepthGuard
-from companion.core.depth_input import Altitude, DepthInput, DepthInputConfig
-from mavlink_bridge.imc import Distance, EstimatedState
+from companion.core.guard.depth.ahead import DepthAhead
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import Sounding, build, offset
+from companion.core.guard.depth.guard import DepthGuard
+from companion.core.guard.depth.input import Altitude, DepthInput, DepthInputConfig
+from mavlink_bridge.language.messages import Distance, EstimatedState
 
 CONFIG = DepthGuardConfig(
     input=DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0, sigma_m=0.0, median_samples=1), good_margin_m=0.3

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core.depth_ahead import DepthAhead
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_grid import Sounding, build, offset
-from companion.core.depth_input import DepthInput, DepthInputConfig
-from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
-from mavlink_bridge.imc import EstimatedState
+from companion.core.guard.depth.ahead import DepthAhead
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import Sounding, build, offset
+from companion.core.guard.depth.input import DepthInput, DepthInputConfig
+from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from mavlink_bridge.language.messages import EstimatedState
 
 HERE = (0.7188, -0.1519)
 KEEL_M = 0.35

@@ -9,13 +9,13 @@ import pytest
 
 from companion.cli import main
 from companion.commands.store import write_store
-from companion.core.depth_grid import offset
-from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
-from companion.core.soundings import parse_xyz
-from companion.io.depth_store import join_key, soundings_of
-from companion.io.store import Store
-from companion.io.store_content import SaveDepth, SaveParam, entries_of
-from mavlink_bridge.imc import EstimatedState
+from companion.core.guard.depth.grid import offset
+from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from companion.core.guard.depth.soundings import parse_xyz
+from companion.io.keeping.content import SaveDepth, SaveParam, entries_of
+from companion.io.keeping.depth_store import join_key, soundings_of
+from companion.io.keeping.store import Store
+from mavlink_bridge.language.messages import EstimatedState
 
 HERE = (0.7188, -0.1519)
 

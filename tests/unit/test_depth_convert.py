@@ -7,9 +7,9 @@ import math
 import pytest
 
 from companion.cli import main
-from companion.core.geo import LocalFrame
-from companion.core.soundings import parse_xyz
+from companion.core.guard.depth.soundings import parse_xyz
 from companion.io.depth_map import load_depth_map
+from mavlink_bridge.language.geodesy import LocalFrame
 
 rasterio = pytest.importorskip("rasterio", reason="the extra 'charts' is not installed")
 numpy = pytest.importorskip("numpy")

@@ -8,13 +8,21 @@ import random
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, Sounding, build, check_plan, offset
-from companion.core.geo import LocalFrame
-from companion.core.plan_depth import plan_legs
-from companion.core.soundings import dune_reference, parse, parse_csv, parse_dune, parse_xyz
+from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Sounding, build, check_plan, offset
+from companion.core.guard.depth.soundings import dune_reference, parse, parse_csv, parse_dune, parse_xyz
+from companion.core.vehicle.plan_depth import plan_legs
 from companion.io.depth_map import load_depth_map
-from mavlink_bridge.imc import ChangeSpeed, EstimatedState, Goto, Jump, Loiter, LoiterDirection, LoiterKind
-from sitl.bottom import Soundings
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import (
+    ChangeSpeed,
+    EstimatedState,
+    Goto,
+    Jump,
+    Loiter,
+    LoiterDirection,
+    LoiterKind,
+)
+from sitl.plant.bottom import Soundings
 
 HERE = (math.radians(41.18), math.radians(-8.70))
 

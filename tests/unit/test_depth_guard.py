@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
-from companion.core.depth_guard import DepthGuard, GuardOutput, next_state
-from companion.core.depth_input import DepthInputConfig
-from companion.core.depth_memory import DepthMemoryConfig
-from mavlink_bridge.imc import Distance, EstimatedState, GuardState, Severity
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
+from companion.core.guard.depth.guard import DepthGuard, GuardOutput, next_state
+from companion.core.guard.depth.input import DepthInputConfig
+from companion.core.guard.depth.memory import DepthMemoryConfig
+from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)

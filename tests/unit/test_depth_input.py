@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from companion.core.depth_input import DepthInput, DepthInputConfig
-from mavlink_bridge.imc import Distance, EstimatedState
+from companion.core.guard.depth.input import DepthInput, DepthInputConfig
+from mavlink_bridge.language.messages import Distance, EstimatedState
 
 PLAIN = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)
 FAST_US = 100_000

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core.depth_config import DepthGuardConfig
-from companion.core.depth_guard import DepthGuard
-from companion.core.depth_input import DepthInputConfig
-from companion.core.depth_lost import LostBottom
-from mavlink_bridge.imc import Distance, EstimatedState
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.guard import DepthGuard
+from companion.core.guard.depth.input import DepthInputConfig
+from companion.core.guard.depth.lost import LostBottom
+from mavlink_bridge.language.messages import Distance, EstimatedState
 
 INPUT = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0)
 

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from companion.core.depth_grid import offset
-from companion.core.depth_memory import DepthMemory, DepthMemoryConfig
-from companion.core.depth_tiles import TILE_BYTES, Cell, tile_of
-from mavlink_bridge.imc import EstimatedState
+from companion.core.guard.depth.grid import offset
+from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from companion.core.guard.depth.tiles import TILE_BYTES, Cell, tile_of
+from mavlink_bridge.language.messages import EstimatedState
 
 HERE = (0.7188, -0.1519)
 TILE_M = 16 * 2.0

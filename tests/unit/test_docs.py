@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from companion import cli, params
+from companion import cli
 from companion.cli import COMMANDS
-from companion.settings import Settings
-from mavlink_bridge import imc, requests
-from mavlink_bridge.codec import dialect
+from companion.settings import params
+from companion.settings.schema import Settings
+from mavlink_bridge.language import messages as imc, requests
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tools import from_dune, generate_docs
 from tools.schema_text import keys, texts_of
 
@@ -110,7 +111,7 @@ def test_keys_named_in_the_hand_written_pages_exist():
 
 
 def test_texts_below_fields_are_read():
-    from companion.settings import SystemConfig
+    from companion.settings.schema import SystemConfig
 
     assert "actuator refresh rate" in texts_of(SystemConfig)["tick_hz"]
 

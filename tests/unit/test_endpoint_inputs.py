@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from tests.fake_vessel import Bench, Station
 
 NAN = math.nan

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from mavlink_bridge import requests as ask
-from mavlink_bridge.codec import dialect
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench, Station
 
 ACCEPTED, REJECTED, IN_PROGRESS = 0, 1, 5

@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.nmea import NmeaConfig
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
-from sitl.sensor_rig import Motion, SensorRig, circle, straight
-from sitl.sensors import SensorConfig
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.nmea.reader import NmeaConfig
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
+from mavlink_bridge.language.units import wrap_pi
+from sitl.sensors.talkers import SensorConfig
+from tools.cells.sensor_rig import Motion, SensorRig, circle, straight
 
 IDEAL = SensorConfig(grade="ideal")
 

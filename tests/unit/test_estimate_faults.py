@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import pytest
 
-from companion.core.estimate import EstimatorConfig
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import EstimatedState, FixType, GpsFix, Severity
-from sitl.sensor_rig import SensorRig, circle, straight
-from sitl.sensors import SensorConfig
+from companion.core.estimate.estimator import EstimatorConfig
+from mavlink_bridge.language.messages import EstimatedState, FixType, GpsFix, Severity
+from mavlink_bridge.language.units import wrap_pi
+from sitl.sensors.talkers import SensorConfig
+from tools.cells.sensor_rig import SensorRig, circle, straight
 
 
 def rig(**options: object) -> SensorRig:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from companion.commands import explain
-from companion.core.failsafe import FailsafeConfig, failsafe_table_markdown
-from companion.core.failsafe_table import TABLE
+from companion.commands.check import explain
+from companion.core.guard.failsafe import FailsafeConfig, failsafe_table_markdown
+from companion.core.guard.failsafe_table import TABLE
 
 
 def run(*words: str) -> int:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.failsafe import (
+from companion.core.guard.failsafe import (
     FailsafeConfig,
     FailsafeMemory,
     FailsafeResult,
@@ -17,10 +17,10 @@ from companion.core.failsafe import (
     holding,
     step,
 )
-from companion.core.failsafe_config import reached
-from companion.core.failsafe_flags import ALARMS
-from companion.core.failsafe_table import BY_NAME, TABLE, Clear, Takeover
-from mavlink_bridge.imc import Action, Severity
+from companion.core.guard.failsafe_config import reached
+from companion.core.guard.failsafe_flags import ALARMS
+from companion.core.guard.failsafe_table import BY_NAME, TABLE, Clear, Takeover
+from mavlink_bridge.language.messages import Action, Severity
 
 CONFIG = FailsafeConfig()
 WELL = Flags(armed=True, autonomous=True, gcs_required=True, gcs_age_s=0.1)

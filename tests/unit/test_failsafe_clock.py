@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.failsafe import FailsafeConfig, Flags
-from companion.core.failsafe_table import TABLE
-from companion.core.failsafe_words import BACK, DOING, WAYS
-from mavlink_bridge.imc import Action, Severity
+from companion.core.guard.failsafe import FailsafeConfig, Flags
+from companion.core.guard.failsafe_table import TABLE
+from companion.core.guard.failsafe_words import BACK, DOING, WAYS
+from mavlink_bridge.language.messages import Action, Severity
 from tests.unit.test_failsafe import WELL, Run
 
 BEAT_S = 1.0

@@ -7,9 +7,9 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.fence import Circle, Fence, FenceConfig, Polygon, build_region
-from companion.core.geo import LocalFrame
-from mavlink_bridge.imc import EstimatedState, FenceArea, Severity
+from companion.core.guard.fence import Circle, Fence, FenceConfig, Polygon, build_region
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
 
 HERE = (0.7188, -0.1519)
 FRAME = LocalFrame(*HERE)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import all as library
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer, DuplicateFilter
-from mavlink_bridge.signing import Signer, SigningState
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer, DuplicateFilter
+from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
 
 HEARTBEAT = dialect.MAVLink_heartbeat_message(11, 3, 81, 0, 4, 3)
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from companion.core.gate import Evidence, Gate, GateConfig
-from mavlink_bridge.imc import Action, ActuatorDemand, ActuatorOutput
+from companion.core.guard.gate import Evidence, Gate, GateConfig
+from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput
 
 READY = Evidence(actuator_ready=True, reason="")
 TICK_US = 50_000

@@ -11,9 +11,9 @@ import pytest
 import config
 from companion.cli import main
 from companion.gateway import Gateway, GatewaySettings
-from companion.io.keys import write_key
-from companion.io.link_mem import pair
-from companion.settings import EndpointSettings
+from companion.io.keeping.keys import write_key
+from companion.io.links.mem import pair
+from companion.settings.schema import EndpointSettings
 
 
 def test_a_missing_modem_is_told_once_and_where_stations_connect(

@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, strategies as st
 
-from companion.core.geo import LocalFrame, at_most_m, direct, inverse
+from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, direct, inverse
 
 LATITUDES = st.floats(-1.4, 1.4)
 LONGITUDES = st.floats(-math.pi, math.pi)

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from companion.core.geo import LocalFrame
-from companion.core.guidance import Guidance, GuidanceConfig
-from companion.core.station import StationConfig
-from mavlink_bridge.imc import (
+from companion.core.guide.guidance import Guidance, GuidanceConfig
+from companion.core.guide.station import StationConfig
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import (
     ActuatorDemand,
     Desired,
     EstimatedState,
@@ -17,10 +17,10 @@ from mavlink_bridge.imc import (
     LoiterKind,
     Severity,
 )
-from mavlink_bridge.snapshot import ControlTrace
-from sitl.control_loop import ORIGIN_RAD, ControlLoop, Setup
-from sitl.library import load_vessel
-from sitl.water import WaterConfig
+from mavlink_bridge.language.snapshot import ControlTrace
+from sitl.plant.library import load_vessel
+from sitl.plant.water import WaterConfig
+from tools.cells.control_loop import ORIGIN_RAD, ControlLoop, Setup
 
 OTTER = load_vessel("otter")
 FRAME = LocalFrame(*ORIGIN_RAD)

@@ -10,11 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge import imc, imc_table, requests, snapshot
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.endpoint_config import EndpointConfig
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.imc import (
+from mavlink_bridge.language import imc_table, messages as imc, requests, snapshot
+from mavlink_bridge.language.messages import (
     ActuatorOutput,
     ActuatorStatus,
     Desired,
@@ -26,7 +23,10 @@ from mavlink_bridge.imc import (
     PathControlState,
     PlanState,
 )
-from mavlink_bridge.snapshot import Health, Progress, Snapshot
+from mavlink_bridge.language.snapshot import Health, Progress, Snapshot
+from mavlink_bridge.mavlink.persona.config import EndpointConfig
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 NAMES = {message.msgname: message for message in dialect.mavlink_map.values()}
 
@@ -35,8 +35,7 @@ NAMES = {message.msgname: message for message in dialect.mavlink_map.values()}
 def test_what_a_row_names_exists(row):
     assert row.rule
     if row.code:
-        module, _, name = row.code.partition(".")
-        assert hasattr(importlib.import_module(f"mavlink_bridge.{module}"), name), row.code
+        assert imc_table_code(row.code), row.code
     if row.mavlink.startswith("MAV_CMD_"):
         assert hasattr(dialect, row.mavlink)
     elif row.mavlink:
@@ -101,7 +100,7 @@ def test_gps_fix(lat, lon, sog, cog, height, dop, kind):
         *(1, kind, lat, lon, height, height + 50.0, 1_655_288_676_000_000, 17),
         *(dop, dop / 2.0, dop, dop * 2.0, sog, cog),
     )
-    message = through(imc_table_code("telemetry_motion.gps_raw_int")(picture(fix=fix)))
+    message = through(imc_table_code("mavlink/telemetry/motion.gps_raw_int")(picture(fix=fix)))
     assert message.fix_type == (kind if kind > FixType.NONE else 1)
     assert message.time_usec == 1_655_288_676_000_000
     assert message.satellites_visible == 17
@@ -119,7 +118,7 @@ def test_gps_fix(lat, lon, sog, cog, height, dop, kind):
 
 
 def imc_table_code(path):
-    module, _, name = path.partition(".")
+    module, _, name = path.replace("/", ".").rpartition(".")
     return getattr(importlib.import_module(f"mavlink_bridge.{module}"), name)
 
 
@@ -169,7 +168,7 @@ def test_headings(psi):
     ):
         message = through(code_of("EstimatedState.psi_rad", mavlink)(picture(state=state)))
         assert degrees_apart(getattr(message, mavlink.partition(".")[2]) * scale, psi) <= 0.51 * step
-    compact = through(imc_table_code("telemetry_system.high_latency2")(picture(state=state), EndpointConfig()))
+    compact = through(imc_table_code("mavlink/telemetry/system.high_latency2")(picture(state=state), EndpointConfig()))
     assert degrees_apart(compact.heading * 2.0, psi) <= 2.01
 
 
@@ -199,7 +198,7 @@ def test_depth(value, quality):
     message = through(code_of("Distance.value_m", "DISTANCE_SENSOR.current_distance")(shown))
     assert message.current_distance / 100.0 == pytest.approx(value, abs=0.0051)
     assert message.orientation == 25
-    back = imc_table_code("sensor_input.distance")(message)
+    back = imc_table_code("mavlink/endpoint/sensor_input.distance")(message)
     assert back.value_m == pytest.approx(value, abs=0.0051)
     water = through(code_of("Distance.value_m", "WATER_DEPTH.distance")(shown))
     assert water.distance == pytest.approx(value, rel=1e-6)
@@ -207,7 +206,7 @@ def test_depth(value, quality):
 
 def test_unknown_is_told_as_unknown():
     shown = picture()
-    gps = through(imc_table_code("telemetry_motion.gps_raw_int")(shown))
+    gps = through(imc_table_code("mavlink/telemetry/motion.gps_raw_int")(shown))
     assert (gps.fix_type, gps.vel, gps.cog, gps.eph, gps.satellites_visible, gps.yaw) == (
         1,
         65535,
@@ -216,14 +215,14 @@ def test_unknown_is_told_as_unknown():
         255,
         65535,
     )
-    assert imc_table_code("telemetry_motion.global_position_int")(shown) is None
-    assert through(imc_table_code("telemetry_motion.altitude")(shown)).bottom_clearance == -1.0
-    assert imc_table_code("telemetry_motion.distance_sensor")(shown) is None
+    assert imc_table_code("mavlink/telemetry/motion.global_position_int")(shown) is None
+    assert through(imc_table_code("mavlink/telemetry/motion.altitude")(shown)).bottom_clearance == -1.0
+    assert imc_table_code("mavlink/telemetry/motion.distance_sensor")(shown) is None
 
 
 def test_actuation_is_what_the_board_applied():
     board = ActuatorStatus(5_000_000, connected=True, applied_us=(1_600, 1_500, 1_250, 1_750))
-    message = through(imc_table_code("telemetry_system.servo_output_raw")(picture(actuator=board)))
+    message = through(imc_table_code("mavlink/telemetry/system.servo_output_raw")(picture(actuator=board)))
     assert [getattr(message, f"servo{n}_raw") for n in range(1, 5)] == [1_600, 1_500, 1_250, 1_750]
 
 
@@ -243,7 +242,7 @@ def test_actuation_is_what_the_board_applied():
 def test_a_voltage_above_one_field_goes_on_in_the_next(voltage_v, cells_mv):
     """common.xml: the rest beyond 65.534 V stands in the next cells, cells that are not there are 65535."""
     supply = imc.SupplyVoltage(5_000_000, voltage_v)
-    message = through(imc_table_code("telemetry_system.battery_status")(picture(supply=supply)))
+    message = through(imc_table_code("mavlink/telemetry/system.battery_status")(picture(supply=supply)))
     assert tuple(message.voltages) == (*cells_mv, *[0xFFFF] * (10 - len(cells_mv)))
 
 
@@ -251,6 +250,8 @@ def test_plan_control_state():
     progress = Progress(PlanState.PAUSED, 3, 9, 0xAABBCCDD, 5, 6)
     for persona, shift in (("generic", 0), ("ardurover", 1)):
         config = EndpointConfig(persona=persona)
-        message = through(imc_table_code("telemetry_system.mission_current")(picture(progress=progress), config))
+        message = through(
+            imc_table_code("mavlink/telemetry/system.mission_current")(picture(progress=progress), config)
+        )
         assert (message.seq, message.total, message.mission_state) == (3 + shift, 9, 4)
         assert (message.mission_id, message.fence_id, message.rally_points_id) == (0xAABBCCDD, 5, 6)

@@ -6,17 +6,25 @@ import random
 
 import pytest
 
-from companion.io import request_json
-from companion.io.input_recorder import InputRecorder, RecordingLink, RecordingStore, links_meta
-from companion.io.input_replay import ReplayLinks, ReplayStore
-from companion.io.inputs import InputReader
-from companion.io.link import Received
-from companion.io.link_mem import pair
-from companion.io.store import MemoryStore
-from companion.io.store_content import SaveCounter, SaveParam, StoreContent, to_json
-from mavlink_bridge.imc import FenceArea, Goto, Loiter, LoiterDirection, LoiterKind, Mode, PlanSpecification
-from mavlink_bridge.requests import Arm, LoadPlan, Orbit, PlanItem, PlanKind, RtcmData, SetMode, StartPlan
-from sitl.scenario_file import library as scenarios, read_scenario
+from companion.io.keeping.content import SaveCounter, SaveParam, StoreContent, to_json
+from companion.io.keeping.store import MemoryStore
+from companion.io.links.link import Received
+from companion.io.links.mem import pair
+from companion.io.recording import request_json
+from companion.io.recording.input_recorder import InputRecorder, RecordingLink, RecordingStore, links_meta
+from companion.io.recording.input_replay import ReplayLinks, ReplayStore
+from companion.io.recording.inputs import InputReader
+from mavlink_bridge.language.messages import (
+    FenceArea,
+    Goto,
+    Loiter,
+    LoiterDirection,
+    LoiterKind,
+    Mode,
+    PlanSpecification,
+)
+from mavlink_bridge.language.requests import Arm, LoadPlan, Orbit, PlanItem, PlanKind, RtcmData, SetMode, StartPlan
+from sitl.scenario.file import library as scenarios, read_scenario
 
 
 class EchoApp:

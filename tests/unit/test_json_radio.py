@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.json_radio import JsonRadio
-from mavlink_bridge.requests import Arm, LoadPlan, SetMode, StartPlan
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, LoadPlan, SetMode, StartPlan
+from mavlink_bridge.radio.json_radio import JsonRadio
 from tools.lora_rig import BookVessel, profile
 
 PLAN = (

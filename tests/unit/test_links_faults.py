@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from companion.io.link import Closed, Opened, Received
-from companion.io.link_mem import pair
-from companion.io.link_tcp import MAX_CLIENTS
-from companion.io.link_udp import MAX_PEERS
-from companion.io.links import open_link
+from companion.io.links.link import Closed, Opened, Received
+from companion.io.links.mem import pair
+from companion.io.links.table import open_link
+from companion.io.links.tcp import MAX_CLIENTS
+from companion.io.links.udp import MAX_PEERS
 
 
 def poll_until(link, wanted, now_us=0, step_us=10_000):

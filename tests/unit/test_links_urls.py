@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from companion.io.link_serial import SerialLink
-from companion.io.link_tcp import TcpClientLink
-from companion.io.links import SCHEMES, LinkConfigError, check_link, open_link
-from companion.io.resolve import Resolver
+from companion.io.links.resolve import Resolver
+from companion.io.links.serial import SerialLink
+from companion.io.links.table import SCHEMES, LinkConfigError, check_link, open_link
+from companion.io.links.tcp import TcpClientLink
 
 
 @pytest.mark.parametrize(

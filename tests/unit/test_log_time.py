@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from companion.core.nmea_line import frame
-from companion.io.link import Received
-from companion.io.link_file import FileLink
-from companion.io.log_time import logger_stamp_us, timed
+from companion.core.nmea.line import frame
+from companion.io.links.file import FileLink
+from companion.io.links.link import Received
+from companion.io.links.log_time import logger_stamp_us, timed
 
 
 def took_s(lines: list[bytes]) -> float:

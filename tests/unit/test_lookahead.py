@@ -8,13 +8,13 @@ import random
 
 import pytest
 
-from companion.core.depth_input import Altitude
-from companion.core.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
-from companion.core.paths import Line, Track, circle, fillet, racetrack
-from companion.core.stopping import braking_distance_m
-from companion.core.vessel import stopping_distance_m
-from mavlink_bridge.imc import EstimatedState
-from sitl.library import load_vessel
+from companion.core.guard.depth.input import Altitude
+from companion.core.guard.depth.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
+from companion.core.guide.paths import Line, Track, circle, fillet, racetrack
+from companion.core.hull.stopping import braking_distance_m
+from companion.core.hull.vessel_file import stopping_distance_m
+from mavlink_bridge.language.messages import EstimatedState
+from sitl.plant.library import load_vessel
 
 
 def rate(slope_mps: float, seconds: float, sigma_m: float = 0.0, seed: int = 1) -> float:

@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
-from mavlink_bridge.imc import LogText, Severity
-from mavlink_bridge.lora.airtime import PHYS, packet_us, write_us
-from mavlink_bridge.lora.profile import batch_bytes
-from mavlink_bridge.lora.state_codec import RadioState, encode_batch
-from mavlink_bridge.requests import Arm
+from mavlink_bridge.language.messages import LogText, Severity
+from mavlink_bridge.language.requests import Arm
+from mavlink_bridge.radio.air.airtime import PHYS, packet_us, write_us
+from mavlink_bridge.radio.air.profile import batch_bytes
+from mavlink_bridge.radio.codec.state import RadioState, encode_batch
 from tools.lora_rig import Rig, profile
 
 SIZES = (12, 20, 24, 40, 60, 62, 100, 200)

@@ -4,10 +4,8 @@ import random
 
 import pytest
 
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.frames import Direction, Kind, Opener, Sealer
-from mavlink_bridge.lora.request_codec import decode_request, encode_request
-from mavlink_bridge.requests import (
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import (
     Arm,
     GuidedHeading,
     LoadPlan,
@@ -21,7 +19,9 @@ from mavlink_bridge.requests import (
     SetParameter,
     StartPlan,
 )
-from sitl.radio import RadioConfig
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Opener, Sealer
+from mavlink_bridge.radio.codec.request import decode_request, encode_request
+from sitl.radio.air import RadioConfig
 from tools.bench_lora import compiled, loiter_items, settled, survey_items, upload
 from tools.lora_rig import KEY, Rig, profile
 
@@ -192,7 +192,7 @@ def test_sticks_do_not_cross():
 def test_requests_come_back_as_they_were(body):
     back = decode_request(
         encode_request(body),
-        {__import__("mavlink_bridge.lora.request_codec", fromlist=["x"]).name_code("DEPTH_MIN"): "DEPTH_MIN"}.get,
+        {__import__("mavlink_bridge.radio.codec.request", fromlist=["x"]).name_code("DEPTH_MIN"): "DEPTH_MIN"}.get,
     )
     if isinstance(body, Reposition):
         assert back.lat_rad == pytest.approx(body.lat_rad, abs=1e-9)

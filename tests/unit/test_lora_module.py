@@ -13,9 +13,9 @@ import pytest
 
 import config
 from companion.cli import main
-from mavlink_bridge.lora.module import ModuleError, check_block, differences, fields, wanted
-from mavlink_bridge.lora.profile import RadioProfile
-from sitl.radio_module import FACTORY_BLOCK, RadioModule
+from mavlink_bridge.radio.air.module import ModuleError, check_block, differences, fields, wanted
+from mavlink_bridge.radio.air.profile import RadioProfile
+from sitl.radio.module import FACTORY_BLOCK, RadioModule
 from tools.lora_rig import profile
 
 SHIPPED = sorted(path.stem for path in config.path("radio").glob("*.toml"))
@@ -150,7 +150,7 @@ import types
 serial = types.ModuleType('serial'); serial.Serial = object; serial.SerialException = OSError
 sys.modules['serial'] = serial
 import companion.gateway, companion.commands.gateway, companion.commands.lora
-from companion.io.links import SCHEMES, check_link
+from companion.io.links.table import SCHEMES, check_link
 assert SCHEMES['serial'].endswith('ComLink')
 check_link('serial:COM5?baud=9600')
 """

@@ -2,10 +2,10 @@
 
 import pytest
 
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.frames import Direction, Kind, Sealer
-from mavlink_bridge.lora.request_codec import encode_request
-from mavlink_bridge.requests import Arm, Result, SetMode, SetParameter, StartPlan
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter, StartPlan
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
+from mavlink_bridge.radio.codec.request import encode_request
 from tools.bench_lora import settled
 from tools.lora_rig import KEY
 

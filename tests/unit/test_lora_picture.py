@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import Mode
-from mavlink_bridge.lora.frames import Kind
-from mavlink_bridge.lora.state_codec import CLOCK_S
-from mavlink_bridge.requests import PlanKind, SetParameter
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import PlanKind, SetParameter
+from mavlink_bridge.radio.codec.frames import Kind
+from mavlink_bridge.radio.codec.state import CLOCK_S
 from tools.bench_lora import settled, survey_items
 from tools.lora_rig import Rig, profile
 

@@ -1,7 +1,7 @@
 """Long messages that end half way: they hinder nobody, and leave nothing behind."""
 
-from mavlink_bridge.lora.frames import Direction, Kind, Sealer
-from mavlink_bridge.requests import PlanKind
+from mavlink_bridge.language.requests import PlanKind
+from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
 from tools.bench_lora import settled, survey_items
 from tools.lora_rig import KEY
 

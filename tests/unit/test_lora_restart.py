@@ -2,8 +2,8 @@
 
 import pytest
 
-from mavlink_bridge.lora.frames import Kind
-from mavlink_bridge.requests import Arm, Result
+from mavlink_bridge.language.requests import Arm, Result
+from mavlink_bridge.radio.codec.frames import Kind
 from tools.bench_lora import settled
 from tools.lora_rig import Rig, profile
 

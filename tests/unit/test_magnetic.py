@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from companion.core.estimate import EstimatorConfig
-from companion.core.magnetic import MagneticModel
-from companion.core.units import wrap_pi
-from sitl.sensor_rig import SensorRig, circle
-from sitl.sensors import SensorConfig
+from companion.core.estimate.estimator import EstimatorConfig
+from companion.core.estimate.magnetic import MagneticModel
+from mavlink_bridge.language.units import wrap_pi
+from sitl.sensors.talkers import SensorConfig
+from tools.cells.sensor_rig import SensorRig, circle
 
 EPOCH_US = 1_735_689_600_000_000
 HALF_US = round(2.5 * 365.25 * 86_400e6)

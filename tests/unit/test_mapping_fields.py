@@ -7,8 +7,8 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from companion.core.geo import LocalFrame
-from mavlink_bridge import mapping
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.mavlink.wire import mapping
 
 
 @given(st.integers(-1_800_000_000, 1_800_000_000))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.mission import Leg, Mission, MissionConfig, nearest
-from mavlink_bridge.imc import (
+from companion.core.vehicle.mission import Leg, Mission, MissionConfig, nearest
+from mavlink_bridge.language.messages import (
     ChangeSpeed,
     Delay,
     EstimatedState,

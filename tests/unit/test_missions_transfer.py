@@ -8,12 +8,12 @@ import struct
 
 import pytest
 
-from mavlink_bridge.codec import Codec, decode, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.mission_wire import item_to_message, with_home
-from mavlink_bridge.missions import MissionServer, MissionTiming, UploadLocks
-from mavlink_bridge.plan_rules import MissionResult, plan_id
-from mavlink_bridge.requests import ACCEPTED, PlanItem, PlanKind, Reply, Result
+from mavlink_bridge.language.requests import ACCEPTED, PlanItem, PlanKind, Reply, Result
+from mavlink_bridge.mavlink.missions.plan_rules import MissionResult, plan_id
+from mavlink_bridge.mavlink.missions.service import MissionServer, MissionTiming, UploadLocks
+from mavlink_bridge.mavlink.missions.wire import item_to_message, with_home
+from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
 
 S = 1_000_000
 LAT, LON = 411_850_123, -87_062_154

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from companion.core.monitors import MonitorConfig, MonitorFlags, Monitors
-from mavlink_bridge.imc import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
+from companion.core.guard.monitors import MonitorConfig, MonitorFlags, Monitors
+from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
 
 TICK_US = 50_000
 

@@ -7,10 +7,9 @@ import math
 import pytest
 
 import config
-from companion.settings import load
-from mavlink_bridge.imc import GuardState, Loiter, LoiterKind, Mode
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import (
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import GuardState, Loiter, LoiterKind, Mode
+from mavlink_bridge.language.requests import (
     Arm,
     GuidedHeading,
     GuidedTarget,
@@ -31,8 +30,9 @@ from mavlink_bridge.requests import (
     Terminate,
     UnlockGuard,
 )
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 LAT, LON = math.radians(41.1853), math.radians(-8.7060)
 

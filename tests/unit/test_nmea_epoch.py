@@ -7,10 +7,10 @@ from datetime import UTC, datetime
 
 import pytest
 
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.nmea_line import frame
-from mavlink_bridge.imc import EulerAngles, FixType, GpsFix, Severity
-from sitl import nmea_writer as write
+from companion.core.nmea.line import frame
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.messages import EulerAngles, FixType, GpsFix, Severity
+from sitl.sensors import nmea_writer as write
 
 LAT, LON = math.radians(41.1850123), math.radians(-8.7062154)
 START_US = 1_767_268_800_000_000

@@ -7,7 +7,7 @@ import operator
 
 import pytest
 
-from companion.core.nmea_line import BODY_MAX, LineReader, checksum, frame
+from companion.core.nmea.line import BODY_MAX, LineReader, checksum, frame
 
 HDT = b"$GPHDT,92.40,T*3A\r\n"
 GGA = b"$GPGGA,102436.00,4111.1007380,N,00842.3729240,W,2,10,0.9,2.10,M,52.30,M,4.0,0129*5F\r\n"

@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.nmea_fields import MalformedError, coordinate_rad, day_number, time_of_day_us
-from companion.core.nmea_line import frame
-from companion.core.nmea_sentences import parse
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.nmea.fields import MalformedError, coordinate_rad, day_number, time_of_day_us
+from companion.core.nmea.line import frame
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from companion.core.nmea.sentences import parse
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
 
 SEED_EPOCH = b"""$GPZDA,102436.00,15,06,2022,00,00*64
 $GPGGA,102436.00,4111.1007380,N,00842.3729240,W,2,10,0.9,2.10,M,52.30,M,4.0,0129*5F

@@ -2,7 +2,7 @@
 
 import pytest
 
-from companion.core.pid import DiscretePid, PidGains
+from companion.core.steer.pid import DiscretePid, PidGains
 
 VECTORS = [
     (PidGains(kp=1.0, ki=0.5, kd=0.1), 0.0, 0.1, [0.5, 0.4, 0.3, 0.2, 0.1], [1.0, 0.325, 0.245, 0.16, 0.07]),

@@ -8,8 +8,8 @@ import pytest
 
 import config
 from companion.cli import main
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 
 SIM = ["sim", "--speed", "max", "--duration", "1"]
 MAKE = ["41.18,-8.7", "41.19,-8.7"]

@@ -9,14 +9,14 @@ import time
 import pytest
 
 from companion.cli import main
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.mission_wire import item_to_message, with_home
-from mavlink_bridge.plan_mapping import compile_items
-from mavlink_bridge.planfile import PlanFile, read_plan, write_plan
-from mavlink_bridge.requests import PlanItem, PlanKind
-from sitl.scenario import run_scenario
-from sitl.scenario_file import read_scenario
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
+from mavlink_bridge.mavlink.missions.wire import item_to_message, with_home
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.plans.files import PlanFile, read_plan, write_plan
+from sitl.scenario.file import read_scenario
+from sitl.scenario.run import run_scenario
 
 PLACE = "41.1852,-8.7060"
 

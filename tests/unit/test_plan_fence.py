@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from companion.core.fence import Fence, FenceConfig
-from companion.core.geo import LocalFrame
-from companion.core.plan_fence import LEGS_A_TICK, SETTLE_US, PlanFence
-from mavlink_bridge.imc import (
+from companion.core.guard.fence import Fence, FenceConfig
+from companion.core.vehicle.plan_fence import LEGS_A_TICK, SETTLE_US, PlanFence
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import (
     EstimatedState,
     FenceArea,
     FenceEnable,

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from mavlink_bridge.imc import (
+from mavlink_bridge.language.messages import (
     ChangeSpeed,
     Delay,
     FenceEnable,
@@ -20,7 +20,8 @@ from mavlink_bridge.imc import (
     ReturnHome,
     SetHome,
 )
-from mavlink_bridge.plan_mapping import (
+from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_mapping import (
     Cmd,
     MissionResult,
     PlanError,
@@ -30,7 +31,6 @@ from mavlink_bridge.plan_mapping import (
     load_plan,
     plan_id,
 )
-from mavlink_bridge.requests import LoadPlan, PlanItem, PlanKind
 
 NAN = math.nan
 LAT, LON = 411_850_123, -87_062_154

@@ -7,9 +7,9 @@ import struct
 import pytest
 
 from companion.cli import main
-from companion.commands.plan_params import unpack
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import dialect
+from companion.commands.plan.params import unpack
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench
 from tests.ftp_client import FtpClient
 

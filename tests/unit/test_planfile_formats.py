@@ -8,13 +8,14 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from mavlink_bridge import imc, seed_json
-from mavlink_bridge.imc import LoiterDirection, LoiterKind
-from mavlink_bridge.plan_export import InexpressibleError, items_from_maneuvers
-from mavlink_bridge.plan_mapping import compile_items
-from mavlink_bridge.plan_rules import plan_id
-from mavlink_bridge.planfile import PlanFile, PlanFileError, read_plan, write_plan, write_wpl
-from mavlink_bridge.requests import PlanItem, PlanKind
+from mavlink_bridge.language import messages as imc
+from mavlink_bridge.language.messages import LoiterDirection, LoiterKind
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
+from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
+from mavlink_bridge.plans import seed_json
+from mavlink_bridge.plans.files import PlanFile, PlanFileError, read_plan, write_plan, write_wpl
 
 KNOT = 1852.0 / 3600.0
 LAT, LON = math.radians(41.1850123), math.radians(-8.7062154)

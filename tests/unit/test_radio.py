@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from mavlink_bridge.lora.airtime import PHYS, packet_us
-from sitl.radio import RadioConfig, RadioPair
+from mavlink_bridge.radio.air.airtime import PHYS, packet_us
+from sitl.radio.air import RadioConfig, RadioPair
 
 MS = 1000
 

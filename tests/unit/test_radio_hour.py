@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from companion.io.store import MemoryStore
-from companion.io.store_content import SaveValue
+from companion.io.keeping.content import SaveValue
+from companion.io.keeping.store import MemoryStore
 from companion.radio import MEMORY_KEY, radio_conversation
-from companion.settings import Settings
+from companion.settings.schema import Settings
 from tools.lora_rig import KEY, BookVessel
 
 

@@ -15,17 +15,16 @@ from types import SimpleNamespace
 import pytest
 
 from companion.io.clock import EARLIEST_UTC_US
-from companion.io.inputs import InputReader
-from companion.io.link_mem import pair
-from companion.io.log_archive import log_parts
+from companion.io.keeping.store import MemoryStore
+from companion.io.links.mem import pair
 from companion.io.log_file import LogFile, parts_of
-from companion.io.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
-from companion.io.recording import Recording
-from companion.io.store import MemoryStore
-from companion.io.truth import TRUTH_COLUMNS, truth_row
+from companion.io.recording.inputs import InputReader
+from companion.io.recording.log_archive import log_parts
+from companion.io.recording.recorder import CONTROL_COLUMNS, Recorder, drop_oldest_parts
+from companion.io.recording.truth import TRUTH_COLUMNS, truth_row
+from companion.io.recording.wrap import Recording
 from companion.io.writer import Writer
-from mavlink_bridge import tlog
-from mavlink_bridge.imc import (
+from mavlink_bridge.language.messages import (
     ActuatorDemand,
     ActuatorOutput,
     EstimatedState,
@@ -35,7 +34,8 @@ from mavlink_bridge.imc import (
     PathControlState,
     Severity,
 )
-from mavlink_bridge.snapshot import ControlTrace, Progress, Snapshot
+from mavlink_bridge.language.snapshot import ControlTrace, Progress, Snapshot
+from mavlink_bridge.mavlink.wire import tlog
 
 
 def snapshot(tick: int, **changes) -> Snapshot:

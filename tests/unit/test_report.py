@@ -19,13 +19,13 @@ from companion.report.flight import Event, Flight, Series, Track, percentile, rm
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
 from companion.report.verdicts import Limits, clock, judge, offset_m
-from companion.settings import load
-from mavlink_bridge import tlog
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.plan_mapping import load_plan
-from mavlink_bridge.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
-from sitl.settings import SimSettings
-from sitl.world import World
+from companion.settings.schema import load
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.wire import tlog
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 ITEMS = (
     PlanItem(16, 6, 0, 0, 0, 0, 411853000, -87061000, 0),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from companion.io.run_folders import free_bytes, make_room, new_run_dir
+from companion.io.recording.run_folders import free_bytes, make_room, new_run_dir
 
 OLD = ("20260101-000000", "20260101-000000-2", "20260101-000000-10", "20260301-120000")
 NEWEST = ("20261121-235959", "20261122-000000", "20261122-000000-1")
@@ -102,7 +102,7 @@ def test_two_runs_in_one_second_have_two_directories(tmp_path: Path) -> None:
 
 def test_what_could_not_be_had_is_in_the_log(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from companion.commands.run import _make_room, log
-    from companion.settings import RecordConfig
+    from companion.settings.schema import RecordConfig
 
     said: list[str] = []
     monkeypatch.setattr(log, "warning", lambda text, *values: said.append(text % values))

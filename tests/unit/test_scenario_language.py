@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from companion.cli import main
-from companion.settings import ConfigError
-from sitl.scenario import run, run_scenario
-from sitl.scenario_expect import QUANTITIES, Expect, Spot
-from sitl.scenario_file import ACTS, Act, library, read_scenario
+from companion.settings.schema import ConfigError
+from sitl.scenario.expect import QUANTITIES, Expect, Spot
+from sitl.scenario.file import ACTS, Act, library, read_scenario
+from sitl.scenario.run import run, run_scenario
 
 HEAD = '[scenario]\ntitle = "A test"\nduration_s = {duration}\n'
 STILL = "[[expect]]\nstays_neutral = true\n"

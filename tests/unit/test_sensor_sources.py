@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.nmea_line import frame
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import Distance, Severity
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.nmea.line import frame
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.messages import Distance, Severity
+from mavlink_bridge.language.units import wrap_pi
 from tests.replay.own_time import timed_lines
 
 TICK_US = 50_000

@@ -10,13 +10,13 @@ from collections import Counter
 
 import pytest
 
-from companion.core.nmea import NmeaConfig, NmeaReader
-from companion.core.nmea_line import LineReader
-from companion.core.units import wrap_pi
-from mavlink_bridge.imc import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
-from sitl.sensor_rig import SensorRig, circle, straight, truth_at
-from sitl.sensors import SensorConfig, SensorFaults, SensorSuite
-from sitl.truth import SIM_UTC_START_US
+from companion.core.nmea.line import LineReader
+from companion.core.nmea.reader import NmeaConfig, NmeaReader
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
+from mavlink_bridge.language.units import wrap_pi
+from sitl.plant.truth import SIM_UTC_START_US
+from sitl.sensors.talkers import SensorConfig, SensorFaults, SensorSuite
+from tools.cells.sensor_rig import SensorRig, circle, straight, truth_at
 
 REST = straight(0.0, 0.5)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import config
-from companion import params
-from companion.settings import ConfigError, Settings, load, load_vessel
+from companion.settings import params
+from companion.settings.schema import ConfigError, Settings, load, load_vessel
 
 TABLE = {entry.param.name: entry for entry in params.entries(Settings)}
 

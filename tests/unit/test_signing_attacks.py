@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import all as library
 
-from mavlink_bridge import signing
-from mavlink_bridge.codec import Codec, dialect
-from mavlink_bridge.framing import Deframer
-from mavlink_bridge.signing import SIGNED, TELEMETRY_ONLY, TRUSTED, Signer, SigningState, Verdict, Verifier
+from mavlink_bridge.mavlink.wire import signing
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
+from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.mavlink.wire.signing import SIGNED, TELEMETRY_ONLY, TRUSTED, Signer, SigningState, Verdict, Verifier
 
 KEY = bytes(range(32))
 NOW_UNITS = signing.units_from_utc(1_760_000_000_000_000)

@@ -6,8 +6,8 @@ import json
 
 import config as shipped
 from companion.cli import main
-from companion.settings import load
-from sitl.settings import SimSettings, at_speed, on_this_computer
+from companion.settings.schema import load
+from sitl.world.settings import SimSettings, at_speed, on_this_computer
 
 BOAT = """
 store = ""

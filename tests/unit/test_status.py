@@ -13,8 +13,8 @@ import pytest
 import config as shipped
 from companion.cli import main
 from companion.commands.status import LinkNotes, StatusView, Watched, airtime_of, line, rows
-from companion.settings import load
-from mavlink_bridge.imc import (
+from companion.settings.schema import load
+from mavlink_bridge.language.messages import (
     Action,
     ActuatorOutput,
     EstimatedState,
@@ -26,9 +26,9 @@ from mavlink_bridge.imc import (
     PlanState,
     Severity,
 )
-from mavlink_bridge.snapshot import Health, LinkHealth, Progress, Snapshot
-from sitl.settings import SimSettings
-from sitl.world import World
+from mavlink_bridge.language.snapshot import Health, LinkHealth, Progress, Snapshot
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
 
 
 def snapshot(t_us=0, **changes):

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from companion.core.loop_control import Loop
-from companion.core.pid import PidGains
-from companion.core.steering import SeedConfig, SteeringConfig, SteeringError, make_controller, manual_demand, mix
-from companion.core.units import KNOT_MPS
-from mavlink_bridge.imc import Desired, EstimatedState
-from sitl.library import load_vessel
+from companion.core.steer.law import SeedConfig, SteeringConfig, SteeringError, make_controller, manual_demand, mix
+from companion.core.steer.loop_control import Loop
+from companion.core.steer.pid import PidGains
+from mavlink_bridge.language.messages import Desired, EstimatedState
+from mavlink_bridge.language.units import KNOT_MPS
+from sitl.plant.library import load_vessel
 
 GAINS = {"heading_gains": PidGains(kp=1.8, ki=0.005, kd=0.4), "speed_gains": PidGains(kp=0.6, ki=0.15)}
 OTTER = load_vessel("otter")

@@ -9,8 +9,7 @@ import time
 
 import pytest
 
-from companion.io.store import MIGRATIONS, Store, migrate
-from companion.io.store_content import (
+from companion.io.keeping.content import (
     Completion,
     ForgetParams,
     SaveCounter,
@@ -27,7 +26,8 @@ from companion.io.store_content import (
     to_json,
     unpack_tile,
 )
-from mavlink_bridge.requests import PlanItem, PlanKind
+from companion.io.keeping.store import MIGRATIONS, Store, migrate
+from mavlink_bridge.language.requests import PlanItem, PlanKind
 
 ITEMS = (
     PlanItem(16, 6, 0.0, 2.0, 0.1, math.nan, 411822000, -87063000, 0.0),
@@ -135,7 +135,7 @@ def test_submit_returns_at_once_while_the_disk_hangs(tmp_path):
 def test_row_57_the_end_does_not_wait_for_a_disk_that_hangs(tmp_path, monkeypatch):
     import threading
 
-    from companion.io import store as module
+    from companion.io.keeping import store as module
     from companion.io.writer import Writer
 
     gate, real = threading.Event(), module.write_entries

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from companion.commands.store import read_store
-from companion.io.store import Store
-from companion.io.store_content import SaveCounter, SaveParam, SavePlan, SaveStamp, SaveValue, StoreContent, to_json
-from companion.settings import ConfigError
-from mavlink_bridge.requests import PlanItem, PlanKind
+from companion.io.keeping.content import SaveCounter, SaveParam, SavePlan, SaveStamp, SaveValue, StoreContent, to_json
+from companion.io.keeping.store import Store
+from companion.settings.schema import ConfigError
+from mavlink_bridge.language.requests import PlanItem, PlanKind
 
 FLIPS = 150
 ITEMS = tuple(PlanItem(16, 3, 0.0, 1.0, 0.0, 0.0, 410000000 + i, -80000000, 0.0, True) for i in range(20))
@@ -141,7 +141,7 @@ def test_rows_58_and_56_what_was_rescued_is_used_though_the_disk_takes_no_new_fi
         raise sqlite3.OperationalError("database or disk is full")
 
     with monkeypatch.context() as context:
-        context.setattr("companion.io.store_file.write_entries", full)
+        context.setattr("companion.io.keeping.file.write_entries", full)
         content, warnings = opened(tmp_path, damaged)
     assert content.params == WHOLE
     assert content.stamps == {"1/1/0": 5}

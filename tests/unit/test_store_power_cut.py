@@ -17,16 +17,16 @@ from pathlib import Path
 
 import pytest
 
-from companion.io.store import Store
-from companion.io.store_content import to_json, unpack_tile
+from companion.io.keeping.content import to_json, unpack_tile
+from companion.io.keeping.store import Store
 
 HERE = Path(__file__).parent
 CHILD = """
 import random, sys, time
 from pathlib import Path
-from companion.io.store import Store
-from companion.io.store_content import SaveDepth, SaveParam, SavePlan, Together
-from mavlink_bridge.requests import PlanItem, PlanKind
+from companion.io.keeping.store import Store
+from companion.io.keeping.content import SaveDepth, SaveParam, SavePlan, Together
+from mavlink_bridge.language.requests import PlanItem, PlanKind
 folder = Path(sys.argv[1])
 def plan(n):
     return SavePlan(PlanKind.MISSION, tuple(PlanItem(16, 6, n, 0, 0, 0, k, n, 0) for k in range(60)))

@@ -8,13 +8,13 @@ import warnings
 import pytest
 
 import config as shipped
-from companion.core.pid import DiscretePid, PidGains
-from companion.core.steering import SteeringConfig
+from companion.core.steer.law import SteeringConfig
+from companion.core.steer.pid import DiscretePid, PidGains
 from companion.tuning.identify import identify, read_columns
 from companion.tuning.margins import heading_margins
 from companion.tuning.plants import nomoto, vessel_system
-from sitl.library import load_vessel, vessel_names
-from sitl.vessel import SimVessel
+from sitl.plant.hull import SimVessel
+from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
 
 try:
@@ -86,7 +86,7 @@ def test_every_shipped_gain_set_keeps_its_margins(vessel, profile, steering):
 
 def test_gains_tuned_on_error_only_are_caught():
     """The study's trap: Kp 6.55, Kd 0.8 looks well in simulation and has next to no margin."""
-    from companion.core.steering import SeedConfig
+    from companion.core.steer.law import SeedConfig
 
     trap = SteeringConfig(seed=SeedConfig(heading_gains=PidGains(kp=6.55, kd=0.8), speed_gains=PidGains(kp=0.6)))
     assert any(not margins.holds for margins in heading_margins(trap, load_vessel("otter"), "seed"))

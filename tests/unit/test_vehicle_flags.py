@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from companion.core.depth_guard import GuardOutput
-from companion.core.failsafe_flags import ALARMS, Flags
-from companion.core.monitors import MonitorFlags
-from companion.core.vehicle_config import TickInputs
-from companion.core.vehicle_flags import gather
-from mavlink_bridge.imc import ActuatorStatus, EstimatedState, GuardState, Mode
-from mavlink_bridge.snapshot import FenceStatus
+from companion.core.guard.depth.guard import GuardOutput
+from companion.core.guard.failsafe_flags import ALARMS, Flags
+from companion.core.guard.monitors import MonitorFlags
+from companion.core.vehicle.config import TickInputs
+from companion.core.vehicle.flags import gather
+from mavlink_bridge.language.messages import ActuatorStatus, EstimatedState, GuardState, Mode
+from mavlink_bridge.language.snapshot import FenceStatus
 
 GUARD = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0)
 STATE = EstimatedState(0, x_m=0.0, y_m=0.0, psi_rad=0.0)

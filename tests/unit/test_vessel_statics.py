@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from companion.core.handling import Handling
-from companion.core.vessel import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
-from sitl.library import load_vessel, vessel_names
-from sitl.vessel import SimVessel
+from companion.core.hull.handling import Handling
+from companion.core.hull.vessel_file import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
+from sitl.plant.hull import SimVessel
+from sitl.plant.library import load_vessel, vessel_names
 
 OTTER = load_vessel("otter")
 

@@ -1,0 +1,68 @@
+"""``companion check``: explain and validate a configuration; opens nothing, except the sensors with ``--live``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ... import security
+from ...configuration import mistakes_of, vessel_settings
+from ...core.hull.vessel_file import stopping_distance_m, top_speed_mps
+from ...doors import vessel_doors
+from ...radio import read_key
+from ...settings import load_vessel
+from ..numbers import positive
+from .live_data import watch
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("check", help="explain and validate a configuration", description=__doc__)
+    parser.add_argument("config", type=Path)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
+    parser.add_argument(
+        "--live",
+        nargs="?",
+        type=positive,
+        const=5.0,
+        metavar="SECONDS",
+        help="listen to the sensors (5 s) and say what comes",
+    )
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Print what the configuration means, or every mistake (exit 2)."""
+    from . import gateway as check_gateway
+
+    if check_gateway.is_gateway(arguments.config):
+        return check_gateway.check(arguments.config, arguments.set)
+    settings = vessel_settings(arguments.config, arguments.set)
+    radio = settings.radio
+    vessel = load_vessel(settings.vessel)
+    print(f"{arguments.config}: good")
+    print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
+    print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
+    print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
+    for sensor in settings.sensors:
+        print(f"  sensor      {sensor.name}: {sensor.url}")
+    print(f"  actuators   {settings.actuators.url or 'none: the vessel cannot be armed'}")
+    for endpoint in settings.endpoints:
+        print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
+    print(f"  radio       {f'{radio.url}, {radio.protocol}, profile {radio.profile}' if radio.url else 'none'}")
+    if radio.url and radio.protocol == "compact":
+        for problem in mistakes_of(lambda: read_key(radio.key_file)):
+            print(f"  NOT YET     {problem}")
+    key = settings.security.key_file
+    print(f"  signing     {f'key in {key}' if key else 'no key: nothing is signed'}")
+    for door in vessel_doors(settings):
+        print(f"  socket      {door.line}")
+    for name in security.open_doors(settings):
+        print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
+    depth = settings.depth
+    print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
+    print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")
+    if arguments.live is None:
+        return 0
+    return 0 if watch(settings, arguments.live) else 1

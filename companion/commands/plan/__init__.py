@@ -1,0 +1,1 @@
+"""``companion plan``: make, check, draw, send and fetch plans."""

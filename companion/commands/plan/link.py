@@ -1,0 +1,243 @@
+"""The vessel as ``companion plan`` reaches it: MAVSDK's raw missions, with ArduPilot's home item added and taken off.
+
+MAVSDK is imported only here and only when a command needs it. The vessel's own texts are shown as they come, because
+they say why something was refused.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
+from mavlink_bridge.mavlink.missions.wire import with_home, without_home
+from mavlink_bridge.plans import PlanFile
+
+from ...core.vehicle.plan_reach import FAR_OK, plan_number
+
+INSTALL: Final = "this needs MAVSDK: pip install 'usv-companion[ground]'"
+_ARDUPILOT: Final = 2
+_TRANSFER_S: Final = 900.0
+_ARM_S: Final = 6.0
+_REASON_S: Final = 1.5
+
+
+class LinkError(RuntimeError):
+    """The vessel was not found, or refused; the text says which and what."""
+
+
+def with_vessel(url: str, wait_s: float, action: Callable[[Vessel], None]) -> int:
+    """Find the vessel, run ``action`` on it, and return the exit status: 0, 1 failed, 2 wrong usage or no MAVSDK."""
+    try:
+        import mavsdk  # noqa: F401
+    except ImportError:
+        print(INSTALL, file=sys.stderr)
+        return 2
+    try:
+        vessel = Vessel(url, wait_s)
+        try:
+            action(vessel)
+        except LinkError:
+            vessel.hear_reason()
+            raise
+    except LinkError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+class Vessel:
+    """A connected vessel."""
+
+    def __init__(self, url: str, wait_s: float) -> None:
+        from mavsdk import ComponentType, Configuration, Mavsdk
+        from mavsdk.logging import log_subscribe
+        from mavsdk.plugins.mission_raw import MissionRaw
+        from mavsdk.plugins.telemetry import Telemetry
+
+        log_subscribe(lambda *_: True)
+        self._sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+        result = self._sdk.add_any_connection(url)
+        if int(result) != 0:
+            raise LinkError(f"{url}: {result.name.lower().replace('_', ' ')}")
+        system = self._sdk.first_autopilot(wait_s)
+        if system is None:
+            raise LinkError(f"{url}: no vessel heard in {wait_s:g} s")
+        self._system = system
+        self._mission = MissionRaw(system)
+        self._telemetry = Telemetry(system)
+        self._said: set[str] = set()
+        self._telemetry.subscribe_status_text(lambda text, _: self._say(text.text))
+
+    def _say(self, text: str) -> None:
+        """Show a text of the vessel, each once."""
+        if text not in self._said:
+            self._said.add(text)
+            print(f"vessel: {text}", file=sys.stderr)
+
+    def hear_reason(self) -> None:
+        """Wait a moment for the text that says why something was refused: it comes after the refusal."""
+        heard, until_s = len(self._said), time.monotonic() + _REASON_S
+        while len(self._said) == heard and time.monotonic() < until_s:
+            time.sleep(0.05)
+
+    @property
+    def home_item(self) -> bool:
+        """True when this vessel counts a home item as 0, as ArduPilot does."""
+        return int(self._system.autopilot_type()) == _ARDUPILOT
+
+    def upload(self, plan: PlanFile) -> None:
+        """Send what the plan has; kinds that it has not are left alone. Raises LinkError."""
+        if plan.mission:
+            items = with_home(plan.mission, plan.home_rad) if self.home_item else plan.mission
+            self._upload_mission(_raw(items, PlanKind.MISSION))
+            print(f"mission: {len(plan.mission)} items uploaded")
+        if plan.fence:
+            self._call("fence upload", lambda: self._mission.upload_geofence(_raw(plan.fence, PlanKind.FENCE)))
+            print(f"fence: {len(plan.fence)} items uploaded")
+        if plan.rally:
+            self._call("rally upload", lambda: self._mission.upload_rally_points(_raw(plan.rally, PlanKind.RALLY)))
+            print(f"rally points: {len(plan.rally)} uploaded")
+
+    def _upload_mission(self, items: list[Any]) -> None:
+        """With progress, because a plan over a radio takes its time."""
+        from mavsdk.plugins.mission_raw import MissionPlan
+
+        finished, outcome = threading.Event(), ["no answer"]
+
+        def progress(result: Any, data: Any, _: Any) -> None:
+            if result.name == "NEXT":
+                _bar(data.progress)
+                return
+            outcome[0] = result.name
+            finished.set()
+
+        self._mission.upload_mission_with_progress_async(MissionPlan(items), progress)
+        finished.wait(_TRANSFER_S)
+        _bar(None)
+        if outcome[0] != "SUCCESS":
+            raise LinkError(f"mission upload: {outcome[0].lower().replace('_', ' ')}")
+
+    def download(self) -> PlanFile:
+        """Everything that the vessel has. Raises LinkError."""
+        mission = self._fetch("mission download", self._mission.download_mission)
+        fence = self._fetch("fence download", self._mission.download_geofence)
+        rally = self._fetch("rally download", self._mission.download_rallypoints)
+        home = None
+        if self.home_item and mission:
+            place = mission[0]
+            if place.x or place.y:
+                home = _radians(place)
+            mission = without_home(mission)
+        return PlanFile(mission, fence, rally, home, "vessel")
+
+    def accept_far(self) -> None:
+        """Say the word for the plan that the vessel has: that it lies far away is meant. Raises LinkError."""
+        from mavsdk.plugins.param import Param
+
+        mission = self._fetch("mission download", self._mission.download_mission)
+        number = plan_number(plan_id(without_home(mission) if self.home_item else mission))
+        self._call(FAR_OK, lambda: Param(self._system).set_param_float(FAR_OK, float(number)))
+        print(f"{FAR_OK} = {number}: accepted for this plan, however far away it lies")
+
+    def start(self, *, arm: bool) -> None:
+        """Arm if asked, then sail. Raises LinkError."""
+        if arm:
+            self._arm()
+        self._call("start", self._mission.start_mission)
+        print("started")
+
+    def _arm(self) -> None:
+        """Arm, with patience: the vessel wants to have heard this ground station's heartbeat first."""
+        from mavsdk.plugins.action import Action
+
+        action = Action(self._system)
+        until_s = time.monotonic() + _ARM_S
+        while True:
+            try:
+                self._call("arm", action.arm)
+            except LinkError:
+                if time.monotonic() > until_s:
+                    raise
+                time.sleep(0.5)
+            else:
+                return
+
+    def watch(self) -> None:
+        """Stay connected, so that the vessel is not without a ground station, until the plan has been sailed."""
+        last = None
+        while not self._mission.is_mission_finished():
+            progress = self._mission.mission_progress()
+            if (progress.current, progress.total) != last:
+                last = (progress.current, progress.total)
+                print(f"item {progress.current} of {progress.total}", flush=True)
+            time.sleep(0.5)
+        print("finished")
+
+    def pause(self) -> None:
+        self._call("pause", self._mission.pause_mission)
+        print("holding")
+
+    def clear(self, *, fence: bool) -> None:
+        """Empty the mission, and the fence unless it is kept. Raises LinkError."""
+        from mavsdk.plugins.geofence import Geofence
+
+        self._call("clear", self._mission.clear_mission)
+        if fence:
+            self._call("clear fence", Geofence(self._system).clear_geofence)
+        print("cleared")
+
+    def _fetch(self, what: str, call: Callable[[], Sequence[Any]]) -> tuple[PlanItem, ...]:
+        return tuple(_item(raw) for raw in self._call(what, call))
+
+    @staticmethod
+    def _call(what: str, call: Callable[[], Any]) -> Any:
+        """Run a MAVSDK call and turn its complaint into ours."""
+        try:
+            return call()
+        except Exception as error:
+            result = getattr(error, "result", None)
+            text = (
+                result.name.lower().replace("_", " ") if result is not None and hasattr(result, "name") else str(error)
+            )
+            if "no mission" in text:
+                return ()
+            raise LinkError(f"{what}: {text}") from error
+
+
+def _bar(share: float | None) -> None:
+    """A progress bar on a terminal; None ends it."""
+    if not sys.stderr.isatty():
+        return
+    if share is None:
+        print("\r" + " " * 50 + "\r", end="", file=sys.stderr)
+        return
+    done = round(40 * share)
+    print(f"\r[{'#' * done}{'.' * (40 - done)}] {share:4.0%}", end="", file=sys.stderr, flush=True)
+
+
+def _raw(items: Sequence[PlanItem], kind: PlanKind) -> list[Any]:
+    from mavsdk.plugins.mission_raw import MissionItem
+
+    return [
+        MissionItem(
+            *(seq, item.frame, item.command, int(seq == 0 and kind is PlanKind.MISSION), item.autocontinue),
+            *(item.param1, item.param2, item.param3, item.param4, item.x, item.y, item.z, kind.value),
+        )
+        for seq, item in enumerate(items)
+    ]
+
+
+def _item(raw: Any) -> PlanItem:
+    return PlanItem(
+        *(raw.command, raw.frame, raw.param1, raw.param2, raw.param3, raw.param4, raw.x, raw.y, raw.z, raw.autocontinue)
+    )
+
+
+def _radians(item: PlanItem) -> tuple[float, float]:
+    return math.radians(item.x / 1e7), math.radians(item.y / 1e7)

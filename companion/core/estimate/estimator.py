@@ -1,0 +1,372 @@
+"""The estimator: measurements of the sensors in, the vessel's state at each tick out, with honest validity.
+
+Position and heading are filtered where the measurement was valid and predicted to the tick; what is too old, refused
+or frozen is None. The drift vector is what the ground velocity holds beyond the modelled speed through the water.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import (
+    AngularVelocity,
+    Distance,
+    EstimatedState,
+    EulerAngles,
+    FixType,
+    GpsFix,
+    Severity,
+)
+from mavlink_bridge.language.units import wrap_pi
+
+from .config import EstimatorConfig
+from .drift import DriftFilter, FixText
+from .heading import HeadingTrack
+from .magnetic import MagneticModel
+from .position import Heading, Motion, PositionTrack
+from .sources import Choice, FixChoice
+
+__all__ = ["Estimator", "EstimatorConfig"]
+
+_MOVING_MPS = 0.3
+_COURSE_MIN_MPS = 0.1
+_NO_FIX = FixType.NONE
+_HEADING_APART_RAD = math.radians(4.0)
+"""Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
+_RATE_APART_RADPS = math.radians(2.0)
+_TILT_APART_RAD = math.radians(5.0)
+_DEPTH_APART_M = 0.5
+_DEPTH_APART_SHARE = 0.1
+"""Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
+_COMPARE_US = 1_000_000
+_COURSE_SIGMA_RAD = math.radians(5.0)
+
+
+class Estimator:
+    """One vessel's estimator. ``update`` each measurement, then ``predict`` once per tick."""
+
+    def __init__(self, config: EstimatorConfig) -> None:
+        self._texts: list[tuple[Severity, str]] = []
+        self._heading = HeadingTrack(config, self._texts)
+        self._heading.model_variation = self._model_variation
+        self._position = PositionTrack(config, self._texts)
+        self._receivers = FixChoice(self._texts)
+        self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=_degrees, wrap=wrap_pi)
+        self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=_degrees_a_second)
+        self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
+        self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
+        self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
+        self._drift = DriftFilter()
+        self._magnetic: MagneticModel | None = None
+        self.latest_fix: GpsFix | None = None
+        self._attitude: EulerAngles | None = None
+        self._compass: EulerAngles | None = None
+        self.latest_distance: Distance | None = None
+        self._rate: tuple[float, int] | None = None
+        self._depth: tuple[float, int] | None = None
+        self._phi: tuple[float, int] | None = None
+        self._theta: tuple[float, int] | None = None
+        self._fix_text = FixText(self._texts)
+        self._utc_offset_us: int | None = None
+        self._water_mps: float | None = None
+        self._place: tuple[float | None, float | None] | None = None
+        """Of the last fix, and the drift when it changed."""
+        self._place_drift = (0.0, 0.0)
+        self._drift_frozen = False
+        self._last_us: int | None = None
+        self._motion: Motion | None = None
+        self.configure(config)
+
+    def configure(self, config: EstimatorConfig) -> None:
+        """Take new settings; the state is kept."""
+        self.config = config
+        self._heading.configure(config)
+        self._position.configure(config)
+        self._course_mps = config.course_speed_mps
+        self._attitude_timeout_us = config.attitude_timeout_s * 1e6
+        self._roll_offset_rad = math.radians(config.roll_offset_deg)
+        self._pitch_offset_rad = math.radians(config.pitch_offset_deg)
+        self._drift_tau_s = config.drift_tau_s
+        self._aligns = config.align_clock
+
+    @property
+    def origin(self) -> LocalFrame | None:
+        """Origin of x and y: the first good fix of the run; None before."""
+        return self._position.origin
+
+    @property
+    def frozen(self) -> bool:
+        """True while the receiver repeats one position although the vessel moves."""
+        return self._position.frozen
+
+    @property
+    def sources_disagree(self) -> bool:
+        """True while two receivers are further apart than both allow, for 5 s and more."""
+        return self._receivers.disagree
+
+    @property
+    def latest_attitude(self) -> EulerAngles | None:
+        """The newest of every axis that is not too old, as measured: sentences measure different ones."""
+        last, compass = self._attitude, self._compass
+        if last is None or (self._phi is None and self._theta is None and last is compass):
+            return last
+        if compass is None or last.t_us - compass.t_us > self._attitude_timeout_us:
+            compass = EulerAngles(last.t_us)
+        return EulerAngles(
+            t_us=last.t_us,
+            phi_rad=self._fresh(self._phi, last.t_us),
+            theta_rad=self._fresh(self._theta, last.t_us),
+            psi_rad=compass.psi_rad,
+            psi_magnetic_rad=compass.psi_magnetic_rad,
+            psi_accuracy_rad=compass.psi_accuracy_rad,
+            variation_rad=compass.variation_rad,
+        )
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Operator texts since the last call."""
+        if not self._texts:
+            return []
+        texts = self._texts[:]
+        self._texts.clear()
+        return texts
+
+    def utc_us(self, now_us: int) -> int | None:
+        """UTC now, microseconds since 1970; None before a receiver gave date and time."""
+        return None if self._utc_offset_us is None else now_us + self._utc_offset_us
+
+    def note_water_speed(self, u_mps: float | None, *, freeze: bool = False) -> None:
+        """Tell the modelled speed through the water, ahead positive; None or ``freeze`` holds the drift as it is."""
+        self._water_mps = u_mps
+        self._drift_frozen = freeze
+
+    def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> bool:
+        """Take one measurement; True when its sensor is the one that counts. ``source`` numbers the links."""
+        if isinstance(measurement, EulerAngles):
+            return self._update_attitude(measurement, source)
+        if isinstance(measurement, AngularVelocity):
+            return self._update_rate(measurement, source)
+        if isinstance(measurement, Distance):
+            return self._update_distance(measurement, source)
+        return self._update_fix(measurement, source)
+
+    def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
+        """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
+        track, position, fix, origin = self._heading, self._position, self.latest_fix, self._position.origin
+        heading_valid = track.valid(now_us)
+        psi_rad, r_radps = None, 0.0
+        if heading_valid or track.bridged(now_us):
+            psi_rad, r_radps = track.at(now_us), track.r_radps
+        self._motion = motion = position.predict(now_us, psi_rad, r_radps) if position.valid(now_us) else None
+        north_m = east_m = vn = ve = sog_mps = cog_rad = u_mps = v_mps = lat_rad = lon_rad = height_m = None
+        if motion is not None and fix is not None and origin is not None:
+            north_m, east_m, vn, ve = motion
+            lat_rad, lon_rad = origin.to_geodetic(north_m, east_m)
+            height_m = fix.height_msl_m
+            sog_mps = math.hypot(vn, ve)
+            if sog_mps > _COURSE_MIN_MPS:
+                cog_rad = wrap_pi(math.atan2(ve, vn))
+        from_course = not heading_valid and self._course_stands_in(now_us, sog_mps)
+        if not heading_valid and not from_course:
+            psi_rad = None
+        dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
+        if vn is not None and ve is not None and psi_rad is not None:
+            sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
+            u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
+            water_mps = self._water_mps
+            if water_mps is not None and heading_valid and not self._drift_frozen:
+                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine)
+        return EstimatedState(
+            now_us,
+            lat_rad,
+            lon_rad,
+            height_m,
+            None if origin is None else origin.lat_rad,
+            None if origin is None else origin.lon_rad,
+            north_m,
+            east_m,
+            vn,
+            ve,
+            u_mps,
+            v_mps,
+            None if self._phi is None else self._fresh(self._phi, now_us),
+            None if self._theta is None else self._fresh(self._theta, now_us),
+            psi_rad,
+            None if psi_rad is None else r_radps,
+            sog_mps,
+            cog_rad,
+            self._drift.north_mps,
+            self._drift.east_mps,
+            alt_m,
+            None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
+            None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
+            None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
+            _NO_FIX if fix is None else fix.fix_type,
+            from_course,
+        )
+
+    def _update_fix(self, fix: GpsFix, link: int) -> bool:
+        if not self._receivers.leads(link, fix):
+            return False
+        self.latest_fix = fix
+        self._fix_text.note(fix)
+        t_us = self._position.aligned_us(fix) if self._aligns else fix.t_us
+        if fix.utc_us is not None:
+            self._utc_offset_us = fix.utc_us - t_us
+        attitude = self._attitude_at(t_us)
+        moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or self._should_move(fix, attitude.psi_rad)
+        self._position.update(fix, t_us, attitude, moving)
+        if not self._heading.valid(t_us) and self._position.valid(t_us):
+            self._steer_by_course(fix, t_us)
+        return True
+
+    def _should_move(self, fix: GpsFix, psi_rad: float | None) -> bool:
+        """Whether the vessel makes way over ground by its own motion through the water and the drift.
+
+        The drift as it was when the position last changed: a receiver that repeats itself teaches a wrong one.
+        """
+        place, water_mps = (fix.lat_rad, fix.lon_rad), self._water_mps
+        if place != self._place:
+            self._place, self._place_drift = place, (self._position.drift_n_mps, self._position.drift_e_mps)
+        if water_mps is None or psi_rad is None:
+            return water_mps is not None and abs(water_mps) > _MOVING_MPS
+        north, east = self._place_drift
+        return math.hypot(water_mps * math.cos(psi_rad) + north, water_mps * math.sin(psi_rad) + east) > _MOVING_MPS
+
+    def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
+        """The compass is lost: the direction of the motion through the water is the next best heading.
+
+        From the fix itself, since the filtered velocity lags in a turn.
+        """
+        if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self._course_mps:
+            return
+        north = fix.sog_mps * math.cos(fix.cog_rad) - self._position.drift_n_mps
+        east = fix.sog_mps * math.sin(fix.cog_rad) - self._position.drift_e_mps
+        sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / fix.sog_mps)
+        self._heading.update_course(t_us, math.atan2(east, north), sigma)
+
+    def _course_stands_in(self, now_us: int, sog_mps: float | None) -> bool:
+        return sog_mps is not None and sog_mps > self._course_mps and self._heading.bridged(now_us)
+
+    def _update_rate(self, rate: AngularVelocity, link: int) -> bool:
+        if self._rates.leads(rate.source, link, rate.t_us):
+            self._rate = (rate.r_radps, rate.t_us)
+            self._heading.update_rate(rate)
+            return True
+        self._compare(self._rates, rate, link, rate.r_radps, self._rate, _RATE_APART_RADPS)
+        return False
+
+    def _update_distance(self, distance: Distance, link: int) -> bool:
+        """A sounder that finds no bottom does not lead: another that finds one does."""
+        value_m, used = distance.value_m, self._depth
+        if value_m is None:
+            if not self._sounders.is_chosen(distance.source, link):
+                return False
+        elif not self._sounders.leads(distance.source, link, distance.t_us):
+            limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
+            self._compare(self._sounders, distance, link, value_m, used, limit_m)
+            return False
+        else:
+            self._depth = (value_m, distance.t_us)
+        self.latest_distance = distance
+        return True
+
+    def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
+        leads = False
+        if angles.phi_rad is not None:
+            phi_rad = wrap_pi(angles.phi_rad + self._roll_offset_rad)
+            if self._rolls.leads(angles.source, link, angles.t_us):
+                self._phi, leads = (phi_rad, angles.t_us), True
+            else:
+                self._compare(self._rolls, angles, link, phi_rad, self._phi, _TILT_APART_RAD)
+        if angles.theta_rad is not None:
+            theta_rad = wrap_pi(angles.theta_rad + self._pitch_offset_rad)
+            if self._pitches.leads(angles.source, link, angles.t_us):
+                self._theta, leads = (theta_rad, angles.t_us), True
+            else:
+                self._compare(self._pitches, angles, link, theta_rad, self._theta, _TILT_APART_RAD)
+        if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
+            leads |= self._update_compass(angles, link)
+        if leads:
+            self._attitude = angles
+        return leads
+
+    def _update_compass(self, angles: EulerAngles, link: int) -> bool:
+        track, t_us = self._heading, angles.t_us
+        psi_rad = track.true_heading(angles)
+        if psi_rad is None:  # magnetic, and no variation known: shown, not steered by
+            shown = self._compasses.silent(t_us)
+            if shown:
+                self._compass = angles
+            return shown
+        compasses = self._compasses
+        used = compasses.is_chosen(angles.source, link)
+        off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
+        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and track.contradicts(psi_rad, self._course))
+        if compasses.leads(angles.source, link, t_us, trusted=trusted):
+            self._compass = angles
+            if compasses.moved:
+                track.move(t_us, psi_rad)
+            track.update_heading(t_us, psi_rad, self._course)
+            return True
+        if track.refusing and compasses.undo(angles.source, link):
+            track.update_heading(t_us, psi_rad, self._course)
+            return True
+        if off_rad is not None:
+            compasses.compare(angles.source, link, off_rad, _HEADING_APART_RAD, t_us)
+        return False
+
+    @staticmethod
+    def _compare(
+        choice: Choice,
+        measured: EulerAngles | AngularVelocity | Distance,
+        link: int,
+        value: float,
+        used: tuple[float, int] | None,
+        limit: float,
+    ) -> None:
+        if used is not None and measured.t_us - used[1] < _COMPARE_US:
+            choice.compare(measured.source, link, value - used[0], limit, measured.t_us)
+
+    def _model_variation(self) -> float | None:
+        fix = self.latest_fix
+        if not self.config.world_magnetic_model or fix is None or fix.utc_us is None:
+            return None
+        if fix.lat_rad is None or fix.lon_rad is None:
+            return None
+        if self._magnetic is None:
+            self._magnetic = MagneticModel()
+        return self._magnetic.variation_rad(fix.lat_rad, fix.lon_rad, fix.utc_us)
+
+    def _course(self) -> float | None:
+        motion = self._motion
+        if motion is None or math.hypot(motion[2], motion[3]) < self._course_mps:
+            return None
+        return math.atan2(motion[3], motion[2])
+
+    def _attitude_at(self, t_us: int) -> Heading:
+        track = self._heading
+        if not track.valid(t_us) and not track.bridged(t_us):
+            return Heading()
+        phi_rad = 0.0 if self._phi is None else self._fresh(self._phi, t_us) or 0.0
+        theta_rad = 0.0 if self._theta is None else self._fresh(self._theta, t_us) or 0.0
+        return Heading(track.at(t_us), track.r_radps, phi_rad, theta_rad)
+
+    def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
+        if value is None or now_us - value[1] > self._attitude_timeout_us:
+            return None
+        return value[0]
+
+    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float) -> None:
+        drift = self._drift
+        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps)
+        self._position.drift_n_mps = drift.north_mps or 0.0
+        self._position.drift_e_mps = drift.east_mps or 0.0
+
+
+def _degrees(angle_rad: float) -> str:
+    return f"{math.degrees(angle_rad):.0f} deg"
+
+
+def _degrees_a_second(rate_radps: float) -> str:
+    return f"{math.degrees(rate_radps):.1f} deg/s"

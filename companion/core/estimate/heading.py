@@ -1,0 +1,237 @@
+"""Heading and turn rate: compass and rate sentences filtered, gated against jumps, predicted to the tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from mavlink_bridge.language.messages import AngularVelocity, EulerAngles, Severity
+from mavlink_bridge.language.units import wrap_pi
+
+from .config import EstimatorConfig
+from .filter import PairCovariance
+
+_PREDICT_MAX_S: Final = 1.0
+_COURSE_AGE_MAX_US: Final = 1_500_000
+_RATE_AGE_MAX_US: Final = 500_000
+_BRIDGE_S: Final = 0.6
+_STEP_RATE_MAX_US: Final = 300_000
+
+
+class HeadingTrack:
+    """True heading and turn rate at any moment shortly after the last measurement."""
+
+    def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]]) -> None:
+        self.configure(config)
+        self.psi_rad = 0.0
+        self.r_radps = 0.0
+        self.t_us: int | None = None
+        """Time of the filter's state; None before the first heading."""
+        self.accepted_us: int | None = None
+        """Time of the last heading that was believed."""
+        self.model_variation: Callable[[], float | None] = lambda: None
+        """Where the variation comes from when no sentence and no setting gives one."""
+        self.course_us: int | None = None
+        """Time of the last course that stood in; None while the compass is believed."""
+        self._texts = texts
+        self._cov = PairCovariance(0.0, 0.0, 0.0)
+        self._received_us = 0
+        self._interval_s = 0.1
+        self._rate_us = -_RATE_AGE_MAX_US
+        self._refused_since_us: int | None = None
+        self._refused_run_us = 0
+        self._refused_rad = 0.0
+        self._lost_said = False
+
+    def configure(self, config: EstimatorConfig) -> None:
+        """Take new settings; the state is kept."""
+        self.config = config
+        self._timeout_s = config.heading_timeout_s
+        self._timeout_us = config.heading_timeout_s * 1e6
+        self._hold_s = config.heading_hold_s
+        self._offset_rad = math.radians(config.heading_offset_deg)
+        sigma_rad, rate_sigma_rad = math.radians(config.heading_sigma_deg), math.radians(config.rate_sigma_dps)
+        self._variance = sigma_rad * sigma_rad
+        self._rate_variance = rate_sigma_rad * rate_sigma_rad
+        self._jump_rad = math.radians(config.heading_jump_deg)
+        self._jump_deg, self._rate_max_dps = config.heading_jump_deg, config.heading_rate_max_dps
+
+    def age_s(self, now_us: int) -> float | None:
+        return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
+
+    def valid(self, now_us: int) -> bool:
+        """True while a believed heading, or one held against a jump, is young enough."""
+        if self.accepted_us is None:
+            return False
+        age_s = (now_us - self.accepted_us) * 1e-6
+        if self._refused_since_us is not None:
+            return age_s <= self._hold_s
+        # The shortest patience mostly settles it.
+        return age_s <= self._timeout_s or age_s <= self._patience_s()
+
+    def bridged(self, now_us: int) -> bool:
+        """True with a course young enough to stand in, and from the loss of the compass to the first such course."""
+        if self.course_us is not None:
+            return now_us - self.course_us <= _COURSE_AGE_MAX_US
+        if self.accepted_us is None:
+            return False
+        limit_s = self._patience_s() if self._refused_since_us is None else self._hold_s
+        return (now_us - self.accepted_us) * 1e-6 <= limit_s + _BRIDGE_S
+
+    def _patience_s(self) -> float:
+        """How old a heading may be: a compass slower than 4 Hz gets two of its periods."""
+        slow_s = min(2.0 * self._interval_s + 0.1, self.config.slow_compass_s)
+        return max(self._timeout_s, slow_s)
+
+    def at(self, now_us: int) -> float:
+        """Heading at a moment near the filter's time, [-pi, pi)."""
+        assert self.t_us is not None
+        span_s = (now_us - self.t_us) * 1e-6
+        if span_s > _PREDICT_MAX_S:
+            span_s = _PREDICT_MAX_S
+        if self.course_us is not None and now_us - self._rate_us > _RATE_AGE_MAX_US:
+            span_s += self.config.course_lead_s
+        return wrap_pi(self.psi_rad + self.r_radps * span_s)
+
+    def true_heading(self, angles: EulerAngles) -> float | None:
+        """The heading of one message in the vessel's frame; None when a magnetic one comes without any variation."""
+        if angles.psi_rad is not None:
+            return wrap_pi(angles.psi_rad + self._offset_rad)
+        if angles.psi_magnetic_rad is None:
+            return None
+        variation = angles.variation_rad
+        if variation is None and self.config.variation_deg is not None:
+            variation = math.radians(self.config.variation_deg)
+        if variation is None:
+            variation = self.model_variation()
+        return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + self._offset_rad)
+
+    def update_heading(self, t_us: int, psi_rad: float, course: Callable[[], float | None]) -> None:
+        """Take a true heading. ``course`` tells the course while it is fast enough to contradict the compass."""
+        if self.t_us is None or self.accepted_us is None:
+            self._start(t_us, psi_rad)
+            return
+        self._advance(t_us)
+        innovation = wrap_pi(psi_rad - self.psi_rad)
+        since_received_us = t_us - self._received_us
+        self._received_us = t_us
+        # Within the narrowest gate of a compass that is heard there is nothing to weigh.
+        near = -self._jump_rad <= innovation <= self._jump_rad and self._refused_since_us is None
+        heard = 0 <= since_received_us <= self._timeout_us
+        believable = (near and heard) or self._believable(t_us, since_received_us, psi_rad, innovation, course)
+        received_s = since_received_us * 1e-6
+        if not 0.0 <= received_s <= 1.5:
+            received_s = 0.0 if received_s < 0.0 else 1.5
+        late_s = received_s - self._interval_s
+        self._interval_s += (0.5 if late_s > 0.0 else 0.2) * late_s
+        if not believable:
+            return
+        value_gain, rate_gain = self._cov.measure_value(self._variance)
+        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
+        self.r_radps += rate_gain * innovation
+        self.accepted_us = t_us
+        self.course_us = None
+
+    @property
+    def refusing(self) -> bool:
+        """True while headings are refused for a jump."""
+        return self._refused_since_us is not None
+
+    def move(self, t_us: int, psi_rad: float) -> None:
+        """Start anew at a heading of another compass that is further off than a jump: the change is meant."""
+        if self.t_us is None or abs(wrap_pi(psi_rad - self.at(t_us))) > self._jump_rad:
+            r_radps = self.r_radps
+            self._start(t_us, psi_rad)
+            self.r_radps = r_radps
+
+    def contradicts(self, psi_rad: float, course: Callable[[], float | None]) -> bool:
+        """Whether the vessel makes way in another direction than a heading points."""
+        course_rad = course()
+        return course_rad is not None and abs(wrap_pi(psi_rad - course_rad)) > 0.5 * math.pi
+
+    def update_rate(self, rate: AngularVelocity) -> None:
+        """Take a turn rate."""
+        if self.t_us is None:
+            return
+        self._rate_us = rate.t_us
+        self._advance(rate.t_us)
+        innovation = rate.r_radps - self.r_radps
+        value_gain, rate_gain = self._cov.measure_rate(self._rate_variance)
+        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
+        self.r_radps += rate_gain * innovation
+
+    def update_course(self, t_us: int, course_rad: float, sigma_rad: float) -> None:
+        """Take the course through the water as a poor heading while the compass is lost; the turn rate goes on as it is.
+
+        The hull's sideslip makes it lag; a sigma of a few degrees leaves the rate sensor in command.
+        """
+        if self.t_us is None:
+            self._start(t_us, course_rad)
+            self.accepted_us = None
+        else:
+            self._advance(t_us)
+            innovation = wrap_pi(course_rad - self.psi_rad)
+            if self.course_us is None and abs(innovation) > 0.5 * math.pi:
+                self.psi_rad = course_rad  # the compass had been wrong altogether, or lost for long
+            value_gain, rate_gain = self._cov.measure_value(sigma_rad * sigma_rad)
+            self.psi_rad = wrap_pi(self.psi_rad + value_gain * wrap_pi(course_rad - self.psi_rad))
+            self.r_radps += rate_gain * innovation
+        self.course_us = t_us
+
+    def _start(self, t_us: int, psi_rad: float) -> None:
+        self._cov = PairCovariance(self.config.yaw_acceleration_psd, self._variance, 0.25)
+        self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
+        self.accepted_us = self._received_us = t_us
+        self.course_us = None
+        self._refused_since_us = None
+
+    def _advance(self, t_us: int) -> None:
+        assert self.t_us is not None
+        dt_s = (t_us - self.t_us) * 1e-6
+        if dt_s <= 0.0:
+            return
+        if dt_s > _PREDICT_MAX_S:
+            dt_s = _PREDICT_MAX_S
+        self._cov.predict(dt_s)
+        self.psi_rad = wrap_pi(self.psi_rad + self.r_radps * dt_s)
+        self.t_us = t_us
+
+    def _believable(
+        self, t_us: int, since_us: int, psi_rad: float, innovation: float, course: Callable[[], float | None]
+    ) -> bool:
+        if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
+            self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
+            return False
+        widened_s = (since_us if since_us < _STEP_RATE_MAX_US else _STEP_RATE_MAX_US) * 1e-6
+        gate = math.radians(self._jump_deg + self._rate_max_dps * widened_s)
+        if abs(innovation) <= gate:
+            if self._refused_since_us is not None:
+                self._end_refusal("heading is plausible again")
+            return True
+        self._refuse(t_us, psi_rad, innovation, gate, course)
+        return False
+
+    def _refuse(
+        self, t_us: int, psi_rad: float, innovation: float, gate: float, course: Callable[[], float | None]
+    ) -> None:
+        config = self.config
+        if self._refused_since_us is None:
+            self._refused_since_us = self._refused_run_us = t_us
+            self._texts.append((Severity.WARNING, f"Heading jumped by {math.degrees(innovation):.0f} deg: holding"))
+        elif abs(wrap_pi(psi_rad - self._refused_rad)) > gate:
+            self._refused_run_us = t_us  # not even consistent with itself
+        self._refused_rad = psi_rad
+        if not self._lost_said and not self.valid(t_us):
+            self._lost_said = True
+            self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
+        if t_us - self._refused_run_us < config.reaccept_s * 1e6:
+            return
+        if not self.contradicts(psi_rad, course):
+            self._start(t_us, psi_rad)
+            self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
+
+    def _end_refusal(self, text: str) -> None:
+        self._refused_since_us = None
+        self._lost_said = False
+        self._texts.append((Severity.NOTICE, f"Compass: {text}"))

@@ -1,0 +1,300 @@
+"""Which of several sensors of one quantity counts: ranked, one used at a time, the others compared with it and told.
+
+Every link, and on a link every talker and sentence, is a source of its own: two compasses on one line are two sources. The
+choice is sticky. It moves on when the chosen one falls silent, and back only after a better one has been steady for 30 s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.messages import GpsFix, Severity, Source
+
+from .config import POSITION_ACCURACY_M
+
+Key = tuple[int, str]
+"""A source: number of its link in the settings, address."""
+Texts = list[tuple[Severity, str]]
+
+_SETTLE_US: Final = 2_000_000
+"""After the first sentence the others of the same line have this long to show that a better source is there."""
+_STEADY_US: Final = 30_000_000
+"""A source that comes and goes never takes over from one that stays."""
+_SAY_EVERY_US: Final = 60_000_000
+"""One condition is told at most so often: a stream of texts hides the alarm that matters."""
+_SWITCH_EVERY_US: Final = 10_000_000
+_AGREE_US: Final = 10_000_000
+_APART_US: Final = 5_000_000
+_MEAN_US: Final = 3e6
+_AGREE_SHARE: Final = 0.6
+_SOURCES_MAX: Final = 16
+_SIGMAS: Final = 3.0
+_FRESH_US: Final = 2_000_000
+_UNLABELLED: Final = Source()
+
+
+class _Heard:
+    """How a source has been heard."""
+
+    __slots__ = ("last_us", "name", "order", "period_us", "since_us")
+
+    def __init__(self, name: str, order: tuple[int, ...], t_us: int) -> None:
+        self.name = name
+        self.order = order
+        self.since_us = self.last_us = t_us
+        self.period_us = 0.0
+
+
+class _Apart:
+    """How far one source has been off the one used, and what the operator knows of it."""
+
+    __slots__ = ("agree_us", "apart_us", "last_us", "mean", "said_us", "told")
+
+    def __init__(self, off: float, t_us: int) -> None:
+        self.mean = off
+        self.last_us = t_us
+        self.apart_us: int | None = None
+        self.agree_us: int | None = None
+        self.said_us: int | None = None
+        self.told = False
+
+
+class Choice:
+    """The sources of one quantity. Silent means: not heard for two of its periods and ``least_s``, at most ``most_s``."""
+
+    def __init__(
+        self,
+        what: str,
+        texts: Texts,
+        *,
+        least_s: float,
+        most_s: float,
+        figure: Callable[[float], str] = "{:.1f}".format,
+        wrap: Callable[[float], float] = float,
+    ) -> None:
+        """``what`` begins every text; ``figure`` makes words of a difference, such as 20 deg; ``wrap`` keeps it on the circle."""
+        self.what = what
+        self.chosen: Key | None = None
+        self._texts = texts
+        self._least_us, self._most_us = least_s * 1e6, most_s * 1e6
+        self._heard: dict[Key, _Heard] = {}
+        self._pairs: dict[tuple[Key, Key], _Apart] = {}
+        self._figure, self._wrap = figure, wrap
+        self._settle_until_us = 0
+        self._told_us: int | None = None
+        self._before: Key | None = None
+        self.moved = False
+        """True while ``leads`` has just moved to another source: what it reads is no jump, unless it was known to be off."""
+
+    def leads(self, source: Source | None, link: int, t_us: int, *, trusted: bool = True) -> bool:
+        """Note that a source gave a value; True when it is the one that counts.
+
+        One that is not ``trusted`` steps in for a silent one, but never takes over from one that speaks.
+        """
+        self.moved = False
+        label = _UNLABELLED if source is None else source
+        key = (link, label.address)
+        heard = self._heard.get(key)
+        if heard is None:
+            if len(self._heard) >= _SOURCES_MAX:
+                return False
+            name = f"{label.link} {label.address}".strip() or f"sensor {link + 1}"
+            heard = self._heard[key] = _Heard(name, (label.rank[0], link, *label.rank[1:]), t_us)
+        else:
+            self._note(heard, t_us)
+        if key == self.chosen:
+            return True
+        if self.chosen is None:
+            self.chosen, self._settle_until_us = key, t_us + _SETTLE_US
+            return True
+        return self._takes_over(key, heard, t_us, trusted)
+
+    def undo(self, source: Source | None, link: int) -> bool:
+        """Go back to the source before, if this is it: what stepped in for it was not believed. True when that is so."""
+        key = (link, "" if source is None else source.address)
+        if key != self._before or key == self.chosen:
+            return False
+        self._before, self.chosen = self.chosen, key
+        return True
+
+    def is_chosen(self, source: Source | None, link: int) -> bool:
+        """Whether a source is the one that counts; True for all before any has."""
+        return self.chosen is None or self.chosen == (link, "" if source is None else source.address)
+
+    def silent(self, t_us: int) -> bool:
+        """Whether the chosen source has fallen silent."""
+        return self.chosen is None or self._is_silent(self._heard[self.chosen], t_us)
+
+    def name(self, key: Key) -> str:
+        return self._heard[key].name
+
+    def compare(self, source: Source | None, link: int, off: float, limit: float, t_us: int) -> None:
+        """Take how much a source reads more than the one used; told when the mean of 3 s stays beyond ``limit`` for 5 s.
+
+        With the figure, and at most once a minute for each pair.
+        """
+        key, used = (link, "" if source is None else source.address), self.chosen
+        if used is None or key == used or key not in self._heard:
+            return
+        pair = self._pairs.get((key, used))
+        if pair is None:
+            pair = self._pairs[(key, used)] = _Apart(off, t_us)
+        share = (t_us - pair.last_us) / _MEAN_US
+        pair.mean = self._wrap(pair.mean + min(max(share, 0.0), 1.0) * self._wrap(off - pair.mean))
+        pair.last_us = t_us
+        if abs(pair.mean) > limit:
+            self._disagree(pair, key, used, t_us)
+        elif abs(pair.mean) < _AGREE_SHARE * limit:
+            self._agree(pair, key, used, t_us)
+
+    def _disagree(self, pair: _Apart, key: Key, used: Key, t_us: int) -> None:
+        pair.agree_us = None
+        if pair.apart_us is None:
+            pair.apart_us = t_us
+        recently = pair.said_us is not None and t_us - pair.said_us < _SAY_EVERY_US
+        if pair.told or recently or t_us - pair.apart_us < _APART_US:
+            return
+        pair.told, pair.said_us = True, t_us
+        more = f"{self._figure(abs(pair.mean))} {'more' if pair.mean > 0.0 else 'less'}"
+        text = f"{self.what}: {self.name(key)} reads {more} than {self.name(used)}, which is used"
+        self._texts.append((Severity.WARNING, text))
+
+    def _agree(self, pair: _Apart, key: Key, used: Key, t_us: int) -> None:
+        pair.apart_us = None
+        if pair.agree_us is None:
+            pair.agree_us = t_us
+        if pair.told and t_us - pair.agree_us >= _AGREE_US:
+            pair.told = False
+            self._texts.append((Severity.INFO, f"{self.what}: {self.name(key)} and {self.name(used)} agree again"))
+
+    def _note(self, heard: _Heard, t_us: int) -> None:
+        since_us = t_us - heard.last_us
+        if since_us > self._patience_us(heard):
+            heard.since_us = t_us
+        if 0 < since_us < self._most_us:
+            # What comes twice at one moment, as one datagram, is no rhythm.
+            heard.period_us += (0.2 if heard.period_us else 1.0) * (since_us - heard.period_us)
+        heard.last_us = t_us
+
+    def _patience_us(self, heard: _Heard) -> float:
+        return min(max(self._least_us, 2.0 * heard.period_us + 100_000.0), self._most_us)
+
+    def _is_silent(self, heard: _Heard, t_us: int) -> bool:
+        return t_us - heard.last_us > self._patience_us(heard)
+
+    def _takes_over(self, key: Key, heard: _Heard, t_us: int, trusted: bool) -> bool:
+        assert self.chosen is not None
+        before = self._heard[self.chosen]
+        if self._is_silent(before, t_us):
+            live = (other for other in self._heard.values() if not self._is_silent(other, t_us))
+            if min(live, key=lambda other: other.order) is not heard:
+                return False  # a better one is alive and is going to speak for itself
+            pair = self._pairs.get((key, self.chosen))
+            self.moved = pair is None or not pair.told
+            self._say(Severity.WARNING, f"{before.name} silent, using {heard.name}", t_us)
+        elif not trusted or heard.order >= before.order:
+            return False
+        elif t_us > self._settle_until_us:
+            if t_us - heard.since_us < _STEADY_US:
+                return False
+            self.moved = True
+            self._say(Severity.INFO, f"using {heard.name}, no longer {before.name}", t_us)
+        else:
+            self.moved = True
+        self._before, self.chosen = self.chosen, key
+        return True
+
+    def _say(self, severity: Severity, text: str, t_us: int) -> None:
+        if self._told_us is None or t_us - self._told_us >= _SWITCH_EVERY_US:
+            self._told_us = t_us
+            self._texts.append((severity, f"{self.what}: {text}"))
+
+
+class FixChoice:
+    """The receivers: a receiver without a fix does not lead, and any two with one are compared.
+
+    Disagreement is declared after 5 s beyond three times the joint accuracy (hacc when the receiver gives it).
+    """
+
+    def __init__(self, texts: Texts) -> None:
+        self._texts = texts
+        self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
+        self._fixes: dict[Key, GpsFix] = {}
+        self._since_us: dict[Key, int] = {}
+        """Since when each receiver has been away from the one used."""
+        self._apart: set[Key] = set()
+        self._told: set[Key] = set()
+        self._said_us: int | None = None
+
+    @property
+    def disagree(self) -> bool:
+        """Whether a receiver has been away from the one used for 5 s and more."""
+        return bool(self._apart)
+
+    def leads(self, link: int, fix: GpsFix) -> bool:
+        """Note a fix; True when its receiver is the one that counts."""
+        if not fix.has_position:
+            return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
+        lead = self._choice.leads(fix.source, link, fix.t_us)
+        key = (link, "" if fix.source is None else fix.source.address)
+        if key in self._fixes or len(self._fixes) < _SOURCES_MAX:
+            self._fixes[key] = fix
+        if len(self._fixes) > 1:
+            self._compare(fix, key)
+        return lead
+
+    def _compare(self, fix: GpsFix, key: Key) -> None:
+        used = self._choice.chosen
+        assert used is not None
+        if key == used:
+            for other in tuple(self._since_us):
+                if other == used or fix.t_us - self._fixes[other].t_us > _FRESH_US:
+                    self._agree(other, used)
+            return
+        reference = self._fixes.get(used)
+        if reference is None or fix.t_us - reference.t_us > _FRESH_US:
+            return
+        distance_m = _apart_m(fix, reference)
+        if distance_m is None:
+            self._agree(key, used)
+        elif fix.t_us - self._since_us.setdefault(key, fix.t_us) >= _APART_US and key not in self._apart:
+            self._apart.add(key)
+            self._tell(distance_m, key, used, fix.t_us)
+
+    def _tell(self, distance_m: float, other: Key, used: Key, t_us: int) -> None:
+        if self._said_us is not None and t_us - self._said_us < _SAY_EVERY_US:
+            return
+        self._said_us = t_us
+        self._told.add(other)
+        name = self._choice.name
+        text = f"Positions disagree: {name(other)} is {distance_m:.0f} m from {name(used)}, which is used"
+        self._texts.append((Severity.WARNING, text))
+
+    def _agree(self, other: Key, used: Key) -> None:
+        self._since_us.pop(other, None)
+        self._apart.discard(other)
+        if other in self._told:
+            self._told.discard(other)
+            name = self._choice.name
+            self._texts.append((Severity.INFO, f"Receivers {name(other)} and {name(used)} agree again"))
+
+
+def _apart_m(first: GpsFix, second: GpsFix) -> float | None:
+    """Distance of two fixes when it is more than their accuracy and their ages explain, m."""
+    distance_m, _ = inverse(*_place(first), *_place(second))
+    between_s = abs(first.t_us - second.t_us) * 1e-6
+    moved_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
+    return distance_m if distance_m > _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + moved_m else None
+
+
+def _place(fix: GpsFix) -> tuple[float, float]:
+    assert fix.lat_rad is not None
+    assert fix.lon_rad is not None
+    return fix.lat_rad, fix.lon_rad
+
+
+def _accuracy(fix: GpsFix) -> float:
+    return fix.hacc_m if fix.hacc_m is not None else POSITION_ACCURACY_M[fix.fix_type]

@@ -1,0 +1,294 @@
+"""The guard's look-ahead: what closing rate, map and own memory ask for, the ladder of texts, and the way back.
+
+Ladder: tell (the limit is near in time), slow (so that stopping fits into the water that is left), stop. The way back is the
+track sailed, since its depth is known. Map and memory both warn, and neither contradicts the other: the least depth counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from mavlink_bridge.language.messages import EstimatedState, Severity
+from mavlink_bridge.language.value import value
+
+from .config import DepthGuardConfig
+from .grid import DepthGrid
+from .input import Altitude, DepthInput, reading_sigma_m
+from .lookahead import Ahead, ClosingRate, PathAhead, Point, StoppingDistance, sample, slow_speed_mps, strays, way_ahead
+from .lost import LostBottom
+from .memory import DepthMemory
+
+_SLOW_MPS: Final = 0.1
+_UNDER_WAY_MPS: Final = 0.3
+_TRACK_M: Final = 2.0
+_MAP_LATENCY_S: Final = 0.2
+_WAIT_M: Final = 0.015
+_WAIT_S: Final = 0.1
+"""Water that a stop may cost while it is confirmed, and how long waiting for the next look takes at most."""
+_LEAK_MPS: Final = 0.03
+"""So fast is a wait forgotten while no stop is asked for."""
+_BLIND_WARN: Final = 3.0
+"""Without a sounder the limit counts as near this many times earlier than it is told of otherwise."""
+_REST: Final = 3
+_REST_S: Final = 0.3
+"""Looks, and at most how long they take at 10 Hz, for which clear water around is taken as still clear."""
+_NO_WORSE_M: Final = 0.1
+"""Two soundings that differ by this may be of the same water."""
+
+
+@value
+class Look:
+    """What looking ahead asks for."""
+
+    limit_m: float
+    """What the altitude is held against: the least altitude plus what stopping uses up."""
+    stop: bool = False
+    slow_to_mps: float | None = None
+    why: str = ""
+    closing_mps: float = 0.0
+    left_s: float | None = None
+    """Time to the least altitude at this rate."""
+    blind: bool = False
+    """The sounder is silent, and the bottom was closing."""
+    map_least_m: float | None = None
+    """Least altitude that map or memory knows on the way; of the memory only what is too shallow."""
+
+
+class DepthAhead:
+    """Holds the closing rate, the map, the memory and the track sailed over good water."""
+
+    def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None = None) -> None:
+        self.map: DepthGrid | None = None
+        self._memory = memory
+        self.configure(config)
+        self._closing = ClosingRate()
+        self._lost = LostBottom()
+        self._good_track: deque[Point] = deque(maxlen=200)
+        self._stopping = self._warned = self._blind = False
+        self._rest = 0
+        """Looks that the memory need not be asked for: it has just said that all around is clear."""
+        self._looked_us = 0
+        self._waited_m = 0.0
+        """Water that waiting for a stop to be confirmed has cost."""
+
+    def configure(self, config: DepthGuardConfig) -> None:
+        """Take new settings."""
+        self._config = config
+        self._sigma_m = config.input.sigma_m
+        self._least_m, self._good_m = config.min_altitude_m, config.min_altitude_m + config.good_margin_m
+        self._by_rate_too, self._by_map_too = config.rate_look_ahead, config.map_look_ahead
+        self._warn_s = config.warn_s
+
+    @property
+    def last_good(self) -> Point | None:
+        """Where the water was good last (north, east in m)."""
+        return self._good_track[-1] if self._good_track else None
+
+    def note(self, passed: Sequence[Altitude]) -> None:
+        """Take the readings that passed the gate; several at once are a confirmed jump, which starts the rate anew."""
+        if len(passed) > 1:
+            self._closing.forget()
+        for reading in passed:
+            self._closing.add(reading, reading_sigma_m(self._sigma_m, reading.value_m))
+
+    def look(
+        self,
+        now_us: int,
+        state: EstimatedState | None,
+        altitude_m: float | None,
+        source: DepthInput,
+        path_ahead: PathAhead | None,
+        stopping_distance_fn: StoppingDistance | None,
+    ) -> Look:
+        """Look ahead by closing rate and by map; the stricter counts."""
+        self._keep_track(state, altitude_m)
+        look = Look(self._least_m)
+        if state is None or stopping_distance_fn is None:
+            return look
+        if self._by_rate_too:
+            look = self._by_sounder(look, now_us, state.sog_mps or 0.0, altitude_m, source, stopping_distance_fn)
+        if self._by_map_too:
+            look = self._by_place(look, state, altitude_m, path_ahead, stopping_distance_fn)
+        return look
+
+    def _by_place(
+        self,
+        look: Look,
+        state: EstimatedState,
+        altitude_m: float | None,
+        path_ahead: PathAhead | None,
+        stopping_distance_fn: StoppingDistance,
+    ) -> Look:
+        """By chart and memory. In clear water the memory is asked at every fourth look only."""
+        memory = self._memory
+        self._rest -= 1
+        if self.map is None and (memory is None or self._rest >= 0):
+            return look
+        speed_mps = state.sog_mps or 0.0
+        reach_m = stopping_distance_fn(speed_mps) + (self._config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
+        if memory is not None:
+            cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._config.datum_offset_m
+            if memory.shoals_near(state, reach_m + cell_m + _REST_S * speed_mps, floor_m):
+                look = self._by_memory(look, memory, state, altitude_m, path_ahead, reach_m)
+            else:
+                self._rest = _REST
+        if self.map is not None:
+            look = self._by_map(look, self.map, state, path_ahead, reach_m)
+        return look
+
+    def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
+        """What to tell about this look: once per approach, once per stop."""
+        texts = []
+        if look.left_s is None or look.left_s > 1.5 * self._warn_s:
+            self._warned = False
+        elif look.left_s < self._warn_s and not self._warned:
+            self._warned = True
+            texts.append((Severity.WARNING, f"Bottom closing: depth limit in {max(look.left_s, 0.0):.0f} s"))
+        if look.blind and not self._blind:
+            texts.append((Severity.WARNING, "Sounder lost while the bottom closes: going slow"))
+        self._blind = look.blind
+        if stopping and not self._stopping:
+            texts.append((Severity.WARNING, f"Shallow water ahead ({look.why}): stopping{self._way_back(state)}"))
+        self._stopping = stopping
+        return texts
+
+    def _by_sounder(
+        self,
+        look: Look,
+        now_us: int,
+        speed_mps: float,
+        altitude_m: float | None,
+        source: DepthInput,
+        stopping_distance_fn: StoppingDistance,
+    ) -> Look:
+        """By the closing rate that is measured, or that was when the sounder fell silent."""
+        config, closing_mps = self._config, self._closing.closing_mps
+        if altitude_m is not None:
+            now_m = altitude_m - closing_mps * source.lag_s(now_us)
+            self._lost.seen(now_us, now_m, self._closing.likely_mps, speed_mps)
+            if closing_mps > 0.0:
+                look = self._by_rate(now_m, closing_mps, speed_mps, stopping_distance_fn)
+            return self._confirmed(look, now_us)
+        reckoned = self._lost.reckon(now_us, speed_mps)
+        if reckoned is None or source.out_of_reach or config.unknown_policy == "ignore":
+            return look
+        look = self._by_rate(*reckoned, speed_mps, stopping_distance_fn)
+        if look.left_s is None or look.left_s > _BLIND_WARN * config.warn_s:
+            return replace(look, left_s=None)
+        slow_mps = min(config.unknown_speed_mps, look.slow_to_mps or config.unknown_speed_mps)
+        return replace(look, slow_to_mps=slow_mps, why="sounder lost over a closing bottom", blind=True)
+
+    def _by_rate(
+        self, now_m: float, closing_mps: float, speed_mps: float, stopping_distance_fn: StoppingDistance
+    ) -> Look:
+        config = self._config
+        run_s = stopping_distance_fn(speed_mps) / speed_mps if speed_mps > _SLOW_MPS else 0.0
+        limit_m = config.min_altitude_m + closing_mps * (run_s + config.reaction_s)
+        room_m = now_m - config.min_altitude_m
+        slow_mps = None
+        if speed_mps > config.slow_least_mps and room_m > 0.0:
+            gradient = closing_mps * config.slow_share / speed_mps
+            slow_mps = slow_speed_mps(room_m, gradient, stopping_distance_fn, config.reaction_s, speed_mps)
+        slow_mps = None if slow_mps is None else max(slow_mps, config.slow_least_mps)
+        why = f"closing {closing_mps:.2f} m/s"
+        # At rest it is the noise, the tide or the heave that closes: no approach to tell of.
+        left_s = room_m / closing_mps if speed_mps > _UNDER_WAY_MPS else None
+        return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, left_s)
+
+    def _confirmed(self, look: Look, now_us: int) -> Look:
+        """Hold a stop back for as long as waiting costs next to no water: heave and noise go away by then, a slope does not."""
+        dt_s, self._looked_us = min((now_us - self._looked_us) * 1e-6, _WAIT_S), now_us
+        if not look.stop:
+            self._waited_m = max(0.0, self._waited_m - _LEAK_MPS * dt_s)
+            return look
+        self._waited_m += look.closing_mps * dt_s
+        return look if self._waited_m + look.closing_mps * _WAIT_S >= _WAIT_M else replace(look, stop=False)
+
+    def _by_map(
+        self, look: Look, grid: DepthGrid, state: EstimatedState, path_ahead: PathAhead | None, reach_m: float
+    ) -> Look:
+        config, plane = self._config, grid.plane(state)
+        if plane is None:
+            return look
+        for way in _ways(state, path_ahead, reach_m, 0.5 * grid.pitch_m):
+            ahead = sample(plane, way, config.beam_m)
+            if ahead.least_m is None:
+                continue
+            least_m = ahead.least_m + config.map_offset_m
+            # From water that the map already calls shallow, the way to deeper water must stay open.
+            leaving = ahead.here_m is not None and ahead.least_m >= ahead.here_m
+            look = self._known(look, least_m, "map", stop=least_m < config.min_altitude_m and not leaving)
+        return look
+
+    def _by_memory(
+        self,
+        look: Look,
+        memory: DepthMemory,
+        state: EstimatedState,
+        altitude_m: float | None,
+        path_ahead: PathAhead | None,
+        reach_m: float,
+    ) -> Look:
+        config, cell_m = self._config, memory.geometry.cell_m
+        around, exact = memory.plane(state, math.ceil(config.beam_m / cell_m)), memory.plane(state, 0)
+        for way in _ways(state, path_ahead, reach_m, cell_m):
+            near = sample(around, way, 0.0)
+            if near.least_m is None:
+                continue
+            # The cells around each place err shallow; beside a shoal that must not bar every turn away from it, but what
+            # lies on the way itself does.
+            stop = not self._leaving(near, altitude_m) or not self._leaving(
+                sample(exact, way, config.beam_m), altitude_m
+            )
+            look = self._known(look, near.least_m + config.datum_offset_m, "sounded before", stop=stop)
+        return look
+
+    def _leaving(self, ahead: Ahead, altitude_m: float | None) -> bool:
+        """Whether the way gets no worse than it is here, on a shoal that is measured or remembered."""
+        config = self._config
+        if ahead.least_m is None:
+            return True
+        here = (altitude_m, None if ahead.here_m is None else ahead.here_m + config.datum_offset_m)
+        here_m = min((known_m for known_m in here if known_m is not None), default=math.inf)
+        return here_m < config.min_altitude_m and ahead.least_m + config.datum_offset_m >= here_m - _NO_WORSE_M
+
+    @staticmethod
+    def _known(look: Look, least_m: float, source: str, *, stop: bool) -> Look:
+        """Note the least altitude that is known on the way, and stop for it."""
+        if look.map_least_m is None or least_m < look.map_least_m:
+            look = replace(look, map_least_m=least_m)
+        if stop and not look.stop:
+            look = replace(look, stop=True, why=f"{source} {least_m:.1f} m")
+        return look
+
+    def _keep_track(self, state: EstimatedState | None, altitude_m: float | None) -> None:
+        """Remember where the water was good, every two metres."""
+        if state is None or state.x_m is None or state.y_m is None or altitude_m is None:
+            return
+        if altitude_m < self._good_m:
+            return
+        here = (state.x_m, state.y_m)
+        if not self._good_track or math.dist(self._good_track[-1], here) >= _TRACK_M:
+            self._good_track.append(here)
+
+    def _way_back(self, state: EstimatedState | None) -> str:
+        if not self._good_track or state is None or state.x_m is None or state.y_m is None:
+            return ""
+        north, east = self._good_track[-1][0] - state.x_m, self._good_track[-1][1] - state.y_m
+        if math.hypot(north, east) < _TRACK_M:
+            return ""
+        bearing = math.degrees(math.atan2(east, north)) % 360.0
+        return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"
+
+
+def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, step_m: float) -> list[list[Point]]:
+    """The way along the path; and the one straight on, when there is no path or the vessel does not follow it."""
+    path = path_ahead(reach_m) if path_ahead is not None else ()
+    ways = [way_ahead(state, path, reach_m, step_m)]
+    if path and strays(state, path):
+        ways.append(way_ahead(state, None, reach_m, step_m))
+    return ways

@@ -1,0 +1,237 @@
+"""A depth map: soundings made into a compact grid that errs shallow and says when it does not know.
+
+A cell holds the shallowest sounding within ``spread_m`` of any of its points, so that no interpolation between
+soundings can find less water than the map shows; where no sounding is that near, the depth is unknown. Depths are
+metres below chart datum, positive down, kept as whole centimetres rounded to the shallow side: two bytes per cell.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from array import array
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from mavlink_bridge.language.messages import EstimatedState
+
+EARTH_M: Final = 6378137.0
+"""Equatorial radius of WGS-84."""
+_E2: Final = 6.69437999014e-3
+_UNKNOWN: Final = -32768
+_DEEPEST_CM: Final = 32767
+_MAGIC: Final = b"USVDEPTH"
+_HEADER: Final = struct.Struct("<8sHddddIII")
+_VERSION: Final = 1
+CELLS_MAX: Final = 8_000_000
+"""Largest grid, 16 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sounding:
+    """One charted depth, m below datum (negative: dries)."""
+
+    lat_rad: float
+    lon_rad: float
+    depth_m: float
+
+
+def metres_per_radian(lat_rad: float) -> tuple[float, float]:
+    """Metres on WGS-84 per radian of latitude and of longitude at a latitude."""
+    sine = math.sin(lat_rad)
+    w2 = 1.0 - _E2 * sine * sine
+    return EARTH_M * (1.0 - _E2) / w2**1.5, EARTH_M * math.cos(lat_rad) / math.sqrt(w2)
+
+
+def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
+    """Position ``north_m`` and ``east_m`` from another, good to centimetres within 5 km."""
+    middle = lat_rad + 0.5 * north_m / metres_per_radian(lat_rad)[0]
+    per_lat = metres_per_radian(middle)[0]
+    sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / EARTH_M
+    lat = lat_rad + (north_m - sag_m) / per_lat
+    return lat, lon_rad + east_m / metres_per_radian(lat)[1]
+
+
+class DepthGrid:
+    """A grid in latitude and longitude. Build with ``build`` or ``from_bytes``."""
+
+    def __init__(
+        self,
+        lat0_rad: float,
+        lon0_rad: float,
+        dlat_rad: float,
+        dlon_rad: float,
+        rows: int,
+        columns: int,
+        cells: array[int],
+    ) -> None:
+        self.rows, self.columns = rows, columns
+        self.lat0_rad, self.lon0_rad = lat0_rad, lon0_rad
+        self.dlat_rad, self.dlon_rad = dlat_rad, dlon_rad
+        self._cells = cells
+        self.pitch_m = dlat_rad * metres_per_radian(lat0_rad)[0]
+
+    def depth_at(self, lat_rad: float, lon_rad: float) -> float | None:
+        """Charted depth, m below datum; None = unknown."""
+        row = math.floor((lat_rad - self.lat0_rad) / self.dlat_rad)
+        column = math.floor((lon_rad - self.lon0_rad) / self.dlon_rad)
+        if not (0 <= row < self.rows and 0 <= column < self.columns):
+            return None
+        value = self._cells[row * self.columns + column]
+        return None if value == _UNKNOWN else value / 100.0
+
+    def plane(self, state: EstimatedState) -> Callable[[float, float], float | None] | None:
+        """The map in the plane of a vessel's state: (north, east) in m to depth. Good within a kilometre or so of it."""
+        lat_rad, lon_rad, x_m, y_m = state.lat_rad, state.lon_rad, state.x_m, state.y_m
+        if lat_rad is None or lon_rad is None or x_m is None or y_m is None:
+            return None
+        per_lat, per_lon = metres_per_radian(lat_rad)
+
+        def depth_at(north_m: float, east_m: float) -> float | None:
+            return self.depth_at(lat_rad + (north_m - x_m) / per_lat, lon_rad + (east_m - y_m) / per_lon)
+
+        return depth_at
+
+    def known_share(self) -> float:
+        """Share of the cells with a known depth, 0...1."""
+        return 1.0 - self._cells.count(_UNKNOWN) / len(self._cells)
+
+    def to_bytes(self) -> bytes:
+        """A compact file: header, compressed cells, CRC-32 of all before it."""
+        body = zlib.compress(self._cells.tobytes(), 6)
+        head = _HEADER.pack(
+            _MAGIC,
+            _VERSION,
+            self.lat0_rad,
+            self.lon0_rad,
+            self.dlat_rad,
+            self.dlon_rad,
+            self.rows,
+            self.columns,
+            len(body),
+        )
+        return head + body + struct.pack("<I", zlib.crc32(head + body))
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> DepthGrid:
+        """Read what ``to_bytes`` wrote; ``ValueError`` says what is wrong with anything else."""
+        if len(data) < _HEADER.size + 4 or not data.startswith(_MAGIC):
+            raise ValueError("not a depth grid")
+        if zlib.crc32(data[:-4]) != struct.unpack("<I", data[-4:])[0]:
+            raise ValueError("depth grid is damaged (checksum)")
+        _, version, lat0, lon0, dlat, dlon, rows, columns, size = _HEADER.unpack_from(data)
+        if version != _VERSION:
+            raise ValueError(f"depth grid of version {version}, this program reads {_VERSION}")
+        cells = array("h", zlib.decompress(data[_HEADER.size : _HEADER.size + size]))
+        if len(cells) != rows * columns:
+            raise ValueError("depth grid has the wrong size")
+        return cls(lat0, lon0, dlat, dlon, rows, columns, cells)
+
+
+def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float = 10.0) -> DepthGrid:
+    """Make a grid: ``pitch_m`` per cell, each sounding counting for all that is within ``spread_m``, the least depth winning."""
+    points = [s for s in soundings if math.isfinite(s.depth_m)]
+    if not points:
+        raise ValueError("no soundings")
+    middle = math.fsum(s.lat_rad for s in points) / len(points)
+    per_lat, per_lon = metres_per_radian(middle)
+    dlat, dlon = pitch_m / per_lat, pitch_m / per_lon
+    reach = math.ceil(spread_m / pitch_m) + 1
+    lat0 = min(s.lat_rad for s in points) - reach * dlat
+    lon0 = min(s.lon_rad for s in points) - reach * dlon
+    rows = math.ceil((max(s.lat_rad for s in points) - lat0) / dlat) + reach
+    columns = math.ceil((max(s.lon_rad for s in points) - lon0) / dlon) + reach
+    if rows * columns > CELLS_MAX:
+        raise ValueError(
+            f"{rows} x {columns} cells is more than {CELLS_MAX}: choose a larger pitch_m, or a chart of less"
+            " water (one side of the 180th meridian only)"
+        )
+    cells = array("h", [_UNKNOWN]) * (rows * columns)
+    for s in points:
+        _spread(
+            cells,
+            columns,
+            (s.lat_rad - lat0) / dlat,
+            (s.lon_rad - lon0) / dlon,
+            _centimetres(s.depth_m),
+            spread_m / pitch_m,
+        )
+    return DepthGrid(lat0, lon0, dlat, dlon, rows, columns, cells)
+
+
+def _centimetres(depth_m: float) -> int:
+    """Whole centimetres, to the shallow side (a hair of tolerance keeps 4.10 m at 410)."""
+    return max(_UNKNOWN + 1, min(_DEEPEST_CM, math.floor(depth_m * 100.0 + 1e-6)))
+
+
+def _spread(cells: array[int], columns: int, row: float, column: float, value: int, reach: float) -> None:
+    """Lower every cell that any point within ``reach`` (in cells) of (row, column) lies in."""
+    for i in range(math.floor(row - reach), math.floor(row + reach) + 1):
+        gap = max(i - row, row - (i + 1), 0.0)
+        half = math.sqrt(max(reach * reach - gap * gap, 0.0))
+        for j in range(math.floor(column - half), math.floor(column + half) + 1):
+            at = i * columns + j
+            if cells[at] == _UNKNOWN or value < cells[at]:
+                cells[at] = value
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """The way that one plan item asks for: corner points (lat, lon) in rad."""
+
+    seq: int
+    points_rad: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanProblem:
+    """The first item of a plan that the map forbids."""
+
+    seq: int
+    reason: str
+
+
+def check_plan(grid: DepthGrid, legs: Sequence[Leg], least_depth_m: float) -> PlanProblem | None:
+    """Hold every leg against the map; return the first item that crosses less than ``least_depth_m`` of charted depth.
+
+    Unknown water is not refused: a map rarely covers all.
+    """
+    for leg in legs:
+        for i, point in enumerate(leg.points_rad):
+            shallow_m = _shallower(grid, leg.points_rad[max(i - 1, 0)], point, least_depth_m)
+            if shallow_m is not None:
+                return PlanProblem(leg.seq, f"charted depth {shallow_m:.1f} m, at least {least_depth_m:.1f} m needed")
+    return None
+
+
+def _shallower(
+    grid: DepthGrid, start: tuple[float, float], end: tuple[float, float], least_depth_m: float
+) -> float | None:
+    """The first charted depth below ``least_depth_m`` along a straight leg, sampled at half the grid's pitch."""
+    rows, columns = (end[0] - start[0]) / grid.dlat_rad, (end[1] - start[1]) / grid.dlon_rad
+    first, last = _span(grid, start, rows, columns)
+    count = max(1, math.ceil(2.0 * math.hypot(rows, columns)))
+    for i in range(math.floor(first * count), math.ceil(last * count) + 1):
+        share = min(max(i / count, 0.0), 1.0)
+        depth_m = grid.depth_at(start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
+        if depth_m is not None and depth_m < least_depth_m:
+            return depth_m
+    return None
+
+
+def _span(grid: DepthGrid, start: tuple[float, float], rows: float, columns: float) -> tuple[float, float]:
+    """The share of a leg that can lie on the grid; (1, 0) when none can."""
+    low, high = 0.0, 1.0
+    for at, travel, size in (
+        ((start[0] - grid.lat0_rad) / grid.dlat_rad, rows, grid.rows),
+        ((start[1] - grid.lon0_rad) / grid.dlon_rad, columns, grid.columns),
+    ):
+        if travel == 0.0:
+            if not 0.0 <= at <= size:
+                return 1.0, 0.0
+            continue
+        enter, leave = sorted((-at / travel, (size - at) / travel))
+        low, high = max(low, enter), min(high, leave)
+    return (low, high) if low <= high else (1.0, 0.0)

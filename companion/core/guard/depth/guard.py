@@ -1,0 +1,270 @@
+"""The minimum-altitude guard (the seed's MinAltitude): keeps enough water under the keel, and says what it does.
+
+Parity part: states unknown, ok, correction, locked by the table of vessel-control §5.2 with architecture-study §4.8's
+*unknown* row; thresholds A-m, A, A+g; one Abort per entry and one per forbidden activation. Beyond parity: a limit that
+grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is the water under the keel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+from typing import Final
+
+from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
+from mavlink_bridge.language.value import value
+
+from .ahead import DepthAhead
+from .config import DepthGuardConfig
+from .grid import DepthGrid, Leg, PlanProblem, check_plan
+from .input import DepthInput
+from .lookahead import PathAhead, Point, StoppingDistance
+from .memory import DepthMemory
+
+__all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
+
+_EPS_M: Final = 1e-9
+_UNKNOWN_AFTER_S: Final = 5.0
+_WAY_MPS: Final = 0.15
+"""Slower than this the way is off."""
+_BRAKE_US: Final = 3_000_000
+_BRAKE_REST_US: Final = 5_000_000
+"""Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
+_START_S: Final = 3.0
+"""A sounder may take so long to speak, and the filter to fill, before it is called lost."""
+
+UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
+
+
+@value
+class GuardOutput:
+    """One tick of the guard."""
+
+    state: GuardState
+    altitude_m: float | None
+    """Filtered, used for the state."""
+    altitude_raw_m: float | None
+    limit_m: float | None
+    """What the altitude is held against now: the least altitude plus what stopping needs."""
+    abort: bool = False
+    """Stop everything, now: an entry into correction or locked, or a forbidden activation."""
+    slow_to_mps: float | None = None
+    stop_ahead: bool = False
+    """Look-ahead says stop (the state may still be ok)."""
+    shallow: bool = False
+    """Correction was entered below the least altitude, and the altitude has not been good since."""
+    locked: bool = False
+    lost: bool = False
+    """The altitude is unknown, it was not lost in deep water, and the policy is not ``ignore``."""
+    blind: bool = False
+    """Lost for longer than the policy ``stop`` or ``required`` allows."""
+    brake: bool = False
+    """Lose way with astern thrust now; the stop follows when the way is off."""
+    closing_mps: float = 0.0
+    """How fast the bottom closes, as far as proven."""
+    map_least_m: float | None = None
+    """Least altitude that the map shows along the way to come."""
+    suggestion: Point | None = None
+    """Where the altitude was good last, on the track sailed (north, east in m): the way to correct."""
+    texts: tuple[tuple[Severity, str], ...] = field(default=())
+
+
+def next_state(
+    state: GuardState, altitude_m: float | None, min_m: float, minimum_margin_m: float, good_margin_m: float
+) -> GuardState:
+    """One transition of the guard's table (vessel-control §5.2; unknown: architecture-study §4.8). Pure.
+
+    "Below" is strict, "good" includes equality; both within 1e-9 m, so that decimal thresholds behave.
+    """
+    if altitude_m is None:
+        return LOCKED if state is LOCKED else UNKNOWN
+    if altitude_m >= min_m + good_margin_m - _EPS_M:  # mutation: same (GtE -> Gt), nobody measures nanometres
+        return OK
+    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:  # mutation: same (Lt -> LtE), as above
+        return LOCKED
+    if state is OK and altitude_m >= min_m - _EPS_M:  # mutation: same (GtE -> Gt), as above
+        return OK
+    return CORRECTION
+
+
+class DepthGuard:
+    """Holds the input chain and the state. Call ``measure`` for each reading and ``step`` each tick."""
+
+    def __init__(self, config: DepthGuardConfig) -> None:
+        self.state = UNKNOWN
+        self.input = DepthInput(config.input)
+        self._shallow = self._unlocked = self._refused = False
+        self._started_us: int | None = None
+        self._brake_until_us = -_BRAKE_REST_US
+        self.memory = DepthMemory(config.memory, config.input.sigma_m) if config.memory.enabled else None
+        """What has been sounded, now and on earlier voyages."""
+        self.utc_s = 0
+        """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
+        self._ahead = DepthAhead(config, self.memory)
+        self.configure(config)
+
+    def configure(self, config: DepthGuardConfig) -> None:
+        """Take new settings; the next ``step`` re-evaluates with them."""
+        self._config = config
+        self._enabled, self._brakes_astern = config.enabled, config.brake
+        self._min_m, self._good_margin_m = config.min_altitude_m, config.good_margin_m
+        self._minimum_margin_m = config.minimum_margin_m
+        self._datum_offset_m = config.datum_offset_m
+        self._slows_when_lost = config.unknown_policy == "slow"
+        self.input.configure(config.input)
+        self._ahead.configure(config)
+
+    def measure(self, distance: Distance, state: EstimatedState | None) -> None:
+        """Take one echo-sounder reading."""
+        passed = self.input.measure(distance, state)
+        self._ahead.note(passed)
+        if self.memory is not None and state is not None:
+            for reading in passed:
+                depth_m = reading.value_m - self._datum_offset_m
+                self.memory.note(state, reading.t_us, depth_m, self.utc_s)
+
+    def set_map(self, grid: DepthGrid | None) -> None:
+        """Use a depth map for the way ahead and for plans; None = none."""
+        self._ahead.map = grid
+
+    def check_plan(self, legs: Sequence[Leg]) -> PlanProblem | None:
+        """Hold a plan against the map; the first item that would have too little water, or None."""
+        grid, config = self._ahead.map, self._config
+        if grid is None or not config.enabled:
+            return None
+        return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m)
+
+    def unlock_once(self) -> None:
+        """An operator on the spot lifts the lock until the altitude has been good again."""
+        self._unlocked = True
+
+    def activation(self, now_us: int) -> str | None:
+        """A loop is about to be activated: return why not (and send one Abort at the next step), or None."""
+        reason = self.refusal(now_us)
+        if reason is not None:
+            self._refused = True
+        return reason
+
+    def refusal(self, now_us: int) -> str | None:
+        """Return why motion is not allowed now, or None. Asking changes nothing."""
+        if not self._config.enabled:
+            return None
+        altitude_m = self.input.altitude_m(now_us)
+        if self.state is LOCKED and not self._unlocked:
+            shown = "unknown" if altitude_m is None else f"{altitude_m:.2f} m"
+            good_m = self._config.min_altitude_m + self._config.good_margin_m
+            return f"depth guard locked: altitude {shown}, needs {good_m:.2f} m"
+        if self._config.required and altitude_m is None:
+            return "water depth unknown, and depth.required is set"
+        return None
+
+    def step(
+        self,
+        now_us: int,
+        state: EstimatedState | None,
+        loops_active: bool,
+        path_ahead: PathAhead | None = None,
+        stopping_distance_fn: StoppingDistance | None = None,
+    ) -> GuardOutput:
+        """Evaluate the guard for this tick.
+
+        ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting, or by
+        braking when ``brake`` is set.
+        """
+        if self._started_us is None:
+            self._started_us = now_us
+        altitude_m = self.input.altitude_m(now_us)
+        if not self._enabled:
+            self.state, self._shallow = UNKNOWN, False
+            return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
+        texts: list[tuple[Severity, str]] = []
+        entered = self._advance(altitude_m, texts)
+        abort = (loops_active and entered) or self._refused
+        self._refused = False
+        lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
+        ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
+        stop_ahead = loops_active and ahead.stop
+        texts += self._ahead.texts(stop_ahead, ahead, state)
+        speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
+        brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
+        lost = lost_s is not None
+        return GuardOutput(
+            self.state,
+            altitude_m,
+            self.input.raw_m,
+            ahead.limit_m,
+            abort,
+            self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
+            stop_ahead and not brake,
+            self._shallow and not brake,
+            self.state is LOCKED and not self._unlocked and not brake,
+            lost,
+            lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            brake,
+            ahead.closing_mps,
+            ahead.map_least_m,
+            None if self.state is OK and not stop_ahead else self._ahead.last_good,
+            tuple(texts),
+        )
+
+    def startup_warning(self, stopping_distance_fn: StoppingDistance) -> str:
+        """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
+        config = self._config
+        parts = []
+        for speed_mps in (1.5, 2.5):
+            run_m = stopping_distance_fn(speed_mps) + 0.5 * speed_mps
+            parts.append(f"{100.0 * config.minimum_margin_m / run_m:.1f} % at {speed_mps:g} m/s")
+        return f"Depth margin {config.minimum_margin_m:g} m: correction only on slopes below {', '.join(parts)}"
+
+    def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]]) -> bool:
+        """Move the state; return True when this is an entry that aborts."""
+        old, min_m = self.state, self._min_m
+        self.state = new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
+        if new is OK:
+            self._shallow = self._unlocked = False
+        below = altitude_m is not None and altitude_m < min_m - _EPS_M  # mutation: same (Lt -> LtE), as above
+        locks = new is LOCKED and old is not LOCKED
+        corrects = new is CORRECTION and below and not self._shallow
+        if locks:
+            self._shallow = self._unlocked = False
+        if corrects:
+            self._shallow = True
+        if new is not old or corrects:
+            texts.append(self._text(new, altitude_m))
+        return locks or corrects
+
+    def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
+        """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
+        if not (self._brakes_astern and loops_active and speed_mps > _WAY_MPS):
+            if self._brake_until_us > now_us:  # mutation: same (Gt -> GtE), the same then
+                self._brake_until_us = now_us
+        elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
+            self._brake_until_us = now_us + _BRAKE_US
+        return now_us < self._brake_until_us
+
+    def _text(self, new: GuardState, altitude_m: float | None) -> tuple[Severity, str]:
+        limit_m = self._config.min_altitude_m
+        if altitude_m is None:
+            return Severity.WARNING, f"Depth unknown (limit {limit_m:.2f} m)"
+        body = f"Depth {altitude_m:.2f} m, limit {limit_m:.2f} m"
+        if new is LOCKED:
+            return Severity.CRITICAL, f"{body}: locked, no manoeuvre"
+        if new is CORRECTION:
+            return Severity.WARNING, f"{body}: correction manoeuvre allowed"
+        return Severity.NOTICE, f"{body}: good"
+
+    def _lost_for_s(self, now_us: int) -> float | None:
+        """For how long the altitude, which is missing, has been in a way that matters, s; None when it is not."""
+        config = self._config
+        if config.unknown_policy == "ignore" and not config.required:
+            return None
+        if self.input.out_of_reach and not config.required:
+            return None
+        assert self._started_us is not None
+        since_start_s = (now_us - self._started_us) / 1e6
+        if since_start_s < _START_S:
+            return None
+        return since_start_s if self.input.gated is None else self.input.age_s(now_us)
+
+    def _stops_when_unknown(self) -> bool:
+        return self._config.required or self._config.unknown_policy == "stop"

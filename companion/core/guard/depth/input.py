@@ -1,0 +1,269 @@
+"""From echo-sounder readings to the altitude of the keel above the bottom: offsets, validity, jump gate, median, age.
+
+The chain of vessel-control §5.3. Raw, gated and filtered values are all kept, so that a stop can be explained afterwards.
+An altitude is under the keel: distance + transducer depth - keel depth, both configured, positive down.
+"""
+
+from __future__ import annotations
+
+import math
+from operator import sub
+from typing import Final
+
+from pydantic import Field
+
+from mavlink_bridge.language.messages import Distance, EstimatedState
+from mavlink_bridge.language.value import value
+
+from ...config import Config, param
+
+_FAST_SPAN_US: Final = 1_000_000
+_CONSISTENT: Final = 3
+_FORGET_US: Final = 5_000_000
+_GAPS: Final = 4
+_MEDIAN_MAX: Final = 9
+_FAR_SHARE: Final = 0.8
+_SURE_US: Final = 5_000_000
+"""So long must the bottom be heard nearer than the end of the range before it counts as found."""
+_BREAK_US: Final = 2_500_000
+"""A silence that starts this anew; a sounder of 1 Hz may miss one reading."""
+
+
+class DepthInputConfig(Config):
+    """Where the transducer is and which readings to believe."""
+
+    transducer_depth_m: float = param(
+        0.20, "SNDR_DEPTH", "Transducer below the waterline, positive down", unit="m", ge=-5, le=20
+    )
+    keel_depth_m: float = param(
+        0.35, "KEEL_DEPTH", "Lowest point of the vessel below the waterline, positive down", unit="m", ge=0, le=20
+    )
+    use_sentence_offset: bool = False
+    """Take DPT's own offset instead of the two depths above; never both."""
+    beam_half_angle_deg: float = Field(7.5, ge=0, le=45)
+    """Half the sounder's cone; a tilt inside it costs nothing, since the shallowest return is reported."""
+    range_min_m: float = param(0.3, "SNDR_MIN", "Nearest credible distance (blanking)", unit="m", ge=0, le=10)
+    range_max_m: float = param(100.0, "SNDR_MAX", "Farthest credible distance", unit="m", ge=1, le=12000)
+    quality_min: float = Field(0.05, ge=0, le=1)
+    """Least signal quality, for sounders that report one."""
+    jump_rate_mps: float = Field(2.0, gt=0, le=50)
+    """Change of depth that is credible between samples beside the vessel's own motion, m/s."""
+    jump_slope: float = Field(0.5, ge=0, le=5)
+    """Steepest bottom that is credible (rise over run)."""
+    sigma_m: float = Field(0.05, ge=0, le=5)
+    """Noise of one reading, 1 sigma; 0.5 % of the distance when that is more."""
+    median_samples: int = Field(5, ge=1, le=_MEDIAN_MAX)
+    """Readings in the median for a fast sounder; one that gives fewer than this per second uses three. 1 = no filter."""
+    stale_s: float = param(
+        0.8,
+        "SNDR_STALE",
+        "Depth older than this is unknown (a sounder of 1 Hz gets 2.5 of its periods)",
+        unit="s",
+        ge=0.1,
+        le=30,
+    )
+
+
+@value
+class Altitude:
+    """One accepted reading, as altitude of the keel."""
+
+    t_us: int
+    value_m: float
+
+
+def reading_sigma_m(least_m: float, value_m: float) -> float:
+    """Noise of one reading (1 sigma), m: half a percent of it, ``least_m`` at least."""
+    share_m = 0.005 * abs(value_m)
+    return share_m if share_m > least_m else least_m
+
+
+class DepthInput:
+    """The chain. ``measure`` each reading, ``altitude_m(now)`` for the filtered value."""
+
+    def __init__(self, config: DepthInputConfig) -> None:
+        self.raw_m: float | None = None
+        """The last reading as an altitude, believed or not."""
+        self.gated: Altitude | None = None
+        """The last reading that passed the gate."""
+        self.rejected = 0
+        """Readings refused for range, quality or a jump."""
+        self._times_us: list[int] = []
+        self._values_m: list[float] = []
+        """The newest readings that passed, as many as the longest median takes."""
+        self._held: list[Altitude] = []
+        self._filtered_m: float | None = None
+        self._middle_us = 0
+        self._stale_us = 0
+        self._reach = _Reach()
+        self._scale = _Scale()
+        self.configure(config)
+
+    def configure(self, config: DepthInputConfig) -> None:
+        """Take new settings; what has been measured stays."""
+        self._config = config
+        self._cone = math.cos(math.radians(config.beam_half_angle_deg))
+        self._range_min_m, self._range_max_m = config.range_min_m, config.range_max_m
+        self._transducer_m, self._keel_m = config.transducer_depth_m, config.keel_depth_m
+        self._sigma_m = config.sigma_m
+        self._jump_rate_mps, self._jump_slope = config.jump_rate_mps, config.jump_slope
+        self._median_samples = config.median_samples
+        self._limit_us = round(config.stale_s * 1e6)
+
+    def measure(self, distance: Distance, state: EstimatedState | None) -> tuple[Altitude, ...]:
+        """Judge one reading; return the altitudes it adds (several when a held jump is confirmed, else one or none)."""
+        limit_m, stated_m = self._range_max_m, distance.range_max_m
+        if stated_m is not None and 0.0 < stated_m < limit_m:
+            limit_m = stated_m
+        reading = self._convert(distance, state, limit_m)
+        if reading is None:
+            self.rejected += 1
+            return ()
+        self.raw_m = reading.value_m
+        gated = self.gated
+        if gated is not None and reading.t_us <= gated.t_us:
+            return ()
+        passed = self._gate(gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
+        if passed:
+            for item in passed:
+                self._times_us.append(item.t_us)
+                self._values_m.append(item.value_m)
+            del self._times_us[:-_MEDIAN_MAX], self._values_m[:-_MEDIAN_MAX]
+            self.gated = passed[-1]
+            self._filter()
+            assert distance.value_m is not None
+            reach_m = self._range_max_m if self._scale.changes(stated_m) else limit_m
+            self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * reach_m)
+        return passed
+
+    def altitude_m(self, now_us: int) -> float | None:
+        """The filtered altitude, m; None when too few readings are fresh."""
+        if self.gated is None or now_us - self.gated.t_us > self._stale_us:
+            return None
+        return self._filtered_m
+
+    def age_s(self, now_us: int) -> float:
+        """Time since the last believed reading, s; infinite when there is none."""
+        return math.inf if self.gated is None else (now_us - self.gated.t_us) / 1e6
+
+    def lag_s(self, now_us: int) -> float:
+        """How old the filtered value is: the middle of the readings that it is the median of, s."""
+        return (now_us - self._middle_us) / 1e6
+
+    @property
+    def out_of_reach(self) -> bool:
+        """True when the bottom was near the end of the range: losing it there is normal.
+
+        A few echoes from above it (fish, a second echo) do not count as having found it again, nor far ones as deep water.
+        """
+        return self._reach.far
+
+    def _convert(self, distance: Distance, state: EstimatedState | None, range_max_m: float) -> Altitude | None:
+        value_m, quality = distance.value_m, distance.signal_quality
+        if value_m is None or value_m <= 0.0 or not self._range_min_m <= value_m <= range_max_m:
+            return None
+        if quality is not None and not quality >= self._config.quality_min:
+            return None
+        if state is not None and (state.phi_rad or state.theta_rad):
+            value_m *= self._tilt(state.phi_rad or 0.0, state.theta_rad or 0.0)
+        offset_m = distance.offset_m
+        if offset_m is not None and self._config.use_sentence_offset:
+            # A positive offset reaches up to the waterline, a negative one down to the keel.
+            return Altitude(distance.t_us, value_m + offset_m - (self._keel_m if offset_m >= 0.0 else 0.0))
+        return Altitude(distance.t_us, value_m + self._transducer_m - self._keel_m)
+
+    def _tilt(self, phi_rad: float, theta_rad: float) -> float:
+        cosine = math.cos(phi_rad) * math.cos(theta_rad)
+        return 1.0 if cosine >= self._cone else max(cosine, 0.0)
+
+    def _gate(self, gated: Altitude | None, reading: Altitude, speed_mps: float) -> tuple[Altitude, ...]:
+        """Pass a credible reading; hold a jump until three readings agree on it, then pass all three."""
+        if gated is None or reading.t_us - gated.t_us > _FORGET_US:
+            self._held = []
+            self._times_us.clear()
+            self._values_m.clear()
+            return (reading,)
+        held = self._held
+        if self._credible(gated, reading, speed_mps):
+            held.clear()
+            return (reading,)
+        if held and not self._credible(held[-1], reading, speed_mps):
+            held.clear()
+        held.append(reading)
+        if len(held) < _CONSISTENT:
+            self.rejected += 1
+            return ()
+        self._held = []
+        return tuple(held)
+
+    def _credible(self, before: Altitude, after: Altitude, speed_mps: float) -> bool:
+        dt_s = (after.t_us - before.t_us) / 1e6
+        noise_m = 6.0 * reading_sigma_m(self._sigma_m, before.value_m)
+        reach_m = (self._jump_rate_mps + self._jump_slope * abs(speed_mps)) * dt_s
+        return abs(after.value_m - before.value_m) <= reach_m + noise_m
+
+    def _filter(self) -> None:
+        """Take the median of the newest readings, when there are enough of them."""
+        times_us, count = self._times_us, self._samples_in_median()
+        needed, used = (count + 1) // 2, len(times_us)
+        if used > count:
+            used = count
+        self._stale_us = self._patience_us(used)
+        self._middle_us = times_us[-needed] if needed < used else times_us[-used]
+        # The median; of an even number the lower of the middle two, which is the shallower.
+        self._filtered_m = sorted(self._values_m[-used:])[(used - 1) // 2] if used >= needed else None
+
+    def _patience_us(self, used: int) -> int:
+        """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
+        times_us = self._times_us
+        if used < 2 or 3 * (times_us[-1] - times_us[-2]) <= 2 * self._limit_us:
+            return self._limit_us
+        newest = times_us[-min(used, _GAPS) :]
+        period_us = min(map(sub, newest[1:], newest))
+        return self._limit_us if 3 * period_us <= 2 * self._limit_us else min(period_us * 5 // 2, _FORGET_US)
+
+    def _samples_in_median(self) -> int:
+        """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
+        full, times_us = self._median_samples, self._times_us
+        if full <= _CONSISTENT:
+            return full
+        held = len(times_us)
+        if held > full:
+            held = full
+        share_us = _FAST_SPAN_US * (held - 1 or 1) // (full - 1)
+        return full if times_us[-1] - times_us[-held] <= share_us else _CONSISTENT
+
+
+class _Scale:
+    """Whether a sounder changes its scale by itself: the one in use is then no end of its reach."""
+
+    def __init__(self) -> None:
+        self._stated_m: float | None = None
+        self._changes = False
+
+    def changes(self, stated_m: float | None) -> bool:
+        if stated_m is not None and stated_m != self._stated_m:
+            self._changes = self._stated_m is not None
+            self._stated_m = stated_m
+        return self._changes
+
+
+class _Reach:
+    """Whether the bottom is at the far end of the range. Changes when the readings have said so for some time."""
+
+    def __init__(self) -> None:
+        self.far = False
+        self._heard_us: int | None = None
+        self._since_us: int | None = None
+
+    def note(self, t_us: int, far: bool) -> None:
+        if self._heard_us is None:
+            self.far = far
+        gap = self._heard_us is not None and t_us - self._heard_us > _BREAK_US
+        self._heard_us = t_us
+        if far == self.far:
+            self._since_us = None
+        elif self._since_us is None or gap:
+            self._since_us = t_us
+        elif t_us - self._since_us >= _SURE_US:
+            self.far, self._since_us = far, None

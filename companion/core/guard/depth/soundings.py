@@ -1,0 +1,131 @@
+"""Soundings from text: XYZ, CSV with a header, and the DUNE simulator's ini. Pure parsing; files are ``io``'s.
+
+Every parser names the line it cannot read. Depths are positive down, in metres.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Callable, Iterator
+from typing import Final, Literal
+
+from .grid import Sounding, offset
+
+Order = Literal["lon-lat", "lat-lon"]
+
+_NAMES: Final = {
+    "lat": ("lat", "latitude", "latitude_deg", "lat_deg", "y"),
+    "lon": ("lon", "long", "longitude", "longitude_deg", "lon_deg", "x"),
+    "depth": ("depth", "depth_m", "z"),
+    "elevation": ("elevation", "elevation_m", "height"),
+}
+
+
+def parse(text: str, name: str, order: Order = "lon-lat") -> list[Sounding]:
+    """Choose the parser by the file's name: ``.ini`` DUNE, ``.csv`` CSV, anything else XYZ."""
+    lower = name.lower()
+    if lower.endswith(".ini"):
+        return parse_dune(text)
+    if lower.endswith(".csv"):
+        return parse_csv(text)
+    return parse_xyz(text, order)
+
+
+def parse_xyz(text: str, order: Order = "lon-lat") -> list[Sounding]:
+    """Lines of longitude, latitude (degrees) and depth, separated by blanks, commas or semicolons; # starts a comment."""
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        fields = re.split(r"[\s,;]+", line.split("#", 1)[0].strip())
+        if fields == [""]:
+            continue
+        if len(fields) < 3:
+            raise ValueError(f"line {number}: three numbers expected")
+        first, second, depth = (_number(field, number) for field in fields[:3])
+        lon, lat = (first, second) if order == "lon-lat" else (second, first)
+        found.append(_sounding(lat, lon, depth, number))
+    return found
+
+
+def parse_csv(text: str) -> list[Sounding]:
+    """CSV with a header that names latitude, longitude (degrees) and depth (or elevation, positive up)."""
+    rows = csv.reader(text.splitlines(), delimiter=";" if ";" in text.split("\n", 1)[0] else ",")
+    header = [name.strip().lower() for name in next(rows, [])]
+    lat, lon = _column(header, "lat"), _column(header, "lon")
+    depth, elevation = _column(header, "depth"), _column(header, "elevation")
+    if lat is None or lon is None or (depth is None and elevation is None):
+        raise ValueError("the header must name latitude, longitude and depth (or elevation)")
+    value, sign = (depth, 1.0) if depth is not None else (elevation, -1.0)
+    assert value is not None
+    found = []
+    for number, row in enumerate(rows, 2):
+        if not any(field.strip() for field in row):
+            continue
+        if len(row) < len(header):
+            raise ValueError(f"line {number}: {len(header)} fields expected")
+        cells = _number(row[lat], number), _number(row[lon], number), sign * _number(row[value], number)
+        found.append(_sounding(*cells, number))
+    return found
+
+
+def parse_dune(text: str) -> list[Sounding]:
+    """The [Bathymetry] section: a reference position and triples north, east, depth in metres."""
+    lat = math.radians(_setting(text, "Latitude"))
+    lon = math.radians(_setting(text, "Longitude"))
+    return [Sounding(*offset(lat, lon, north, east), depth) for north, east, depth in _triples(text)]
+
+
+def dune_reference(text: str) -> tuple[float, float]:
+    """The reference position of a DUNE ini, (lat, lon) in rad."""
+    return math.radians(_setting(text, "Latitude")), math.radians(_setting(text, "Longitude"))
+
+
+def _triples(text: str) -> Iterator[tuple[float, float, float]]:
+    start = re.search(r"^\s*Data\s*=", text, re.MULTILINE)
+    if start is None:
+        raise ValueError("no Data in [Bathymetry]")
+    first = text.count("\n", 0, start.end()) + 1
+    for number, line in enumerate(text[start.end() :].splitlines(), first):
+        for triple in line.split("#", 1)[0].split(","):
+            fields = triple.split()
+            if not fields:
+                continue
+            if len(fields) != 3:
+                raise ValueError(f"line {number}: triples of north, east, depth expected")
+            yield _number(fields[0], number), _number(fields[1], number), _number(fields[2], number)
+
+
+def _setting(text: str, name: str) -> float:
+    found = re.search(rf"^\s*{name}[^=\n]*=\s*(\S+)", text, re.MULTILINE)
+    if found is None:
+        raise ValueError(f"no {name} in [Bathymetry]")
+    return _number(found.group(1), text.count("\n", 0, found.start(1)) + 1)
+
+
+def _column(header: list[str], kind: str) -> int | None:
+    return next((i for i, name in enumerate(header) if name in _NAMES[kind]), None)
+
+
+def _number(field: str, line: int) -> float:
+    try:
+        value = float(field)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"line {line}: {field.strip()!r} is not a number")
+    return value
+
+
+def _sounding(lat_deg: float, lon_deg: float, depth_m: float, line: int) -> Sounding:
+    if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0:
+        raise ValueError(f"line {line}: no such position (degrees; is the order of the columns right?)")
+    return Sounding(math.radians(lat_deg), math.radians(lon_deg), depth_m)
+
+
+PARSERS: Final[dict[str, Callable[[str], list[Sounding]]]] = {
+    "xyz": parse_xyz,
+    "csv": parse_csv,
+    "dune": parse_dune,
+}
+"""By kind, for tools."""

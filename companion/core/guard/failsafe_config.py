@@ -1,0 +1,171 @@
+"""Times and actions of the failsafe conditions: the table's rows with what a configuration makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Final, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from mavlink_bridge.language.messages import Action
+
+from ..config import Config, param
+from .failsafe_flags import Flags
+from .failsafe_table import BY_NAME, TABLE, Clear, Condition
+
+
+def _by_name(value: object) -> object:
+    return Action.__members__.get(value.upper(), value) if isinstance(value, str) else value
+
+
+ActionByName = Annotated[Action, BeforeValidator(_by_name)]
+"""An action, also by its name in a configuration file."""
+
+
+class Override(Config):
+    """What a configuration may change of one row; the table's floors hold."""
+
+    action: ActionByName | None = None
+    delay_s: float | None = Field(None, ge=0)
+
+
+class FailsafeConfig(Config):
+    """Times and actions of the failsafe conditions. Everything else is in the table."""
+
+    gcs_timeout_s: float = param(5.0, "FS_GCS_TIMEOUT", "Ground station lost after", unit="s", ge=2, le=120)
+    gcs_action: ActionByName = param(
+        Action.HOLD, "FS_GCS_ACTION", "First action on loss: 1 warn, 2 hold, 3 return, 4 stop", ge=1, le=4
+    )
+    gcs_then_s: float = param(60.0, "FS_GCS_THEN_T", "Second action so long after the first", unit="s", ge=0, le=3600)
+    gcs_then_action: ActionByName = param(
+        Action.RETURN, "FS_GCS_THEN", "Second action on loss: 0 none, 2 hold, 3 return, 4 stop", ge=0, le=4
+    )
+    radio_timeout_s: float = param(
+        65.0, "FS_RADIO_TIMEOUT", "Ground lost over the radio after (more than two beacons)", unit="s", ge=5, le=3600
+    )
+    manual_timeout_s: float = param(0.5, "FS_MAN_TIMEOUT", "Manual control lost after", unit="s", ge=0.1, le=5)
+    guided_timeout_s: float = param(1.0, "FS_GUID_TIMEOUT", "Streamed set-points lost after", unit="s", ge=0.1, le=5)
+    oscillation_thrust: float = param(0.3, "FS_OSC_THRUST", "Thrust allowed while control oscillates", ge=0, le=1)
+    conditions: dict[str, Override] = Field(default_factory=dict)
+    """Per condition name: ``action``, ``delay_s``; not below the floors that ``companion explain failsafe`` lists."""
+
+    @model_validator(mode="after")
+    def _within_floors(self) -> Self:
+        problems = [text for name, over in self.conditions.items() for text in _override_problems(name, over)]
+        if problems:
+            raise ValueError("; ".join(problems))
+        return self
+
+    @cached_property
+    def rules(self) -> tuple[Rule, ...]:
+        """The table with this configuration's times and actions."""
+        return tuple(self._rule(condition) for condition in TABLE)
+
+    @cached_property
+    def watch(self) -> Watch:
+        """The short cut for a quiet tick."""
+        return Watch(self.rules)
+
+    def _rule(self, row: Condition) -> Rule:
+        over = self.conditions.get(row.name, _NO_OVERRIDE)
+        action = row.action if over.action is None else over.action
+        delay_s = row.delay_s if over.delay_s is None else over.delay_s
+        then_s, then_action = row.then_after_s, row.then_action
+        if row.name in ("gcs_lost", "radio_lost"):
+            action, then_action = self.gcs_action, self.gcs_then_action
+        if row.name == "gcs_lost":
+            then_s = self.gcs_then_s
+        delay_s = {
+            "gcs_lost": self.gcs_timeout_s,
+            "gcs_degraded": self.gcs_timeout_s / 2.0,
+            "radio_lost": self.radio_timeout_s,
+            "manual_lost": self.manual_timeout_s,
+            "guided_lost": self.guided_timeout_s,
+        }.get(row.name, delay_s)
+        if then_action <= action:
+            then_s = None
+        return Rule(
+            row,
+            microseconds(delay_s),
+            action,
+            None if then_s is None else microseconds(then_s),
+            then_action,
+            microseconds(row.clear_s),
+            microseconds(delay_s / 2.0 if row.clear is Clear.OPERATOR else delay_s),
+        )
+
+
+_NO_OVERRIDE: Final = Override()
+_BY_PARAMETER: Final = ("gcs_lost", "gcs_degraded", "radio_lost", "manual_lost", "guided_lost")
+
+
+def _override_problems(name: str, over: Override) -> list[str]:
+    row = BY_NAME.get(name)
+    if row is None:
+        return [f"{name}: no such condition"]
+    if name in _BY_PARAMETER:
+        return [f"{name}: has its own keys, such as gcs_timeout_s"]
+    problems = []
+    if over.action is not None and over.action < row.floor:
+        problems.append(f"{name}: action at least {row.floor.name}")
+    if over.delay_s is not None and over.delay_s > row.delay_max_s:
+        problems.append(f"{name}: delay_s at most {row.delay_max_s:g}")
+    return problems
+
+
+def microseconds(seconds: float) -> int:
+    return round(seconds * 1e6)
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A row with its configured times (microseconds) and actions."""
+
+    row: Condition
+    delay_us: int
+    action: Action
+    then_us: int | None
+    then_action: Action
+    clear_us: int
+    again_us: int
+    """An age from which on what has acted counts as there again: half of the delay where outages add up."""
+
+
+class Watch:
+    """Whether anything at all is up, in one look: most ticks of a good day end here."""
+
+    __slots__ = ("_gcs_s", "_guided_s", "_manual_s", "_radio_s")
+
+    def __init__(self, rules: Sequence[Rule]) -> None:
+        young_s = {rule.row.name: (rule.delay_us - 1) / 1e6 for rule in rules}  # mutation: same, slower only
+        self._manual_s, self._guided_s = young_s["manual_lost"], young_s["guided_lost"]
+        self._gcs_s = min(young_s["gcs_lost"], young_s["gcs_degraded"])
+        self._radio_s = young_s["radio_lost"]
+
+    def quiet(self, flags: Flags) -> bool:
+        """True when no row's flag is up and no age is within a microsecond of its delay."""
+        if flags.any_alarm():
+            return False
+        if not flags.armed:  # mutation: same (skipped), slower only: every row with an age asks for it
+            return True  # mutation: same, slower only
+        manual_s, guided_s, gcs_s, radio_s = (
+            flags.manual_age_s,
+            flags.guided_age_s,
+            flags.gcs_age_s,
+            flags.radio_age_s,
+        )
+        never_heard = gcs_s is None and radio_s is None  # mutation: same (And -> Or), slower only
+        return (
+            (manual_s is None or manual_s < self._manual_s)  # mutation: same (Lt -> LtE), by a microsecond
+            and (guided_s is None or guided_s < self._guided_s)  # mutation: same (Lt -> LtE), as above
+            and (gcs_s is None or gcs_s < self._gcs_s)  # mutation: same (Lt -> LtE), as above
+            and (radio_s is None or radio_s < self._radio_s)  # mutation: same (Lt -> LtE), as above
+            and not (never_heard and flags.gcs_required)  # mutation: same (And -> Or), slower only
+        )
+
+
+def reached(age_s: float, limit_us: int) -> bool:
+    """Whether an age has come to a limit, to the microsecond; an age that is not a number has."""
+    return not age_s * 1e6 < limit_us - 0.5

@@ -1,0 +1,270 @@
+"""The geofence: polygons and circles, inclusion and exclusion, and a stop that begins early enough to end inside.
+
+The way that stopping still takes is laid along the course over ground, where a vessel with thrust cut and rudders
+centred goes; when it reaches the edge (less a margin), the fence asks for a stop. So the border is not crossed, where
+an autopilot that acts on crossing overshoots by its stopping distance. Geometry is plane, in metres north and east of
+the run's origin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from pydantic import Field
+
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
+from mavlink_bridge.language.snapshot import FenceStatus
+from mavlink_bridge.language.value import value
+
+from ..config import Config, param
+
+Point = tuple[float, float]
+
+_BREACH_BOUNDARY: Final = 3
+"""FENCE_BREACH_BOUNDARY."""
+_SAMPLE_M: Final = 0.5
+_UNDER_WAY_MPS: Final = 0.3
+
+
+class FenceConfig(Config):
+    """How the fence acts; the areas themselves come by the mission protocol."""
+
+    enabled: bool = param(True, "FENCE_ENABLE", "Keep inside the fence, when one is loaded")
+    margin_m: float = param(1.0, "FENCE_MARGIN", "Stop this far before the edge", unit="m", ge=0, le=100)
+    union: bool = param(
+        False,
+        "FENCE_UNION",
+        "Inside any inclusion area is enough (off: inside all of them); areas to sail between must overlap by twice the margin",
+    )
+    reaction_s: float = Field(0.6, ge=0, le=5)
+    """From a fix to less thrust: latency, tick, actuators."""
+    turn_s: float = Field(8.0, ge=0, le=60)
+    """Time to turn against wind and current and hold; the vessel is set by them as long."""
+
+
+@value
+class FenceOutput:
+    """One tick of the fence."""
+
+    status: FenceStatus
+    stop: bool = False
+    """On the present course the vessel can only just stop inside."""
+    texts: tuple[tuple[Severity, str], ...] = ()
+
+
+class Circle:
+    """A disc in the plane."""
+
+    def __init__(self, centre: Point, radius_m: float) -> None:
+        self.centre = centre
+        self.radius_m = radius_m
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the edge, m, positive inside."""
+        return self.radius_m - math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
+
+
+class Polygon:
+    """A simple or self-crossing polygon (even-odd rule), closed by itself."""
+
+    def __init__(self, vertices: Sequence[Point]) -> None:
+        edges = ((vertices[i - 1], vertices[i]) for i in range(len(vertices)))
+        self._edges = [(*begin, end[1], end[0] - begin[0], end[1] - begin[1]) for begin, end in edges]
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the nearest edge, m, positive inside."""
+        north, east = point
+        inside = False
+        nearest2 = math.inf
+        for n1, e1, e2, dn, de in self._edges:
+            n, e = north - n1, east - e1
+            if (e1 > east) != (e2 > east) and north < n1 + dn * e / de:
+                inside = not inside
+            length2 = dn * dn + de * de
+            share = 0.0 if length2 == 0.0 else (n * dn + e * de) / length2
+            if share < 0.0:
+                share = 0.0
+            elif share > 1.0:
+                share = 1.0
+            n -= share * dn
+            e -= share * de
+            distance2 = n * n + e * e
+            if distance2 < nearest2:
+                nearest2 = distance2
+        return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
+
+
+Shape = Circle | Polygon
+
+
+class Region:
+    """Where the vessel may be: a signed distance that changes by at most one metre per metre."""
+
+    def __init__(self, inclusions: Sequence[Shape], exclusions: Sequence[Shape], union: bool) -> None:
+        self._inclusions = inclusions
+        self._exclusions = exclusions
+        self._union = union
+
+    def inside_m(self, point: Point) -> float:
+        """Distance to the nearest edge, m, positive where the vessel may be."""
+        inside = [shape.inside_m(point) for shape in self._inclusions]
+        allowed_m = (max(inside) if self._union else min(inside)) if inside else math.inf
+        for shape in self._exclusions:
+            outside_m = -shape.inside_m(point)
+            if outside_m < allowed_m:
+                allowed_m = outside_m
+        return allowed_m
+
+
+def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = False) -> Region:
+    """Lay fence areas into the plane about ``frame``'s origin."""
+    inclusions: list[Shape] = []
+    exclusions: list[Shape] = []
+    for area in areas:
+        if area.centre_rad is not None:
+            shape: Shape = Circle(frame.to_local(*area.centre_rad), area.radius_m or 0.0)
+        else:
+            shape = Polygon([frame.to_local(lat, lon) for lat, lon in area.vertices_rad])
+        (inclusions if area.inclusion else exclusions).append(shape)
+    return Region(inclusions, exclusions, union)
+
+
+class Fence:
+    """The loaded areas, whether they count, and the breach counter."""
+
+    def __init__(self, config: FenceConfig) -> None:
+        self._config = config
+        self._areas: tuple[FenceArea, ...] = ()
+        self._switched: bool | None = None
+        self._region: Region | None = None
+        self._origin: Point | None = None
+        self._status = FenceStatus()
+        self._stopping = False
+        self._clear = FenceOutput(self._status)
+        """What is said while nothing is judged."""
+        self._renew()
+
+    def _renew(self) -> None:
+        """Work out what follows from the areas, the setting and the switch."""
+        config = self._config
+        on = config.enabled if self._switched is None else self._switched
+        self.enabled = on and bool(self._areas)
+        """Whether the fence acts: switched on and not empty."""
+        self.version = (self._areas, config.union)
+        """Equal as long as the areas mean the same."""
+        self._margin_m, self._reaction_s, self._turn_s = config.margin_m, config.reaction_s, config.turn_s
+
+    def configure(self, config: FenceConfig) -> None:
+        """Take new settings; a switch by command stands until the setting itself changes."""
+        if config.enabled != self._config.enabled:
+            self._switched = None
+        self._config = config
+        self._region = None
+        self._renew()
+
+    def load(self, areas: Sequence[FenceArea]) -> None:
+        """Replace all areas; a breach by the new ones shows at the next check. Empty = no fence."""
+        self._areas = tuple(areas)
+        self._region = None
+        self._renew()
+
+    def enable(self, on: bool) -> None:
+        """Switch by command (DO_FENCE_ENABLE), until the next switch or change of the setting."""
+        self._switched = on
+        self._renew()
+
+    def distance_m(self, state: EstimatedState, point: Point) -> float | None:
+        """Signed distance from a point in the state's plane to the nearest edge, positive inside; None = no fence."""
+        region = self._laid_out(state)
+        return None if region is None else region.inside_m(point)
+
+    def check(self, state: EstimatedState, stopping_distance_m: float, ahead: Point | None = None) -> FenceOutput:
+        """Hold the vessel and the way it needs to stop against the fence.
+
+        ``stopping_distance_m``: at the present speed. ``ahead``: the next point of the path, used for the direction
+        when the vessel has no speed yet.
+        """
+        region = self._laid_out(state) if self.enabled else None
+        if region is None or state.x_m is None or state.y_m is None:
+            return self._nothing()
+        here = (state.x_m, state.y_m)
+        inside_m = region.inside_m(here)
+        texts: list[tuple[Severity, str]] = []
+        self._note_breach(state.t_us, inside_m, texts)
+        stop = inside_m >= 0.0 and self._must_stop(region, here, inside_m, state, stopping_distance_m, ahead)
+        if stop and not self._stopping:
+            texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
+        self._stopping = stop
+        return FenceOutput(self._status, stop, tuple(texts))
+
+    def _nothing(self) -> FenceOutput:
+        self._stopping = False
+        if self._status is not self._clear.status:
+            self._status = FenceStatus(breach_count=self._status.breach_count)
+            self._clear = FenceOutput(self._status)
+        return self._clear
+
+    def _note_breach(self, t_us: int, inside_m: float, texts: list[tuple[Severity, str]]) -> None:
+        old = self._status
+        breached = inside_m < 0.0
+        count, since_us = old.breach_count, old.breach_t_us if breached else 0
+        if breached and not old.breached:
+            count, since_us = count + 1, t_us
+            texts.append((Severity.CRITICAL, f"Outside the fence by {-inside_m:.1f} m"))
+        elif old.breached and not breached:
+            texts.append((Severity.NOTICE, "Inside the fence again"))
+        kind = _BREACH_BOUNDARY if breached else 0
+        self._status = FenceStatus(breached, count, kind, since_us, None if math.isinf(inside_m) else inside_m)
+
+    def _must_stop(
+        self,
+        region: Region,
+        here: Point,
+        inside_m: float,
+        state: EstimatedState,
+        stopping_distance_m: float,
+        ahead: Point | None,
+    ) -> bool:
+        speed_mps, course_rad = _motion(state, here, ahead)
+        if course_rad is None:
+            return False
+        run_m = stopping_distance_m + speed_mps * self._reaction_s
+        run = (run_m * math.cos(course_rad), run_m * math.sin(course_rad))
+        # A vessel that keeps its place already is not set any more.
+        turn_s = self._turn_s if speed_mps > _UNDER_WAY_MPS else 0.0
+        set_by = ((state.drift_n_mps or 0.0) * turn_s, (state.drift_e_mps or 0.0) * turn_s)
+        margin_m = self._margin_m
+        if inside_m > run_m + math.hypot(*set_by) + margin_m:
+            return False
+        way = _along(here, run)
+        way += _along(way[-1], set_by)
+        return min(map(region.inside_m, way)) < min(margin_m, inside_m)
+
+    def _laid_out(self, state: EstimatedState) -> Region | None:
+        if not self._areas or state.origin_lat_rad is None or state.origin_lon_rad is None:
+            return None
+        origin = (state.origin_lat_rad, state.origin_lon_rad)
+        if self._region is None or origin != self._origin:
+            self._region = build_region(self._areas, LocalFrame(*origin), self._config.union)
+            self._origin = origin
+        return self._region
+
+
+def _motion(state: EstimatedState, here: Point, ahead: Point | None) -> tuple[float, float | None]:
+    """Speed in m/s and direction in rad that the vessel goes, or is about to go."""
+    if state.vx_mps is not None and state.vy_mps is not None:
+        speed_mps = math.hypot(state.vx_mps, state.vy_mps)
+        if speed_mps > 0.1:
+            return speed_mps, math.atan2(state.vy_mps, state.vx_mps)
+    if ahead is not None and ahead != here:
+        return 0.0, math.atan2(ahead[1] - here[1], ahead[0] - here[0])
+    return 0.0, state.psi_rad
+
+
+def _along(start: Point, way: Point) -> list[Point]:
+    """Points along a straight way, its end the last."""
+    count = max(1, math.ceil(math.hypot(*way) / _SAMPLE_M))
+    return [(start[0] + way[0] * i / count, start[1] + way[1] * i / count) for i in range(1, count + 1)]

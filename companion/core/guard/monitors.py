@@ -1,0 +1,278 @@
+"""Monitors: from raw observations over time to the plain flags that the failsafe engine judges.
+
+Each small class watches one thing for a stated time: thrust without speed, speed without thrust, drift while stopped,
+oscillating actuators, the supply, the tick itself. Times are those of the fault matrix (firmware-reliability §C, rows 3, 35, 59,
+62, 63).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from pydantic import Field
+
+from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
+from mavlink_bridge.language.value import value
+
+from ..config import Config, param
+
+SpeedForThrust = Callable[[float], float]
+"""Mean thrust, 0...1, to the steady speed in m/s that it should give."""
+
+_TICK_WINDOW_US: Final = 10_000_000
+
+
+class MonitorConfig(Config):
+    """Thresholds of the monitors; 0 volts = that level is not judged."""
+
+    battery_low_v: float = param(0.0, "BATT_LOW_VOLT", "Warn below (0 = off)", unit="V", ge=0, le=1000)
+    battery_critical_v: float = param(0.0, "BATT_CRT_VOLT", "Return below (0 = off)", unit="V", ge=0, le=1000)
+    battery_empty_v: float = param(0.0, "BATT_MIN_VOLT", "Stop below (0 = off)", unit="V", ge=0, le=1000)
+    battery_filter_s: float = Field(5.0, gt=0, le=60)
+    battery_stale_s: float = Field(5.0, gt=0, le=60)
+    stuck_s: float = param(10.0, "STUCK_TIME", "Thrust without speed: warn after (0 = off)", unit="s", ge=0, le=600)
+    stuck_share: float = Field(0.25, gt=0, le=1)
+    """Stuck when slower than this share of what the thrust should give, and than `drift_mps`."""
+    drift_mps: float = Field(0.3, gt=0, le=5)
+    """Speed over ground in neutral that is worth a warning; what makes as much is not stuck."""
+    drift_s: float = Field(10.0, gt=0, le=600)
+    drift_alarm_m: float = Field(5.0, gt=0, le=1000)
+    """Drift since a failsafe stop at which the alarm is given; again at each doubling."""
+    oscillation_reversals: int = Field(5, ge=3, le=50)
+    oscillation_window_s: float = Field(3.0, gt=0, le=20)
+    """A rudder or thruster loop that is unstable swings with about nine times its delay: 1.3 s."""
+    oscillation_output: float = Field(0.5, gt=0, le=1)
+    """Share of full output that a swing must reach on both sides."""
+    late_s: float = Field(0.2, gt=0, le=5)
+    very_late_s: float = Field(0.5, gt=0, le=5)
+    jump_s: float = Field(1.0, gt=0, le=60)
+    overrun_share: float = Field(0.05, gt=0, le=1)
+    control_period_s: float = Field(0.05, gt=0, le=1)
+    rudder_max_deg: float = Field(30.0, gt=0, le=90)
+    """Full rudder, to weigh a rudder's swing."""
+
+
+@value
+class MonitorFlags:
+    """What the monitors say in this tick; names as in the failsafe table's ``Flags``."""
+
+    stuck: bool = False
+    moving_in_neutral: bool = False
+    drifting_while_stopped: bool = False
+    oscillating: bool = False
+    battery_low: bool = False
+    battery_critical: bool = False
+    battery_empty: bool = False
+    battery_lost: bool = False
+    time_jump: bool = False
+    tick_late: bool = False
+    tick_very_late: bool = False
+    overruns: bool = False
+
+
+class Held:
+    """True once a condition has held without a break for a time."""
+
+    def __init__(self) -> None:
+        self._since_us: int | None = None
+
+    def step(self, now_us: int, holds: bool, for_us: int) -> bool:
+        if not holds:
+            self._since_us = None
+            return False
+        if self._since_us is None:
+            self._since_us = now_us
+        return now_us - self._since_us >= for_us
+
+
+class Reversals:
+    """Counts swings of one channel from one side to the other, both beyond a share of full output."""
+
+    def __init__(self) -> None:
+        self._side = 0
+        self.times_us: deque[int] = deque(maxlen=64)
+        """When it swung over, lately."""
+
+    def configure(self, config: MonitorConfig) -> None:
+        self._bound, self._enough = config.oscillation_output, config.oscillation_reversals
+        self._window_us = round(config.oscillation_window_s * 1e6)
+
+    def step(self, now_us: int, value: float) -> bool:
+        """``value``: -1...1. True when there were enough reversals within the window."""
+        times_us, bound = self.times_us, self._bound
+        if value > bound or value < -bound:
+            side = 1 if value > bound else -1
+            if side == -self._side:
+                times_us.append(now_us)
+            self._side = side
+        if not times_us:
+            return False
+        while times_us and now_us - times_us[0] > self._window_us:
+            times_us.popleft()
+        return len(times_us) >= self._enough
+
+
+class Battery:
+    """Filtered voltage against three levels, and the loss of the sensor."""
+
+    def __init__(self) -> None:
+        self._volts: float | None = None
+        self._seen_us: int | None = None
+
+    def configure(self, config: MonitorConfig) -> None:
+        self._low_v, self._critical_v, self._empty_v = (
+            config.battery_low_v,
+            config.battery_critical_v,
+            config.battery_empty_v,
+        )
+        self._filter_s, self._stale_us = config.battery_filter_s, round(config.battery_stale_s * 1e6)
+
+    def step(self, now_us: int, supply: SupplyVoltage | None) -> tuple[bool, bool, bool, bool]:
+        """Return (low, critical, empty, lost)."""
+        if supply is not None and supply.t_us != self._seen_us:
+            volts = supply.voltage_v
+            if volts is not None and math.isfinite(volts):
+                self._take(supply.t_us, volts)
+        volts = self._volts
+        if volts is None or self._seen_us is None:
+            return False, False, False, False
+        lost = now_us - self._seen_us > self._stale_us
+        return volts < self._low_v, volts < self._critical_v, volts < self._empty_v, lost
+
+    def _take(self, t_us: int, volts: float) -> None:
+        if self._volts is None or self._seen_us is None:
+            self._volts = volts
+        else:
+            dt_s = max(t_us - self._seen_us, 0) / 1e6
+            self._volts += (volts - self._volts) * (1.0 - math.exp(-dt_s / self._filter_s))
+        self._seen_us = t_us
+
+
+class Ticks:
+    """Lateness of the control tick: single, repeated, and the machine having stood still."""
+
+    def __init__(self) -> None:
+        self._last_us: int | None = None
+        self._late_us: deque[int] = deque(maxlen=512)
+
+    def configure(self, config: MonitorConfig) -> None:
+        self._period_s, self._late_s, self._very_late_s = config.control_period_s, config.late_s, config.very_late_s
+        self._jump_s = config.jump_s
+        self._allowed = config.overrun_share * _TICK_WINDOW_US / 1e6 / config.control_period_s
+
+    def step(self, now_us: int, late_s: float) -> tuple[bool, bool, bool, bool]:
+        """Return (jump, late, very late, overruns)."""
+        gap_s = 0.0 if self._last_us is None else (now_us - self._last_us) / 1e6
+        self._last_us = now_us
+        jump = gap_s > self._jump_s or gap_s < 0.0
+        times_us = self._late_us
+        if late_s > self._period_s:
+            times_us.append(now_us)
+        elif not times_us:
+            return jump, late_s > self._late_s, late_s > self._very_late_s, False
+        while times_us and now_us - times_us[0] > _TICK_WINDOW_US:
+            times_us.popleft()
+        return jump, late_s > self._late_s, late_s > self._very_late_s, len(times_us) > self._allowed
+
+
+class Drift:
+    """How far the vessel has drifted since a failsafe stopped it."""
+
+    def __init__(self) -> None:
+        self._anchor: tuple[float, float] | None = None
+
+    def step(self, state: EstimatedState, stopped: bool, alarm_m: float) -> bool:
+        if not stopped:
+            self._anchor = None
+            return False
+        if state.x_m is None or state.y_m is None:
+            return False
+        if self._anchor is None:
+            self._anchor = (state.x_m, state.y_m)
+        return math.hypot(state.x_m - self._anchor[0], state.y_m - self._anchor[1]) > alarm_m
+
+
+class Monitors:
+    """All of them together; one call per tick."""
+
+    def __init__(self, config: MonitorConfig) -> None:
+        self._stuck, self._adrift = Held(), Held()
+        self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
+        self._battery, self._ticks, self._drift = Battery(), Ticks(), Drift()
+        self._said: tuple[bool, ...] = ()
+        self._flags = MonitorFlags()
+        self.configure(config)
+
+    def configure(self, config: MonitorConfig) -> None:
+        """Take new thresholds; running times go on."""
+        self._stuck_us, self._stuck_share = round(config.stuck_s * 1e6), config.stuck_share
+        self._watch_way = config.stuck_s > 0.0
+        self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
+        self._alarm_m = config.drift_alarm_m
+        self._full_rad, self._bound = math.radians(config.rudder_max_deg), config.oscillation_output
+        self._shares: tuple[float, ...] = ()
+        self._at_rest = False
+        """No actuator has swung over lately: as long as none moves, none does."""
+        for part in (*self._swings, self._battery, self._ticks):
+            part.configure(config)
+
+    def step(
+        self,
+        now_us: int,
+        state: EstimatedState,
+        output: ActuatorOutput,
+        desired: Desired | None,
+        stopped: bool,
+        late_s: float,
+        supply: SupplyVoltage | None,
+        vessel_speed_fn: SpeedForThrust,
+    ) -> MonitorFlags:
+        """``output``: what was sent last. ``stopped``: a failsafe holds the vessel in neutral. ``late_s``: of this tick."""
+        no_way = adrift = False
+        speed_mps = state.sog_mps
+        if speed_mps is not None:
+            port, starboard = output.thruster_port, output.thruster_starboard
+            adrift = port == 0.0 and starboard == 0.0 and speed_mps > self._drift_mps
+            no_way = self._watch_way and self._no_way(speed_mps, 0.5 * (port + starboard), desired, vessel_speed_fn)
+        said = (
+            self._stuck.step(now_us, no_way, self._stuck_us),
+            self._adrift.step(now_us, adrift, self._drift_us),
+            self._drift.step(state, stopped, self._alarm_m),
+            self._oscillates(now_us, output),
+            *self._battery.step(now_us, supply),
+            *self._ticks.step(now_us, late_s),
+        )
+        if said != self._said:
+            self._said, self._flags = said, MonitorFlags(*said)
+        return self._flags
+
+    def _no_way(
+        self, speed_mps: float, thrust: float, desired: Desired | None, vessel_speed_fn: SpeedForThrust
+    ) -> bool:
+        if thrust <= 0.0:
+            return False
+        # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
+        if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < self._drift_mps:
+            return False
+        # Nor is one stuck that makes way slowly: against a stream that is all it can do, and a stop would lose what it has.
+        return speed_mps < self._drift_mps and speed_mps < self._stuck_share * vessel_speed_fn(thrust)
+
+    def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
+        shares = (
+            output.thruster_port,
+            output.thruster_starboard,
+            output.rudder_port_rad / self._full_rad,
+            output.rudder_starboard_rad / self._full_rad,
+        )
+        if shares == self._shares and self._at_rest:
+            return False
+        self._shares, self._at_rest, found = shares, True, False
+        bound, swings = self._bound, self._swings
+        for k, share in enumerate(shares):
+            if share > bound or share < -bound or swings[k].times_us:
+                found |= swings[k].step(now_us, share)
+                self._at_rest &= not swings[k].times_us
+        return found

@@ -1,0 +1,101 @@
+"""The law that brings a vessel onto a path and keeps it there: a vector field with integral and drift triangle.
+
+Course: the path's, turned towards it by a field whose curvature the vessel can sail (line-of-sight near the path,
+Nelson's orbit field on arcs, both with the integral of ILOS). Heading: that course with the estimated drift taken off
+by the triangle of velocities. Yaw rate: the derivative of all of it, so that the heading loop has no lag to make up.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_bridge.language.units import clamp, wrap_pi
+from mavlink_bridge.language.value import value
+
+_STEERAGE_MPS = 0.3
+
+
+@value
+class Course:
+    """A wanted course over ground and how fast it turns."""
+
+    course_rad: float
+    rate_radps: float
+
+
+def approach(offset_m: float, look_ahead_m: float, turn_m: float) -> tuple[float, float]:
+    """Return (angle towards the path, its derivative per metre of offset) for an offset from it.
+
+    Near the path atan(offset / look-ahead); farther off the angle at which an arc of radius ``turn_m`` would still
+    run into the path tangentially, whichever is smaller. Up to 90 degrees.
+    """
+    size = abs(offset_m)
+    linear = math.atan(size / look_ahead_m)
+    slope = look_ahead_m / (look_ahead_m * look_ahead_m + size * size)
+    if size < turn_m:
+        tangential = math.acos(1.0 - size / turn_m)
+        if tangential < linear:
+            linear = tangential
+            slope = 1.0 / math.sqrt(size * (2.0 * turn_m - size))
+    return math.copysign(linear, offset_m), slope
+
+
+class Integrator:
+    """The integral of ILOS: z' = D e / (D² + (e + k z)²), frozen outside its corridor, bounded."""
+
+    def __init__(self) -> None:
+        self.z_m = 0.0
+
+    def step(self, dt_s: float, cross_m: float, look_ahead_m: float, gain: float, corridor_m: float) -> float:
+        """Return the offset to steer by: the cross-track error plus the integral's share."""
+        z_m = self.z_m
+        if -corridor_m < cross_m < corridor_m and gain > 0.0:
+            total = cross_m + gain * z_m
+            z_m += dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
+            bound = 0.5 * look_ahead_m / gain
+            self.z_m = z_m = clamp(z_m, -bound, bound)
+        return cross_m + gain * z_m
+
+
+@value
+class Heading:
+    """The triangle of velocities, solved."""
+
+    psi_rad: float
+    rate_factor: float
+    """d(heading)/d(course)."""
+    ground_mps: float
+    """Speed along the course that the vessel can make: less than asked for where the drift is too strong across or
+    against, more where the water carries it faster than that and it needs steerage way."""
+    water_mps: float
+    """Speed through the water for it."""
+    possible: bool
+    """False when the water is faster than the vessel: it cannot stay anywhere, let alone on a path."""
+
+
+def triangle(
+    course_rad: float, speed_mps: float, drift: tuple[float, float], top_mps: float, now_mps: float
+) -> Heading:
+    """Return the heading that makes good a course over ground at a speed in a drift (NED, m/s).
+
+    ``top_mps`` is the greatest speed through the water; ``now_mps`` the present one, which decides the angle until
+    the wanted one is reached.
+    """
+    cos, sin = math.cos(course_rad), math.sin(course_rad)
+    along = drift[0] * cos + drift[1] * sin
+    across = drift[1] * cos - drift[0] * sin
+    spare2 = top_mps * top_mps - across * across
+    ground, least = speed_mps, along + _STEERAGE_MPS
+    if least > ground:
+        ground = least
+    most = along + (math.sqrt(spare2) if spare2 > 0.0 else 0.0)
+    if most < ground:
+        ground = most
+    water = math.hypot(ground - along, across)
+    reference = now_mps if now_mps > 0.6 * water else 0.6 * water
+    if reference < _STEERAGE_MPS:
+        reference = _STEERAGE_MPS
+    angle = math.asin(clamp(across / reference, -0.97, 0.97))
+    cosine = math.cos(angle)
+    factor = clamp(1.0 + along / (reference * cosine), 0.2, 3.0) if abs(cosine) > 0.2 else 1.0
+    return Heading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)

@@ -1,0 +1,215 @@
+"""Following a track: the speed that its bends and its end allow, the course of the field, the heading and rate to steer."""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_bridge.language.messages import Desired, EstimatedState
+from mavlink_bridge.language.units import clamp, wrap_pi
+
+from ..config import Config, param
+from ..estimate import SmoothMotion
+from ..hull import Handling
+from .field import Integrator, approach, triangle
+from .paths import Point, Projection, Track
+from .swing import STRONG, EarlySwing, Wish
+
+
+class FollowConfig(Config):
+    """Path following. Everything about the vessel comes from its file."""
+
+    look_ahead_s: float = param(1.2, "PATH_LOOK_S", "Look-ahead, seconds of sailing", unit="s", ge=0.5, le=20.0)
+    look_ahead_min_m: float = param(2.5, "PATH_LOOK_MIN", "Shortest look-ahead", unit="m", ge=0.5, le=50.0)
+    integral: float = param(0.3, "PATH_INT", "Gain of the path integral", ge=0.0, le=2.0)
+    integral_corridor_m: float = param(
+        2.0, "PATH_INT_BAND", "The path integral works only this close to the path", unit="m", ge=0.1, le=100.0
+    )
+    turn_share: float = param(
+        0.7, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
+    )
+    deceleration: float = param(0.3, "PATH_DECEL", "Deceleration before bends and ends", unit="m/s^2", ge=0.02, le=5.0)
+    preview_s: float = param(0.9, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
+    speed_min_mps: float = param(
+        0.5, "PATH_SPEED_MIN", "Bends never slow the vessel below this", unit="m/s", ge=0.1, le=5
+    )
+    use_drift: bool = True
+    """Steer by the triangle of velocities; off leaves drift to the integral."""
+
+
+_AFTER_CORNER_S = 3.0
+_TURN_TAU_S = 0.3
+_NO_DRIFT = (0.0, 0.0)
+
+
+Followed = tuple[Desired, Projection, float, bool]
+"""What to steer, where on the track the vessel is, the speed planned in m/s, and whether the vessel can do it at all."""
+
+
+class Follower:
+    """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
+
+    def __init__(self, config: FollowConfig, handling: Handling) -> None:
+        self._handling = handling
+        self._fast_mps = 0.96 * handling.top_mps
+        """Less than top speed by what steering needs."""
+        self.integrator = Integrator()
+        self.motion = SmoothMotion()
+        self._early = EarlySwing()
+        self._sway_mps = self._turning = 0.0
+        self._straight_s = math.inf
+        self.configure(config)
+
+    def configure(self, config: FollowConfig) -> None:
+        self._config = config
+        self._double = 2.0 * config.deceleration
+        self._look_ahead_s, self._look_ahead_min_m = config.look_ahead_s, config.look_ahead_min_m
+        self._integral, self._corridor_m = config.integral, config.integral_corridor_m
+        self._turn_share, self._preview_s = config.turn_share, config.preview_s
+        self._use_drift = config.use_drift
+        self._turn_mps: float | None = None
+        self._turn_least_m = 0.0
+        """Radius by which a path is joined at the speed ``_turn_mps``."""
+        self._measure_bends()
+
+    def bend_speed_mps(self, curvature: float) -> float:
+        """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability.
+
+        Where no speed will do, the one that turns tightest.
+        """
+        speed = self._bend_speeds.get(curvature)
+        if speed is None:
+            speed = self._bend_speeds[curvature] = self._bend_speed(round(abs(curvature), 6))
+        return speed
+
+    def _bend_speed(self, bend: float) -> float:
+        if bend < 1e-6:
+            return self._handling.top_mps
+        fits = [mps for mps, radius in self._radii if radius * bend <= 1.0]
+        return fits[-1] if fits else min(self._radii, key=lambda pair: pair[1])[0]
+
+    def tightest_m(self) -> float:
+        """Return the smallest radius that the vessel can sail at any speed."""
+        return min(radius for _, radius in self._radii)
+
+    def _measure_bends(self) -> None:
+        """Tabulate the radius that each speed allows, from the least speed that bends may slow to."""
+        handling, least = self._handling, self._config.speed_min_mps
+        top = max(handling.top_mps, least)
+        speeds = [least + (top - least) * k / 60.0 for k in range(61)]
+        self._radii = [(mps, mps / (self._config.turn_share * handling.max_yaw_rate(mps))) for mps in speeds]
+        self._bend_speeds: dict[float, float] = {}
+
+    def step(
+        self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float, end_speed_mps: float | None
+    ) -> Followed:
+        """Return what to steer. ``end_speed_mps`` is the speed at the end of an open track, None = keep on."""
+        motion = self.motion
+        motion.step(dt_s, state)
+        here = track.locate(motion.north_m, motion.east_m)
+        now_mps = math.hypot(motion.vn_mps, motion.ve_mps)
+        planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
+        course, rate = self._course(dt_s, track, here, now_mps, planned)
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0) if self._use_drift else _NO_DRIFT
+        desired, possible = self._steer(dt_s, state, course, rate, planned, drift)
+        if self._use_drift and math.hypot(drift[0], drift[1]) >= STRONG * speed_mps:
+            desired = self._swing(state, track, here, speed_mps, planned, drift) or desired
+        return desired, here, planned, possible
+
+    def _plan(
+        self, track: Track, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
+    ) -> float:
+        """Speed that lets the vessel slow down in time for every bend within sight and for the end."""
+        double = self._double
+        planned = speed_mps
+        horizon = speed_mps * speed_mps / double + 2.0 * speed_mps
+        lag_m = 0.6 * now_mps
+        for distance, curvature in track.bends(along_m, horizon):
+            if curvature:
+                limit = self.bend_speed_mps(curvature)
+                rest = distance - lag_m
+                mps = math.sqrt(limit * limit + double * (rest if rest > 0.0 else 0.0))
+                if mps < planned:
+                    planned = mps
+        if end_speed_mps is not None and not track.closed:
+            rest = max(0.0, track.rest_m(along_m) - lag_m)
+            planned = min(planned, math.sqrt(end_speed_mps * end_speed_mps + double * rest))
+        return planned
+
+    def _course(
+        self, dt_s: float, track: Track, here: Projection, now_mps: float, planned: float
+    ) -> tuple[float, float]:
+        speed = now_mps if now_mps >= 0.5 * planned else 0.5 * planned
+        look_ahead = self._look_ahead_s * speed
+        if look_ahead < self._look_ahead_min_m:
+            look_ahead = self._look_ahead_min_m
+        cross, curvature, path = here.cross_m, here.curvature, here.course_rad
+        corridor = self._corridor_m if self._settled(dt_s, track, curvature) else 0.0
+        offset = self.integrator.step(dt_s, cross, look_ahead, self._integral, corridor)
+        angle, slope = approach(offset, look_ahead, self._turn_m(cross, curvature, planned))
+        cos, sin, vn, ve = math.cos(path), math.sin(path), self.motion.vn_mps, self.motion.ve_mps
+        along, across = vn * cos + ve * sin, ve * cos - vn * sin
+        inside = 1.0 - curvature * cross
+        bend = track.ahead(here.along_m, self._preview_s * speed) / (inside if inside > 0.2 else 0.2)
+        return wrap_pi(path - angle), bend * along - slope * across
+
+    def _settled(self, dt_s: float, track: Track, curvature: float) -> bool:
+        """False in a corner and for a while after it: its transient is no standing error, and must not be integrated."""
+        corner = curvature != 0.0 and not track.closed
+        self._straight_s = 0.0 if corner else self._straight_s + dt_s
+        return self._straight_s > _AFTER_CORNER_S
+
+    def _turn_m(self, cross_m: float, curvature: float, planned: float) -> float:
+        """Radius of the arc by which the vessel joins the path."""
+        if planned != self._turn_mps:
+            self._turn_mps = planned
+            self._turn_least_m = 2.0 * (planned / (self._turn_share * self._handling.max_yaw_rate(planned)))
+        least = self._turn_least_m
+        if cross_m * curvature > 0.0 and 1.0 / abs(curvature) > least:  # inside a bend: by its own radius
+            return 1.0 / abs(curvature)
+        return least
+
+    def _steer(
+        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: Point
+    ) -> tuple[Desired, bool]:
+        water = self._water_mps()
+        limit = self._handling.max_yaw_rate(water)
+        heading = triangle(course, planned, drift, self._fast_mps, water)
+        turning = clamp(rate * heading.rate_factor, -limit, limit)
+        slip, slipping = self._leeway(dt_s, turning, water if water >= 0.5 * planned else 0.5 * planned)
+        psi = wrap_pi(heading.psi_rad - slip)
+        # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
+        bow = psi if state.psi_rad is None else state.psi_rad
+        surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
+        return Desired(psi, surge, clamp(turning - slipping, -limit, limit)), heading.possible
+
+    def _water_mps(self) -> float:
+        """The way ahead through the water."""
+        return self.motion.water_mps if self.motion.water_mps > 0.0 else 0.0
+
+    def _swing(
+        self, state: EstimatedState, track: Track, here: Projection, speed_mps: float, planned: float, drift: Point
+    ) -> Desired | None:
+        """Turn early for a corner in a strong current, with no more thrust than helps along the path."""
+        if state.psi_rad is None:
+            return None
+        rate = self._turn_share * self._handling.max_yaw_rate(self._water_mps())
+        wish = Wish(speed_mps, drift, self._fast_mps, rate)
+        swing = self._early.step(track, here, self.motion, state.psi_rad, wish)
+        if swing is None:
+            return None
+        cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
+        wanted_n = planned * math.cos(here.course_rad) - drift[0]
+        wanted_e = planned * math.sin(here.course_rad) - drift[1]
+        water = max(0.0, wanted_n * cos + wanted_e * sin)
+        return Desired(swing.psi_rad, water + drift[0] * cos + drift[1] * sin, swing.rate_radps, brake=True)
+
+    def _leeway(self, dt_s: float, rate: float, speed_mps: float) -> tuple[float, float]:
+        """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""
+        if speed_mps < 0.3:
+            return 0.0, 0.0
+        self._turning += (dt_s / _TURN_TAU_S if dt_s < _TURN_TAU_S else 1.0) * (rate - self._turning)
+        goal = self._handling.sway_per_rate(speed_mps) * self._turning
+        lag_s = self._handling.sway_lag_s
+        change = (goal - self._sway_mps) / (lag_s if lag_s >= dt_s else dt_s)
+        self._sway_mps += change * dt_s
+        return math.atan(self._sway_mps / speed_mps), change / speed_mps

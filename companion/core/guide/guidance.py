@@ -1,0 +1,346 @@
+"""Guidance: from a manoeuvre to a heading, a speed and a yaw rate, tick by tick.
+
+Legs with rounded corners, circles, racetracks, figure-eights and station keeping; each is sailed as itself or refused,
+never silently as another. A loiter tighter than the vessel can sail is slowed down for, and only then widened, and the
+operator is told.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import Field
+
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import (
+    Desired,
+    EstimatedState,
+    Goto,
+    Loiter,
+    LoiterDirection,
+    LoiterKind,
+    PathControlState,
+    Severity,
+)
+from mavlink_bridge.language.units import wrap_pi
+from mavlink_bridge.language.value import value
+
+from ..config import Config, param
+from ..hull import Handling, VesselConfig
+from .follow import FollowConfig, Follower
+from .paths import Arc, Line, Point, Projection, Track, circle, figure_eight, fillet, racetrack
+from .station import StationConfig, StationKeeper
+
+
+class GuidanceConfig(Config):
+    """How manoeuvres are sailed."""
+
+    acceptance_m: float = param(
+        2.0, "WP_RADIUS", "A point without a corner counts as reached within", unit="m", ge=0.2, le=100.0
+    )
+    corner_cut_m: float = param(
+        1.0, "PATH_CUT", "A corner is rounded at most this far inside its legs", unit="m", ge=0.1, le=50.0
+    )
+    loiter_radius_m: float = param(
+        20.0, "LOIT_RADIUS", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
+    )
+    follow: FollowConfig = Field(default_factory=FollowConfig)
+    station: StationConfig = Field(default_factory=StationConfig)
+
+
+@value
+class GuidanceOutput:
+    """One step's result."""
+
+    desired: Desired
+    path: PathControlState
+    arrived: bool = False
+    """A go-to's point is reached or passed."""
+    on_path: bool = False
+    """A loiter's path (or point) has been reached; stays true."""
+    turns: float = 0.0
+    """Laps sailed since then."""
+    unable: str = ""
+    """Why nothing sensible can be steered: the caller must stop the vessel. Empty when all is well."""
+
+
+_TOO_FAST = "the water is faster than the vessel"
+
+
+class Guidance:
+    """Sails one manoeuvre at a time. Positions are metres from the estimator's origin."""
+
+    def __init__(self, config: GuidanceConfig, vessel: VesselConfig) -> None:
+        self._config = config
+        self._acceptance_m = config.acceptance_m
+        self._handling = Handling(vessel)
+        self._follower = Follower(config.follow, self._handling)
+        self._station = StationKeeper(config.station, self._handling)
+        self._texts: list[tuple[Severity, str]] = []
+        self._unable = ""
+        self._corner: tuple[Point, Arc] | None = None
+        """The arc into the coming leg, and the corner that it rounds."""
+        self._clear()
+
+    def _clear(self) -> None:
+        self._maneuver: Goto | Loiter | None = None
+        self._loiter: Loiter | None = None
+        """The manoeuvre, when it is a loiter."""
+        self._about_it = False
+        """It is a circle about its point."""
+        self._target: Point = (0.0, 0.0)
+        self._track: Track | None = None
+        self._onward: Point | None = None
+        self._eight: tuple[float, float, float] | None = None
+        self._goal_m = math.inf
+        self._end_mps: float | None = None
+        self._arrived = self._on_path = self._slowed = False
+        self._last_run_m: float | None = None
+        self._sailed_m = 0.0
+
+    def configure(self, config: GuidanceConfig) -> None:
+        """Take new settings; geometry changes at the next manoeuvre."""
+        self._config = config
+        self._acceptance_m = config.acceptance_m
+        self._follower.configure(config.follow)
+        self._station.configure(config.station)
+
+    def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
+        if not self._texts:
+            return ()
+        texts, self._texts = tuple(self._texts), []
+        return texts
+
+    def begin(
+        self,
+        now_us: int,
+        state: EstimatedState,
+        maneuver: Goto | Loiter,
+        previous: tuple[float, float] | None,
+        following: Goto | Loiter | None,
+        speed_mps: float,
+    ) -> None:
+        """Start a manoeuvre. ``previous`` is the point (lat, lon in rad) that the leg comes from, None = from here."""
+        if not state.position_valid or state.origin_lat_rad is None or state.origin_lon_rad is None:
+            raise ValueError("guidance begins with a known position only")
+        frame = LocalFrame(state.origin_lat_rad, state.origin_lon_rad)
+        corner = self._corner
+        self._clear()
+        self._corner = None
+        self._maneuver = maneuver
+        self._loiter = maneuver if isinstance(maneuver, Loiter) else None
+        self._target = frame.to_local(maneuver.lat_rad, maneuver.lon_rad)
+        if isinstance(maneuver, Goto):
+            start = None if previous is None or maneuver.leg_from_here else frame.to_local(*previous)
+            onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
+            round_it = isinstance(following, Loiter) and not _stops(following)
+            self._onward = None if round_it else onward
+            self._begin_leg(state, maneuver, start, corner, following, onward, speed_mps)
+        elif maneuver.kind is LoiterKind.HOVER:
+            self._station.begin(self._target)
+        else:
+            self._begin_loiter(state, maneuver, speed_mps)
+
+    def hold(self, now_us: int, state: EstimatedState) -> None:
+        """Keep station here."""
+        self._clear()
+        self._corner = None
+        assert state.x_m is not None
+        assert state.y_m is not None
+        self._target = (state.x_m, state.y_m)
+        self._station.begin(self._target)
+
+    def step(self, now_us: int, dt_s: float, state: EstimatedState, speed_mps: float) -> GuidanceOutput:
+        """Return what to steer now. Without a position or a heading: nothing (neutral)."""
+        if state.x_m is None or state.y_m is None or state.psi_rad is None:
+            return GuidanceOutput(Desired(None, None), PathControlState(), self._arrived, self._on_path, self._turns())
+        if self._track is None or (self._arrived and self._end_mps is not None):
+            return self._keep_station(dt_s, state)
+        return self._follow(dt_s, state, self._track, speed_mps)
+
+    def path_ahead(self, reach_m: float) -> list[Point]:
+        """The path that is being sailed, ``reach_m`` on from abeam of the vessel: points north and east of the origin.
+
+        Beyond a leg's end it goes on to the next item; to keep station is to go to one point.
+        """
+        track = self._track
+        if track is None or (self._arrived and self._end_mps is not None):
+            return [self._target]
+        points = track.way(reach_m)
+        if not track.closed and self._onward is not None:
+            points.append(self._onward)
+        return points
+
+    def _begin_leg(
+        self,
+        state: EstimatedState,
+        maneuver: Goto,
+        start: Point | None,
+        corner: tuple[Point, Arc] | None,
+        following: Goto | Loiter | None,
+        onward: Point | None,
+        speed_mps: float,
+    ) -> None:
+        here = (state.x_m or 0.0, state.y_m or 0.0)
+        entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
+        begin = entry.point(entry.length_m) if entry else start or here
+        segments: list[Line | Arc] = [entry] if entry else []
+        arc = None
+        if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
+            reach = max(0.0, math.dist(begin, self._target) - 0.5)
+            least = self._follower.tightest_m()
+            drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+            # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
+            cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
+            arc = fillet(begin, self._target, onward, cut_m, least, reach)
+        if arc is None:
+            segments.append(Line(begin, self._target))
+            self._goal_m = math.fsum(segment.length_m for segment in segments)
+            through = following is not None and maneuver.hold_s <= 0.0 and not _stops(following)
+            self._end_mps = None if through else 0.0
+            if through and onward:
+                self._end_mps = None if _straight_on(begin, self._target, onward) else 0.3
+        else:
+            segments += [Line(begin, arc.point(0.0)), arc]
+            self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
+            self._corner = (self._target, arc)
+        self._track = Track(tuple(segments), closed=False)
+        self._follower.integrator.z_m *= 1.0 if entry else 0.0
+
+    def _begin_loiter(self, state: EstimatedState, loiter: Loiter, speed_mps: float) -> None:
+        self._about_it = loiter.kind is LoiterKind.CIRCULAR
+        radius = loiter.radius_m or self._config.loiter_radius_m
+        tightest = self._follower.tightest_m()
+        if radius < tightest:
+            self._say(
+                Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
+            )
+            radius = tightest
+        sense = self._sense(state, loiter)
+        bearing, length = loiter.bearing_rad or 0.0, loiter.length_m or 2.0 * radius
+        if loiter.kind is LoiterKind.RACETRACK:
+            segments = racetrack(self._target, radius, length, bearing, sense)
+        elif loiter.kind is LoiterKind.FIGURE_EIGHT:
+            segments = figure_eight(self._target, radius, length, bearing, sense)
+        else:
+            segments = circle(self._target, radius, sense)
+        eight = loiter.kind is LoiterKind.FIGURE_EIGHT
+        self._eight = (sense * radius, length, bearing) if eight else None
+        self._track = Track(segments, closed=True)
+        self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
+        self._follower.integrator.z_m = 0.0
+
+    def _sense(self, state: EstimatedState, loiter: Loiter) -> int:
+        """1 clockwise, -1 counter-clockwise."""
+        if loiter.direction is LoiterDirection.CW:
+            return 1
+        if loiter.direction is LoiterDirection.CCW:
+            return -1
+        north, east = self._target[0] - (state.x_m or 0.0), self._target[1] - (state.y_m or 0.0)
+        ahead_n, ahead_e = math.cos(state.psi_rad or 0.0), math.sin(state.psi_rad or 0.0)
+        if loiter.direction is LoiterDirection.INTO_DRIFT:
+            drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+            if math.hypot(*drift) > 0.05:
+                ahead_n, ahead_e = -drift[0], -drift[1]
+        # the centre to starboard of where it wants to go: clockwise
+        return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
+
+    def _follow(self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float) -> GuidanceOutput:
+        desired, here, planned_mps, possible = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
+        if self._loiter is None:
+            path = self._progress_of_leg(track, here, state)
+        else:
+            self._progress_of_loiter(track, here, state)
+            self._tell_slowed(planned_mps, speed_mps)
+            path = self._orbit_state(self._loiter, state, track, here)
+        if not possible:
+            return self._result(Desired(None, None), path, _TOO_FAST)
+        return self._result(desired, path)
+
+    def _keep_station(self, dt_s: float, state: EstimatedState) -> GuidanceOutput:
+        if self._track is not None and self._station.anchor != self._target:
+            self._station.begin(self._target)
+        desired, able = self._station.step(dt_s, state)
+        distance = self._station.distance_m(state)
+        near = distance < self._acceptance_m
+        self._on_path = self._on_path or near
+        maneuver = self._maneuver
+        lat_rad = None if maneuver is None else maneuver.lat_rad
+        lon_rad = None if maneuver is None else maneuver.lon_rad
+        path = PathControlState(None, distance, self._bearing(state), lat_rad, lon_rad, near)
+        return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
+
+    def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
+        if unable and not self._unable:
+            self._say(Severity.CRITICAL, unable[0].upper() + unable[1:] + ": stopped")
+        self._unable = unable
+        return GuidanceOutput(desired, path, self._arrived, self._on_path, self._turns(), unable)
+
+    def _turns(self) -> float:
+        return self._sailed_m / self._track.lap_m if self._track is not None and self._track.closed else 0.0
+
+    def _progress_of_leg(self, track: Track, here: Projection, state: EstimatedState) -> PathControlState:
+        """Arrival by radius or by passing abeam."""
+        maneuver, target = self._maneuver, self._target
+        assert isinstance(maneuver, Goto)
+        distance = math.hypot((state.x_m or 0.0) - target[0], (state.y_m or 0.0) - target[1])
+        if not self._arrived:
+            radius = maneuver.acceptance_m or self._acceptance_m
+            passed = track.run_m + here.along_m >= self._goal_m
+            self._arrived = passed or (self._corner is None and distance <= radius)
+        cross = here.cross_m
+        on_path = -self._acceptance_m < cross < self._acceptance_m
+        return PathControlState(cross, distance, self._bearing(state), maneuver.lat_rad, maneuver.lon_rad, on_path)
+
+    def _progress_of_loiter(self, track: Track, here: Projection, state: EstimatedState) -> None:
+        """Laps from the first touch of the path."""
+        if not self._on_path:
+            course = state.cog_rad if state.cog_rad is not None else state.psi_rad or 0.0
+            aligned = abs(wrap_pi(course - here.course_rad)) < math.radians(35.0)
+            self._on_path = abs(here.cross_m) < 1.0 and aligned
+            self._last_run_m = None
+        run = track.run_m + here.along_m
+        if self._on_path and self._last_run_m is not None:
+            step = run - self._last_run_m
+            lap = track.lap_m
+            self._sailed_m += step - lap * round(step / lap)
+        self._last_run_m = run
+
+    def _orbit_state(self, loiter: Loiter, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
+        about_it, segment = self._about_it, track.segment
+        return PathControlState(
+            here.cross_m,
+            abs(here.cross_m),
+            self._bearing(state),
+            loiter.lat_rad,
+            loiter.lon_rad,
+            self._on_path,
+            segment.sense * segment.radius_m if isinstance(segment, Arc) else None,
+            loiter.lat_rad if about_it else None,
+            loiter.lon_rad if about_it else None,
+            self._eight,
+        )
+
+    def _bearing(self, state: EstimatedState) -> float:
+        return math.atan2(self._target[1] - (state.y_m or 0.0), self._target[0] - (state.x_m or 0.0))
+
+    def _tell_slowed(self, planned_mps: float, speed_mps: float) -> None:
+        if not self._slowed and planned_mps < 0.95 * speed_mps:
+            self._slowed = True
+            self._say(Severity.NOTICE, f"slowing to {planned_mps:.1f} m/s: {speed_mps:.1f} is too fast for this radius")
+        elif self._slowed and planned_mps > 0.98 * speed_mps:
+            self._slowed = False
+            self._say(Severity.INFO, f"back to {speed_mps:.1f} m/s")
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._texts.append((severity, text))
+
+
+def _stops(following: Goto | Loiter) -> bool:
+    return isinstance(following, Loiter) and following.kind is LoiterKind.HOVER
+
+
+def _straight_on(begin: Point, corner: Point, onward: Point) -> bool:
+    """True when the way on needs hardly any turn."""
+    inbound, outbound = Line(begin, corner), Line(corner, onward)
+    return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6

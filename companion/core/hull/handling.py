@@ -1,0 +1,130 @@
+"""How the vessel answers the helm, worked out once from its file: authority, damping in yaw, turning ability.
+
+Tables over speed, so that controllers and guidance look numbers up instead of solving for them each tick.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .forces import ForceModel
+from .vessel_file import Statics, VesselConfig, drag_n, full_ahead_n, full_astern_n, top_speed_mps
+
+_POINTS = 9
+_STEP_S = 0.05
+_RUN_STEPS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Authority:
+    """Yaw moments in Nm that are to be had at a steady speed."""
+
+    rudder_nm: float
+    """Both rudders at their limit, in the race of the thrust that holds the speed."""
+    differential_nm: float
+    """Differential thrust without giving up speed."""
+
+
+class Handling:
+    """Tables of one vessel from rest to top speed (through the water)."""
+
+    def __init__(self, vessel: VesselConfig) -> None:
+        self.vessel = vessel
+        self.model = ForceModel(vessel)
+        self.drag_n = Statics(vessel).drag_n
+        """Resistance in N at a speed through the water in m/s."""
+        self.top_mps = top_speed_mps(vessel)
+        self._speeds = [self.top_mps * k / (_POINTS - 1) for k in range(_POINTS)]
+        self._per_mps = (_POINTS - 1) / self.top_mps
+        damping = [self._damping(speed) for speed in self._speeds]
+        self._linear = [linear for linear, _ in damping]
+        self._quadratic = [quadratic for _, quadratic in damping]
+        self._rates = [self._steady_turn(speed) for speed in self._speeds]
+        self._sway = [self._leeway(speed) for speed in self._speeds]
+        hull = vessel.hull
+        self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
+        """How fast the sideways slip of a turn builds up."""
+
+    def authority(self, speed_mps: float) -> Authority:
+        """Return what rudders and thrusters can give at a steady speed."""
+        vessel = self.vessel
+        each_n = min(drag_n(vessel, speed_mps) / 2.0, full_ahead_n(vessel))
+        slope = self.model.rudder_slope_nm(speed_mps, each_n, each_n)
+        rudder = 0.5 * slope * math.sin(2.0 * vessel.rudder.max_rad) if vessel.rudder.count else 0.0
+        spare_n = min(full_ahead_n(vessel) - each_n, full_astern_n(vessel) + each_n)
+        return Authority(rudder, 2.0 * self.model.lateral_m * spare_n)
+
+    def yaw_damping(self, speed_mps: float) -> tuple[float, float]:
+        """Return (linear, quadratic) damping of the steadily turning hull, Nm/(rad/s) and Nm/(rad/s)²."""
+        place = speed_mps * self._per_mps
+        linear, quadratic = self._linear, self._quadratic
+        if place <= 0.0:
+            return linear[0], quadratic[0]
+        if place >= _POINTS - 1:
+            return linear[-1], quadratic[-1]
+        k = int(place)
+        part = place - k
+        return linear[k] + part * (linear[k + 1] - linear[k]), quadratic[k] + part * (quadratic[k + 1] - quadratic[k])
+
+    def max_yaw_rate(self, speed_mps: float) -> float:
+        """Return the greatest steady yaw rate at a speed through the water, rad/s."""
+        return self._look_up(self._rates, speed_mps)
+
+    def sway_per_rate(self, speed_mps: float) -> float:
+        """Return the sideways slip of a steady gentle turn over its yaw rate, m (negative: outwards)."""
+        return self._look_up(self._sway, speed_mps)
+
+    def turn_radius_m(self, speed_mps: float) -> float:
+        """Return the radius of the tightest steady turn at a speed through the water."""
+        return speed_mps / max(self.max_yaw_rate(speed_mps), 1e-3)
+
+    def _look_up(self, table: list[float], speed_mps: float) -> float:
+        place = speed_mps * self._per_mps
+        if place <= 0.0:
+            return table[0]
+        if place >= _POINTS - 1:
+            return table[-1]
+        k = int(place)
+        return table[k] + (place - k) * (table[k + 1] - table[k])
+
+    def _damping(self, speed_mps: float) -> tuple[float, float]:
+        slow, fast = 0.05, 0.35
+        gentle = self._turning_moment(speed_mps, slow) / slow
+        hard = self._turning_moment(speed_mps, fast) / fast
+        quadratic = max(0.0, (hard - gentle) / (fast - slow))
+        return gentle - quadratic * slow, quadratic
+
+    def _turning_moment(self, speed_mps: float, rate: float) -> float:
+        """Yaw moment that holds a yaw rate with rudders amidships, sway in balance, Nm."""
+        hull, thrust_n = self.vessel.hull, drag_n(self.vessel, speed_mps) / 2.0
+        v = 0.0
+        for _ in range(60):
+            _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+            v += 0.2 * (dv + hull.m23_kgm / hull.m22_kg * dr)
+        _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+        return -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+
+    def _leeway(self, speed_mps: float) -> float:
+        """Sway over yaw rate in a gentle turn by the rudders, whose side force adds to the slip."""
+        hull, rate, v = self.vessel.hull, 0.1, 0.0
+        thrust_n = drag_n(self.vessel, speed_mps) / 2.0
+        for _ in range(120):
+            _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+            moment = -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+            side_n = moment / self.vessel.rudder.x_m if self.vessel.rudder.count and speed_mps > 0.5 else 0.0
+            v += 0.15 * (dv + (hull.m23_kgm * dr + side_n) / hull.m22_kg)
+        return v / rate
+
+    def _steady_turn(self, speed_mps: float) -> float:
+        """Steady yaw rate with rudders hard over and all the differential that the speed leaves."""
+        authority = self.authority(speed_mps)
+        each_n = drag_n(self.vessel, speed_mps) / 2.0
+        half_n = authority.differential_nm / (2.0 * max(self.model.lateral_m, 1e-6)) if self.model.lateral_m else 0.0
+        angle = self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
+        v = r = 0.0
+        for _ in range(_RUN_STEPS):
+            _, dv, dr = self.model.rates(speed_mps, v, r, each_n + half_n, each_n - half_n, angle, angle)
+            v += dv * _STEP_S
+            r += dr * _STEP_S
+        return max(r, 1e-3)

@@ -1,0 +1,27 @@
+"""How far a vessel still runs: coasting (closed form, ``vessel.stopping_distance_m``) and with full astern thrust.
+
+Both through the water, in metres, without any reaction time; whoever uses them adds that.
+"""
+
+from __future__ import annotations
+
+from .vessel_file import Statics, VesselConfig, full_astern_n
+
+_STEPS = 16
+
+
+def braking_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
+    """Way made from ``speed_mps`` to rest under full astern thrust, m.
+
+    Integral of m11 u du / (F + (Xu + Xuu u) u) by Simpson's rule; the thrusters' spin-up counts as coasting at full
+    speed for one time constant.
+    """
+    speed = abs(speed_mps)
+    force_n, m11, drag_n = 2.0 * full_astern_n(vessel), vessel.hull.m11_kg, Statics(vessel).drag_n
+    width = speed / _STEPS
+    inner = 0.0
+    for i in range(1, _STEPS):
+        mps = i * width
+        inner += (4.0 if i % 2 else 2.0) * (m11 * mps / (force_n + drag_n(mps)))
+    last = m11 * speed / (force_n + drag_n(speed))
+    return (inner + last) * width / 3.0 + speed * vessel.thruster.lag_s

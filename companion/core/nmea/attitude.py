@@ -1,0 +1,171 @@
+"""Heading, attitude, turn rate and depth sentences, standard and proprietary."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import pynmea2
+
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles
+from mavlink_bridge.language.units import wrap_pi
+
+from .fields import PassedOverError, angle_rad, number, signed_rad
+
+_FOOT_M: Final = 0.3048
+_FATHOM_M: Final = 1.8288
+_DEPTH_MAX_M: Final = 12_000.0
+
+# Sentences that pynmea2 does not know, added the way its own are made.
+_THS: Final = type(
+    "THS", (pynmea2.TalkerSentence,), {"fields": (("Heading", "heading", float), ("Mode", "mode_indicator"))}
+)
+_DBK: Final = type(
+    "DBK",
+    (pynmea2.TalkerSentence,),
+    {
+        "fields": (
+            ("Depth below keel, feet", "depth_feet", float),
+            ("Feet", "unit_feet"),
+            ("Depth below keel, metres", "depth_meters", float),
+            ("Metres", "unit_meters"),
+            ("Depth below keel, fathoms", "depth_fathoms", float),
+            ("Fathoms", "unit_fathoms"),
+        )
+    },
+)
+SATHPR: Final = type(
+    "SATHPR",
+    (pynmea2.ProprietarySentence,),
+    {
+        "fields": (
+            ("Blank", "_blank"),
+            ("Subtype", "subtype"),
+            ("Timestamp", "timestamp"),
+            ("Heading", "heading", float),
+            ("Pitch", "pitch", float),
+            ("Roll", "roll", float),
+            ("Source of the angles", "source"),
+        )
+    },
+)
+
+
+def hdt(t_us: int, heading: str) -> EulerAngles | None:
+    psi_rad = angle_rad(heading)
+    return None if psi_rad is None else EulerAngles(t_us, None, None, psi_rad)
+
+
+def ths(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
+    """Mode A measured, E estimated; M manual, S simulator and V void are no heading."""
+    heading, mode = fields
+    return hdt(t_us, heading) if mode in ("A", "E") else None
+
+
+def hdg(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
+    heading, deviation, deviation_letter, variation, variation_letter = fields
+    magnetic_rad = angle_rad(heading)
+    deviation_rad = signed_rad(deviation, deviation_letter)
+    variation_rad = signed_rad(variation, variation_letter)
+    if magnetic_rad is None:
+        return None
+    if deviation_rad is not None:
+        magnetic_rad = wrap_pi(magnetic_rad + deviation_rad)
+    return EulerAngles(t_us, psi_magnetic_rad=magnetic_rad, variation_rad=variation_rad)
+
+
+def hdm(t_us: int, heading: str) -> EulerAngles | None:
+    magnetic_rad = angle_rad(heading)
+    return None if magnetic_rad is None else EulerAngles(t_us, psi_magnetic_rad=magnetic_rad)
+
+
+def rot(t_us: int, fields: tuple[str, ...]) -> AngularVelocity | None:
+    text, status = fields
+    rate = number(text, -10_000.0, 10_000.0)
+    if rate is None or (status and status != "A"):
+        return None
+    return AngularVelocity(t_us, math.radians(rate) / 60.0)
+
+
+def dpt(t_us: int, fields: tuple[str, ...]) -> Distance:
+    depth, offset, range_max = fields
+    return Distance(
+        t_us, number(depth, 0.0, _DEPTH_MAX_M), number(offset, -100.0, 100.0), number(range_max, 0.0, _DEPTH_MAX_M)
+    )
+
+
+def depth(t_us: int, fields: tuple[str, ...]) -> Distance:
+    """DBT, DBS, DBK: the depth in feet, metres and fathoms, metres first; the sentence's name says below what."""
+    feet, metres, fathoms = fields
+    for text, unit_m in ((metres, 1.0), (feet, _FOOT_M), (fathoms, _FATHOM_M)):
+        found = number(text, 0.0, _DEPTH_MAX_M / unit_m)
+        if found is not None:
+            return Distance(t_us, found * unit_m)
+    return Distance(t_us, None)
+
+
+_ROLL_NAMES: Final = frozenset({"ROLL", "HEEL", "BOATROLL", "VESSEL ROLL"})
+_PITCH_NAMES: Final = frozenset({"PITCH", "PTCH", "TRIM", "BOATPITCH", "VESSEL PITCH"})
+
+
+def xdr(t_us: int, fields: list[str]) -> EulerAngles | None:
+    """Any group of type A (angle) in degrees that is named after roll or pitch; other transducers are passed over."""
+    phi_rad = theta_rad = None
+    for first in range(0, len(fields) - 3, 4):
+        kind, value, unit, name = fields[first : first + 4]
+        if kind != "A" or unit != "D":
+            continue
+        name = name.upper()
+        if name in _ROLL_NAMES:
+            phi_rad = angle_rad(value, -180.0, 180.0)
+        elif name in _PITCH_NAMES:
+            theta_rad = angle_rad(value, -90.0, 90.0)
+    return _angles(t_us, phi_rad, theta_rad, None)
+
+
+def _angles(
+    t_us: int, phi_rad: float | None, theta_rad: float | None, psi_rad: float | None, accuracy_rad: float | None = None
+) -> EulerAngles | None:
+    """The attitude, when any axis is measured."""
+    if phi_rad is None and theta_rad is None and psi_rad is None:
+        return None
+    return EulerAngles(t_us, phi_rad, theta_rad, psi_rad, None, accuracy_rad)
+
+
+def _roll_pitch_heading(t_us: int, roll: Any, pitch: Any, heading: Any) -> EulerAngles | None:
+    return _angles(t_us, angle_rad(roll, -180.0, 180.0), angle_rad(pitch, -90.0, 90.0), angle_rad(heading))
+
+
+def pashr(t_us: int, s: Any) -> EulerAngles | None:
+    """The attitude form (time, heading, T, roll, pitch, heave, accuracies) and the older HPR form."""
+    if isinstance(s, pynmea2.ash.ASHRHPR):
+        return _roll_pitch_heading(t_us, s.roll, s.pitch, s.heading)
+    if not isinstance(s, pynmea2.ash.ASHRATT):
+        raise PassedOverError
+    psi_rad = angle_rad(s.true_heading) if s.is_true_heading == "T" else None
+    phi_rad, theta_rad = angle_rad(s.roll, -180.0, 180.0), angle_rad(s.pitch, -90.0, 90.0)
+    accuracy = number(s.heading_accuracy, 0.0, 360.0)
+    return _angles(t_us, phi_rad, theta_rad, psi_rad, None if accuracy is None else math.radians(accuracy))
+
+
+def psat(t_us: int, s: Any) -> EulerAngles | None:
+    if s.subtype != "HPR":
+        raise PassedOverError
+    return _roll_pitch_heading(t_us, s.roll, s.pitch, s.heading)
+
+
+def psxn(t_us: int, s: Any) -> EulerAngles | None:
+    if not isinstance(s, pynmea2.sxn.SXN23):
+        raise PassedOverError
+    return _roll_pitch_heading(t_us, s.roll, s.pitch, s.head)
+
+
+def ptnl(t_us: int, s: Any) -> EulerAngles | None:
+    """AVR: yaw and tilt of the antenna baseline; quality 0 is no fix. Which axis tilt is depends on the mounting."""
+    if not isinstance(s, pynmea2.tnl.TNLAVR):
+        raise PassedOverError
+    if not number(s.gps_quality, 0, 9):
+        return None
+    return _roll_pitch_heading(
+        t_us, s.roll_angle if s.roll == "Roll" else "", s.tilt_angle if s.tilt == "Tilt" else "", s.yaw_angle
+    )

@@ -1,0 +1,244 @@
+"""The NMEA 0183 reader: bytes of one link in, stamped measurements out (the seed's LT1000 without its faults)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+from pydantic import Field, field_validator
+
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
+
+from ..config import Config, param
+from .epoch import Calendar, EpochBuilder, TalkerChoice
+from .fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
+from .line import LineReader, frame
+from .sentences import DEPTH_KINDS, EPOCH_KINDS, decoder_of, kind_of
+from .wanted import Wanted
+from .watch import NmeaWatch, Rhythm
+
+_Take = Callable[[Any, int, list[Measurement]], None]
+_Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take]
+"""What decodes the sentences of one address and how old they are, what counts them, and what looks at what they say."""
+
+SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
+"""The seed's Sentence Order (LT1000)."""
+_CHECK_US: Final = 200_000
+_TALKER: Final = re.compile("-?[A-Z0-9]{2}")
+_RELAY_LINES: Final = 200
+_ROUTES_MAX: Final = 64
+_VARIATION_HOLD_US: Final = 60_000_000
+
+
+class NmeaConfig(Config):
+    """How to read one NMEA line."""
+
+    sentences: str = ""
+    """Sentences to use, in the order sent, as full names or formatters: 'GPZDA, GPGGA, GPRMC, GPVTG, GPHDT' or
+    'ZDA, GGA, RMC, VTG, HDT'. Any talker matches; of two sensors with one quantity the one named in full leads. A minus
+    forbids: '-HDM', '-GPHDT'. Empty, or only forbidden ones: every other sentence that is understood."""
+    talkers: tuple[str, ...] = ()
+    """Talkers in order of preference, e.g. ["GN", "HE"]: their sensors lead, others step in when they are silent. Position,
+    speed and time count from no other talker than those named, if one of them can have a position. A minus forbids a talker
+    altogether: ["-II"]. Empty: sensors before repeaters (II, IN, EC, AP, AG), else the one heard first."""
+    checksum_required: bool = True
+    """False: also take sentences that carry no checksum (old loggers)."""
+    epoch_limit_s: float = Field(0.25, gt=0.0, le=2.0)
+    """An epoch is published after this time even when sentences are missing."""
+    position_latency_s: float = param(
+        0.12, "NMEA_POS_DELAY", "Age of a position when its first byte arrives", unit="s", ge=0.0, le=1.0
+    )
+    heading_latency_s: float = param(
+        0.0, "NMEA_HDG_DELAY", "Age of heading, attitude and turn rate when they arrive", unit="s", ge=0.0, le=1.0
+    )
+    depth_latency_s: float = Field(0.0, ge=0.0, le=1.0)
+    """Age of a depth when it arrives, seconds."""
+    transducer_depth_m: float = Field(0.20, ge=0.0, le=100.0)
+    """Transducer below the waterline; turns DBS (below surface) and DBK (below keel) into distances."""
+    keel_depth_m: float = Field(0.35, ge=0.0, le=100.0)
+    """Keel below the waterline, for DBK."""
+    relay: bool = False
+    """Keep the good sentences for ``take_relay``: a plotter listens to what the vessel hears."""
+    earliest_year: int = Field(2025, ge=1980, le=2200)
+    """Dates before this year are a receiver's roll-over (1024 weeks) or start value: the time is not used."""
+
+    @field_validator("talkers")
+    @classmethod
+    def _two_letters(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        strange = [talker for talker in value if not _TALKER.fullmatch(talker.strip().upper())]
+        if strange:
+            raise ValueError(f"{', '.join(strange)}: a talker is two letters, such as GN; -GN forbids it")
+        return value
+
+
+class NmeaReader:
+    """One link's reader. ``receive`` and ``poll`` never raise, whatever arrives; memory is bounded."""
+
+    def __init__(self, config: NmeaConfig, name: str = "NMEA") -> None:
+        """``name`` begins every operator text."""
+        self.name = name
+        self._line = LineReader()
+        self._watch = NmeaWatch(name)
+        self._routes: dict[str, _Route] = {}
+        self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
+        self._bytes = 0
+        self._relay: list[bytes] = []
+        self._checked_us = -_CHECK_US
+        self._variation: tuple[float, int] | None = None
+        self.configure(config)
+
+    def configure(self, config: NmeaConfig) -> None:
+        """Take new settings; an epoch being collected is dropped."""
+        self.config = config
+        self._line.checksum_required = config.checksum_required
+        self._wanted = Wanted(config.sentences, config.talkers)
+        self._routes.clear()
+        self._talkers = TalkerChoice(self._wanted)
+        self._calendar = Calendar(day_number(config.earliest_year, 1, 1))
+        bodies = [kind for kind in self._wanted.order if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
+        self._epochs = EpochBuilder(
+            limit_us=round(config.epoch_limit_s * 1e6),
+            latency_us=round(config.position_latency_s * 1e6),
+            calendar=self._calendar,
+            last_kind=bodies[-1] if bodies else None,
+        )
+        self._heading_latency_us = round(config.heading_latency_s * 1e6)
+        self._depth_latency_us = round(config.depth_latency_s * 1e6)
+
+    def receive(self, data: bytes, now_us: int) -> list[Measurement]:
+        """Take bytes as they came; return what they completed, oldest first."""
+        self._bytes += len(data)
+        found: list[Measurement] = []
+        bodies = self._line.receive(data)
+        for body in bodies:
+            self._sentence(body, now_us, found)
+        if self.config.relay:
+            self._relay = [*self._relay, *(frame(body) for body in bodies if not body.startswith("AI"))][-_RELAY_LINES:]
+        return found
+
+    def take_relay(self) -> bytes:
+        """The good sentences since the last call, framed anew, the newest 200; empty unless ``relay`` is set."""
+        kept, self._relay = self._relay, []
+        return b"".join(kept)
+
+    def poll(self, now_us: int) -> list[Measurement]:
+        """Close an overdue epoch and look after the line's health. Call at least once per tick."""
+        if now_us - self._checked_us >= _CHECK_US:
+            self._checked_us = now_us
+            self._check(now_us)
+        return self._epochs.poll(now_us)
+
+    @property
+    def damaged(self) -> int:
+        """Sentences lost to a wrong or missing checksum, to length, or to impossible fields."""
+        line = self._line.counters
+        return line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"]
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Good sentences per address (``GPGGA``), and what was dropped by cause in lower case."""
+        epochs = {"late": self._epochs.late, "partial_epochs": self._epochs.partial}
+        return {
+            **self._watch.counts(),
+            **self._line.counters.as_dict(),
+            **self._dropped,
+            **epochs,
+            "bytes": self._bytes,
+        }
+
+    def sentence_ages(self, now_us: int) -> dict[str, float]:
+        """Seconds since each address was last heard, e.g. ``{"GPHDT": 0.08}``."""
+        return self._watch.ages_s(now_us)
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        """Operator texts since the last call."""
+        texts = self._watch.texts
+        if texts:
+            self._watch.texts = []
+        return texts
+
+    def _check(self, now_us: int) -> None:
+        self._watch.check(now_us, self._line.counters.sentences, self.damaged, self._bytes)
+        conflict = self._talkers.conflict
+        text = "" if conflict is None else f"two receivers; using {conflict[0]}, ignoring {conflict[1]}"
+        self._watch.set_condition("talkers", conflict is not None, text, "one receiver again")
+        self._watch.set_condition(
+            "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
+        )
+
+    def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
+        fields = body.split(",")
+        route = self._routes.get(fields[0]) or self._route(fields[0])
+        if route is None:
+            return
+        decode, age_us, rhythm, take = route
+        try:
+            if "_" in body:
+                raise MalformedError("underscore")  # Python would take 1_0 for a number
+            part = decode(fields, now_us - age_us)
+        except MalformedError:
+            self._dropped["malformed"] += 1
+            return
+        except PassedOverError:
+            self._dropped["unknown"] += 1
+            return
+        rhythm.heard(now_us)
+        take(part, now_us, found)
+
+    def _route(self, address: str) -> _Route | None:
+        """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""
+        decode = decoder_of(address)
+        if decode is None or not self._wanted.allows(address):
+            self._dropped["unknown" if decode is None else "filtered"] += 1
+            return None
+        take, age_us = self._taker(address)
+        route = decode, age_us, self._watch.rhythm(address), take
+        if len(self._routes) < _ROUTES_MAX:
+            self._routes[address] = route
+        return route
+
+    def _taker(self, address: str) -> tuple[_Take, int]:
+        """What looks at the parts of an address before they are passed on, and how old they are, µs."""
+        kind = kind_of(address)[1]
+        if kind in EPOCH_KINDS:
+            return self._epoch, 0
+        source = Source(self.name, address, self._wanted.rank(address))
+        if kind in DEPTH_KINDS:
+            return partial(self._depth, kind, source), self._depth_latency_us
+        return partial(self._measured, source), self._heading_latency_us
+
+    def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
+        # Satellite lists come under each constellation's own talker.
+        if part.kind != "GSA" and not self._talkers.accepts(part, now_us):
+            self._dropped["other_talker"] += 1
+            return
+        if part.variation_rad is not None:
+            self._variation = (part.variation_rad, now_us)
+        self._epochs.add(part, now_us, found, strict=now_us < self._talkers.strict_until_us)
+
+    def _measured(
+        self, source: Source, part: EulerAngles | AngularVelocity | None, now_us: int, found: list[Measurement]
+    ) -> None:
+        """Say whose it is. Where a magnetic compass does not know the variation, the receiver's of the last minute stands in."""
+        if part is None:
+            return
+        if isinstance(part, AngularVelocity):
+            found.append(replace(part, source=source))
+            return
+        variation_rad = part.variation_rad
+        if variation_rad is None and part.psi_magnetic_rad is not None and self._variation is not None:
+            value, at_us = self._variation
+            variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else None
+        found.append(replace(part, variation_rad=variation_rad, source=source))
+
+    def _depth(self, kind: str, source: Source, distance: Distance, now_us: int, found: list[Measurement]) -> None:
+        """Say whose it is, and count from the transducer (DBS counts from the surface, DBK from the keel)."""
+        value_m, config = distance.value_m, self.config
+        if value_m is not None and kind == "DBS":
+            value_m = max(0.0, value_m - config.transducer_depth_m)
+        elif value_m is not None and kind == "DBK":
+            value_m = max(0.0, value_m + config.keel_depth_m - config.transducer_depth_m)
+        found.append(replace(distance, value_m=value_m, source=source))

@@ -1,0 +1,115 @@
+"""What the operator hears about an NMEA line: texts when its condition changes, never a stream of them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from mavlink_bridge.language.messages import Severity
+
+_WINDOW_US: Final = 5_000_000
+_SILENT_MIN_US: Final = 3_000_000
+_SILENT_PERIODS: Final = 5
+_SEEN_MIN: Final = 5
+_BAD_MIN: Final = 5
+_BAD_SHARE: Final = 0.05
+_NAMES_MAX: Final = 64
+
+
+class Rhythm:
+    """How often one sentence has come, when last, and how regularly."""
+
+    __slots__ = ("count", "last_us", "period_us", "silent")
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.last_us = 0
+        self.period_us = 0.0
+        self.silent = False
+
+    def heard(self, now_us: int) -> None:
+        """Note one good sentence."""
+        if self.count:
+            self.period_us += 0.1 * (now_us - self.last_us - self.period_us)
+        self.count += 1
+        self.last_us = now_us
+
+
+class NmeaWatch:
+    """Learns the rhythm of each sentence and reports silence, damage and other standing conditions on change."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.texts: list[tuple[Severity, str]] = []
+        self._rhythms: dict[str, Rhythm] = {}
+        self._conditions: dict[str, bool] = {}
+        self._window_us: int | None = None
+        self._good_before = 0
+        self._bad_before = 0
+        self._bytes_before = 0
+
+    def rhythm(self, address: str) -> Rhythm:
+        """The rhythm of an address, e.g. ``GPGGA``; more than 64 addresses are not followed."""
+        rhythm = self._rhythms.get(address)
+        if rhythm is None:
+            rhythm = Rhythm()
+            # A stranger could invent addresses for ever.
+            if len(self._rhythms) < _NAMES_MAX:
+                self._rhythms[address] = rhythm
+        return rhythm
+
+    def counts(self) -> dict[str, int]:
+        """Good sentences per address."""
+        return {address: rhythm.count for address, rhythm in self._rhythms.items() if rhythm.count}
+
+    def ages_s(self, now_us: int) -> dict[str, float]:
+        """Seconds since each sentence was last heard."""
+        return {address: (now_us - rhythm.last_us) / 1e6 for address, rhythm in self._rhythms.items() if rhythm.count}
+
+    def set_condition(self, key: str, present: bool, text: str, cleared: str) -> None:
+        """Report a standing condition when it begins and when it ends."""
+        if present != self._conditions.get(key, False):
+            self._conditions[key] = present
+            severity = Severity.WARNING if present else Severity.INFO
+            self._say(severity, text if present else cleared)
+
+    def check(self, now_us: int, good: int, bad: int, received_bytes: int) -> None:
+        """Look for silence at once, and for damage once per window. Totals since the start."""
+        for address, rhythm in self._rhythms.items():
+            quiet_us = now_us - rhythm.last_us
+            if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
+                continue
+            limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
+            silent = rhythm.count >= _SEEN_MIN and quiet_us > limit_us
+            if silent != rhythm.silent:
+                rhythm.silent = silent
+                self._say_silence(address, silent, limit_us)
+        if self._window_us is None:
+            self._window_us = now_us
+        if now_us - self._window_us < _WINDOW_US:
+            return
+        new_good, new_bad = good - self._good_before, bad - self._bad_before
+        new_bytes = received_bytes - self._bytes_before
+        self._good_before, self._bad_before, self._bytes_before = good, bad, received_bytes
+        self._window_us = now_us
+        self._judge(new_good, new_bad, new_bytes)
+
+    def _judge(self, good: int, bad: int, received_bytes: int) -> None:
+        damaged = bad >= _BAD_MIN and bad > _BAD_SHARE * (good + bad)
+        self.set_condition(
+            "damaged",
+            damaged,
+            f"{bad} of {good + bad} sentences damaged: check cable and baud rate",
+            "sentences are clean",
+        )
+        garbage = good == 0 and received_bytes > 100
+        self.set_condition("garbage", garbage, "bytes but no sentence: wrong baud rate or protocol?", "sentences again")
+
+    def _say_silence(self, address: str, silent: bool, limit_us: float) -> None:
+        if silent:
+            self._say(Severity.WARNING, f"{address} silent for {limit_us / 1e6:.0f} s")
+        else:
+            self._say(Severity.INFO, f"{address} is back")
+
+    def _say(self, severity: Severity, text: str) -> None:
+        if len(self.texts) < 50:
+            self.texts.append((severity, f"{self.name}: {text}"))

@@ -1,0 +1,264 @@
+"""The model-based law (profile ``model``): reference model, feed-forward from the vessel file, PD on heading and measured
+yaw rate, integrals that stop when the actuators do, and allocation by authority.
+
+Two degrees of freedom: the reference turns no faster than the vessel can, the feed-forward sails it, the feedback sees
+only what the model got wrong. Everything is in newtons and newton metres, so one set of settings fits every vessel.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_bridge.language.messages import ActuatorDemand, ActuatorOutput, Desired, EstimatedState
+from mavlink_bridge.language.snapshot import ControlTrace
+from mavlink_bridge.language.units import clamp, wrap_pi
+
+from ..hull import Handling, VesselConfig
+from .allocation import Allocation, Allocator
+from .bandwidth import heading_bandwidth
+from .law import ModelConfig, SteeringConfig
+from .observer import WaterSpeedObserver
+
+_SATURATED_RAD = 0.3
+"""Heading error at which a good bandwidth just uses up the yaw authority."""
+_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
+"""The first call after a start has no time behind it, a late one too much."""
+_POINTS = 8
+_KICKED_RATE = 0.15
+_REFERENCE_RATE = 2.4
+_GENTLE = 0.6
+"""Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
+_SPEED_REFERENCE = 2.0
+"""Bandwidth of the speed reference, 1/s."""
+_CALM_SURGE = 0.15
+"""Acceleration of the reference, m/s², below which the speed integral works."""
+_SAME = 0.03
+"""Outputs that differ by less are the same."""
+_CALM_TURN = 0.1
+"""Yaw acceleration of the reference, rad/s², below which the heading integral works."""
+
+
+class ModelController:
+    """Profile ``model``."""
+
+    def __init__(self, config: SteeringConfig, vessel: VesselConfig) -> None:
+        self._vessel = vessel
+        self._handling = Handling(vessel)
+        self._allocator = Allocator(vessel, self._handling.model)
+        self._observer = WaterSpeedObserver(vessel, self._handling.model)
+        hull = vessel.hull
+        self._m11 = hull.m11_kg
+        self._ahead_n, self._astern_n = vessel.thruster.ahead_n, vessel.thruster.astern_n
+        self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        # rudders alone turn a resting hull only by the thrust that the allocation adds for them
+        self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
+        self._config: ModelConfig = config.model
+        self._tune(config.model)
+        self._clear()
+
+    def _clear(self) -> None:
+        self._psi_ref: float | None = None
+        self._r_ref = self._a_ref = 0.0
+        self._u_ref: float | None = None
+        self._du_ref = 0.0
+        self._yaw_integral_nm = 0.0
+        self._surge_integral_n = 0.0
+        self._heading_error = 0.0
+        self._last: ActuatorDemand | None = None
+
+    def _tune(self, config: ModelConfig) -> None:
+        """Bandwidth over speed: no more than the yaw authority supports, nor than leaves margins at the stated delay."""
+        handling, vessel = self._handling, self._vessel
+        authority = handling.authority(0.5 * handling.top_mps)
+        reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
+        most = min(config.heading_bandwidth, reach)
+        lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
+        self._step_mps, self._attainable_mps = handling.top_mps / _POINTS, 1.05 * handling.top_mps
+        self._omegas = [
+            heading_bandwidth(
+                self._inertia,
+                handling.yaw_damping(k * self._step_mps)[0],
+                lag_s,
+                config.heading_damping,
+                config.heading_integral,
+                most,
+            )
+            for k in range(_POINTS + 1)
+        ]
+        self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
+        self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
+        self._rate_limit, self._damping = config.yaw_rate_limit, config.heading_damping
+        self._heading_integral, self._speed_integral = config.heading_integral, config.speed_integral
+        self._surge_most, self._speed_gain = config.acceleration, config.speed_gain
+
+    def _omega(self, speed_mps: float) -> float:
+        """Bandwidth at a speed through the water, rad/s."""
+        place = clamp(speed_mps / self._step_mps, 0.0, _POINTS - 1e-9)
+        k = int(place)
+        return self._omegas[k] + (place - k) * (self._omegas[k + 1] - self._omegas[k])
+
+    def reset(self, state: EstimatedState, dt_s: float = 0.0, sent: ActuatorOutput | None = None) -> None:
+        self._clear()
+        self._observer.idle(dt_s, state, sent)
+
+    def configure(self, config: SteeringConfig) -> None:
+        """Change settings without a bump: the integral takes over what the old gain gave."""
+        old, speed = self._config, max(self._observer.u_mps, 0.0)
+        before = self._omega(speed)
+        self._config = config.model
+        if old != config.model:
+            self._tune(config.model)
+        now = self._omega(speed)
+        self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
+
+    def heading_gains(self, speed_mps: float) -> tuple[float, float, float]:
+        """Return (P in Nm/rad, I in Nm/(rad s), D in Nm/(rad/s)) of the heading loop at a speed, for design work."""
+        linear, _ = self._handling.yaw_damping(speed_mps)
+        omega = self._omega(speed_mps)
+        kp = self._inertia * omega * omega
+        damping = 2.0 * self._config.heading_damping * omega * self._inertia
+        return kp, self._config.heading_integral * kp, max(damping - linear, 0.0)
+
+    @property
+    def inertia(self) -> float:
+        """Yaw inertia that the law reckons with, kg m^2."""
+        return self._inertia
+
+    @property
+    def top_mps(self) -> float:
+        """Top speed through the water."""
+        return self._handling.top_mps
+
+    def yaw_damping(self, speed_mps: float) -> float:
+        """Linear yaw damping at a speed, Nm/(rad/s)."""
+        return self._handling.yaw_damping(speed_mps)[0]
+
+    def water_speed_mps(self) -> float | None:
+        return self._observer.aligned_mps()
+
+    def step(
+        self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
+    ) -> tuple[ActuatorDemand, ControlTrace]:
+        dt_s = clamp(dt_s, _SHORTEST_STEP_S, _LONGEST_STEP_S)
+        self._observer.step(dt_s, state, sent)
+        water = self._observer.u_mps
+        ahead = water if water > 0.0 else 0.0
+        omega = self._omega(ahead)
+        surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
+        yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
+        if desired.psi_rad is None and desired.speed_mps is None:
+            self._last = ActuatorDemand(now_us)
+            return self._last, ControlTrace()
+        given = self._allocator.allocate(surge_n, yaw_nm, water)
+        if self._free(sent):
+            self._integrate(dt_s, given, surge_n, yaw_nm, speed_error, omega)
+        rudder_rad = given.rudder_rad
+        self._last = ActuatorDemand(now_us, given.thruster_port, given.thruster_starboard, rudder_rad, rudder_rad)
+        return self._last, ControlTrace(
+            self._heading_error,
+            heading_p,
+            self._yaw_integral_nm,
+            heading_d,
+            speed_error,
+            speed_p,
+            self._surge_integral_n,
+            0.0,
+            self._psi_ref,
+            self._u_ref,
+        )
+
+    def _free(self, sent: ActuatorOutput | None) -> bool:
+        """True when what went out is what was asked for, so that integrals may act."""
+        last = self._last
+        if last is None or sent is None:
+            return True
+        return (
+            abs(sent.thruster_port - last.thruster_port) < _SAME
+            and abs(sent.thruster_starboard - last.thruster_starboard) < _SAME
+            and abs(sent.rudder_port_rad - last.rudder_port_rad) < _SAME
+        )
+
+    def _yaw(
+        self, dt_s: float, psi: float | None, desired: Desired, speed: float, omega: float
+    ) -> tuple[float, float, float]:
+        """Return the moment, and P and D of it."""
+        if desired.psi_rad is None or psi is None:
+            self._psi_ref, self._a_ref = None, 0.0
+            return 0.0, 0.0, 0.0
+        rate, inertia = self._observer.rate_radps or 0.0, self._inertia
+        linear, quadratic = self._handling.yaw_damping(speed)
+        reference = self._reference(dt_s, psi, rate, desired.psi_rad, desired.r_radps, speed)
+        self._heading_error = error = wrap_pi(reference - psi)
+        if desired.brake:
+            omega *= _GENTLE
+        r_ref, damping = self._r_ref, 2.0 * self._damping * omega * inertia - linear
+        p = inertia * omega * omega * error
+        d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
+        forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
+        return forward + p + d + self._yaw_integral_nm, p, d
+
+    def _reference(
+        self, dt_s: float, psi: float, rate: float, wanted_rad: float, ahead_radps: float, speed: float
+    ) -> float:
+        """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
+        reference = self._psi_ref
+        if reference is None:
+            reference, self._r_ref = psi, rate
+        limit = 0.95 * self._handling.max_yaw_rate(speed)
+        if limit < self._least_rate:
+            limit = self._least_rate
+        if limit > self._rate_limit:
+            limit = self._rate_limit
+        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(wanted_rad - reference) + ahead_radps
+        if wanted > limit:
+            wanted = limit
+        elif wanted < -limit:
+            wanted = -limit
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * _REFERENCE_RATE
+        if change > most:
+            change = most
+        elif change < -most:
+            change = -most
+        self._a_ref = change
+        self._r_ref = rate = self._r_ref + change * dt_s
+        self._psi_ref = reference = wrap_pi(reference + rate * dt_s)
+        return reference
+
+    def _surge(self, dt_s: float, desired: Desired, water: float) -> tuple[float, float, float]:
+        """Return the thrust, error and P."""
+        surge, wanted = self._observer.surge_mps, desired.speed_mps
+        if wanted is None or surge is None:
+            self._u_ref = None
+            return 0.0, 0.0, 0.0
+        measured = water if desired.through_water else surge
+        reference = measured if self._u_ref is None else self._u_ref
+        most, m11 = self._surge_most, self._m11
+        self._du_ref = change = clamp((wanted - reference) * _SPEED_REFERENCE, -most, most)
+        reference += change * dt_s
+        most = self._attainable_mps + measured - water
+        if reference > most:
+            reference = most  # beyond what the hull can do it would only take longer to come down again
+        self._u_ref = reference
+        error = reference - measured
+        p = self._speed_gain * m11 * error
+        through = clamp(reference + (water - measured), -0.5, self._attainable_mps)
+        forward = self._handling.drag_n(through) + m11 * change
+        total = forward + p + self._surge_integral_n
+        if not desired.brake and wanted >= 0.0 and total < -0.5 * self._astern_n:
+            total = -0.5 * self._astern_n
+        return total, error, p
+
+    def _integrate(
+        self, dt_s: float, given: Allocation, surge_n: float, yaw_nm: float, speed_error: float, omega: float
+    ) -> None:
+        """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
+        bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
+        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
+            gain = self._heading_integral * self._inertia * omega * omega
+            self._yaw_integral_nm = clamp(
+                self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
+            )
+        if abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
+            gain = self._speed_integral * self._speed_gain * self._m11
+            bound_n = self._ahead_n
+            self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)

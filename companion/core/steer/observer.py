@@ -1,0 +1,129 @@
+"""Motion through the water, modelled from the actuation that was really sent.
+
+A boat with a GNSS compass measures its speed over ground only. The force model, driven by the commands that went out
+and the measured yaw rate, says what it makes through the water; the difference is the drift (vessel-control §2.1). The
+model's accelerations also carry measured surge and yaw rate from tick to tick, so that they can be filtered without lag.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+
+from ..hull import ForceModel, VesselConfig
+from ..hull.vessel_file import full_ahead_n, full_astern_n
+
+_RATE_TAU_S = 0.15
+_SURGE_TAU_S = 0.8
+_HISTORY = 30
+_FILTER_LAG_S = 0.12
+"""How far the estimator's velocity filter lags behind its fixes."""
+
+
+class WaterSpeedObserver:
+    """Integrates surge and sway through the water; yaw rate is taken as measured."""
+
+    def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
+        thruster = vessel.thruster
+        self._rates = model.rates
+        self._ahead_n = full_ahead_n(vessel)
+        self._astern_n = full_astern_n(vessel)
+        self._single = thruster.count == 1
+        self._dead_band = thruster.dead_band
+        self._lag_s = thruster.lag_s
+        self._rudder_lag_s = vessel.rudder.lag_s + 0.02
+        self._clear()
+
+    def _clear(self) -> None:
+        self._started = False
+        self.u_mps = 0.0
+        self.v_mps = 0.0
+        self.surge_mps: float | None = None
+        """Surge over ground, measured, carried by the model."""
+        self.rate_radps: float | None = None
+        """Yaw rate, likewise."""
+        self._along_mps = 0.0
+        self._gained: list[float] = []
+        self._newer_mps = 0.0
+        self._port_revs = self._starboard_revs = 0.0
+        self._rudder_rad = 0.0
+
+    def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
+        """Keep up with the vessel while no loop steers it: the model goes on with what was sent, measurements start anew.
+
+        The very first time the way on is what ground velocity and a known drift say, else none.
+        """
+        if not self._started:
+            self._started = True
+            if state.u_mps is not None and state.psi_rad is not None and state.drift_n_mps is not None:
+                drift_e = state.drift_e_mps or 0.0
+                along = state.drift_n_mps * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
+                self.u_mps = state.u_mps - along
+        elif dt_s > 0.0:
+            self._advance(dt_s if dt_s < 0.2 else 0.2, state, sent)
+        self.surge_mps = self.rate_radps = None
+
+    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
+        """Advance by one tick with what was sent during it; nothing sent is neutral."""
+        du, dr = self._advance(dt_s, state, sent)
+        self._carry(dt_s, state, du, dr)
+
+    def _advance(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[float, float]:
+        """Carry the speed through the water on; return the accelerations of surge and yaw."""
+        port = starboard = rudder_rad = 0.0
+        if sent is not None:
+            port, rudder_rad = sent.thruster_port, sent.rudder_port_rad
+            starboard = port if self._single else sent.thruster_starboard
+        share = dt_s / self._lag_s if dt_s < self._lag_s else 1.0
+        band, revs = self._dead_band, self._port_revs
+        self._port_revs = revs = revs + ((0.0 if -band < port < band else port) - revs) * share
+        port_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
+        revs = self._starboard_revs
+        self._starboard_revs = revs = revs + ((0.0 if -band < starboard < band else starboard) - revs) * share
+        starboard_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
+        share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
+        self._rudder_rad = angle = self._rudder_rad + (rudder_rad - self._rudder_rad) * share
+        rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
+        du, dv, dr = self._rates(self.u_mps, self.v_mps, rate, port_n, starboard_n, angle, angle)
+        self.u_mps += du * dt_s
+        self.v_mps += dv * dt_s
+        self._age(dt_s, state.position_age_s or 0.0, du * dt_s)
+        return du, dr
+
+    def _age(self, dt_s: float, age_s: float, gained_mps: float) -> None:
+        """Keep what was gained since the moment that the estimate's velocity is of."""
+        gained = self._gained
+        gained.append(gained_mps)
+        if len(gained) > 2 * _HISTORY:
+            del gained[:_HISTORY]
+        newer = round((age_s + _FILTER_LAG_S) / (dt_s if dt_s > 1e-3 else 1e-3))
+        self._newer_mps = math.fsum(gained[-(newer if newer < _HISTORY else _HISTORY) :]) if newer > 0 else 0.0
+
+    def aligned_mps(self) -> float:
+        """Surge through the water at the moment that the estimate's ground velocity is of: the pair to take drift from."""
+        return self.u_mps - self._newer_mps
+
+    def _carry(self, dt_s: float, state: EstimatedState, du: float, dr: float) -> None:
+        measured = state.r_radps
+        if measured is None or self.rate_radps is None:
+            self.rate_radps = measured
+        else:
+            predicted = self.rate_radps + dr * dt_s
+            share = dt_s / _RATE_TAU_S if dt_s < _RATE_TAU_S else 1.0
+            self.rate_radps = predicted + share * (measured - predicted)
+        psi = state.psi_rad
+        if state.u_mps is None or psi is None:
+            self.surge_mps = None
+            return
+        along = (state.drift_n_mps or 0.0) * math.cos(psi) + (state.drift_e_mps or 0.0) * math.sin(psi)
+        if self.surge_mps is None:
+            self.surge_mps = state.u_mps
+        else:
+            # the drift's share changes with the heading, the rest by the forces
+            predicted = self.surge_mps + du * dt_s + along - self._along_mps
+            # the estimate's speed is as old as its fix: compare it with what the model had then
+            then = predicted - self._newer_mps
+            share = dt_s / _SURGE_TAU_S if dt_s < _SURGE_TAU_S else 1.0
+            self.surge_mps = predicted + share * (state.u_mps - then)
+        self._along_mps = along

@@ -1,0 +1,70 @@
+"""What the vessel's core is configured with, and what each tick brings it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+
+from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.language.snapshot import LinkHealth
+from mavlink_bridge.language.value import value
+
+from ..config import Config, param
+from ..estimate import EstimatorConfig
+from ..guard.depth.guard import DepthGuardConfig
+from ..guard.failsafe import FailsafeConfig
+from ..guard.fence import FenceConfig
+from ..guard.gate import GateConfig
+from ..guard.monitors import MonitorConfig
+from ..guide import GuidanceConfig
+from ..steer import SteeringConfig
+from .mission import MissionConfig
+from .navigator import ModeConfig
+
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+
+
+class OperatorConfig(Config):
+    """What the vessel expects of ground stations."""
+
+    gcs_required: bool = param(True, "GCS_REQUIRED", "Armed, a ground station must be heard")
+    owner_timeout_s: float = param(
+        3.0, "OWNER_TIMEOUT", "Sticks become free after this silence", unit="s", ge=0.5, le=60
+    )
+
+
+class VehicleConfig(Config):
+    """Settings of all parts of the core."""
+
+    operator: OperatorConfig = OperatorConfig()
+    mission: MissionConfig = MissionConfig()
+    modes: ModeConfig = ModeConfig()
+    guidance: GuidanceConfig = GuidanceConfig()
+    steering: SteeringConfig = SteeringConfig()
+    estimate: EstimatorConfig = EstimatorConfig()
+    depth: DepthGuardConfig = DepthGuardConfig()
+    fence: FenceConfig = FenceConfig()
+    failsafe: FailsafeConfig = FailsafeConfig()
+    monitors: MonitorConfig = MonitorConfig()
+    gate: GateConfig = GateConfig()
+
+
+@value
+class TickInputs:
+    """What the app brings to a tick, besides requests."""
+
+    measurements: Sequence[tuple[Measurement, int]] = ()
+    """Each with the number of its sensor link; the lowest one alive leads."""
+    actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
+    actuator_ready: bool = False
+    actuator_reason: str = "no actuator board"
+    actuator_faults: Sequence[str] = ()
+    commanded_us: tuple[int, int, int, int] | None = None
+    links: tuple[LinkHealth, ...] = ()
+    gcs_age_s: float | None = None
+    radio_age_s: float | None = None
+    storage_fault: bool = False
+    task_failing: bool = False
+    late_s: float = 0.0
+    load: float = 0.0
+    plan_ids: tuple[int, int, int] = (0, 0, 0)

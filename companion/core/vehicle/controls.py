@@ -1,0 +1,264 @@
+"""The vessel's parts, and what an operator may do with them: arm, stop, set, switch, say.
+
+``vehicle.py`` runs the parts once per tick; ``orders.py`` carries out requests through here. Nothing here takes time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from mavlink_bridge.language.messages import (
+    Action,
+    Desired,
+    Distance,
+    EstimatedState,
+    FenceArea,
+    GuardState,
+    LogText,
+    Mode,
+    PlanSpecification,
+    PlanState,
+    Severity,
+    Source,
+    SupplyVoltage,
+)
+from mavlink_bridge.language.requests import DistanceInput
+from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus
+
+from ..estimate import Estimator
+from ..guard.depth.guard import DepthGuard, GuardOutput
+from ..guard.failsafe import FailsafeMemory, FailsafeResult
+from ..guard.fence import Fence
+from ..guard.gate import Gate
+from ..guard.monitors import Monitors
+from ..guide import Guidance, GuidanceOutput
+from ..hull import VesselConfig
+from ..hull.stopping import braking_distance_m
+from ..hull.vessel_file import Statics
+from ..steer import make_controller
+from .config import TickInputs, VehicleConfig
+from .mission import Mission, Point
+from .navigator import Navigator
+from .plan_fence import PlanFence
+from .plan_reach import PlanReach
+
+_STATION: Final = Source("station", "DISTANCE_SENSOR")
+
+
+class Controls:
+    """Holds the parts and the latest results of each; one method for each thing that an order may change."""
+
+    def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
+        self._adopt(config)
+        self.vessel = vessel
+        self.statics = Statics(vessel)
+        self.estimator = Estimator(config.estimate)
+        self.mission = Mission(config.mission)
+        self.navigator = Navigator(config.modes, self.mission)
+        self.guidance = Guidance(config.guidance, vessel)
+        self.controller = make_controller(config.steering.profile, config.steering, vessel)
+        self.guard = DepthGuard(config.depth)
+        self.fence = Fence(config.fence)
+        self.plan_fence = PlanFence(self.fence)
+        self.plan_reach = PlanReach(config.mission)
+        self.monitors = Monitors(config.monitors)
+        self.gate = Gate(config.gate)
+        self.armed = False
+        self.state = EstimatedState(0)
+        self.memory = FailsafeMemory()
+        self.result = FailsafeResult(self.memory, Action.NONE)
+        self.guard_out = GuardOutput(GuardState.UNKNOWN, None, None, None)
+        self.fence_status = FenceStatus()
+        self._generation: int | None = None
+        self.desired: Desired | None = None
+        self.trace = ControlTrace()
+        self.guided: GuidanceOutput | None = None
+        self._output = self.gate.neutral(0, "start")
+        self.inputs = TickInputs()
+        self.supply: SupplyVoltage | None = None
+        """The battery as the actuator board sees it; None when it does not measure."""
+        self._home_by_operator = False
+        self.terminating = self.aborting = self.ordered = self.rearmed = False
+        self.returns_by_order = False
+        """The return under way, if there is one, was an operator's order."""
+        self.interrupted: Mode | None = None
+        """What the vessel was doing when a failsafe or the guard broke it off, until an operator's next order."""
+        self._owner: tuple[int, int] | None = None
+        self.ticks = 0
+        self.utc_us: int | None = None
+        """UTC of this tick, microseconds since 1970; None = unknown."""
+        self._last_us: int | None = None
+        self._text_number = 0
+        self._texts: list[LogText] = []
+        self._depth_inputs: list[Distance] = []
+        self.say(Severity.INFO, self.guard.startup_warning(self._stopping))
+
+    def configure(self, config: VehicleConfig) -> None:
+        """Take new live settings; a change of gains does not bump the actuators."""
+        old = self.config
+        self._adopt(config)
+        self.mission.configure(config.mission)
+        self.plan_reach.configure(config.mission)
+        self.navigator.configure(config.modes)
+        if config.guidance != old.guidance:
+            self.guidance.configure(config.guidance)
+        if config.steering != old.steering:
+            self.controller.configure(config.steering)
+        if config.estimate != old.estimate:
+            self.estimator.configure(config.estimate)
+        if config.depth != old.depth:
+            self.guard.configure(config.depth)
+        if config.fence != old.fence:
+            self.fence.configure(config.fence)
+        if config.monitors != old.monitors:
+            self.monitors.configure(config.monitors)
+        if config.gate != old.gate:
+            self.gate.configure(config.gate)
+
+    def _adopt(self, config: VehicleConfig) -> None:
+        """Keep the settings, and at hand what of them is asked for in every tick."""
+        self.config = config
+        self._failsafe = config.failsafe
+        self.gcs_required = config.operator.gcs_required
+        self.depth_enabled = config.depth.enabled
+        self._loiter_radius_m = config.guidance.loiter_radius_m
+        self._brakes = config.depth.brake
+
+    def load_plan(self, plan: PlanSpecification) -> None:
+        self.mission.load(plan)
+
+    def load_fence(self, areas: Sequence[FenceArea]) -> None:
+        self.fence.load(areas)
+
+    def load_rally(self, points: tuple[Point, ...]) -> None:
+        self.mission.rally = points
+
+    def arm(self, now_us: int, sender: int) -> None:
+        """Permit thrust. The caller has asked ``prearm_reasons``."""
+        if not self.armed:
+            self.say(Severity.NOTICE, "armed")
+            self.controller.reset(self.state)
+            self.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
+            self._set_home_here()
+            if self.navigator.mode is Mode.AUTO:
+                self.look_at_reach()
+        self.armed = self.rearmed = True
+
+    def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
+        """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
+        mission = self.mission
+        goes_on = first == mission.seq and mission.state in (PlanState.PAUSED, PlanState.ACTIVE)
+        return self.plan_reach.refusal(
+            mission.plan, first, self.state, mission.home, goes_on=goes_on, under_way=under_way
+        )
+
+    def look_at_reach(self) -> None:
+        """Loading a plan or arming in Auto starts it: one that lies too far away is told, and the vessel holds instead."""
+        mission, in_auto = self.mission, self.navigator.mode is Mode.AUTO
+        refusal = self.reach_refusal(mission.seq, under_way=self.armed and mission.state is PlanState.ACTIVE)
+        if refusal and in_auto:
+            self.navigator.enter(Mode.HOLD, self.state)
+        if refusal:
+            self.say(Severity.WARNING, f"{refusal}{': holding here' if in_auto else ''}")
+
+    def disarm(self, why: str, *, abort: bool = False) -> None:
+        """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""
+        if self.armed:
+            self.say(Severity.CRITICAL if abort else Severity.NOTICE, f"disarmed: {why}")
+        self.armed = False
+        if abort:
+            self.aborting = True
+        if self.navigator.mode is not Mode.MANUAL:
+            self.break_off()
+
+    def break_off(self, into: Mode = Mode.HOLD) -> None:
+        """Change mode without an order: to hold, or to another mode, and to hold where that is refused."""
+        before = self.navigator.mode
+        if before is not Mode.HOLD:
+            self.interrupted = before
+        self.returns_by_order = False
+        if self.navigator.enter(into, self.state) and into is not Mode.HOLD:
+            self.navigator.enter(Mode.HOLD, self.state)
+
+    def terminate(self, why: str) -> None:
+        self.say(Severity.EMERGENCY, why)
+        self.terminating = True
+        self.armed = False
+
+    def operator_acted(self, now_us: int) -> None:
+        """An operator has given an order; latched failsafes look at it in the next tick."""
+        self.ordered = True
+        self.interrupted = None
+        self.returns_by_order = self.navigator.mode is Mode.RTL
+
+    def manual_owner(self, sender: int, now_us: int) -> int:
+        """Return who has the sticks; the sender when they were free. A change of hands is told to everybody."""
+        owner = self._owner
+        if owner is None or now_us - owner[1] > self.config.operator.owner_timeout_s * 1e6:
+            self._hand_over(sender, now_us)
+        elif owner[0] == sender:
+            self._owner = (sender, now_us)
+        assert self._owner is not None
+        return self._owner[0]
+
+    def take_sticks(self, sender: int, now_us: int) -> None:
+        """Another station orders manual control: it need not wait when the sticks of the one before have stopped."""
+        owner = self._owner
+        stopped = owner is not None and now_us - owner[1] > self.config.modes.manual_timeout_s * 1e6
+        if sender and stopped:
+            self._hand_over(sender, now_us)
+
+    def _hand_over(self, sender: int, now_us: int) -> None:
+        before = self._owner
+        self._owner = (sender, now_us)
+        if before is not None and before[0] != sender:
+            self.say(Severity.NOTICE, f"ground station {sender} has the sticks now, not {before[0]}")
+
+    def set_home(self, lat_rad: float | None, lon_rad: float | None) -> str:
+        """Set home to a position or to here; return a refusal or an empty string."""
+        if lat_rad is None or lon_rad is None:
+            lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
+        if lat_rad is None or lon_rad is None:
+            return "no position"
+        self.mission.home = (lat_rad, lon_rad)
+        self._home_by_operator = True
+        return ""
+
+    def enable_fence(self, enable: bool) -> str:
+        self.fence.enable(enable)
+        return ""
+
+    def depth_input(self, body: DistanceInput, now_us: int) -> None:
+        self._depth_inputs.append(Distance(now_us, body.value_m, signal_quality=body.signal_quality, source=_STATION))
+
+    @property
+    def guard_state(self) -> GuardState:
+        return self.guard.state
+
+    def unlock_guard(self) -> None:
+        self.guard.unlock_once()
+        self.say(Severity.WARNING, "depth guard unlocked once by the operator")
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Queue a text for every operator."""
+        self._text_number += 1
+        self._texts.append(LogText(self._text_number, self._last_us or 0, severity, text))
+
+    def _note_supply(self) -> None:
+        status, known = self.inputs.actuator, self.supply
+        if status.voltage_v is None:
+            self.supply = None
+        elif known is None or known.t_us != status.t_us or known.voltage_v != status.voltage_v:
+            self.supply = SupplyVoltage(status.t_us, status.voltage_v)
+
+    def _set_home_here(self) -> None:
+        """Home is where the vessel was last armed, and before that where it first knew its place, unless an operator set it."""
+        state = self.state
+        if not self._home_by_operator and state.lat_rad is not None and state.lon_rad is not None:
+            self.mission.home = (state.lat_rad, state.lon_rad)
+
+    def _stopping(self, speed_mps: float) -> float:
+        if self._brakes:
+            return braking_distance_m(self.vessel, speed_mps)
+        return self.statics.stopping_distance_m(speed_mps)

@@ -1,0 +1,377 @@
+"""The plan executor: which manoeuvre is active, when it is done, what comes next.
+
+It knows items, jumps, speeds, durations and turns; it does not steer. ``active`` hands guidance a ``Leg``; ``advance``
+takes guidance's report back. A loiter's duration counts from reaching its path, and an approach that never gets there
+is ended by a cap, so that no plan hangs for ever.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.messages import (
+    ChangeSpeed,
+    Delay,
+    EstimatedState,
+    FenceEnable,
+    Goto,
+    Jump,
+    Loiter,
+    LoiterKind,
+    Maneuver,
+    Noted,
+    PlanSpecification,
+    PlanState,
+    ReturnHome,
+    SetHome,
+    Severity,
+)
+from mavlink_bridge.language.units import wrap_pi
+
+from ..config import Config, param
+
+Point = tuple[float, float]
+"""Latitude and longitude, rad."""
+
+
+class MissionConfig(Config):
+    """How plans are sailed."""
+
+    cruise_speed_mps: float = param(1.5, "CRUISE_SPEED", "Speed when a plan names none", unit="m/s", ge=0.1, le=20.0)
+    approach_factor: float = param(
+        4.0, "APPR_FACTOR", "An approach may last this many times its nominal time", unit="", ge=1.5, le=100.0
+    )
+    approach_extra_s: float = param(
+        120.0, "APPR_EXTRA", "Time added to every approach's limit", unit="s", ge=10.0, le=3600.0
+    )
+    first_distance_m: float = param(
+        1000.0,
+        "MIS_DIST_1WP",
+        "The item that is to be sailed when Auto is started lies within this",
+        unit="m",
+        ge=10.0,
+        le=100_000.0,
+    )
+    """About what a person oversees from the pier, and what PX4 stores under this name (900 m). Farther: see `far_plan`."""
+    leg_distance_m: float = param(
+        5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
+    )
+    """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
+    far_plan: int = param(
+        0, "PLAN_FAR_OK", "Number of the one plan that may be sailed however far away it lies", ge=0, le=999_999
+    )
+    """The vessel's text names it. It counts for that plan only, and is 0 again as soon as another plan is loaded."""
+
+
+class Report(Protocol):
+    """What guidance says after a step."""
+
+    @property
+    def arrived(self) -> bool: ...
+    @property
+    def on_path(self) -> bool: ...
+    @property
+    def turns(self) -> float: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One thing to sail. A new ``generation`` tells guidance to begin afresh."""
+
+    generation: int
+    maneuver: Goto | Loiter
+    previous: Point | None
+    following: Goto | Loiter | None
+    speed_mps: float
+
+
+Effect = SetHome | FenceEnable | Noted
+"""Items that act on the vessel at once instead of being sailed."""
+News = tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ...]]
+"""Items reached, effects due, texts."""
+_NOTHING: Final[News] = ((), (), ())
+_ACTIVE: Final = PlanState.ACTIVE
+_DAY_S: Final = 86_400.0
+_MISSED_S: Final = 3_600.0
+_EXIT_RAD: Final = 0.15
+
+
+class Mission:
+    """Executes one plan. Time and position come as arguments; nothing here raises on a plan's contents."""
+
+    def __init__(self, config: MissionConfig) -> None:
+        self.config = config
+        self.plan = PlanSpecification()
+        self.total = 0
+        """Items of the plan."""
+        self.state = PlanState.NO_MISSION
+        self.seq = 0
+        self.home: Point | None = None
+        self.rally: tuple[Point, ...] = ()
+        self.utc_s_of_day: float | None = None
+        """Set by the vessel each tick while UTC is known; delays until a time of day wait for it."""
+        self._last: int | None = None
+        self._leg: Leg | None = None
+        self._generation = 0
+        self._jumps: dict[int, int] = {}
+        self._speed_mps: float | None = None
+        self._begun_us: int | None = None
+        self._until_us: int | None = None
+        """When a delay until a time of day is over; None until UTC is known."""
+        self._over_turns: float | None = None
+        """Laps at which a loiter was over that leaves toward the next item."""
+        self._limit_s: float | None = None
+        self._on_path_us: int | None = None
+        self._arrived_us: int | None = None
+        self._sailed_to: Point | None = None
+        self._reached: list[int] = []
+        self._effects: list[Effect] = []
+        self._texts: list[tuple[Severity, str]] = []
+
+    def configure(self, config: MissionConfig) -> None:
+        """Take new settings; they count from the next leg on."""
+        self.config = config
+
+    def load(self, plan: PlanSpecification) -> None:
+        """Replace the plan. A running plan goes on at the same item when that item is unchanged, else from the start."""
+        running = self.state is PlanState.ACTIVE
+        same = (
+            self.seq < min(self.total, len(plan.maneuvers))
+            and self.plan.maneuvers[self.seq] == plan.maneuvers[self.seq]
+        )
+        self.plan, self.total = plan, len(plan.maneuvers)
+        self._last = None
+        if not plan.maneuvers:
+            self._forget(PlanState.NO_MISSION)
+        elif not (running and same):
+            self._forget(PlanState.ACTIVE if running else PlanState.NOT_STARTED)
+        else:
+            self._look_onward()
+
+    def start(self, first: int | None = None, last: int | None = None) -> str:
+        """Run from ``first`` (None: from the current item; a plan that runs goes on as it is) to ``last`` (None: the end).
+
+        Return an empty string or why not.
+        """
+        if not self.plan.maneuvers:
+            return "no plan is loaded"
+        if first is not None and not 0 <= first < self.total:
+            return f"item {first} is outside the plan's {self.total} items"
+        if last is not None and not (first or 0) <= last < self.total:
+            return f"last item {last} is outside the plan"
+        if self.state is PlanState.COMPLETE and first is None:
+            first = 0
+        if first is not None:
+            self._forget(PlanState.ACTIVE)
+            self.seq = first
+        self._last = last
+        if self.state is PlanState.ACTIVE:
+            self._look_onward()
+        else:
+            self.state, self._leg = PlanState.ACTIVE, None
+        return ""
+
+    def resume(self) -> None:
+        """Go on where the plan stood, to the last item that was asked for; a complete one begins again."""
+        self.start(last=self._last)
+
+    def _look_onward(self) -> None:
+        """Begin a leg again whose next one has changed: how it ends belongs to what follows."""
+        leg = self._leg
+        if leg is not None and isinstance(leg.maneuver, Goto) and leg.following != self._following():
+            self._leg = None
+
+    def pause(self) -> None:
+        if self.state is PlanState.ACTIVE:
+            self.state = PlanState.PAUSED
+            self._leg = None
+            self._sailed_to = None
+
+    def set_current(self, seq: int, *, reset: bool = False) -> str:
+        """Make ``seq`` the current item. Return an empty string or why not."""
+        if not 0 <= seq < self.total:
+            return f"item {seq} is outside the plan's {self.total} items"
+        if reset or self.state is PlanState.COMPLETE:
+            self._jumps.clear()
+            if self.state is PlanState.COMPLETE:
+                self.state = PlanState.NOT_STARTED
+        if self._last is not None and seq > self._last:
+            self._last = None
+        self.seq = seq
+        self._leg = None
+        self._sailed_to = None
+        return ""
+
+    @property
+    def speed_mps(self) -> float:
+        """The speed in force: the active item's own, else the plan's or the operator's, else cruise speed."""
+        own = self._leg.maneuver.speed_mps if self._leg is not None else None
+        return own or self._speed_mps or self.config.cruise_speed_mps
+
+    def set_speed(self, speed_mps: float | None) -> None:
+        """Change the speed until the plan's next speed item; None returns to cruise speed."""
+        self._speed_mps = speed_mps
+
+    def active(self, now_us: int, state: EstimatedState) -> Leg | None:
+        """Return the leg to sail now, or None when the plan is not running, is done, or has no position to start from."""
+        if self.state is not _ACTIVE:
+            return None
+        if self._leg is None and state.position_valid:
+            self._next_leg(now_us, state)
+        return self._leg
+
+    def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
+        """Take guidance's report on the active leg; finish the item when its condition holds."""
+        leg = self._leg
+        if leg is None or self.state is not _ACTIVE:
+            return
+        if self._on_path_us is None and report.on_path:
+            self._on_path_us = now_us
+        if self._arrived_us is None and report.arrived:
+            self._arrived_us = now_us
+        if self._done(now_us, state, leg, report):
+            self._finish(leg)
+
+    def drain(self) -> News:
+        """Return and forget the items reached, the effects due and the texts since the last call."""
+        if not (self._reached or self._effects or self._texts):
+            return _NOTHING
+        result = tuple(self._reached), tuple(self._effects), tuple(self._texts)
+        self._reached, self._effects, self._texts = [], [], []
+        return result
+
+    def _forget(self, state: PlanState) -> None:
+        self.state = state
+        self.seq = 0
+        self._leg = None
+        self._jumps.clear()
+        self._speed_mps = None
+        self._sailed_to = None
+
+    def _next_leg(self, now_us: int, state: EstimatedState) -> None:
+        """Work off items that are not sailed until one is; a plan of jumps alone ends."""
+        for _ in range(4 * self.total + 4):
+            if self.seq >= self.total or (self._last is not None and self.seq > self._last):
+                self._complete()
+                return
+            item = self.plan.maneuvers[self.seq]
+            sailed = self._sailed(item, state)
+            if sailed is not None:
+                self._begin(now_us, state, sailed)
+                return
+            self._apply(item)
+        self._complete()
+
+    def _apply(self, item: Maneuver) -> None:
+        if isinstance(item, Jump):
+            done = self._jumps.get(item.seq, 0)
+            if item.repeats < 0 or done < item.repeats:
+                self._jumps[item.seq] = done + 1
+                self.seq = item.target_seq
+                return
+            self._jumps[item.seq] = 0
+        elif isinstance(item, ChangeSpeed):
+            self._speed_mps = item.speed_mps
+        elif isinstance(item, ReturnHome):
+            self._texts.append((Severity.WARNING, f"item {item.seq}: no home or rally point to return to, passed over"))
+        elif isinstance(item, SetHome | FenceEnable | Noted):
+            self._effects.append(item)
+        self._reached.append(self.seq)
+        self.seq += 1
+
+    def _sailed(self, item: Maneuver, state: EstimatedState) -> Goto | Loiter | None:
+        if isinstance(item, Goto | Loiter):
+            return item
+        here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
+        if isinstance(item, Delay) and here is not None:
+            lat, lon = self._sailed_to or here
+            return Loiter(item.seq, lat, lon, kind=LoiterKind.HOVER, duration_s=item.duration_s)
+        if isinstance(item, ReturnHome):
+            target = nearest(here, self.rally, self.home)
+            return None if target is None else Goto(item.seq, *target)
+        return None
+
+    def _begin(self, now_us: int, state: EstimatedState, maneuver: Goto | Loiter) -> None:
+        self._generation += 1
+        speed = maneuver.speed_mps or self.speed_mps
+        self._leg = Leg(self._generation, maneuver, self._sailed_to, self._following(), speed)
+        self._begun_us, self._on_path_us, self._arrived_us = now_us, None, None
+        self._until_us = self._over_turns = None
+        assert state.lat_rad is not None
+        assert state.lon_rad is not None
+        distance_m, _ = inverse(state.lat_rad, state.lon_rad, maneuver.lat_rad, maneuver.lon_rad)
+        self._limit_s = self.config.approach_factor * distance_m / speed + self.config.approach_extra_s
+
+    def _following(self) -> Goto | Loiter | None:
+        if self._last is not None and self.seq >= self._last:
+            return None
+        for item in self.plan.maneuvers[self.seq + 1 :]:
+            if isinstance(item, Goto | Loiter):
+                return item
+            if isinstance(item, Jump | Delay | ReturnHome):
+                return None
+        return None
+
+    def _done(self, now_us: int, state: EstimatedState, leg: Leg, report: Report) -> bool:
+        item = leg.maneuver
+        if isinstance(item, Goto):
+            if self._arrived_us is not None:
+                return now_us - self._arrived_us >= item.hold_s * 1e6
+            return self._overdue(now_us, item.seq, "waypoint")
+        if self._on_path_us is None:
+            return self._overdue(now_us, item.seq, "loiter")
+        delay = self.plan.maneuvers[item.seq] if item.seq < self.total else None
+        if isinstance(delay, Delay) and delay.until_utc_s_of_day is not None:
+            return self._waited(now_us, delay.until_utc_s_of_day)
+        if not (
+            (item.turns is not None and report.turns >= item.turns)
+            or (item.duration_s is not None and now_us - self._on_path_us >= item.duration_s * 1e6)
+        ):
+            return False
+        return not item.exit_toward_next or self._heads_on(state, leg, report.turns)
+
+    def _heads_on(self, state: EstimatedState, leg: Leg, turns: float) -> bool:
+        """Whether a loiter that is over has come round to the way to the next item; after one more lap it ends anyhow."""
+        onward, course = leg.following, state.psi_rad if state.cog_rad is None else state.cog_rad
+        if onward is None or course is None or state.lat_rad is None or state.lon_rad is None:
+            return True
+        if self._over_turns is None:
+            self._over_turns = turns
+        _, bearing = inverse(state.lat_rad, state.lon_rad, onward.lat_rad, onward.lon_rad)
+        return abs(wrap_pi(bearing - course)) < _EXIT_RAD or turns - self._over_turns >= 1.0
+
+    def _waited(self, now_us: int, until_s: float) -> bool:
+        """Whether a time of day has come: the next one, unless the last was missed by less than an hour."""
+        if self._until_us is None and self.utc_s_of_day is not None:
+            ahead_s = (until_s - self.utc_s_of_day + _MISSED_S) % _DAY_S - _MISSED_S
+            self._until_us = now_us + round(ahead_s * 1e6)
+        return self._until_us is not None and now_us >= self._until_us
+
+    def _overdue(self, now_us: int, seq: int, what: str) -> bool:
+        if self._begun_us is None or self._limit_s is None or now_us - self._begun_us < self._limit_s * 1e6:
+            return False
+        self._texts.append((Severity.WARNING, f"item {seq}: {what} not reached in {self._limit_s:.0f} s, going on"))
+        return True
+
+    def _finish(self, leg: Leg) -> None:
+        self._reached.append(self.seq)
+        self._sailed_to = (leg.maneuver.lat_rad, leg.maneuver.lon_rad) if isinstance(leg.maneuver, Goto) else None
+        self._leg = None
+        self.seq += 1
+
+    def _complete(self) -> None:
+        self.state = PlanState.COMPLETE
+        self.seq = max(0, self.total - 1) if self._last is None else self._last
+        self._last = None
+        self._leg = None
+        self._jumps.clear()
+        self._texts.append((Severity.NOTICE, "plan complete"))
+
+
+def nearest(here: Point | None, rally: tuple[Point, ...], home: Point | None) -> Point | None:
+    """Return the rally point nearest to ``here``, or home when there is none, or None."""
+    if here is None or not rally:
+        return rally[0] if rally else home
+    return min(rally, key=lambda point: inverse(*here, *point)[0])

@@ -1,0 +1,300 @@
+"""Modes: what each one makes the vessel do, what it needs to be entered, and what ends it.
+
+The result of a mode is an *intent*: a leg to sail, a heading to steer, sticks to follow, or nothing (neutral). HOLD
+keeps station where it was entered and becomes neutral without a position. Streams time out; commands stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, LoiterKind, Mode, PlanState, Severity
+from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
+
+from ..config import Config, param
+from .mission import Leg, Mission, Point, Report, nearest
+
+_MANUAL: Final = Mode.MANUAL
+_AUTO: Final = Mode.AUTO
+_RTL: Final = Mode.RTL
+_GUIDED: Final = Mode.GUIDED
+_ACTIVE: Final = PlanState.ACTIVE
+_UNDER_WAY: Final = (PlanState.ACTIVE, PlanState.COMPLETE)
+_FOLLOW_M: Final = 6.0
+"""A streamed position that moves within this of a vessel that keeps station is followed by station keeping."""
+
+
+class ModeConfig(Config):
+    """Time limits of streamed set-points."""
+
+    manual_timeout_s: float = param(
+        0.5, "MANUAL_TIMEOUT", "Sticks older than this are neutral", unit="s", ge=0.2, le=5.0
+    )
+    guided_timeout_s: float = param(
+        3.0, "GUIDED_TIMEOUT", "A streamed set-point older than this ends in station keeping", unit="s", ge=0.5, le=30.0
+    )
+    return_speed_mps: float = param(
+        0.0, "RTL_SPEED", "Speed of the return; 0 = cruise speed", unit="m/s", ge=0.0, le=20.0
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Steer:
+    """Steer a heading (or course) at a speed, without a path."""
+
+    psi_rad: float
+    speed_mps: float
+    course: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Sticks:
+    """Follow an operator's sticks: surge and yaw, each -1...1."""
+
+    surge: float
+    yaw: float
+
+
+Intent = Leg | Steer | Sticks | None
+
+
+class Navigator:
+    """The mode machine. ``enter`` refuses with a reason and then changes nothing."""
+
+    def __init__(self, config: ModeConfig, mission: Mission) -> None:
+        self.config = config
+        self.mission = mission
+        self.mode = Mode.HOLD
+        self._generation = -1
+        self._leg: Leg | None = None
+        self._hold: Point | None = None
+        self._steer: Steer | None = None
+        self._steer_us: int | None = None
+        self._sticks: ManualInput | None = None
+        self._sticks_us = 0
+        self._speed_mps: float | None = None
+        self._texts: list[tuple[Severity, str]] = []
+
+    def configure(self, config: ModeConfig) -> None:
+        self.config = config
+
+    def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
+        if not self._texts:
+            return ()
+        texts, self._texts = tuple(self._texts), []
+        return texts
+
+    def enter(self, mode: Mode, state: EstimatedState) -> str:
+        """Change mode. Return an empty string, or why not (and then nothing has changed)."""
+        refusal = self._refusal(mode, state)
+        if refusal:
+            return refusal
+        if mode is Mode.AUTO and self.mode is Mode.AUTO and self.mission.state in _UNDER_WAY:
+            return ""  # asked again, a plan goes on where it is: a repeated order must not begin its loiter anew
+        if self.mode is Mode.AUTO and mode is not Mode.AUTO:
+            self.mission.pause()
+        self.mode = mode
+        self._leg = self._steer = self._steer_us = None
+        if mode is Mode.AUTO:
+            self._hold = None
+            self.mission.resume()
+        elif mode is Mode.RTL:
+            self._speed_mps = None  # what an earlier guided order asked for says nothing of the way home
+            self._return(state)
+        elif mode is Mode.CIRCLE:
+            self._sail(Loiter(-1, *_here(state)))
+        else:
+            self._hold = _here(state) if state.position_valid else None
+        return ""
+
+    def reposition(self, request: Reposition, state: EstimatedState) -> str:
+        """Go to a point and stay there; a radius makes the stay a circle. Return a refusal or an empty string."""
+        if not state.position_valid and request.lat_rad is None:
+            return "no position: cannot hold here"
+        target = (
+            _here(state) if request.lat_rad is None or request.lon_rad is None else (request.lat_rad, request.lon_rad)
+        )
+        refusal = self._switch(Mode.GUIDED, state)
+        if refusal:
+            return refusal
+        self._speed_mps = request.speed_mps
+        if request.radius_m:
+            self._sail(Loiter(-1, *target, radius_m=request.radius_m))
+        elif request.lat_rad is None:
+            self._sail(Loiter(-1, *target, kind=LoiterKind.HOVER))
+        else:
+            self._sail(Goto(-1, *target, leg_from_here=True))
+        return ""
+
+    def orbit(self, request: Orbit, state: EstimatedState) -> str:
+        """Loiter at once. Return a refusal or an empty string."""
+        refusal = self._switch(Mode.CIRCLE, state)
+        if refusal:
+            return refusal
+        point = (
+            _here(state) if request.lat_rad is None or request.lon_rad is None else (request.lat_rad, request.lon_rad)
+        )
+        self._speed_mps = request.speed_mps
+        self._sail(
+            Loiter(
+                -1,
+                *point,
+                kind=request.kind,
+                radius_m=request.radius_m,
+                length_m=request.length_m,
+                bearing_rad=request.bearing_rad,
+                direction=request.direction,
+                turns=request.turns,
+            )
+        )
+        return ""
+
+    def steer(self, request: GuidedHeading, speed_mps: float, state: EstimatedState, now_us: int) -> str:
+        """Steer a heading. A streamed one needs GUIDED already; a command enters it."""
+        if self.mode is not Mode.GUIDED:
+            if request.stream:
+                return "not in Guided mode"
+            refusal = self._switch(Mode.GUIDED, state)
+            if refusal:
+                return refusal
+        if not state.heading_valid:
+            return "no heading"
+        psi_rad = request.psi_rad
+        if psi_rad is None:
+            assert state.psi_rad is not None
+            psi_rad = state.psi_rad if self._steer is None or self._steer.course else self._steer.psi_rad
+        self._leg = None
+        self._steer = Steer(psi_rad, speed_mps, request.course)
+        self._steer_us = now_us if request.stream else None
+        return ""
+
+    def target(self, request: GuidedTarget, state: EstimatedState, now_us: int) -> str:
+        """Follow a streamed position. One that has been reached is kept like any other; it moves the anchor while it moves nearby."""
+        if self.mode is not Mode.GUIDED:
+            return "not in Guided mode"
+        if not state.position_valid:
+            return "no position"
+        self._steer = None
+        self._speed_mps = request.speed_mps
+        point, old = (request.lat_rad, request.lon_rad), None if self._leg is None else self._leg.maneuver
+        stays = isinstance(old, Loiter) and old.kind is LoiterKind.HOVER
+        if old is None or not (stays or isinstance(old, Goto)) or point != (old.lat_rad, old.lon_rad):
+            near = stays and inverse(*_here(state), *point)[0] < _FOLLOW_M
+            self._sail(Loiter(-1, *point, kind=LoiterKind.HOVER) if near else Goto(-1, *point, leg_from_here=True))
+        self._steer_us = now_us
+        return ""
+
+    def sticks(self, request: ManualInput, now_us: int) -> None:
+        self._sticks, self._sticks_us = request, now_us
+
+    def stick_age_s(self, now_us: int) -> float | None:
+        """Seconds since the last stick input, None when there never was one."""
+        return None if self._sticks is None else (now_us - self._sticks_us) * 1e-6
+
+    def guided_age_s(self, now_us: int) -> float | None:
+        """Seconds since the last streamed set-point, None when nothing is streamed."""
+        return None if self._steer_us is None else (now_us - self._steer_us) * 1e-6
+
+    def forget_hold(self) -> None:
+        """Station keeping begins anew where the vessel is when it may move again."""
+        leg, hold = self._leg, self._hold
+        if leg is not None and (leg.maneuver.lat_rad, leg.maneuver.lon_rad) == hold:
+            self._leg = None
+        self._hold = None
+
+    def set_speed(self, speed_mps: float | None) -> None:
+        self._speed_mps = speed_mps
+        self.mission.set_speed(speed_mps)
+
+    @property
+    def speed_mps(self) -> float:
+        """The speed in force for the active leg."""
+        if self.mode is _AUTO:
+            return self.mission.speed_mps
+        if self.mode is _RTL and self.config.return_speed_mps > 0.0:
+            return self.config.return_speed_mps
+        return self._speed_mps or self.mission.config.cruise_speed_mps
+
+    def intent(self, now_us: int, state: EstimatedState) -> Intent:
+        """Return what the mode wants done in this tick."""
+        mode = self.mode
+        if mode is _MANUAL:
+            return self._manual(now_us)
+        if mode is _AUTO:
+            leg = self.mission.active(now_us, state)
+            if leg is None:
+                return self._station(state)
+            self._hold = None  # where an earlier plan ended
+            return leg
+        if self._steer_us is not None and now_us - self._steer_us > self.config.guided_timeout_s * 1e6:
+            self._texts.append((Severity.WARNING, "guided set-points stopped: holding here"))
+            self._steer = self._steer_us = self._leg = None
+            self._hold = _here(state) if state.position_valid else None
+        if self._steer is not None and mode is _GUIDED:
+            return self._steer
+        return self._leg or self._station(state)
+
+    def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
+        """Take guidance's report: the plan moves on, a guided go-to ends in station keeping."""
+        if self.mode is _AUTO:
+            self.mission.advance(now_us, state, report)
+            return
+        leg = self._leg
+        if leg is None:
+            return
+        if isinstance(leg.maneuver, Goto) and report.arrived:
+            self._sail(Loiter(-1, leg.maneuver.lat_rad, leg.maneuver.lon_rad, kind=LoiterKind.HOVER))
+        elif isinstance(leg.maneuver, Loiter) and leg.maneuver.turns is not None and report.turns >= leg.maneuver.turns:
+            self._leg = None
+            self._hold = _here(state) if state.position_valid else None
+
+    def _refusal(self, mode: Mode, state: EstimatedState) -> str:
+        if mode in (Mode.MANUAL, Mode.HOLD):
+            return ""
+        if not state.position_valid:
+            return f"{mode.value} needs a position"
+        if mode is Mode.AUTO and not self.mission.total:
+            return "no plan is loaded"
+        if mode is Mode.RTL and nearest(_here(state), self.mission.rally, self.mission.home) is None:
+            return "no home or rally point is known"
+        return ""
+
+    def _switch(self, mode: Mode, state: EstimatedState) -> str:
+        return "" if self.mode is mode else self.enter(mode, state)
+
+    def _return(self, state: EstimatedState) -> None:
+        target = nearest(_here(state), self.mission.rally, self.mission.home)
+        assert target is not None
+        self._sail(Goto(-1, *target, leg_from_here=True))
+
+    def _sail(self, maneuver: Goto | Loiter) -> None:
+        self._generation -= 1
+        self._steer = self._steer_us = None
+        self._leg = Leg(self._generation, maneuver, None, None, self.speed_mps)
+
+    def _station(self, state: EstimatedState) -> Leg | None:
+        """Station keeping where it began: in HOLD, after a plan, and when a stream has ended."""
+        if self.mode is _AUTO and self.mission.state is _ACTIVE:
+            return None
+        if self._hold is None and state.position_valid:
+            self._hold = _here(state)
+        if self._hold is None:
+            return None
+        leg = self._leg
+        if leg is None or (leg.maneuver.lat_rad, leg.maneuver.lon_rad) != self._hold:
+            self._sail(Loiter(-1, *self._hold, kind=LoiterKind.HOVER))
+        return self._leg
+
+    def _manual(self, now_us: int) -> Sticks | None:
+        age_s = self.stick_age_s(now_us)
+        if self._sticks is None or age_s is None or age_s > self.config.manual_timeout_s:
+            return None
+        return Sticks(self._sticks.surge, self._sticks.yaw)
+
+
+def _here(state: EstimatedState) -> Point:
+    assert state.lat_rad is not None
+    assert state.lon_rad is not None
+    return state.lat_rad, state.lon_rad

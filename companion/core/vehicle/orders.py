@@ -1,0 +1,218 @@
+"""What each request of a ground station does to the vessel, and what it is refused for.
+
+One method for each kind of request, found by its type. A refusal says why in one sentence and changes nothing. An order that
+sets the vessel moving lifts a latched stop, but never a locked guard or a termination.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from mavlink_bridge.language.messages import GuardState, Mode, PlanState, Severity
+from mavlink_bridge.language.requests import (
+    ACCEPTED,
+    Arm,
+    DistanceInput,
+    EnableFence,
+    GuidedHeading,
+    GuidedTarget,
+    ManualInput,
+    Orbit,
+    PausePlan,
+    Reply,
+    Reposition,
+    Request,
+    Result,
+    RunPrearmChecks,
+    SetCurrent,
+    SetHomePosition,
+    SetMode,
+    SetSpeed,
+    StartPlan,
+    Terminate,
+    UnlockGuard,
+)
+from mavlink_bridge.language.units import clamp
+
+from ..hull.vessel_file import throttle_to_speed, top_speed_mps
+from .controls import Controls
+from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
+
+
+def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
+    return Reply(result, refusal) if refusal else ACCEPTED
+
+
+def _speed_refusal(vehicle: Controls, speed_mps: float | None) -> str:
+    limit_mps = top_speed_mps(vehicle.vessel)
+    fits = speed_mps is None or 0.0 < speed_mps <= limit_mps
+    return "" if fits else f"speed {speed_mps:.2f} m/s is outside 0...{limit_mps:.2f}"
+
+
+class Orders:
+    """Carries out requests on one vehicle."""
+
+    def __init__(self, vehicle: Controls) -> None:
+        self._vehicle = vehicle
+
+    def handle(self, request: Request, now_us: int) -> Reply:
+        """Carry out a request; UNSUPPORTED for a kind that the vessel itself does not answer."""
+        method = _METHODS.get(type(request.body))
+        if method is None:
+            return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
+        if request.body.nature.moves:
+            refusal = motion_refusal(self._vehicle, now_us)
+            if refusal:
+                return Reply(Result.REJECTED_NOW, refusal)
+        reply = method(self, request.body, request.sender, now_us)
+        if reply.result is Result.ACCEPTED and request.body.nature.decides:
+            self._vehicle.operator_acted(now_us)
+        return reply
+
+    def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        if not body.arm:
+            vehicle.disarm("operator abort" if body.force else "disarmed by the operator", abort=body.force)
+            return ACCEPTED
+        reasons = prearm_reasons(vehicle, now_us, force=body.force)
+        if reasons:
+            return Reply(Result.REJECTED_NOW, "; ".join(reasons))
+        vehicle.arm(now_us, sender)
+        return ACCEPTED
+
+    def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
+        if body.mode is Mode.MANUAL:
+            self._vehicle.take_sticks(sender, now_us)
+        return self._enter(body.mode)
+
+    def _enter(self, mode: Mode) -> Reply:
+        """Change mode; a plan that would leave the fence is not sailed."""
+        vehicle = self._vehicle
+        refusal = start_refusal(vehicle) if mode is Mode.AUTO else ""
+        begins = mode is Mode.AUTO and vehicle.mission.state not in (PlanState.PAUSED, PlanState.ACTIVE)
+        refusal = refusal or vehicle.navigator.enter(mode, vehicle.state)
+        if begins and not refusal:
+            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+        return _reply(refusal)
+
+    def start_plan(self, body: StartPlan, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        if not vehicle.armed:
+            return Reply(Result.REJECTED_NOW, "not armed")
+        first = body.first if body.first else (0 if vehicle.navigator.mode is not Mode.AUTO else None)
+        refusal = start_refusal(vehicle, first)
+        if not refusal and vehicle.navigator.mode is not Mode.AUTO:
+            refusal = vehicle.navigator.enter(Mode.AUTO, vehicle.state)
+        refusal = refusal or vehicle.mission.start(first, body.last)
+        if first is not None and not refusal:
+            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+        return _reply(refusal)
+
+    def pause(self, body: PausePlan, sender: int, now_us: int) -> Reply:
+        return self._enter(Mode.HOLD if body.pause else Mode.AUTO)
+
+    def set_current(self, body: SetCurrent, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        if vehicle.navigator.mode is Mode.AUTO and vehicle.mission.state is PlanState.ACTIVE:
+            far = vehicle.reach_refusal(body.seq, under_way=True)
+            if far:
+                return Reply(Result.REJECTED_NOW, far)
+        return _reply(vehicle.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
+
+    def reposition(self, body: Reposition, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        if not body.change_mode and vehicle.navigator.mode is not Mode.GUIDED:
+            return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
+        return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.reposition(body, vehicle.state))
+
+    def orbit(self, body: Orbit, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
+        return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.orbit(body, vehicle.state))
+
+    def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
+        speed = body.speed_mps
+        if speed is None and body.throttle is not None:
+            speed = throttle_to_speed(self._vehicle.vessel, body.throttle)
+        refusal = _speed_refusal(self._vehicle, speed)
+        if refusal:
+            return Reply(Result.DENIED, refusal)
+        self._vehicle.navigator.set_speed(speed)
+        return ACCEPTED
+
+    def guided_heading(self, body: GuidedHeading, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        speed = body.speed_mps
+        if speed is None and body.throttle is not None:
+            speed = throttle_to_speed(vehicle.vessel, body.throttle)
+        if speed is None:
+            speed = vehicle.navigator.speed_mps
+        top_mps = top_speed_mps(vehicle.vessel)
+        if body.stream:
+            speed = clamp(speed, -top_mps, top_mps)
+        refusal = _speed_refusal(vehicle, abs(speed) or None)
+        if refusal:
+            return Reply(Result.DENIED, refusal)
+        return _reply(vehicle.navigator.steer(body, speed, vehicle.state, now_us))
+
+    def guided_target(self, body: GuidedTarget, sender: int, now_us: int) -> Reply:
+        vehicle = self._vehicle
+        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
+        return (
+            _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.target(body, vehicle.state, now_us))
+        )
+
+    def manual(self, body: ManualInput, sender: int, now_us: int) -> Reply:
+        owner = self._vehicle.manual_owner(sender, now_us)
+        if owner != sender:
+            return Reply(Result.DENIED, f"ground station {owner} has the sticks")
+        self._vehicle.navigator.sticks(body, now_us)
+        return ACCEPTED
+
+    def set_home(self, body: SetHomePosition, sender: int, now_us: int) -> Reply:
+        return _reply(self._vehicle.set_home(body.lat_rad, body.lon_rad))
+
+    def terminate(self, body: Terminate, sender: int, now_us: int) -> Reply:
+        self._vehicle.terminate("terminated by the operator")
+        return ACCEPTED
+
+    def fence(self, body: EnableFence, sender: int, now_us: int) -> Reply:
+        return _reply(self._vehicle.enable_fence(body.enable))
+
+    def distance(self, body: DistanceInput, sender: int, now_us: int) -> Reply:
+        self._vehicle.depth_input(body, now_us)
+        return ACCEPTED
+
+    def prearm(self, body: RunPrearmChecks, sender: int, now_us: int) -> Reply:
+        for reason in prearm_reasons(self._vehicle, now_us):
+            self._vehicle.say(Severity.WARNING, f"PreArm: {reason}")
+        return ACCEPTED
+
+    def unlock(self, body: UnlockGuard, sender: int, now_us: int) -> Reply:
+        if self._vehicle.guard_state is not GuardState.LOCKED:
+            return Reply(Result.DENIED, "the depth guard is not locked")
+        self._vehicle.unlock_guard()
+        return ACCEPTED
+
+
+_METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
+    Arm: Orders.arm,
+    SetMode: Orders.set_mode,
+    StartPlan: Orders.start_plan,
+    PausePlan: Orders.pause,
+    SetCurrent: Orders.set_current,
+    Reposition: Orders.reposition,
+    Orbit: Orders.orbit,
+    SetSpeed: Orders.set_speed,
+    GuidedHeading: Orders.guided_heading,
+    GuidedTarget: Orders.guided_target,
+    ManualInput: Orders.manual,
+    SetHomePosition: Orders.set_home,
+    Terminate: Orders.terminate,
+    EnableFence: Orders.fence,
+    DistanceInput: Orders.distance,
+    RunPrearmChecks: Orders.prearm,
+    UnlockGuard: Orders.unlock,
+}

@@ -1,0 +1,191 @@
+"""How far away a plan lies: a plan of another place is not sailed by mistake.
+
+Looked at when Auto is started, and when a plan is loaded (then it is only told); never when arming, by hand, for Hold, a go-to or
+the way home. The item to be sailed lies within one distance, and no leg is longer than another; an item that is nearer home
+than the vessel is a way back and always near enough. A person may insist: ``PLAN_FAR_OK`` set to the number that the text names,
+over any link; it belongs to that one plan. Source: PX4's MIS_DIST_1WP (mission feasibility), whose limit is a switch for all plans.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, inverse
+from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, LoiterKind, Maneuver, PlanSpecification
+
+from .mission import MissionConfig, Point
+
+PLAN_NUMBERS: Final = 999_983
+"""A prime below a million: a number of six digits crosses as REAL32 exactly, and is read out over a voice radio."""
+
+
+FAR_OK: Final = "PLAN_FAR_OK"
+
+
+def plan_number(plan_id: int) -> int:
+    """Return the number by which a person names a plan: 1...999983, 0 for no plan."""
+    return plan_id % PLAN_NUMBERS + 1 if plan_id else 0
+
+
+@dataclass(frozen=True, slots=True)
+class TooFar:
+    """What lies farther than it may."""
+
+    what: str
+    distance_m: float
+    parameter: str
+    limit_m: float
+
+    def text(self, number: int) -> str:
+        """One sentence; what lets the plan sail comes first, because a radio cuts a text off."""
+        mend = f"{FAR_OK}={number} accepts it: " if number else ""
+        return f"Plan too far; {mend}{self.words}"
+
+    @property
+    def words(self) -> str:
+        """What it is, with both numbers."""
+        return f"{self.what} {_shown(self.distance_m)}, limit {_shown(self.limit_m)} ({self.parameter})"
+
+
+class PlanReach:
+    """Holds the plan in force against the two distances."""
+
+    def __init__(self, config: MissionConfig) -> None:
+        self.config = config
+        self.number = 0
+        """The number of the plan in force; 0 = none, or not known yet."""
+        self._plan = PlanSpecification()
+        self._legs: tuple[tuple[int, TooFar], ...] = ()
+        self._seen: PlanSpecification | None = None
+        self._begun: tuple[Sequence[Maneuver], Point] | None = None
+
+    @property
+    def accepted(self) -> bool:
+        return self.config.far_plan != 0 and self.config.far_plan == self.number
+
+    def is_new(self, plan: PlanSpecification, number: int, state: EstimatedState) -> bool:
+        """Whether a plan was loaded that has not been looked at from a known place; then it counts as looked at."""
+        self.number = number
+        if plan is self._seen or not state.position_valid:
+            return False
+        self._seen = plan
+        return True
+
+    def refusal(
+        self,
+        plan: PlanSpecification,
+        first: int,
+        state: EstimatedState,
+        home: Point | None,
+        *,
+        goes_on: bool = False,
+        under_way: bool = False,
+    ) -> str:
+        """Return why a plan is not sailed from item ``first`` on, or an empty string.
+
+        ``goes_on``: it was begun and stopped at this item, so its leg may be joined where the vessel is. ``under_way``: it is
+        being sailed, so the next item may be as far as any leg is long.
+        """
+        if self.accepted or state.lat_rad is None or state.lon_rad is None:
+            return ""
+        here = state.lat_rad, state.lon_rad
+        found = self._first(plan.maneuvers, first, here, home, goes_on=goes_on, under_way=under_way)
+        if found is None:
+            back = min((item.target_seq for item in plan.maneuvers[first:] if isinstance(item, Jump)), default=first)
+            found = next((leg for seq, leg in self._long_legs(plan) if seq > min(first, back)), None)
+        return "" if found is None else found.text(self.number)
+
+    def begin(self, plan: PlanSpecification, state: EstimatedState) -> None:
+        """A plan was started here."""
+        if state.lat_rad is not None and state.lon_rad is not None:
+            self._begun = plan.maneuvers, (state.lat_rad, state.lon_rad)
+
+    def _first(
+        self,
+        items: Sequence[Maneuver],
+        first: int,
+        here: Point,
+        home: Point | None,
+        *,
+        goes_on: bool,
+        under_way: bool,
+    ) -> TooFar | None:
+        item = next((item for item in items[first:] if isinstance(item, Goto | Loiter)), None)
+        if item is None:
+            return None
+        distance_m = _away_m(item, here)
+        config = self.config
+        name, limit_m = "MIS_DIST_1WP", config.first_distance_m
+        if under_way and config.leg_distance_m > limit_m:
+            name, limit_m = "MIS_DIST_WPS", config.leg_distance_m
+        if distance_m <= limit_m or (home is not None and _is_nearer(home, item, here)):
+            return None
+        before = self._before(items, first) if goes_on else None
+        if before is not None and _off_leg_m(here, before, item) <= limit_m:
+            return None
+        return TooFar(f"item {item.seq} is away", distance_m, name, limit_m)
+
+    def _before(self, items: Sequence[Maneuver], first: int) -> Point | None:
+        """Where the leg to an item began: the item before it, or for the first one the place of the start."""
+        for item in reversed(items[:first]):
+            if isinstance(item, Goto | Loiter):
+                return item.lat_rad, item.lon_rad
+        return self._begun[1] if self._begun is not None and self._begun[0] is items else None
+
+    def _long_legs(self, plan: PlanSpecification) -> tuple[tuple[int, TooFar], ...]:
+        """Every leg that is too long, with the item that it leads to; worked out once for a plan."""
+        limit_m = self.config.leg_distance_m
+        if plan is not self._plan or any(leg.limit_m != limit_m for _, leg in self._legs):
+            self._plan, self._legs = plan, tuple(long_legs(plan.maneuvers, limit_m))
+        return self._legs
+
+    def configure(self, config: MissionConfig) -> None:
+        if config.leg_distance_m != self.config.leg_distance_m:
+            self._plan = PlanSpecification()
+        self.config = config
+
+
+def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, TooFar]]:
+    """Yield each leg that is longer than ``limit_m``, with the number of the item that it leads to; jumps back count."""
+    last: Point | None = None
+    for item in items:
+        found = item
+        if isinstance(item, Jump):
+            ahead = (other for other in items[item.target_seq :] if isinstance(other, Goto | Loiter))
+            found = next(ahead, item)
+        if not isinstance(found, Goto | Loiter):
+            continue
+        if last is not None and at_most_m(*last, found.lat_rad, found.lon_rad) > limit_m:
+            length_m = inverse(*last, found.lat_rad, found.lon_rad)[0]
+            if length_m > limit_m:
+                yield item.seq, TooFar(f"leg to item {found.seq} is", length_m, "MIS_DIST_WPS", limit_m)
+        if found is item:
+            last = item.lat_rad, item.lon_rad
+
+
+def _away_m(item: Goto | Loiter, here: Point) -> float:
+    """How far a waypoint, or a circle's line, is away."""
+    distance_m = inverse(*here, item.lat_rad, item.lon_rad)[0]
+    if isinstance(item, Loiter) and item.kind is LoiterKind.CIRCULAR:
+        return abs(distance_m - abs(item.radius_m or 0.0))
+    return distance_m
+
+
+def _is_nearer(home: Point, item: Goto | Loiter, here: Point) -> bool:
+    return inverse(*home, item.lat_rad, item.lon_rad)[0] < inverse(*home, *here)[0]
+
+
+def _off_leg_m(here: Point, begin: Point, item: Goto | Loiter) -> float:
+    """How far the vessel is from the way between two places, m."""
+    frame = LocalFrame(*here)
+    (x1, y1), (x2, y2) = frame.to_local(*begin), frame.to_local(item.lat_rad, item.lon_rad)
+    length2 = (x2 - x1) * (x2 - x1) + (y2 - y1) * (y2 - y1)
+    share = 0.0 if length2 == 0.0 else min(max(-(x1 * (x2 - x1) + y1 * (y2 - y1)) / length2, 0.0), 1.0)
+    return math.hypot(x1 + share * (x2 - x1), y1 + share * (y2 - y1))
+
+
+def _shown(distance_m: float) -> str:
+    return f"{distance_m:.0f} m" if distance_m < 10_000.0 else f"{distance_m / 1000.0:.0f} km"

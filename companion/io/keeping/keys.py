@@ -1,0 +1,75 @@
+"""Key files: 32 raw bytes, readable by their owner only. A key that others may read is no key, nor is one of zeros."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+from typing import Final
+
+from ..log_file import sync_folder
+
+KEY_BYTES: Final = 32
+
+
+class KeyFileError(ValueError):
+    """A key file that cannot be used; the text says how to mend it."""
+
+
+def read_key(path: Path) -> bytes:
+    """Read a key. Raises KeyFileError when it is missing, has the wrong length, is all zeros, or is readable by others."""
+    try:
+        with path.open("rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            key = file.read(KEY_BYTES + 1)
+    except OSError as error:
+        raise KeyFileError(
+            f"{path}: {error.strerror or error}; make a key with 'companion keys make {path}', or copy the other side's"
+        ) from error
+    if len(key) != KEY_BYTES:
+        found = f"{len(key)} bytes" if len(key) < KEY_BYTES else f"more than {KEY_BYTES} bytes"
+        raise KeyFileError(f"{path}: {found}; a key has exactly {KEY_BYTES}. Copy the file again, or make a new one")
+    if not any(key):
+        raise KeyFileError(
+            f"{path}: a key of zeros, which anybody can guess; make a new one with 'companion keys make'"
+        )
+    if mode & 0o077:
+        raise KeyFileError(f"{path}: others on this computer may read it; chmod 600 {path}")
+    return key
+
+
+def write_key(path: Path, key: bytes, *, replace: bool = False) -> None:
+    """Write a key so that nobody else can ever read it, whole or not at all. Raises KeyFileError."""
+    if len(key) != KEY_BYTES:
+        raise KeyFileError(f"a key has {KEY_BYTES} bytes, not {len(key)}")
+    if not any(key):
+        raise KeyFileError("a key of zeros, which anybody can guess, is not stored")
+    if path.exists() and not replace:
+        raise KeyFileError(
+            f"{path}: there is a file already; give another name, or --replace (both sides need the new key)"
+        )
+    temporary = path.with_name(f".{path.name}.new")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            temporary.unlink()
+        fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(fd, "wb") as file:
+            file.write(key)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        raise KeyFileError(f"{path}: {error.strerror or error}; choose a folder that can be written") from error
+
+
+def from_passphrase(passphrase: str) -> bytes:
+    """The key that ground stations make of a passphrase: its SHA-256 (as Mission Planner and MAVProxy do)."""
+    return hashlib.sha256(passphrase.encode("utf-8")).digest()
+
+
+def fingerprint(key: bytes) -> str:
+    """Eight characters by which people can compare two copies without showing the key."""
+    return hashlib.sha256(b"fingerprint" + key).hexdigest()[:8]

@@ -1,0 +1,313 @@
+"""Configuration: one TOML file plus explicit ``--set key=value``, checked whole before anything opens.
+
+The models of the parts are put together here; ``load`` reads, merges, validates and reports every mistake at once,
+each with its key, its value and the mend. No environment variables, no merging from hidden places.
+"""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Callable, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final, Literal, TypeVar
+
+from pydantic import BaseModel, Field, ValidationError, field_validator
+from pydantic_core import ErrorDetails
+
+import config as shipped
+
+from ..core.board import ActuatorConfig
+from ..core.config import Config
+from ..core.hull import VesselConfig
+from ..core.nmea import NmeaConfig
+from ..core.vehicle import VehicleConfig
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class ConfigError(Exception):
+    """Every mistake of a configuration, one line each: key, value, mend."""
+
+    def __init__(self, source: str, mistakes: Sequence[str]) -> None:
+        super().__init__(f"{source}: " + "; ".join(mistakes))
+        self.source = source
+        self.mistakes = tuple(mistakes)
+
+
+class SystemConfig(Config):
+    """Who the vessel is on MAVLink, and how fast it thinks."""
+
+    name: str = Field("usv", max_length=16)
+    """Shown to people."""
+    system_id: int = Field(1, ge=1, le=250)
+    tick_hz: int = Field(20, ge=10, le=50)
+    """Control and actuator refresh rate."""
+    entity_label: str = ""
+    """The seed's Entity Label: labels the log."""
+
+
+class SensorConfig(Config):
+    """One NMEA link. The seed's spellings of a device are accepted."""
+
+    name: str = "nmea"
+    url: str = "tcp://127.0.0.1:3000"
+    """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'."""
+    baud: int | None = None
+    """For a bare device path."""
+    nmea: NmeaConfig = NmeaConfig()
+
+
+class ActuatorLinkConfig(Config):
+    """The actuator board: its link, and its protocol and channels."""
+
+    url: str = "serial:/dev/ttyACM0?baud=115200"
+    baud: int | None = None
+    board: ActuatorConfig = ActuatorConfig()
+
+
+class EndpointSettings(Config):
+    """One link to ground stations."""
+
+    name: str
+    url: str
+    persona: Literal["ardurover", "generic"] = "ardurover"
+    link_class: Literal["trusted", "signed", "telemetry"] = "trusted"
+    profile: Literal["lan", "lora", "high_latency"] = "lan"
+    budget_bytes_per_s: int | None = Field(None, ge=10)
+    """Cap of what goes out; None = the profile's own."""
+    insecure: bool = False
+    """Needed to serve other machines without signing; puts up a standing warning."""
+
+
+class RadioSettings(Config):
+    """The vessel's radio port (LoRa)."""
+
+    url: str = ""
+    """Empty: no radio."""
+    protocol: Literal["mavlink", "json", "compact"] = "mavlink"
+    profile: str = "o-10"
+    """Name of a file in config/radio, or a path."""
+    key_file: str = ""
+    """32-byte key of the compact link; made by 'companion keys'."""
+
+
+class RecordConfig(Config):
+    """What a run leaves behind."""
+
+    directory: str = "runs"
+    enabled: bool = True
+    max_mb: int = Field(512, ge=8)
+    """Total size of one run's files; the oldest pieces go first."""
+    free_floor_mb: int = Field(200, ge=0)
+    """Logging stops while the disk has less room than this."""
+    make_room: bool = True
+    """At its start `companion run` deletes the oldest runs (never the newest 3) until a whole new one has room above `free_floor_mb`."""
+
+
+class SecurityConfig(Config):
+    """Signing of MAVLink."""
+
+    key_file: str = ""
+    """32-byte key of all links with link_class = "signed"; made by 'companion keys make'. Empty = no signing."""
+
+
+class Settings(VehicleConfig):
+    """The whole configuration of a vessel."""
+
+    system: SystemConfig = SystemConfig()
+    vessel: str = "otter"
+    """Name of a file in config/vessels, or a path."""
+    sensors: tuple[SensorConfig, ...] = (SensorConfig(),)
+    actuators: ActuatorLinkConfig = ActuatorLinkConfig()
+    endpoints: tuple[EndpointSettings, ...] = ()
+    radio: RadioSettings = RadioSettings()
+    plotter: str = ""
+    """Where good NMEA sentences are sent on for a plotter: udp://host:10110, tcp-listen://:10110; empty = nowhere."""
+    store: str = "state/companion.db"
+    """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
+    record: RecordConfig = RecordConfig()
+    security: SecurityConfig = SecurityConfig()
+
+    @field_validator("sensors", "endpoints")
+    @classmethod
+    def _unique_names(cls, value: tuple[Any, ...]) -> tuple[Any, ...]:
+        names = [item.name for item in value]
+        double = sorted({name for name in names if names.count(name) > 1})
+        if double:
+            raise ValueError(f"names must differ: {', '.join(double)} appears twice")
+        return value
+
+
+def load(
+    path: Path | None,
+    overrides: Sequence[str] = (),
+    model: type[Model] = Settings,  # type: ignore[assignment]
+    *,
+    further: Callable[[Model], list[str]] = lambda settings: [],
+) -> Model:
+    """Read a TOML file (None: defaults only), apply ``key=value`` overrides and validate.
+
+    ``further`` finds what is wrong with settings of which each value is right. Raises ConfigError with every mistake.
+    """
+    source = str(path) if path else "defaults"
+    data = _read(path) if path else {}
+    mistakes = [mistake for item in overrides if (mistake := override(data, item))]
+    try:
+        settings = model.model_validate(data)
+        mistakes += further(settings)
+    except ValidationError as error:
+        wrong = error.errors()
+        mistakes += [*map(explain, wrong), *_beside(wrong, data, model, further)]
+    if mistakes:
+        raise ConfigError(source, mistakes)
+    return settings
+
+
+def _beside(
+    wrong: Sequence[ErrorDetails], data: dict[str, Any], model: type[Model], further: Callable[[Model], list[str]]
+) -> list[str]:
+    """What ``further`` finds beside values that validation refused: their defaults stand for them, and are not judged."""
+    rest = copy.deepcopy(data)
+    for item in wrong:
+        _leave_out(rest, item["loc"])
+    try:
+        found = further(model.model_validate(rest))
+    except ValidationError:
+        return []
+    refused = tuple(".".join(map(str, item["loc"][:2])) for item in wrong)
+    return [mistake for mistake in found if not mistake.startswith(refused)]
+
+
+def _leave_out(data: Any, where: Sequence[int | str]) -> None:
+    """Take a value out of configuration data. One in the list itself stays, because keys count what comes before."""
+    for step in where[:-1]:
+        try:
+            data = data[step]
+        except (LookupError, TypeError):
+            return
+    if isinstance(data, dict):
+        data.pop(where[-1], None)
+
+
+def load_vessel(name: str) -> VesselConfig:
+    """Read a vessel file by its shipped name or by path. Raises ConfigError."""
+    return _named(name, "vessels", "vessel", VesselConfig)
+
+
+def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
+    path = Path(name) if name.endswith(".toml") else shipped.path(folder, f"{name}.toml")
+    if not path.is_file():
+        known = ", ".join(sorted(item.stem for item in shipped.path(folder).glob("*.toml")))
+        raise ConfigError(key, [f"{key} = {name!r}: no such file; shipped: {known}; or give a path to a .toml file"])
+    return load(path, model=model)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise ConfigError(str(path), ["no such file"]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(str(path), [unreadable(error)]) from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
+    folder = str(path.resolve().parent)
+    return {key: _placed(value, folder) for key, value in data.items()}
+
+
+def unreadable(error: Exception) -> str:
+    """Why a file of text cannot be read, without the computer's numbers."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"holds no UTF-8 text: byte {error.object[error.start]:#04x} at {error.start}"
+    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+
+
+def _placed(value: Any, folder: str) -> Any:
+    """Return the value with CONFIG_DIR in every text replaced by the file's folder."""
+    if isinstance(value, str):
+        return value.replace("CONFIG_DIR", folder)
+    if isinstance(value, dict):
+        return {key: _placed(item, folder) for key, item in value.items()}
+    return [_placed(item, folder) for item in value] if isinstance(value, list) else value
+
+
+def override(data: dict[str, Any], item: str) -> str:
+    """Put one ``key=value`` into configuration data; return the mistake, or nothing."""
+    key, equals, text = item.partition("=")
+    if not equals or not key.strip():
+        return f"--set {item}: write it as key=value, e.g. --set depth.enabled=false"
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text
+    *tables, last = key.strip().split(".")
+    place: Any = data
+    for depth, table in enumerate(tables):
+        if isinstance(place, dict):
+            place.setdefault(table, {})
+        problem = _no_place(place, table, ".".join(tables[:depth]))
+        if problem:
+            return f"--set {item}: {problem}"
+        place = place[table if isinstance(place, dict) else int(table)]
+    problem = _no_place(place, last, ".".join(tables))
+    if not problem:
+        place[last if isinstance(place, dict) else int(last)] = value
+    return problem and f"--set {item}: {problem}"
+
+
+def _no_place(place: Any, name: str, where: str) -> str:
+    """Why configuration data has no place of a name; nothing when it has, or can get, one."""
+    if isinstance(place, dict):
+        return ""
+    if not isinstance(place, list):
+        return f"{where} is a value, not a table; leave out .{name}"
+    if not name.isdecimal() or int(name) >= len(place):
+        return f"{where} has {len(place)} entries, counted from 0; {name} is none of them: add it to the file"
+    return ""
+
+
+_WANTED: Final = {
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "must be a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing", "finite_number"), "must be a number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false"),
+    "string_type": "must be a text, in quotes",
+    "path_type": "must be a path, in quotes",
+}
+"""What should stand where a value of another kind stands, by pydantic's name of the error."""
+
+
+def explain(error: Any) -> str:
+    """Turn one pydantic error into 'key = value: what to do'."""
+    key = ".".join(str(part) for part in error["loc"]) or "file"
+    kind, message = error["type"], error["msg"].removeprefix("Value error, ")
+    if kind == "extra_forbidden":
+        return f"{key}: no such key; remove it or check the spelling"
+    if kind == "missing":
+        return f"{key}: missing; add it"
+    value = error.get("input")
+    wanted = _WANTED.get(kind) or _in_names(value, error.get("ctx", {})) or f"{message[:1].lower()}{message[1:]}"
+    return f"{key} = {_shown(value)}: {wanted}"
+
+
+def _shown(value: Any) -> str:
+    """A value as it would stand in the file; of what is long only its kind."""
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str | int | float):
+        return repr(value)
+    return {dict: "a table", list: "a list", tuple: "a list", type(None): "nothing"}.get(type(value), str(value))
+
+
+def _in_names(value: Any, limits: dict[str, Any]) -> str:
+    """The range of a value that has a name, in names."""
+    if isinstance(value, Enum):
+        for limit, words in (("ge", "at least"), ("le", "at most")):
+            if limit in limits:
+                return f"must be {words} {type(value)(limits[limit]).name.lower()}"
+    return ""

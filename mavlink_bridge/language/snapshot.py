@@ -1,0 +1,140 @@
+"""What the vessel shows of itself: one immutable picture per tick, read by every endpoint and by the recorder."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from .messages import (
+    Action,
+    ActuatorDemand,
+    ActuatorOutput,
+    ActuatorStatus,
+    Desired,
+    Distance,
+    EstimatedState,
+    EulerAngles,
+    GpsFix,
+    GuardState,
+    LogText,
+    Mode,
+    PathControlState,
+    PlanState,
+    SupplyVoltage,
+)
+from .value import value
+
+
+@value
+class LinkHealth:
+    """One link's state as shown to the operator."""
+
+    name: str
+    kind: str
+    is_open: bool
+    peers: int = 0
+    bytes_in: int = 0
+    bytes_out: int = 0
+    bad_frames: int = 0
+    last_rx_age_s: float | None = None
+    text: str = ""
+
+
+@value
+class Progress:
+    """Where the plan stands. ``seq`` counts canonical items from 0; personas shift it."""
+
+    state: PlanState = PlanState.NO_MISSION
+    seq: int = 0
+    total: int = 0
+    mission_id: int = 0
+    fence_id: int = 0
+    rally_id: int = 0
+    reached: tuple[int, ...] = ()
+    """Items reached in this tick."""
+
+
+@value
+class Health:
+    """Truth behind the SYS_STATUS bits. None = no such part is fitted."""
+
+    gps: bool = False
+    heading: bool = False
+    attitude: bool = False
+    depth: bool | None = None
+    actuators: bool = False
+    battery: bool | None = None
+    logging: bool = True
+    fence_ok: bool = True
+    fence_enabled: bool = False
+    prearm_ok: bool = False
+    prearm_reasons: tuple[str, ...] = ()
+
+
+@value
+class FenceStatus:
+    """FENCE_STATUS."""
+
+    breached: bool = False
+    breach_count: int = 0
+    breach_type: int = 0
+    breach_t_us: int = 0
+    distance_m: float | None = None
+    """To the nearest edge, positive inside."""
+
+
+@value
+class ControlTrace:
+    """Why the actuators got what they got: the parcels of both loops, for control.csv and the log."""
+
+    heading_error_rad: float | None = None
+    heading_p: float = 0.0
+    heading_i: float = 0.0
+    heading_d: float = 0.0
+    speed_error_mps: float | None = None
+    speed_p: float = 0.0
+    speed_i: float = 0.0
+    speed_d: float = 0.0
+    psi_ref_rad: float | None = None
+    speed_ref_mps: float | None = None
+
+
+@value
+class Snapshot:
+    """The vessel at the end of a tick."""
+
+    t_us: int
+    tick: int
+    state: EstimatedState
+    mode: Mode
+    armed: bool
+    output: ActuatorOutput
+    demand: ActuatorDemand | None = None
+    desired: Desired | None = None
+    path: PathControlState = field(default_factory=PathControlState)
+    trace: ControlTrace = field(default_factory=ControlTrace)
+    progress: Progress = field(default_factory=Progress)
+    fix: GpsFix | None = None
+    attitude: EulerAngles | None = None
+    distance: Distance | None = None
+    altitude_raw_m: float | None = None
+    altitude_limit_m: float | None = None
+    guard: GuardState = GuardState.UNKNOWN
+    action: Action = Action.NONE
+    causes: tuple[str, ...] = ()
+    """Names of the failsafe conditions that are active."""
+    health: Health = field(default_factory=Health)
+    fence: FenceStatus = field(default_factory=FenceStatus)
+    supply: SupplyVoltage | None = None
+    actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
+    commanded_us: tuple[int, int, int, int] | None = None
+    home_lat_rad: float | None = None
+    home_lon_rad: float | None = None
+    utc_us: int | None = None
+    texts: tuple[LogText, ...] = ()
+    """Texts of this tick."""
+    links: tuple[LinkHealth, ...] = ()
+    throttle: float = 0.0
+    """Mean forward thrust, -1...1."""
+    terminated: bool = False
+    load: float = 0.0
+    """Share of the tick period that the last tick took, 0...1; 0 in virtual time."""

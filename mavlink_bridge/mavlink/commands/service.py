@@ -1,0 +1,238 @@
+"""The command protocol: every command is carried out and answered, with the reason when it is refused. ACCEPTED means done.
+
+Stations repeat what was not answered, with and without counting the confirmation field up (gcs.md §1.2), and people press
+again what did not help; both look the same. What makes the boat stop is therefore carried out each time it comes. Any other
+command is answered from memory for 3 s after its answer, and so not carried out twice, but only while its answer is still
+true. When another station, another link, a failsafe or the vessel itself has changed mode or arming meanwhile, a copy is
+refused with the reason: a station that lost our answer does not start the boat a second time after somebody stopped it. An
+operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender. A copy that
+another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A command
+that was refused had no effect: asked again after 0.3 s it is judged anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from ...language.messages import Mode
+from ...language.requests import Aim, Reply, RequestBody, Result
+from ..wire.codec import dialect
+from .command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
+from .table import MEANINGS, Context
+
+COPY_US: Final = 3_000_000
+RETRY_US: Final = 1_000_000
+REJUDGE_US: Final = 300_000
+SEEN_US: Final = 1_000_000
+"""So long what a command brings may take to show, as over a radio."""
+LATE_US: Final = 500_000
+"""What is numbered before a command so much younger is a late copy. Later the number says nothing: it goes round in 1.3 s at
+100 messages a second, and begins anew with each program that a station starts."""
+PROGRESS_AFTER_US: Final = 300_000
+PROGRESS_EVERY_US: Final = 800_000
+NO_PROGRESS: Final = frozenset((176, 300))
+"""DO_SET_MODE and MISSION_START: MAVSDK 4.1's start_mission takes IN_PROGRESS for the final answer and ends its process at the real one."""
+_QGC: Final = 255
+"""QGroundControl's system id: it waits 1.2 s, and longer only after IN_PROGRESS."""
+MAX_REMEMBERED: Final = 64
+
+_RESULT: Final = {
+    Result.ACCEPTED: ACCEPTED,
+    Result.REJECTED_NOW: REJECTED_NOW,
+    Result.DENIED: DENIED,
+    Result.UNSUPPORTED: UNSUPPORTED,
+    Result.FAILED: FAILED,
+}
+_NO_AIM: Final[Aim] = (None, None)
+_UNDONE: Final = "overruled since: send it again in 3 s to insist"
+
+
+@dataclass(slots=True)
+class _Case:
+    """One command and what became of it."""
+
+    command: Command
+    taken_us: int
+    sequence: int
+    order: int
+    """Counts the commands that were taken up."""
+    body: RequestBody | None = None
+    result: int | None = None
+    answered_us: int = 0
+    seen: bool = False
+    """Whether the vessel has been in the state that this command brings, since its answer."""
+    request_id: int | None = None
+    progress_due_us: int = 0
+    give_up_us: int = 0
+
+    @property
+    def aim(self) -> Aim:
+        """What it brings, as far as it is understood."""
+        return _NO_AIM if self.body is None else self.body.nature.aim
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What follows from one message: acknowledgements, and what to ask of the vessel."""
+
+    messages: list[Any]
+    body: RequestBody | None = None
+    reason: str = ""
+    """Why it was refused, for the operator."""
+    case: Any = None
+
+
+class CommandServer:
+    """The vehicle commands of one endpoint."""
+
+    def __init__(self, give_up_s: float) -> None:
+        self._give_up_us = round(give_up_s * 1e6)
+        self._cases: list[_Case] = []
+        self._unseen: list[_Case] = []
+        self._state: tuple[Mode, bool] | None = None
+        self._order = 0
+        self.waiting = 0
+        """How many commands have no final answer yet."""
+        self.copies = 0
+
+    def see(self, mode: Mode, armed: bool, now_us: int) -> None:
+        """Take note of the vessel's state after a tick."""
+        self._state = mode, armed
+        if self._unseen:
+            for case in self._unseen:
+                case.seen = _holds(case.aim, self._state)
+            self._unseen = [case for case in self._unseen if not case.seen and now_us - case.answered_us < SEEN_US]
+
+    def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> Outcome | None:
+        """Answer a copy of a command that was taken up before; None for one that is to be carried out.
+
+        ``confirmation``: above 0 the station itself says that it repeats; what makes the boat stop is obeyed even so.
+        """
+        self._cases = [case for case in self._cases if case.result is None or now_us - case.answered_us < COPY_US]
+        case = next((case for case in reversed(self._cases) if case.command == command), None)
+        if case is None:
+            return None
+        if case.result is None:
+            self.copies += 1
+            return Outcome([ack(command, IN_PROGRESS)] if _bears_progress(command) else [])
+        later = [other for other in self._cases if other.order > case.order]
+        if self._is_new(case, later, sequence, now_us, is_repeat=confirmation > 0):
+            return None
+        self.copies += 1
+        if case.result == ACCEPTED and self._is_undone(case, later, now_us):
+            return Outcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
+        return Outcome([ack(command, case.result)])
+
+    def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
+        own = [other for other in later if other.command.sender == case.command.sender]
+        ahead = any((sequence - other.sequence) & 0xFF >= 0x80 and now_us - other.taken_us < LATE_US for other in own)
+        if case.result != ACCEPTED:
+            return not ahead and now_us - case.answered_us >= REJUDGE_US
+        if case.body is not None and case.body.nature.stops:
+            return not ahead
+        if ahead or is_repeat:
+            return False
+        if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):
+            return True
+        return bool(own) and case.aim == _NO_AIM and now_us - case.answered_us >= RETRY_US
+
+    def _is_undone(self, case: _Case, later: list[_Case], now_us: int) -> bool:
+        """Whether ACCEPTED would be an untruth by now: somebody else, or the vessel itself, decided otherwise since."""
+        alike = [other for other in later if type(other.body) is type(case.body) and other.result == ACCEPTED]
+        if case.body is not None and alike and alike[-1].body != case.body:
+            return True
+        shows = case.seen or now_us - case.answered_us >= SEEN_US
+        return shows and self._state is not None and not _holds(case.aim, self._state)
+
+    def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> Outcome:
+        """Understand a new vehicle command: what to ask of the vessel, or the answer at once."""
+        case = self._open(command, sequence, now_us)
+        try:
+            meaning = MEANINGS.get(command.id)
+            if meaning is None:
+                raise Refused(UNSUPPORTED, "")
+            body = meaning(command, context)
+        except Refused as refusal:
+            self._close(case, refusal.result, now_us)
+            return Outcome([ack(command, refusal.result)], reason=refusal.reason)
+        case.body = body
+        if body is None:
+            self._close(case, ACCEPTED, now_us)
+            return Outcome([ack(command, ACCEPTED)])
+        return Outcome([], body, case=case)
+
+    def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
+        """Record the answer to a command that the endpoint itself carried out."""
+        self._close(self._open(command, sequence, now_us), result, now_us)
+        return [ack(command, result)]
+
+    def _open(self, command: Command, sequence: int, now_us: int) -> _Case:
+        self._order += 1
+        case = _Case(command, now_us, sequence, self._order, give_up_us=now_us + self._give_up_us)
+        case.progress_due_us = now_us + PROGRESS_AFTER_US
+        self._cases.append(case)
+        self.waiting += 1
+        if len(self._cases) > MAX_REMEMBERED:
+            self._close(self._cases.pop(0), FAILED, now_us)
+        return case
+
+    def _close(self, case: _Case, result: int, now_us: int) -> None:
+        if case.result is None:
+            case.result, case.answered_us = result, now_us
+            self.waiting -= 1
+            if result == ACCEPTED and case.aim != _NO_AIM:
+                self._unseen.append(case)
+
+    @staticmethod
+    def asked(case: Any, request_id: int) -> None:
+        """Remember under which number the vessel was asked."""
+        case.request_id = request_id
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> Outcome | None:
+        """The vessel's answer; None for a request that was not a command."""
+        case = next((case for case in self._cases if case.request_id == request_id and case.result is None), None)
+        if case is None:
+            return None
+        result = _RESULT[reply.result]
+        self._close(case, result, now_us)
+        return Outcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
+
+    def poll(self, now_us: int) -> list[Any]:
+        """Say IN_PROGRESS of commands whose answer is late, and FAILED of those whose answer never came."""
+        messages = []
+        for case in self._cases:
+            if case.result is not None or now_us < case.progress_due_us:
+                continue
+            case.progress_due_us = now_us + PROGRESS_EVERY_US
+            if now_us >= case.give_up_us:
+                self._close(case, FAILED, now_us)
+            elif not _bears_progress(case.command):
+                continue
+            messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
+        return messages
+
+
+def _holds(wanted: Aim, state: tuple[Mode, bool]) -> bool:
+    mode, armed = wanted
+    return mode in (None, state[0]) and armed in (None, state[1])
+
+
+def _contradicts(later: _Case, case: _Case) -> bool:
+    return any(a is not None and b is not None and a is not b for a, b in zip(later.aim, case.aim, strict=True))
+
+
+def _bears_progress(command: Command) -> bool:
+    return command.id not in NO_PROGRESS or command.sender[0] == _QGC
+
+
+def ack(command: Command, result: int) -> Any:
+    """COMMAND_ACK to whoever asked."""
+    return dialect.MAVLink_command_ack_message(
+        command=command.id,
+        result=result,
+        progress=255,
+        result_param2=0,
+        target_system=command.sender[0],
+        target_component=command.sender[1],
+    )

@@ -1,0 +1,285 @@
+"""What each MAV_CMD means for a boat: one small function per command, from its numbers to a request or a refusal.
+
+NaN means 'not given' everywhere; 0 does where the definition says so. A boat ignores altitudes. Source: MAVLink
+common.xml and the observed habits of the stations (gcs.md §2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from ...language import requests as ask
+from ...language.messages import LoiterDirection, LoiterKind, Mode
+from ..persona import modes
+from .command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
+
+MAX_SPEED_MPS: Final = 50.0
+MAX_RADIUS_M: Final = 10_000.0
+FORCE: Final = frozenset((21196.0, 2989.0))
+"""Param 2 of COMPONENT_ARM_DISARM that means 'whatever the checks say': common.xml's and ArduPilot's number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What the meaning of some commands depends on."""
+
+    home_item: bool
+    plan_length: int
+    plan_seq: int
+    psi_rad: float | None
+
+
+Meaning = Callable[[Command, Context], ask.RequestBody | None]
+"""None: accepted with nothing to do. Raises Refused."""
+
+
+def _speed(command: Command, number: int) -> float | None:
+    """A speed parameter: NaN, 0 and -1 leave the choice to the boat."""
+    value = command.number(number, -1.0, -1.0, MAX_SPEED_MPS)
+    if -1.0 < value < 0.0:
+        raise denied(f"speed {value:g} m/s is negative")
+    return value if value > 0.0 else None
+
+
+def _arm(command: Command, _: Context) -> ask.RequestBody:
+    value = command.params[0]
+    if value not in (0.0, 1.0):
+        raise denied("arm or disarm: parameter 1 must be 0 or 1")
+    return ask.Arm(arm=value == 1.0, force=command.given(2) in FORCE)
+
+
+def _set_mode(command: Command, _: Context) -> ask.RequestBody:
+    if not command.whole(1, 1, 0, 255) & 1:
+        raise denied("only custom modes can be set: parameter 1 needs flag 1")
+    mode = modes.from_set_mode(command.whole(2, -1, -1, 0xFFFFFFFF), command.params[2], command.params[3])
+    if mode is None:
+        raise denied(f"mode {command.params[1]:g}/{command.params[2]:g} is not one of this boat's")
+    return ask.SetMode(mode)
+
+
+def _set_standard_mode(command: Command, _: Context) -> ask.RequestBody:
+    number = command.whole(1, 0, 0, 255)
+    mode = modes.from_standard(number)
+    if mode is None:
+        raise Refused(FAILED, f"standard mode {number} is not one of this boat's")
+    return ask.SetMode(mode)
+
+
+def _return_to_launch(_: Command, __: Context) -> ask.RequestBody:
+    return ask.SetMode(Mode.RTL)
+
+
+def _loiter_unlimited(command: Command, _: Context) -> ask.RequestBody:
+    radius_m = command.number(3, 0.0, -MAX_RADIUS_M, MAX_RADIUS_M)
+    position = command.position_rad(zero_is_here=True)
+    if not radius_m and position is None:
+        return ask.SetMode(Mode.LOITER)
+    lat_rad, lon_rad = position or (None, None)
+    if not radius_m:
+        return ask.Orbit(lat_rad, lon_rad, kind=LoiterKind.HOVER)
+    return ask.Orbit(lat_rad, lon_rad, radius_m=abs(radius_m), direction=_direction(radius_m))
+
+
+def _direction(signed: float) -> LoiterDirection:
+    return LoiterDirection.CCW if signed < 0.0 else LoiterDirection.CW
+
+
+def _start(command: Command, context: Context) -> ask.RequestBody:
+    if not context.plan_length:
+        raise Refused(REJECTED_NOW, "there is no mission to start")
+    shift = 1 if context.home_item else 0
+    first = max(command.whole(1, 0, 0, 0xFFFF) - shift, 0)
+    last = command.whole(2, 0, 0, 0xFFFF) - shift
+    if first >= context.plan_length:
+        raise denied(f"first item {first + shift} is beyond the mission's end")
+    if last > 0 and (last < first or last >= context.plan_length):
+        raise denied(f"last item {last + shift} is not in the mission after the first")
+    return ask.StartPlan(first or None, last if last > 0 else None)
+
+
+def _pause(command: Command, _: Context) -> ask.RequestBody:
+    value = command.params[0]
+    if value not in (0.0, 1.0):
+        raise denied("pause or continue: parameter 1 must be 0 or 1")
+    return ask.PausePlan(pause=value == 0.0)
+
+
+def canonical_seq(seq: int, context: Context) -> int:
+    """Turn a wire sequence number into a canonical one. Raises Refused when it is not in the mission."""
+    shift = 1 if context.home_item else 0
+    number = max(seq - shift, 0)
+    if seq < 0 or number >= context.plan_length:
+        raise denied(
+            f"item {seq} is not in the mission of {context.plan_length + (shift if context.plan_length else 0)}"
+        )
+    return number
+
+
+def _set_current(command: Command, context: Context) -> ask.RequestBody:
+    seq = command.whole(1, -1, -1, 0xFFFF)
+    reset = command.params[1] == 1.0
+    if seq == -1:
+        return ask.SetCurrent(context.plan_seq, reset)
+    return ask.SetCurrent(canonical_seq(seq, context), reset)
+
+
+def _reposition(command: Command, _: Context) -> ask.RequestBody:
+    lat_rad, lon_rad = command.position_rad() or (None, None)
+    radius_m = abs(command.number(3, 0.0, -MAX_RADIUS_M, MAX_RADIUS_M))
+    flags = command.whole(2, 0, 0, 0xFFFF)
+    return ask.Reposition(lat_rad, lon_rad, _speed(command, 1), radius_m or None, change_mode=bool(flags & 1))
+
+
+def _orbit(command: Command, _: Context) -> ask.RequestBody:
+    lat_rad, lon_rad = command.position_rad(zero_is_here=True) or (None, None)
+    radius_m = command.number(1, 0.0, -MAX_RADIUS_M, MAX_RADIUS_M)
+    angle_rad = command.number(4, 0.0, 0.0, 1e6)
+    return ask.Orbit(
+        lat_rad,
+        lon_rad,
+        radius_m=abs(radius_m) or None,
+        direction=_direction(radius_m),
+        speed_mps=_speed(command, 2),
+        turns=angle_rad / math.tau if angle_rad else None,
+    )
+
+
+def _figure_eight(command: Command, _: Context) -> ask.RequestBody:
+    lat_rad, lon_rad = command.position_rad(zero_is_here=True) or (None, None)
+    major_m = command.number(1, 0.0, -MAX_RADIUS_M, MAX_RADIUS_M)
+    minor_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M)
+    if major_m and minor_m and abs(major_m) < 2.0 * minor_m:
+        raise denied("figure eight: the major radius must be at least twice the minor")
+    return ask.Orbit(
+        lat_rad,
+        lon_rad,
+        kind=LoiterKind.FIGURE_EIGHT,
+        radius_m=minor_m or None,
+        length_m=2.0 * (abs(major_m) - minor_m) if major_m and minor_m else None,
+        bearing_rad=command.number(4, 0.0, -math.tau, math.tau),
+        direction=_direction(major_m),
+    )
+
+
+def _change_speed(command: Command, _: Context) -> ask.RequestBody | None:
+    if command.whole(1, 1, 0, 255) > 1:
+        raise denied("a boat has no climb or descent speed")
+    speed = command.number(2, -1.0, -2.0, MAX_SPEED_MPS)
+    throttle = command.number(3, -1.0, -2.0, 100.0)
+    if speed == -2.0 or (speed == -1.0 and throttle == -2.0):
+        return ask.SetSpeed()
+    if speed == -1.0:
+        return ask.SetSpeed(throttle=throttle / 100.0) if throttle > 0.0 else None
+    if speed <= 0.0:
+        raise denied(f"speed {speed:g} m/s: to stop, hold or disarm")
+    return ask.SetSpeed(speed_mps=speed)
+
+
+def _guided_speed(command: Command, _: Context) -> ask.RequestBody:
+    speed = _speed(command, 2)
+    if command.whole(1, 1, 0, 255) > 1 or speed is None:
+        raise denied("a speed above 0 m/s is needed")
+    return ask.SetSpeed(speed_mps=speed)
+
+
+def _guided_heading(command: Command, _: Context) -> ask.RequestBody:
+    angle_deg = command.given(2)
+    if angle_deg is None or not 0.0 <= angle_deg <= 360.0:
+        raise denied("a heading of 0 to 360 degrees is needed")
+    return ask.GuidedHeading(_wrapped(math.radians(angle_deg)), course=command.whole(1, 1, 0, 2) == 0)
+
+
+def _condition_yaw(command: Command, context: Context) -> ask.RequestBody:
+    angle_deg = command.given(1)
+    if angle_deg is None or not -360.0 <= angle_deg <= 360.0:
+        raise denied("an angle of at most 360 degrees is needed")
+    if command.whole(4, 0, 0, 1) == 0:
+        return ask.GuidedHeading(_wrapped(math.radians(angle_deg)))
+    if context.psi_rad is None:
+        raise Refused(REJECTED_NOW, "no heading to turn from")
+    side = -1.0 if command.whole(3, 1, -1, 1) < 0 else 1.0
+    return ask.GuidedHeading(_wrapped(context.psi_rad + side * math.radians(angle_deg)))
+
+
+def _wrapped(angle_rad: float) -> float:
+    return (angle_rad + math.pi) % math.tau - math.pi
+
+
+def _set_home(command: Command, _: Context) -> ask.RequestBody:
+    if command.whole(1, 0, 0, 1) == 1:
+        return ask.SetHomePosition(None, None)
+    position = command.position_rad()
+    if position is None:
+        raise denied("home: no position given")
+    return ask.SetHomePosition(*position)
+
+
+def _terminate(command: Command, _: Context) -> ask.RequestBody:
+    if command.number(1, 0.0, 0.0, 1.0) <= 0.5:
+        raise denied("a termination cannot be taken back")
+    return ask.Terminate()
+
+
+def _fence_enable(command: Command, _: Context) -> ask.RequestBody:
+    value = command.params[0]
+    if value not in (0.0, 1.0):
+        raise denied("fence: parameter 1 must be 0 or 1")
+    return ask.EnableFence(enable=value == 1.0)
+
+
+def _reboot(command: Command, _: Context) -> ask.RequestBody:
+    value = command.whole(1, 0, 0, 255)
+    if value == 3:
+        raise Refused(UNSUPPORTED, "there is no boot loader")
+    if value not in (1, 2):
+        raise denied("parameter 1 must be 1 (restart) or 2 (shut down)")
+    return ask.Reboot(shutdown=value == 2)
+
+
+def _prearm(_: Command, __: Context) -> ask.RequestBody:
+    return ask.RunPrearmChecks()
+
+
+def _storage(command: Command, _: Context) -> None:
+    """PREFLIGHT_STORAGE: parameters are stored when they are set, so reading and writing need nothing; a reset is refused."""
+    if command.whole(1, 0, 0, 255) > 1:
+        raise Refused(UNSUPPORTED, "parameters are reset in the configuration file")
+
+
+def _unlock(command: Command, _: Context) -> ask.RequestBody:
+    if command.params[0] != 1.0:
+        raise denied("parameter 1 must be 1")
+    return ask.UnlockGuard()
+
+
+MEANINGS: Final[dict[int, Meaning]] = {
+    17: _loiter_unlimited,
+    20: _return_to_launch,
+    34: _orbit,
+    35: _figure_eight,
+    115: _condition_yaw,
+    176: _set_mode,
+    178: _change_speed,
+    179: _set_home,
+    185: _terminate,
+    192: _reposition,
+    193: _pause,
+    207: _fence_enable,
+    224: _set_current,
+    245: _storage,
+    246: _reboot,
+    262: _set_standard_mode,
+    300: _start,
+    400: _arm,
+    401: _prearm,
+    31010: _unlock,
+    43000: _guided_speed,
+    43002: _guided_heading,
+}
+"""By MAV_CMD. 31010 is USER_1: lift a locked depth guard."""
+
+MAY_STOP: Final = frozenset((17, 176, 185, 192, 193, 400))
+"""By MAV_CMD, those that may mean a request whose nature is to stop, for who sees only the number."""

@@ -1,0 +1,174 @@
+"""Manoeuvres back to plan items: for plan files, the seed's JSON and the round-trip tests of ``plan_mapping``.
+
+Speed is a property of a manoeuvre in IMC and sticks in MAVLink, so a manoeuvre with a speed gets a DO_CHANGE_SPEED before it, and a
+manoeuvre without one after it gets the plan's speed back; jump targets move along. What MAVLink cannot say raises
+``InexpressibleError``, with the reason.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from ...language import messages as imc
+from ...language.requests import PlanItem
+from ..wire.mapping import NAN, rad_to_degE7
+from .plan_rules import MISSION_FRAME, Cmd
+
+POSITION_FRAME: Final = 3
+"""MAV_FRAME_GLOBAL_RELATIVE_ALT, with altitude 0: what ground stations show best."""
+
+
+class InexpressibleError(ValueError):
+    """A manoeuvre that no plan item means."""
+
+
+def items_from_maneuvers(maneuvers: Sequence[imc.Maneuver]) -> tuple[PlanItem, ...]:
+    """Plan items that compile to the same manoeuvres, apart from the speeds, which become items of their own.
+
+    Raises InexpressibleError.
+    """
+    items: list[PlanItem] = []
+    places: list[int] = []
+    set_speed: float | None = None
+    speed: float | None = None
+    for maneuver in maneuvers:
+        places.append(len(items))
+        if isinstance(maneuver, imc.ChangeSpeed):
+            set_speed = speed = maneuver.speed_mps
+        elif isinstance(maneuver, imc.Goto | imc.Loiter):
+            wanted = set_speed if maneuver.speed_mps is None else maneuver.speed_mps
+            if wanted != speed:
+                items.append(_speed_item(wanted))
+                speed = wanted
+        items.append(_item(maneuver))
+    return tuple(_with_target(item, places) for item in items)
+
+
+def _speed_item(speed_mps: float | None) -> PlanItem:
+    return _plain(Cmd.DO_CHANGE_SPEED, 1.0, -2.0 if speed_mps is None else speed_mps, -1.0)
+
+
+def _with_target(item: PlanItem, places: Sequence[int]) -> PlanItem:
+    if item.command != Cmd.DO_JUMP:
+        return item
+    target = int(item.param1)
+    if not 0 <= target < len(places):
+        raise InexpressibleError(f"jump target {target} is not in the plan")
+    return _plain(Cmd.DO_JUMP, float(places[target]), item.param2)
+
+
+def _item(maneuver: imc.Maneuver) -> PlanItem:
+    match maneuver:
+        case imc.Goto():
+            return _at(maneuver, Cmd.WAYPOINT, maneuver.hold_s, maneuver.acceptance_m or 0.0, 0.0, NAN)
+        case imc.Loiter():
+            return _loiter(maneuver)
+        case imc.ChangeSpeed():
+            return _speed_item(maneuver.speed_mps)
+        case imc.Delay():
+            return _delay(maneuver)
+        case imc.Jump():
+            return _plain(Cmd.DO_JUMP, float(maneuver.target_seq), float(maneuver.repeats))
+        case imc.ReturnHome():
+            return _plain(Cmd.RETURN_TO_LAUNCH)
+        case imc.SetHome():
+            return _set_home(maneuver)
+        case imc.FenceEnable():
+            return _plain(Cmd.DO_FENCE_ENABLE, float(maneuver.enable))
+        case imc.Noted():
+            return _plain(maneuver.command)
+
+
+def _at(
+    place: imc.Goto | imc.Loiter, command: int, param1: float, param2: float, param3: float, param4: float
+) -> PlanItem:
+    x, y = rad_to_degE7(place.lat_rad), rad_to_degE7(place.lon_rad)
+    return PlanItem(command, POSITION_FRAME, param1, param2, param3, param4, x, y, 0.0)
+
+
+def _plain(command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0) -> PlanItem:
+    return PlanItem(command, MISSION_FRAME, param1, param2, param3, 0.0, 0, 0, 0.0)
+
+
+def _delay(delay: imc.Delay) -> PlanItem:
+    if delay.until_utc_s_of_day is None:
+        return PlanItem(Cmd.NAV_DELAY, MISSION_FRAME, delay.duration_s or 0.0, -1.0, -1.0, -1.0, 0, 0, 0.0)
+    minutes, second = divmod(delay.until_utc_s_of_day, 60.0)
+    hour, minute = divmod(minutes, 60.0)
+    return PlanItem(Cmd.NAV_DELAY, MISSION_FRAME, -1.0, hour, minute, second, 0, 0, 0.0)
+
+
+def _set_home(home: imc.SetHome) -> PlanItem:
+    if home.lat_rad is None or home.lon_rad is None:
+        return _plain(Cmd.DO_SET_HOME, 1.0)
+    x, y = rad_to_degE7(home.lat_rad), rad_to_degE7(home.lon_rad)
+    return PlanItem(Cmd.DO_SET_HOME, POSITION_FRAME, 0.0, 0.0, 0.0, 0.0, x, y, 0.0)
+
+
+def _loiter(loiter: imc.Loiter) -> PlanItem:
+    kind = loiter.kind
+    if loiter.duration_s is not None and loiter.turns is not None and loiter.direction in _CIRCLING:
+        raise InexpressibleError(f"item {loiter.seq}: a loiter ends by time or by turns, not by both")
+    if kind is imc.LoiterKind.CIRCULAR:
+        return _circle(loiter)
+    if loiter.turns is not None:
+        raise InexpressibleError(f"item {loiter.seq}: {kind.value} cannot be counted in turns")
+    if kind is imc.LoiterKind.HOVER:
+        return _circle_by_time(loiter, 0.0)
+    if loiter.direction not in _CIRCLING:
+        raise InexpressibleError(f"item {loiter.seq}: {kind.value} needs a direction, cw or ccw")
+    return _figure_eight(loiter) if kind is imc.LoiterKind.FIGURE_EIGHT else _racetrack(loiter)
+
+
+_CIRCLING: Final = {imc.LoiterDirection.CW: 1.0, imc.LoiterDirection.CCW: -1.0}
+
+
+def _circle(loiter: imc.Loiter) -> PlanItem:
+    sign = _CIRCLING.get(loiter.direction)
+    if sign is None:
+        choice = float(loiter.direction is imc.LoiterDirection.INTO_DRIFT)
+        times = (_or_zero(loiter.duration_s), _or_zero(loiter.turns), _or_zero(loiter.radius_m))
+        return _at(loiter, Cmd.LOITER_CHOICE, *times, choice)
+    if loiter.radius_m is None and sign < 0.0:
+        raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
+    radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
+    if loiter.turns is not None:
+        return _at(loiter, Cmd.LOITER_TURNS, loiter.turns, float(loiter.exit_toward_next), radius, 1.0)
+    return _circle_by_time(loiter, radius)
+
+
+def _circle_by_time(loiter: imc.Loiter, radius: float) -> PlanItem:
+    if loiter.duration_s is None:
+        return _at(loiter, Cmd.LOITER_UNLIM, 0.0, 0.0, radius, NAN)
+    return _at(loiter, Cmd.LOITER_TIME, loiter.duration_s, float(loiter.exit_toward_next), radius, 1.0)
+
+
+def _figure_eight(loiter: imc.Loiter) -> PlanItem:
+    sign = _CIRCLING[loiter.direction]
+    minor = NAN if loiter.radius_m is None else loiter.radius_m
+    major = NAN
+    if loiter.radius_m is not None and loiter.length_m is not None:
+        # shorter than two radii the loops would overlap: raised to it, as DUNE does
+        major = sign * (max(loiter.length_m, 2.0 * loiter.radius_m) / 2.0 + loiter.radius_m)
+    elif sign < 0.0 or loiter.length_m is not None:
+        raise InexpressibleError(f"item {loiter.seq}: an eight needs a radius to have a length or go ccw")
+    bearing = math.remainder(loiter.bearing_rad or 0.0, math.tau)
+    return _at(loiter, Cmd.DO_FIGURE_EIGHT, major, minor, _or_zero(loiter.duration_s), bearing)
+
+
+def _racetrack(loiter: imc.Loiter) -> PlanItem:
+    if loiter.length_m is None:
+        raise InexpressibleError(f"item {loiter.seq}: a racetrack needs a length")
+    sign = _CIRCLING[loiter.direction]
+    if loiter.radius_m is None and sign < 0.0:
+        raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
+    radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
+    bearing = math.degrees(loiter.bearing_rad or 0.0) % 360.0
+    return _at(loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), loiter.length_m, radius, bearing)
+
+
+def _or_zero(value: float | None) -> float:
+    """Fields whose 0 means 'not limited' or 'the default'."""
+    return 0.0 if value is None else value

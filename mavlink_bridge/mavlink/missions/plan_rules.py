@@ -1,0 +1,204 @@
+"""The rules of plan items: command numbers, results, limits, and how each field of an item is read and refused.
+
+Every reader raises ``RefusedError`` with the number of the field, from which the sender gets MISSION_ACK INVALID_PARAMn and the
+operator one sentence. Sources: MAVLink common.xml.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from ...language.messages import LoiterDirection
+from ...language.requests import PlanItem
+from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
+
+
+class Cmd(IntEnum):
+    """MAV_CMD numbers of plan items."""
+
+    WAYPOINT = 16
+    LOITER_UNLIM = 17
+    LOITER_TURNS = 18
+    LOITER_TIME = 19
+    RETURN_TO_LAUNCH = 20
+    LOITER_TO_ALT = 31
+    DO_ORBIT = 34
+    DO_FIGURE_EIGHT = 35
+    NAV_DELAY = 93
+    CONDITION_DELAY = 112
+    DO_JUMP = 177
+    DO_CHANGE_SPEED = 178
+    DO_SET_HOME = 179
+    DO_FENCE_ENABLE = 207
+    FENCE_RETURN_POINT = 5000
+    FENCE_POLYGON_INCLUSION = 5001
+    FENCE_POLYGON_EXCLUSION = 5002
+    FENCE_CIRCLE_INCLUSION = 5003
+    FENCE_CIRCLE_EXCLUSION = 5004
+    RALLY_POINT = 5100
+    RACETRACK = 31000
+    """MAV_CMD_WAYPOINT_USER_1, our racetrack."""
+    LOITER_CHOICE = 31001
+    """MAV_CMD_WAYPOINT_USER_2, our loiter whose direction the vessel chooses."""
+
+
+NOTED: Final = frozenset(
+    {195, 196, 197, 198, 200, 201, 202, 203, 204, 205, 206, 214, 530, 531, 532, 534, 1000, 1001, 2000, 2001, 2003}
+    | {2500, 2501, 2502, 2503, 2800, 2801}
+)
+"""Camera, gimbal and region-of-interest items: accepted, logged, passed over."""
+
+MISSION_FRAME: Final = 2
+GLOBAL_FRAMES: Final = frozenset({0, 3, 5, 6, 10, 11})
+FRAMES: Final = GLOBAL_FRAMES | {MISSION_FRAME}
+MAX_ITEMS: Final = 829
+"""Mission items that fit: the figure ground stations know from ArduPilot."""
+
+
+POSITIONAL: Final = frozenset(
+    {Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT, Cmd.DO_ORBIT}
+    | {Cmd.DO_FIGURE_EIGHT, Cmd.RACETRACK, Cmd.LOITER_CHOICE}
+)
+"""Commands whose item needs a position."""
+
+
+class MissionResult(IntEnum):
+    """MAV_MISSION_RESULT."""
+
+    ACCEPTED = 0
+    ERROR = 1
+    UNSUPPORTED_FRAME = 2
+    UNSUPPORTED = 3
+    NO_SPACE = 4
+    INVALID = 5
+    INVALID_PARAM1 = 6
+    INVALID_PARAM2 = 7
+    INVALID_PARAM3 = 8
+    INVALID_PARAM4 = 9
+    INVALID_PARAM5_X = 10
+    INVALID_PARAM6_Y = 11
+    INVALID_PARAM7 = 12
+    INVALID_SEQUENCE = 13
+    DENIED = 14
+    OPERATION_CANCELLED = 15
+
+
+@dataclass(frozen=True, slots=True)
+class PlanError:
+    """Why an item is refused. ``seq`` counts canonical items; ``field`` is 1...7, or None when it is not about one."""
+
+    seq: int
+    field: int | None
+    reason: str
+    result: MissionResult
+
+
+@dataclass(frozen=True, slots=True)
+class PlanLimits:
+    """What a plan may ask for. Speeds in m/s, lengths in m."""
+
+    max_items: int = MAX_ITEMS
+    max_speed_mps: float = 50.0
+    max_length_m: float = 100_000.0
+    max_duration_s: float = 31_536_000.0
+    max_turns: float = 100_000.0
+
+
+DEFAULT_LIMITS: Final = PlanLimits()
+
+
+class RefusedError(Exception):
+    def __init__(self, field_number: int | None, reason: str, result: MissionResult | None = None) -> None:
+        super().__init__(reason)
+        self.field = field_number
+        if result is None:
+            result = MissionResult.INVALID if field_number is None else MissionResult(5 + field_number)
+        self.result = result
+
+
+def plan_id(items: Sequence[PlanItem]) -> int:
+    """CRC-32 of the canonical items, never 0 for a plan that has items; 0 = no plan."""
+    if not items:
+        return 0
+    crc = 0
+    for item in items:
+        crc = zlib.crc32(_ITEM.pack(*_fields(item)), crc)
+    return crc or 1
+
+
+_ITEM: Final = struct.Struct("<HBffffiifB")
+
+
+def _fields(item: PlanItem) -> tuple[float, ...]:
+    return (
+        *(item.command, item.frame, item.param1, item.param2, item.param3, item.param4),
+        *(item.x, item.y, item.z, item.autocontinue),
+    )
+
+
+# Fields of an item. Each raises RefusedError with the field's number.
+
+
+def parameter(item: PlanItem, number: int) -> float:
+    return (item.param1, item.param2, item.param3, item.param4)[number - 1]
+
+
+def given(item: PlanItem, number: int) -> float | None:
+    """A parameter, None when NaN; infinity is refused."""
+    value = parameter(item, number)
+    if math.isnan(value):
+        return None
+    if math.isinf(value):
+        raise RefusedError(number, f"parameter {number} is infinite")
+    return value
+
+
+def within(item: PlanItem, number: int, what: str, high: float, default: float | None = None) -> float:
+    """A parameter from 0 to ``high``; NaN gives the default, or is refused when there is none."""
+    value = given(item, number)
+    if value is None:
+        value = default
+    if value is None:
+        raise RefusedError(number, f"{what} is not given")
+    if not 0.0 <= value <= high:
+        raise RefusedError(number, f"{what} {value:g} is outside 0 to {high:g}")
+    return value
+
+
+def position(item: PlanItem) -> tuple[float, float]:
+    """Latitude and longitude in rad. 0/0 and INT32_MAX mean that no place was given, and are refused."""
+    if item.frame not in GLOBAL_FRAMES:
+        raise RefusedError(None, f"frame {item.frame} has no position", MissionResult.UNSUPPORTED_FRAME)
+    if abs(item.x) >= INT32_UNKNOWN or (item.x == 0 and item.y == 0):
+        raise RefusedError(5, "no position is given")
+    if abs(item.y) >= INT32_UNKNOWN:
+        raise RefusedError(6, "no longitude is given")
+    if abs(item.x) > 900_000_000:
+        raise RefusedError(5, f"latitude {item.x / 1e7:.7f} is outside -90 to 90")
+    if abs(item.y) > 1_800_000_000:
+        raise RefusedError(6, f"longitude {item.y / 1e7:.7f} is outside -180 to 180")
+    latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
+    assert latitude is not None
+    assert longitude is not None
+    return latitude, longitude
+
+
+def signed_radius(item: PlanItem, number: int, limits: PlanLimits) -> tuple[float | None, LoiterDirection]:
+    """Radius and direction of a signed radius parameter (+ clockwise); None when NaN. Zero comes back as 0.0."""
+    radius = given(item, number)
+    if radius is None:
+        return None, LoiterDirection.CW
+    if abs(radius) > limits.max_length_m:
+        raise RefusedError(number, f"radius {radius:g} m is above {limits.max_length_m:g} m")
+    direction = LoiterDirection.CCW if radius < 0.0 else LoiterDirection.CW
+    return abs(radius), direction
+
+
+def toward_next(item: PlanItem, number: int) -> bool:
+    return bool(given(item, number) or 0.0)

@@ -1,0 +1,392 @@
+"""The mission protocol, vehicle side: upload, download and clear of missions, fences and rally points on one link.
+
+Sans-I/O: messages in by ``handle``, time by ``poll``, messages out as return values. A finished upload is compiled and
+handed over by ``loads``; the MISSION_ACK goes out only when ``finish`` says that the vessel has stored it, so an acknowledged
+plan is a plan that survives. Until then, and after every failure, the old plan stays. Transfers are keyed by (system,
+component, kind); only one upload of a kind runs at a time over all links that share ``UploadLocks``. Source: MAVLink
+mission protocol; client timers in gcs §4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from ...language.messages import Severity
+from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
+from ..wire.codec import dialect
+from ..wire.mapping import degE7_to_rad
+from .acks import Acks
+from .download import Downloads
+from .plan_mapping import compile_item, load_plan
+from .plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits
+from .store import MissionTiming, Pending, PlanStore, Sender, Session, UploadLocks
+from .upload import Upload
+from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
+
+__all__ = ["MissionServer", "MissionTiming", "PlanStore", "UploadLocks"]
+
+Messages = list[Any]
+
+_MAX_REQUESTS: Final = 16
+_MAX_TEXTS: Final = 20
+_RESULTS: Final = {
+    Result.ACCEPTED: MissionResult.ACCEPTED,
+    Result.REJECTED_NOW: MissionResult.DENIED,
+    Result.DENIED: MissionResult.DENIED,
+    Result.UNSUPPORTED: MissionResult.UNSUPPORTED,
+    Result.FAILED: MissionResult.ERROR,
+}
+
+
+class MissionServer:
+    """One per endpoint channel. ``home_item``: this link shows ArduPilot's home item at 0."""
+
+    def __init__(
+        self,
+        store: PlanStore,
+        *,
+        home_item: bool = False,
+        system_id: int = 1,
+        component_id: int = 1,
+        limits: PlanLimits = DEFAULT_LIMITS,
+        timing: MissionTiming | None = None,
+        locks: UploadLocks | None = None,
+    ) -> None:
+        self.store = store
+        self.home_item = home_item
+        self.limits = limits
+        self.timing = timing or MissionTiming()
+        self._ids = (system_id, component_id)
+        self._locks = locks or UploadLocks()
+        self._uploads: dict[tuple[Sender, PlanKind], Session] = {}
+        self._downloads = Downloads(store, home_item=home_item)
+        self._acks = Acks()
+        self._stores: dict[int, Pending] = {}
+        self._next_handle = 1
+        self._loads: list[tuple[int, LoadPlan]] = []
+        self._targets: list[tuple[int, Reposition, int]] = []
+        self._going: dict[int, tuple[Sender, Reposition]] = {}
+        self._texts: list[tuple[Severity, str]] = []
+        self._handlers: dict[str, Any] = {
+            "MISSION_COUNT": self._on_count,
+            "MISSION_WRITE_PARTIAL_LIST": self._on_write_partial,
+            "MISSION_ITEM_INT": self._on_item,
+            "MISSION_ITEM": self._on_item,
+            "MISSION_REQUEST_LIST": self._on_list,
+            "MISSION_REQUEST_PARTIAL_LIST": self._on_list_partial,
+            "MISSION_REQUEST": self._on_request,
+            "MISSION_REQUEST_INT": self._on_request,
+            "MISSION_CLEAR_ALL": self._on_clear,
+            "MISSION_ACK": self._on_ack,
+        }
+
+    # What the endpoint calls
+
+    @property
+    def offset(self) -> int:
+        """How much higher item numbers are on this link than inside."""
+        return int(self.home_item)
+
+    @property
+    def handles(self) -> frozenset[str]:
+        """Names of the messages that ``handle`` serves."""
+        return frozenset(self._handlers)
+
+    def handle(self, message: Any, now_us: int) -> Messages:
+        """Take one decoded message; return the messages to send. Others' messages and unknown ones are ignored."""
+        handler = self._handlers.get(message.get_type())
+        if handler is None or not self._is_for_us(message):
+            return []
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        answer: Messages = handler(message, sender, now_us)
+        return answer
+
+    def poll(self, now_us: int) -> Messages:
+        """Serve the timers: repeats, giving up, holding."""
+        out: Messages = []
+        for session in list(self._uploads.values()):
+            if session.storing_us is None:
+                out += self._poll_receiving(session, now_us)
+            else:
+                out += self._poll_storing(session, now_us)
+        return out
+
+    def loads(self) -> list[tuple[int, LoadPlan]]:
+        """Complete, compiled uploads since the last call; answer each by ``finish`` with its handle."""
+        loads, self._loads = self._loads, []
+        return loads
+
+    def finish(self, handle: int, reply: Reply, plan_id: int = 0, now_us: int = 0) -> Messages:
+        """The vessel has stored a plan, or refused it: send the MISSION_ACK that the station waits for.
+
+        ``plan_id``: the stored plan's id, 0 when empty. Unknown handles are ignored.
+        """
+        if handle in self._going:
+            sender, _ = self._going.pop(handle)
+            if reply.reason:
+                self._say(Severity.WARNING, f"Go-to refused: {reply.reason}")
+            return [self._ack(sender, 0, _RESULTS[reply.result], now_us)]
+        pending = self._stores.get(handle)
+        if pending is None:
+            return []
+        pending.waiting -= 1
+        if reply.result is not Result.ACCEPTED:
+            pending.failed = pending.failed or reply
+        del self._stores[handle]
+        if pending.waiting:
+            return []
+        if pending.session is not None and not self._drop(pending.session):
+            failed = pending.failed
+            name = _NAMES[pending.kind]
+            self._say(
+                Severity.NOTICE, f"{name} refused: {failed.reason}" if failed else f"{name} now stored on the vessel"
+            )
+            return []
+        outcome = pending.failed or reply
+        if outcome.reason:
+            self._say(Severity.WARNING, f"{_NAMES[pending.kind]} refused: {outcome.reason}")
+        final = self._ack(pending.sender, pending.mission_type, _RESULTS[outcome.result], now_us, plan_id)
+        return [*self._last_again(pending.session), final]
+
+    def _last_again(self, session: Session | None) -> Messages:
+        """After holding, a station that believes itself at the last item but one calls an acknowledgement a mistake (MAVSDK)."""
+        if session is None or session.held_us in (0, session.storing_us):
+            return []
+        last = session.upload.first + session.upload.count - 1
+        return [] if session.held_seq == last else self._ask(session, [last])
+
+    def texts(self) -> list[tuple[Severity, str]]:
+        """Texts for the operator since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def targets(self) -> list[tuple[int, Reposition, int]]:
+        """Guided go-tos in the form of a MISSION_ITEM with current = 2, each with its sender's system; answer them by ``finish``."""
+        targets, self._targets = self._targets, []
+        return targets
+
+    @property
+    def busy(self) -> bool:
+        """True while an upload is under way or waits for the vessel."""
+        return bool(self._uploads or self._stores)
+
+    # Uploads
+
+    def _on_count(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        most = self.limits.max_items + (self.offset if kind is PlanKind.MISSION else 0)
+        if message.count > most:
+            self._say(Severity.WARNING, f"{_NAMES[kind]} refused: {message.count} items, {most} fit")
+            return [self._ack(sender, message.mission_type, MissionResult.NO_SPACE, now_us)]
+        return self._open(sender, kind, 0, message.count, (), now_us)
+
+    def _on_write_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        base = self._downloads.shown(kind)
+        if not 0 <= message.start_index <= message.end_index < len(base):
+            return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
+        count = message.end_index - message.start_index + 1
+        return self._open(sender, kind, message.start_index, count, base, now_us)
+
+    def _open(
+        self, sender: Sender, kind: PlanKind, first: int, count: int, base: tuple[PlanItem, ...], now_us: int
+    ) -> Messages:
+        old = self._uploads.get((sender, kind))
+        if old is not None and old.storing_us is not None:
+            return []  # a copy of the request that began it, or impatience: the ACK is on its way
+        if old is not None:
+            self._drop(old)
+        upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries, self.timing.window)
+        session = Session(sender, kind, upload, base)
+        if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
+            self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
+            return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
+        self._acks.forget(sender, kind.value)
+        self._uploads[sender, kind] = session
+        if count == 0:
+            return self._complete(session, now_us)
+        return self._ask(session, upload.begin(now_us))
+
+    def _on_item(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        if message.current == 2 and message.mission_type == 0:
+            return self._guided(message, sender, now_us)
+        kind = kind_of(message.mission_type)
+        session = self._uploads.get((sender, kind)) if kind is not None else None
+        if kind is None or session is None:
+            return self._acks.repeat(sender, message.mission_type, now_us)
+        if session.storing_us is not None:
+            return []
+        if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
+            return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
+        item = item_from_message(message)
+        more = session.upload.take(message.seq, item, now_us)
+        if more is None:
+            return self._ask(session, session.upload.again(message.seq, now_us))
+        error = self._check(kind, message.seq, item)
+        if error is not None:
+            return self._refuse(session, error, now_us)
+        if session.upload.complete:
+            return self._complete(session, now_us)
+        return self._ask(session, more)
+
+    def _check(self, kind: PlanKind, seq: int, item: PlanItem) -> PlanError | None:
+        """Refuse a bad item as soon as it comes. Fence and rally are judged whole, at the end."""
+        if kind is not PlanKind.MISSION:
+            return None
+        if seq < self.offset:
+            problem = home_problem(item)
+            return PlanError(-1, None, problem, MissionResult.INVALID) if problem else None
+        result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
+        return result if isinstance(result, PlanError) else None
+
+    def _complete(self, session: Session, now_us: int) -> Messages:
+        received = [session.upload.items[seq] for seq in sorted(session.upload.items)]
+        first = session.upload.first
+        items = (*session.base[:first], *received, *session.base[first + len(received) :])
+        kind = session.kind
+        if kind is PlanKind.MISSION and self.home_item:
+            items = without_home(items)
+        load = load_plan(kind, items, self.limits)
+        if isinstance(load, PlanError):
+            return self._refuse(session, load, now_us)
+        session.storing_us = session.held_us = now_us
+        self._hand_over(load, Pending(session.sender, kind.value, session=session, kind=kind))
+        return []
+
+    def _refuse(self, session: Session, error: PlanError, now_us: int) -> Messages:
+        shift = self.offset if session.kind is PlanKind.MISSION else 0
+        item = session.upload.items.get(error.seq + shift)
+        return self._fail(session, error.result, describe(error, item, shift), now_us)
+
+    def _fail(self, session: Session, result: MissionResult, reason: str, now_us: int) -> Messages:
+        self._drop(session)
+        self._say(Severity.WARNING, f"{_NAMES[session.kind]} refused: {reason}")
+        return [self._ack(session.sender, session.kind.value, result, now_us)]
+
+    def _hand_over(self, load: LoadPlan, pending: Pending) -> None:
+        self._stores[self._next_handle] = pending
+        self._loads.append((self._next_handle, load))
+        self._next_handle += 1
+
+    def _drop(self, session: Session) -> bool:
+        """End a session; False when it had ended before."""
+        self._locks.release(session.kind, session)
+        if self._uploads.get((session.sender, session.kind)) is not session:
+            return False
+        del self._uploads[session.sender, session.kind]
+        return True
+
+    def _poll_receiving(self, session: Session, now_us: int) -> Messages:
+        if not self._locks.held(session.kind, session):
+            return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
+        late = session.upload.overdue(now_us)
+        if late is None:
+            got = len(session.upload.items)
+            reason = f"{got} of {session.upload.count} items came, then nothing; the old plan stays"
+            return self._fail(session, MissionResult.OPERATION_CANCELLED, reason, now_us)
+        return self._ask(session, late)
+
+    def _poll_storing(self, session: Session, now_us: int) -> Messages:
+        assert session.storing_us is not None
+        self._locks.claim(session.kind, session, now_us, 2 * self.timing.retry_us)
+        waited_us = now_us - session.storing_us
+        hold_us = self.timing.hold_us
+        limit_us = self.timing.store_us
+        if hold_us is not None and session.upload.count == 1:
+            limit_us = min(limit_us or self.timing.hold_single_us, self.timing.hold_single_us)
+        if limit_us is not None and waited_us >= limit_us:
+            return self._fail(session, MissionResult.ERROR, "not confirmed in time; a text will say when it is", now_us)
+        if hold_us is None or not session.upload.count or now_us - session.held_us < hold_us:
+            return []
+        session.held_us = now_us
+        last = session.upload.first + session.upload.count - 1
+        asked = last if session.held_seq != last or last == session.upload.first else last - 1
+        session.held_seq = asked
+        return self._ask(session, [asked])
+
+    def _ask(self, session: Session, numbers: Sequence[int]) -> Messages:
+        system, component = session.sender
+        return [
+            dialect.MAVLink_mission_request_int_message(system, component, seq, session.kind.value) for seq in numbers
+        ]
+
+    def _guided(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        """A go-to in the clothes of a mission item."""
+        item = item_from_message(message)
+        latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
+        maneuver = compile_item(0, item, self.limits)
+        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._going) >= _MAX_REQUESTS:
+            return [self._ack(sender, 0, MissionResult.INVALID, now_us)]
+        target = Reposition(latitude, longitude)
+        if (sender, target) not in self._going.values():  # impatience: the ACK is on its way
+            self._going[self._next_handle] = sender, target
+            self._targets.append((self._next_handle, target, sender[0]))
+            self._next_handle += 1
+        return []
+
+    # Downloads
+
+    def _on_list(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        return [self._downloads.begin(sender, kind, now_us)]
+
+    def _on_list_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+
+    def _on_request(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        item = self._downloads.item(sender, kind, message.seq, now_us)
+        return [self._ack(sender, kind.value, MissionResult.INVALID_SEQUENCE, now_us) if item is None else item]
+
+    # Clear, cancel, acknowledge
+
+    def _on_clear(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        kind = kind_of(message.mission_type)
+        if kind is None and message.mission_type != ALL_KINDS:
+            return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
+        kinds = tuple(PlanKind) if kind is None else (kind,)
+        for session in [session for session in self._uploads.values() if session.kind in kinds]:
+            if session.sender != sender or session.storing_us is not None:
+                self._say(Severity.WARNING, f"{_NAMES[session.kind]} not cleared: an upload is under way")
+                return [self._ack(sender, message.mission_type, MissionResult.DENIED, now_us)]
+            self._drop(session)
+        pending = Pending(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
+        for each in kinds:
+            self._acks.forget(sender, each.value)
+            self._hand_over(LoadPlan(each, ()), pending)
+        return []
+
+    def _on_ack(self, message: Any, sender: Sender, now_us: int) -> Messages:
+        """The station has its download, or gives up what it began."""
+        kind = kind_of(message.mission_type)
+        if kind is None:
+            return []
+        self._downloads.end(sender, kind)
+        session = self._uploads.get((sender, kind))
+        if session is not None and session.storing_us is None and message.type != MissionResult.ACCEPTED:
+            self._drop(session)
+            self._say(Severity.INFO, f"{_NAMES[kind]} upload cancelled by {sender[0]}; the old plan stays")
+        return []
+
+    def _ack(self, sender: Sender, mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0) -> Any:
+        return self._acks.make(sender, mission_type, result, now_us, plan_id)
+
+    def _is_for_us(self, message: Any) -> bool:
+        system, component = self._ids
+        return message.target_system in (0, system) and message.target_component in (0, component)
+
+    def _say(self, severity: Severity, text: str) -> None:
+        if text and len(self._texts) < _MAX_TEXTS:
+            self._texts.append((severity, text))
+
+
+_NAMES: Final = {PlanKind.MISSION: "Plan", PlanKind.FENCE: "Fence", PlanKind.RALLY: "Rally points"}

@@ -1,0 +1,93 @@
+"""What the mission servers of a vessel share: the plans in force, the patience of a link, and who is uploading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from ...language.requests import PlanItem, PlanKind, Reply
+from .upload import MAX_WINDOW, Upload
+
+Sender = tuple[int, int]
+"""System and component id of a ground station."""
+
+
+class PlanStore(Protocol):
+    """The plans that are in force, in canonical form; read only."""
+
+    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]: ...
+
+    def plan_id(self, kind: PlanKind) -> int: ...
+
+    @property
+    def home(self) -> tuple[float, float] | None:
+        """Latitude and longitude in rad."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class MissionTiming:
+    """How patient the server is. ``hold_us`` set: keep an upload open while the vessel stores it, as a slow radio needs."""
+
+    retry_us: int = 1_500_000
+    """Longest wait for an item; must exceed the link's round trip."""
+    retries: int = 5
+    window: int = MAX_WINDOW
+    """Most requests under way at once; 1 on a half-duplex link."""
+    store_us: int | None = 30_000_000
+    """How long the vessel may take to store a plan before the sender is told that it failed; None: for ever."""
+    hold_us: int | None = None
+    """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
+    hold_single_us: int = 1_800_000
+    """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s."""
+
+
+class UploadLocks:
+    """Which upload of each kind is under way, over all links of a vessel."""
+
+    def __init__(self) -> None:
+        self._holders: dict[PlanKind, tuple[object, int]] = {}
+
+    def claim(self, kind: PlanKind, holder: object, now_us: int, silent_us: int) -> bool:
+        """Take or refresh the lock. A holder that was silent for ``silent_us`` loses it."""
+        current = self._holders.get(kind)
+        if current is not None and current[0] is not holder and now_us - current[1] < silent_us:
+            return False
+        self._holders[kind] = (holder, now_us)
+        return True
+
+    def held(self, kind: PlanKind, holder: object) -> bool:
+        current = self._holders.get(kind)
+        return current is not None and current[0] is holder
+
+    def release(self, kind: PlanKind, holder: object) -> None:
+        if self.held(kind, holder):
+            del self._holders[kind]
+
+
+@dataclass(slots=True, eq=False)
+class Session:
+    """An upload from its first message until its MISSION_ACK."""
+
+    sender: Sender
+    kind: PlanKind
+    upload: Upload
+    base: tuple[PlanItem, ...] = ()
+    """What stands around a partial upload."""
+    storing_us: int | None = None
+    """When the items were complete; None while they come in."""
+    held_us: int = 0
+    held_seq: int | None = None
+    """The item asked for last while holding; None: the station never had to be held."""
+
+
+@dataclass(slots=True)
+class Pending:
+    """Something handed to the vessel whose outcome a ground station waits for."""
+
+    sender: Sender
+    mission_type: int
+    waiting: int = 1
+    session: Session | None = None
+    failed: Reply | None = None
+    kind: PlanKind = PlanKind.MISSION

@@ -1,0 +1,1 @@
+"""What the vessel says by itself: streams, texts, and the queues in which they wait for the link."""

@@ -1,0 +1,306 @@
+"""The vessel's end of the compact link, with the interface of an endpoint: requests out of the air, replies and states
+onto it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+from ..language.messages import Severity
+from ..language.requests import (
+    LoadPlan,
+    Origin,
+    PlanKind,
+    Reply,
+    Request,
+    RequestBody,
+    Result,
+    SetHomePosition,
+    SetParameter,
+)
+from ..language.snapshot import Snapshot
+from ..mavlink.commands.table import Context
+from ..mavlink.missions.plan_mapping import load_plan
+from ..mavlink.missions.plan_rules import PlanError, plan_id
+from ..mavlink.persona import VehiclePort
+from .air import Ledger, Priority, RadioProfile
+from .codec.bits import BitsError
+from .codec.command import decode_command, is_command
+from .codec.frames import Direction, Frame, Kind
+from .codec.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
+from .codec.plan import PlanCodecError, decode_plan, encode_plan
+from .codec.request import OVERRULED, RequestCodecError, decode_request, name_codes
+from .link import MAX_OUTGOING, CompactLink
+from .orders import meaning_of
+from .reporter import Reporter
+from .transfer import Message, Outcome
+
+GATEWAY_SENDER: Final = 255
+_PUSH_LIMIT_US: Final = 20_000_000
+_PUSH_GAP_US: Final = 60_000_000
+_CHECK_GAP_US: Final = 1_000_000
+_WARN_GAP_US: Final = 60_000_000
+_LOST_MEMORY: Final = b"gateway lost its counters: make a new radio key"
+_PRESENT_US: Final = 600_000_000
+
+
+class VesselRadio:
+    """The ``compact`` protocol of the radio port."""
+
+    def __init__(
+        self,
+        profile: RadioProfile,
+        key: bytes,
+        vehicle: VehiclePort,
+        rng: random.Random,
+        *,
+        memory: str = "",
+        save: Callable[[str], None] | None = None,
+        now_us: int = 0,
+        system_id: int = 1,
+        ledger: Ledger | None = None,
+    ) -> None:
+        self.profile = profile
+        self._address = (system_id, 1)
+        self.vehicle = vehicle
+        self.link = CompactLink(
+            profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us, ledger=ledger
+        )
+        self._reporter = Reporter(profile, self.link)
+        self._names = name_codes(_names(vehicle))
+        self._snapshot: Snapshot | None = None
+        self.asked: list[Request] = []
+        """What is asked of the vessel since the last ``requests``, oldest first."""
+        self._next_id = 1
+        self._asked: dict[int, tuple[int, RequestBody]] = {}
+        self._beacon_us: int | None = None
+        self._stop: tuple[int, int | None, int] | None = None
+        """Number and session of the last stop, and when it came."""
+        self._told: Info | None = None
+        """What the shore is known to know."""
+        self._pushing: dict[int, Info] = {}
+        self._push_us: int | None = None
+        self._checked_us: int | None = None
+        self._warned_us: int | None = None
+
+    # ---- the interface of an endpoint ---------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Take bytes as read. Never raises on input."""
+        old_hellos = self.link.opener.old_hellos
+        items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self._warn(now_us)
+        for item in items:
+            if isinstance(item, Message):
+                self._on_message(item, now_us)
+            else:
+                self._on_frame(item, now_us)
+
+    def _warn(self, now_us: int) -> None:
+        """Say why nothing is done: the shore may well hear this end, and can learn it only from here."""
+        is_soon = self._warned_us is not None and now_us - self._warned_us < _WARN_GAP_US
+        if self.profile.link.texts and not is_soon:
+            self._warned_us = now_us
+            self.link.post(Kind.TEXT, bytes((Severity.WARNING,)) + _LOST_MEMORY, Priority.EVENT)
+
+    def requests(self) -> list[Request]:
+        requests = self.asked.copy()
+        self.asked.clear()
+        return requests
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> None:
+        """Send the vessel's answer back. An unknown id is ignored."""
+        found = self._asked.pop(request_id, None)
+        if found is None:
+            return
+        number, body = found
+        if reply.result is Result.ACCEPTED:
+            self._shore_knows(body)
+            self._reporter.shore_ordered(now_us)
+        self.link.answer(number, reply, now_us)
+
+    def tick(self, now_us: int, snapshot: Snapshot) -> None:
+        """Queue what is due from this picture of the vessel."""
+        self._snapshot = snapshot
+        self._reporter.step(now_us, snapshot)
+        for outcome in self.link.outcomes():
+            self._on_outcome(outcome)
+        self._push_info(now_us)
+
+    def take(self, now_us: int, limit_bytes: int) -> bytes:
+        """Return the next frame when the air is free; frames are not cut."""
+        return self.link.take(now_us)
+
+    def param_changed(self, name: str) -> None:
+        """Look again at once at what the shore should be told."""
+        self._checked_us = None
+
+    @property
+    def ledger(self) -> Ledger:
+        """Airtime of the last hour."""
+        return self.link.ledger
+
+    @property
+    def bad_frames(self) -> int:
+        return self.link.strange_bytes
+
+    @property
+    def last_heartbeat_us(self) -> int | None:
+        """When the gateway last said that a ground station is there. Without beacons in the profile its silence means nothing."""
+        if self.profile.link.beacon_s == 0.0 and self.link.heard_us is not None and self._snapshot is not None:
+            return self._snapshot.t_us
+        return self._beacon_us
+
+    # ---- what comes ---------------------------------------------------------------------------------------------
+
+    def _on_frame(self, frame: Frame, now_us: int) -> None:
+        if frame.kind is not Kind.BEACON or not frame.body:
+            return
+        if frame.body[0] & 0x80:
+            self._beacon_us = now_us
+        if frame.body[0] & 0x40:
+            self._reporter.acknowledged(frame.body[0] & 0x3F)
+        elif self.profile.link.batch == 1:
+            self._reporter.want_key()
+
+    def _on_message(self, message: Message, now_us: int) -> None:
+        if message.kind is Kind.INFO:
+            self.link.answer(message.id, self._send_wanted(message.payload, now_us), now_us)
+            return
+        origin = None
+        try:
+            if message.kind in (Kind.ORDER, Kind.STOP) and is_command(message.payload):
+                origin = decode_command(message.payload, self._address)
+            body = self._request_in(message) if origin is None else self._meaning_of(origin)
+        except (PlanCodecError, RequestCodecError, BitsError) as error:
+            self.link.answer(message.id, Reply(Result.FAILED, str(error)), now_us)
+            return
+        if isinstance(body, PlanError):
+            body = Reply(Result.DENIED, f"item {body.seq}: {body.reason}")
+        if not isinstance(body, Reply) and self._is_overruled(message, body, now_us):
+            body = OVERRULED
+        if isinstance(body, Reply):
+            self.link.answer(message.id, body, now_us)
+            return
+        # who orders is there, whatever the beacons said
+        self._beacon_us = now_us
+        self._asked[self._next_id] = (message.id, body)
+        sender = GATEWAY_SENDER if origin is None else origin.source[0]
+        self.asked.append(Request(self._next_id, body, sender, origin=origin))
+        self._next_id += 1
+
+    def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
+        """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
+        if body.nature.stops:
+            self._stop = message.id, self.link.other_session, now_us
+        if self._stop is None or not body.nature.yields:
+            return False
+        number, session, at_us = self._stop
+        is_recent = session == self.link.other_session and now_us - at_us <= self.profile.link.command_s * 1e6
+        return is_recent and 0 < (number - message.id) % 256 <= MAX_OUTGOING
+
+    def _request_in(self, message: Message) -> RequestBody | PlanError:
+        if message.kind is Kind.PLAN:
+            kind, items = decode_plan(message.payload, self._near_e7())
+            return load_plan(kind, items)
+        if message.kind in (Kind.ORDER, Kind.STOP):
+            return decode_request(message.payload, self._names.get)
+        raise RequestCodecError("this version does not know such a message")
+
+    def _meaning_of(self, origin: Origin) -> RequestBody | Reply:
+        snapshot = self._snapshot
+        context = Context(
+            home_item=origin.home_item,
+            plan_length=len(self.vehicle.plans.items(PlanKind.MISSION)),
+            plan_seq=snapshot.progress.seq if snapshot else 0,
+            psi_rad=snapshot.state.psi_rad if snapshot else None,
+        )
+        return meaning_of(origin, context, self._address)
+
+    def _near_e7(self) -> tuple[int, int] | None:
+        state = self._snapshot.state if self._snapshot else None
+        if state is None or state.lat_rad is None or state.lon_rad is None:
+            return None
+        return round(math.degrees(state.lat_rad) * 1e7), round(math.degrees(state.lon_rad) * 1e7)
+
+    # ---- what the shore should know -----------------------------------------------------------------------------
+
+    def _info(self) -> Info:
+        snapshot = self._snapshot
+        home = None
+        if snapshot is not None and snapshot.home_lat_rad is not None and snapshot.home_lon_rad is not None:
+            home = (
+                round(math.degrees(snapshot.home_lat_rad) * 1e7),
+                round(math.degrees(snapshot.home_lon_rad) * 1e7),
+            )
+        return info_of(self.vehicle, home)
+
+    def _send_wanted(self, payload: bytes, now_us: int) -> Reply:
+        """Answer a question for what the vessel keeps; the things themselves follow as messages."""
+        wanted = Wanted(payload[0] & 31) if payload else Wanted(0)
+        try:
+            if wanted & Wanted.INFO:
+                self._submit_info(now_us)
+            if wanted & Wanted.PARAMS:
+                self._submit(Kind.INFO, encode_params(self.vehicle.params), now_us)
+            for kind, flag in WANTED_PLAN.items():
+                if wanted & flag:
+                    items = tuple(self.vehicle.plans.items(kind))
+                    self._submit(Kind.PLAN, encode_plan(kind, items, None), now_us)
+        except (ValueError, PlanCodecError) as error:
+            return Reply(Result.REJECTED_NOW, str(error))
+        return Reply(Result.ACCEPTED)
+
+    def _submit(self, kind: Kind, payload: bytes, now_us: int) -> int:
+        limit_us = round(self.profile.link.upload_s * 1e6)
+        return self.link.submit(kind, payload, Priority.BULK, now_us, limit_us)
+
+    def _submit_info(self, now_us: int) -> None:
+        info = self._info()
+        number = self.link.submit(Kind.INFO, encode_info(info), Priority.EVENT, now_us, _PUSH_LIMIT_US)
+        self._pushing[number] = info
+
+    def _push_info(self, now_us: int) -> None:
+        """Tell the shore by ourselves when others have changed something; never on a starved channel, never to nobody."""
+        heard_us = self.link.heard_us
+        if self.profile.link.batch > 1 or heard_us is None or now_us - heard_us > _PRESENT_US or self._pushing:
+            return
+        if self._checked_us is not None and now_us - self._checked_us < _CHECK_GAP_US:
+            return
+        self._checked_us = now_us
+        if self._info() == self._told or (self._push_us is not None and now_us - self._push_us < _PUSH_GAP_US):
+            return
+        self._push_us = now_us
+        try:
+            self._submit_info(now_us)
+        except ValueError:
+            return
+
+    def _on_outcome(self, outcome: Outcome) -> None:
+        info = self._pushing.pop(outcome.id, None)
+        if info is not None and outcome.reply.result is Result.ACCEPTED:
+            self._told = info
+
+    def _shore_knows(self, body: RequestBody) -> None:
+        """What came from the shore need not be told to it."""
+        told = self._told
+        if told is None:
+            return
+        if isinstance(body, LoadPlan):
+            number = plan_id(body.items) if body.items else 0
+            told = told.with_plan(body.kind, number)
+        elif isinstance(body, SetParameter):
+            told = replace(told, params=self._info().params)
+        elif isinstance(body, SetHomePosition) and body.lat_rad is not None:
+            told = replace(told, home_e7=self._info().home_e7)
+        self._told = told
+
+
+def _names(vehicle: VehiclePort) -> list[str]:
+    infos = (vehicle.params.at(index) for index in range(len(vehicle.params)))
+    return [info.name for info in infos if info is not None]

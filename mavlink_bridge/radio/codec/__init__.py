@@ -1,0 +1,1 @@
+"""The radio's bits: frames, plans, states, commands and requests as few bytes as they need."""

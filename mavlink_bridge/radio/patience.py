@@ -1,0 +1,54 @@
+"""How long this end waits for the other one's answer: computed from sizes, stretched by what answers really take here."""
+
+from __future__ import annotations
+
+import random
+from typing import Final
+
+from .air import AirClock, RadioProfile
+from .hello import HELLO_FRAME_BYTES
+from .transfer import Outgoing
+
+_MARGIN: Final = 1.08
+_PATIENT_TRIES: Final = 14
+
+
+class Patience:
+    """Times of answers. All randomness comes from ``rng``."""
+
+    def __init__(self, profile: RadioProfile, clock: AirClock, rng: random.Random) -> None:
+        self.turnaround_us = round(profile.link.turnaround_ms * 1e3)
+        self._longest_bytes = profile.max_frame_bytes
+        self._clock = clock
+        self._rng = rng
+        self._slowest_us = 0
+
+    def answer_us(self) -> int:
+        """From the end of a frame of ours to the end of its short answer."""
+        return self.turnaround_us + self._clock.span_us(7)
+
+    def hello_us(self) -> int:
+        """From the end of our HELLO to the end of the other one's."""
+        return self.turnaround_us + self._clock.span_us(HELLO_FRAME_BYTES)
+
+    def longest_us(self) -> int:
+        """The same for the longest frame there is."""
+        return self.turnaround_us + self._clock.span_us(self._longest_bytes)
+
+    def of(self, item: Outgoing) -> int:
+        """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
+        base_us = max(self.answer_us(), self._slowest_us)
+        growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
+        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+
+    def learn(self, item: Outgoing, now_us: int) -> None:
+        """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
+        if item.tries == 1:
+            took_us = now_us - item.off_us
+        elif now_us < item.off_us:
+            took_us = item.late_us + now_us - item.off_us + self._clock.span_us(item.next_size())
+        else:
+            return
+        seen_us = round(took_us * _MARGIN)
+        if 0 < seen_us <= 4 * self.answer_us():
+            self._slowest_us = max(seen_us, (3 * self._slowest_us + seen_us) // 4)

@@ -1,0 +1,141 @@
+"""What the vessel tells of itself over the compact link: which kind of state packet, and when."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+from ..language.messages import Severity
+from ..language.snapshot import Snapshot
+from .air import Priority, RadioProfile
+from .codec.frames import OVERHEAD, Kind
+from .codec.state import RadioState, encode_batch, encode_delta, encode_key, mark_of, settle
+from .link import CompactLink
+
+_OWN_ORDER_US: Final = 3_500_000
+_STATUS_GAP_US: Final = 1_500_000
+_THRIFTY_GAP_US: Final = 600_000_000
+_TEXT_GAP_US: Final = 5_000_000
+_TEXT_BYTES: Final = 50
+_KEYS_KEPT: Final = 16
+
+
+class Reporter:
+    """Chooses between key, difference and batch. Differences refer only to a key that the shore has acknowledged."""
+
+    def __init__(self, profile: RadioProfile, link: CompactLink) -> None:
+        self.profile = profile
+        self._link = link
+        self._state_us = round(profile.link.state_s * 1e6)
+        self._key_us = round(profile.link.key_s * 1e6)
+        self._next_us: int | None = None
+        self._status_us: int | None = None
+        self._told: RadioState | None = None
+        self._sent: dict[int, tuple[bytes, RadioState, int]] = {}
+        self._base: tuple[int, RadioState, int] | None = None
+        """Mark, state as the shore has it, and when it was made."""
+        self._mark = 0
+        self._text_bytes = min(_TEXT_BYTES, profile.max_frame_bytes - OVERHEAD - 1)
+        self._samples: list[RadioState] = []
+        self._pending: dict[bytes, tuple[RadioState, int]] = {}
+        self._texts: deque[tuple[Severity, str]] = deque(maxlen=4)
+        self._text_us: int | None = None
+
+    def acknowledged(self, counter_low: int) -> None:
+        """The shore has the key that went out in the frame with these six bits of the counter."""
+        self._collect()
+        found = self._sent.get(counter_low)
+        if found is not None:
+            body, state, made_us = found
+            self._base = mark_of(body), state, made_us
+
+    def shore_ordered(self, now_us: int) -> None:
+        """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
+        self._status_us = max(now_us + _OWN_ORDER_US, self._status_us or 0)
+
+    def want_key(self) -> None:
+        """The shore has no key, or lost it."""
+        self._base = None
+        self._next_us = None
+
+    def step(self, now_us: int, snapshot: Snapshot) -> None:
+        """Queue what is due. Call once per tick."""
+        self._collect()
+        self._queue_texts(now_us, snapshot)
+        state = RadioState.of(snapshot)
+        for seq in snapshot.progress.reached if self.profile.link.batch == 1 else ():
+            self._link.post(Kind.EVENT, bytes((seq & 0xFF,)), Priority.EVENT)
+        if self._status_is_new(state, now_us):
+            self._status_us = now_us
+            self._post_key(state, now_us, Priority.EVENT)
+        elif self._next_us is None or now_us >= self._next_us:
+            self._periodic(state, now_us)
+
+    def _status_is_new(self, state: RadioState, now_us: int) -> bool:
+        """Changes of status go at once; on a starved channel only those that matter for safety."""
+        if self._told is None or (self._status_us is not None and now_us - self._status_us < self._status_gap_us):
+            return False
+        if self.profile.link.batch == 1:
+            return state.status != self._told.status
+        told = self._told
+        return (state.armed, state.action, state.guard) != (told.armed, told.action, told.guard)
+
+    @property
+    def _status_gap_us(self) -> int:
+        return _STATUS_GAP_US if self.profile.link.batch == 1 else _THRIFTY_GAP_US
+
+    def _periodic(self, state: RadioState, now_us: int) -> None:
+        due_us = now_us if self._next_us is None else self._next_us
+        self._next_us = max(due_us + self._state_us, now_us)
+        if self.profile.link.batch > 1:
+            self._collect_sample(state)
+            return
+        base = self._base
+        body = None
+        if base is not None and now_us - base[2] < self._key_us:
+            body = encode_delta(base[1], base[0], state)
+        if body is None:
+            # an older key may still serve while its successor waits for the shore's word
+            self._post_key(state, now_us, Priority.STATE)
+            return
+        self._link.post(Kind.DELTA, body, Priority.STATE)
+
+    def _collect_sample(self, state: RadioState) -> None:
+        self._told = self._told or state
+        self._samples.append(state)
+        if len(self._samples) >= self.profile.link.batch:
+            self._link.post(Kind.BATCH, encode_batch(self._samples, round(self.profile.link.state_s)), Priority.STATE)
+            self._told = state
+            self._samples = []
+
+    def _post_key(self, state: RadioState, now_us: int, priority: Priority) -> None:
+        self._mark = (self._mark + 1) % 4
+        if self._base is not None and self._mark == self._base[0]:
+            self._mark = (self._mark + 1) % 4
+        body = encode_key(state, self._mark)
+        self._told = state
+        self._pending = {body: (settle(state), now_us)}
+        self._link.post(Kind.KEY, body, priority)
+
+    def _collect(self) -> None:
+        """Learn in which frame the last key went out."""
+        if self._link.last_posted is None:
+            return
+        counter, body = self._link.last_posted
+        found = self._pending.pop(body, None)
+        if found is not None:
+            self._sent.pop(counter % 64, None)
+            self._sent[counter % 64] = (body, *found)
+            while len(self._sent) > _KEYS_KEPT:
+                self._sent.pop(next(iter(self._sent)))
+
+    def _queue_texts(self, now_us: int, snapshot: Snapshot) -> None:
+        if not self.profile.link.texts:
+            return
+        for text in snapshot.texts:
+            if text.severity <= Severity.WARNING:
+                self._texts.append((text.severity, text.text))
+        if self._texts and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
+            severity, words = self._texts.popleft()
+            self._text_us = now_us
+            self._link.post(Kind.TEXT, bytes((severity,)) + words.encode()[: self._text_bytes], Priority.EVENT)

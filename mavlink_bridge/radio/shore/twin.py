@@ -1,0 +1,390 @@
+"""The shore's end of the compact link: a twin that ground stations see as the vessel.
+
+It answers reads from what it keeps and sends only changes over the air. What the vessel has not confirmed is never
+called done: a request ends with the vessel's own answer or, when none comes in time, as failed. While the last
+authentic state is too old there is no snapshot, and so no heartbeat for the stations.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Final
+
+from ...language.messages import ActuatorOutput, LogText, Severity
+from ...language.requests import (
+    Arm,
+    LoadPlan,
+    Origin,
+    PlanItem,
+    PlanKind,
+    Reply,
+    RequestBody,
+    Result,
+    SetHomePosition,
+    SetParameter,
+)
+from ...language.snapshot import Snapshot
+from ...mavlink.missions.plan_rules import plan_id
+from ...mavlink.persona import Identity, ParamTable
+from ..air import Priority, RadioProfile
+from ..air.rhythm import Rhythm
+from ..codec.bits import BitsError
+from ..codec.command import encode_command
+from ..codec.frames import OVERHEAD, Direction, Frame, Kind
+from ..codec.info import WANTED_PLAN, Info, Wanted, decode, params_check
+from ..codec.plan import PlanCodecError, decode_plan, encode_plan
+from ..codec.request import OVERRULED, crosses, encode_request
+from ..codec.state import KEY_BYTES, RadioState, decode_batch
+from ..link import CompactLink
+from ..transfer import Message, Outcome
+from ..vessel_clock import VesselClock
+from .keys import HeardKeys
+from .memory import Picture, heard_us
+from .sync import Sync
+from .view import CachedParams, CachedPlans, snapshot_of, with_health
+
+_WAY_US: Final = 40_000
+"""From the end of a packet to its bytes here: module and serial line."""
+_KEYS_WITHOUT_WORD: Final = 3
+_MAX_TEXTS: Final = 16
+_SAID_GAP_US: Final = 10_000_000
+_LOST_MEMORY: Final = "Radio: the vessel lost its counters and is not believed: make a new radio key for both ends"
+
+
+@dataclass(slots=True)
+class _Pending:
+    """A request on the air, and who waits for its answer."""
+
+    body: RequestBody
+    owners: list[Hashable]
+
+
+class ShoreTwin:
+    """The vessel as the shore knows it; a ``VehiclePort`` for endpoints.
+
+    ``params``: the parameter table of the vessel's software at its defaults; ``neutral``: what stands for the actuators in a snapshot.
+    """
+
+    def __init__(
+        self,
+        profile: RadioProfile,
+        key: bytes,
+        params: ParamTable,
+        identity: Identity,
+        neutral: ActuatorOutput,
+        rng: random.Random,
+        *,
+        memory: str = "",
+        save: Callable[[str], None] | None = None,
+        now_us: int = 0,
+        system_id: int = 1,
+    ) -> None:
+        self.profile = profile
+        self._address = (system_id, 1)
+        self.link = CompactLink(profile, key, Direction.TO_VESSEL, rng, memory=memory, save=save, now_us=now_us)
+        if profile.link.batch == 1:
+            self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
+        self.params = CachedParams(params)
+        self.plans = CachedPlans()
+        self.identity = identity
+        self.logs: None = None
+        """The vessel's logs never cross the radio."""
+        self.state: RadioState | None = None
+        self.state_us: int | None = None
+        """When the newest state was true."""
+        self.changed_params: list[str] = []
+        """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
+        self._neutral = neutral
+        self._keys = HeardKeys(profile.link)
+        self._clock = VesselClock(profile.link)
+        self._beacon_us: int | None = None
+        self._station_present = False
+        self._new_keys = 0
+        self._pending: dict[int, _Pending] = {}
+        self._replies: list[tuple[Hashable, Reply]] = []
+        self._texts: list[tuple[Severity, str]] = []
+        self._said: dict[str, int] = {}
+        self._text_number = 0
+        self._reached: list[int] = []
+        self._sync = Sync(profile, self.link)
+        self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
+        """Plans whose upload was given up without the vessel's word."""
+        self._verified = False
+        """Whether the vessel has said since the start what it has."""
+
+    def picture(self, utc_us: int, now_us: int) -> Picture:
+        """What is known, for the next start. ``utc_us``: the calendar now, 0 = unknown."""
+        age_us = 0 if self.state_us is None else now_us - self.state_us
+        plans = {kind: self.plans.items(kind) for kind in PlanKind}
+        home_e7, state_utc_us = self.plans.home_e7, utc_us - age_us if utc_us else 0
+        return Picture(plans, dict(self._unsure), self.params.known, home_e7, self.state, state_utc_us)
+
+    def restore(self, picture: Picture, utc_us: int, now_us: int) -> None:
+        """Take over an earlier run's picture. The vessel is asked at its first word whether it still holds."""
+        for kind, items in picture.plans.items():
+            self.plans.put(kind, items)
+        self.plans.home_e7 = picture.home_e7
+        self._unsure = dict(picture.unsure)
+        self.params.restore(picture.params)
+        if picture.state is not None:
+            self.state, self.state_us = picture.state, heard_us(picture, utc_us, now_us)
+
+    # ---- radio side ---------------------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, now_us: int) -> None:
+        """Take bytes from the modem as read. Never raises on input."""
+        old_hellos = self.link.opener.old_hellos
+        items = self.link.receive(data, now_us)
+        if self.link.opener.old_hellos > old_hellos:
+            self.say(Severity.WARNING, _LOST_MEMORY, now_us)
+        self._keys.of_session(self.link.other_session)
+        self._clock.of_session(self.link.other_session)
+        for item in items:
+            if isinstance(item, Message):
+                self._on_message(item, now_us)
+            else:
+                self._on_frame(item, now_us)
+        self._collect(now_us)
+
+    def take(self, now_us: int) -> bytes:
+        """The next frame for the modem when the air is free."""
+        frame = self.link.take(now_us)
+        self._collect(now_us)
+        return frame
+
+    def tick(self, now_us: int, *, station_present: bool) -> None:
+        """Serve beacon and synchronisation; call a few times a second."""
+        self._collect(now_us)
+        beacon_us = round(self.profile.link.beacon_s * 1e6)
+        if not beacon_us or self.link.heard_us is None:
+            return
+        due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
+        if due or station_present != self._station_present:
+            self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
+            key = self._keys.to_name(self.link.opener.counter, now_us)
+            known = 0 if key is None else 0x40 | key
+            self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
+
+    def age_s(self, now_us: int) -> float | None:
+        """Age of the newest authentic state."""
+        return None if self.state_us is None else (now_us - self.state_us) * 1e-6
+
+    def is_fresh(self, now_us: int) -> bool:
+        """Whether heartbeats may be sent for the vessel."""
+        age_s = self.age_s(now_us)
+        return age_s is not None and age_s <= self.profile.link.stale_after_s
+
+    # ---- stations' side -----------------------------------------------------------------------------------------
+
+    def submit(self, owner: Hashable, body: RequestBody, now_us: int, origin: Origin | None = None) -> None:
+        """Take a request; its answer comes by ``replies`` under ``owner``. An equal one that is on its way already is joined.
+
+        ``origin``: the command that it came in, which then crosses the air itself.
+        """
+        if body.nature.stops:
+            self._overrule(now_us)
+        for pending in self._pending.values():
+            if pending.body == body:
+                pending.owners.append(owner)
+                return
+        try:
+            number = self._send(body, now_us, origin)
+        except (ValueError, PlanCodecError) as error:
+            self._replies.append((owner, Reply(Result.DENIED, str(error))))
+            return
+        self._pending[number] = _Pending(body, [owner])
+
+    def _overrule(self, now_us: int) -> None:
+        """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
+        older = {number for number, pending in self._pending.items() if pending.body.nature.yields}
+        self.link.withdraw(older, OVERRULED)
+        self._collect(now_us)
+
+    def _send(self, body: RequestBody, now_us: int, origin: Origin | None) -> int:
+        settings = self.profile.link
+        if isinstance(body, LoadPlan):
+            payload = encode_plan(body.kind, body.items, self._near_e7())
+            return self.link.submit(Kind.PLAN, payload, Priority.COMMAND, now_us, round(settings.upload_s * 1e6))
+        if not crosses(body):
+            raise ValueError(f"{type(body).__name__} does not cross the radio link")
+        stop = body.nature.stops
+        return self.link.submit(
+            Kind.STOP if stop else Kind.ORDER,
+            encode_request(body) if origin is None else encode_command(origin, self._address),
+            Priority.STOP if stop else Priority.COMMAND,
+            now_us,
+            round(settings.command_s * 1e6),
+        )
+
+    def ignore(self, body: RequestBody, now_us: int) -> None:
+        """Say, now and then, that a stream of set-points does not cross the air."""
+        self.say(Severity.WARNING, f"{type(body).__name__} does not cross the radio link", now_us)
+
+    def replies(self) -> list[tuple[Hashable, Reply]]:
+        """Answers since the last call, with the owners given to ``submit``."""
+        found, self._replies = self._replies, []
+        return found
+
+    def snapshot(self, now_us: int, tick: int) -> Snapshot | None:
+        """The vessel as last heard; None while that is too old to show. Reached items and texts are handed out once."""
+        texts = tuple(self._log_texts(now_us))
+        if self.state is None or self.state_us is None or not self.is_fresh(now_us):
+            return None
+        reached, self._reached = tuple(self._reached), []
+        # a state of before the start is shown with the time of the start; its age is told apart
+        heard = max(self.state_us, 0)
+        return snapshot_of(self.state, heard, tick, self._neutral, self.plans, reached=reached, texts=texts)
+
+    def say(self, severity: Severity, text: str, now_us: int) -> None:
+        """Queue a text of the gateway's own; the same one at most every 10 s."""
+        last_us = self._said.get(text)
+        if last_us is not None and now_us - last_us < _SAID_GAP_US:
+            return
+        if len(self._said) > 2 * _MAX_TEXTS:
+            self._said.pop(next(iter(self._said)))
+        self._said[text] = now_us
+        self._texts = [*self._texts[-_MAX_TEXTS:], (severity, text)]
+
+    def texts(self) -> list[tuple[Severity, str]]:
+        """Texts since the last call or snapshot, for when there is no snapshot to carry them."""
+        found, self._texts = self._texts, []
+        return found
+
+    def _log_texts(self, now_us: int) -> list[LogText]:
+        found = []
+        if self.is_fresh(now_us):
+            for severity, text in self.texts():
+                self._text_number += 1
+                found.append(LogText(self._text_number, now_us, severity, text))
+        return found
+
+    def _near_e7(self) -> tuple[int, int] | None:
+        state = self.state
+        if state is None or state.lat_rad is None or state.lon_rad is None:
+            return None
+        return round(math.degrees(state.lat_rad) * 1e7), round(math.degrees(state.lon_rad) * 1e7)
+
+    # ---- what comes ---------------------------------------------------------------------------------------------
+
+    def _on_frame(self, frame: Frame, now_us: int) -> None:
+        if self.link.rhythm is not None and frame.kind in (Kind.KEY, Kind.DELTA):
+            span_us = self.link.clock.span_us(len(frame.body) + 6)
+            self.link.rhythm.heard(now_us - span_us - _WAY_US, span_us)
+        try:
+            if frame.kind is Kind.KEY:
+                self._on_key(frame, now_us)
+            elif frame.kind is Kind.DELTA:
+                self._on_delta(frame, now_us)
+            elif frame.kind is Kind.BATCH:
+                samples, _ = decode_batch(frame.body)
+                self._take_state(samples[-1], self._clock.made_us(samples[-1].t_s, now_us), now_us)
+        except BitsError:
+            return
+        if frame.kind is Kind.EVENT and frame.body:
+            self._reached.append(frame.body[0])
+        elif frame.kind is Kind.TEXT and len(frame.body) > 1:
+            self.say(Severity(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
+
+    def _on_key(self, frame: Frame, now_us: int) -> None:
+        is_first = self._keys.to_name(frame.counter, now_us) is None
+        state = self._keys.take(frame, now_us)
+        self._new_keys += 1
+        if self._beacon_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
+            # a word from here lets the vessel send differences again
+            self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
+        self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
+
+    def _on_delta(self, frame: Frame, now_us: int) -> None:
+        state = self._keys.apply(frame)
+        if state is None:
+            return
+        newest = self.state
+        if newest is not None:
+            # a difference is sent only while the status is its key's; of the rest a later key may have told
+            state = with_health(state, newest)
+        self._take_state(state, now_us, now_us)
+
+    def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
+        if made_us is not None:
+            self.state, self.state_us = state, made_us
+        if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
+            self._sync.lacks(Wanted.INFO)
+        self._sync.step(now_us)
+
+    def _on_message(self, message: Message, now_us: int) -> None:
+        reply = Reply(Result.ACCEPTED)
+        if message.kind is Kind.INFO:
+            found = decode(message.payload)
+            if isinstance(found, Info):
+                self._on_info(found, now_us)
+            elif found is not None:
+                self._sync.has(Wanted.PARAMS)
+                self.changed_params += self.params.put_changed(found)
+        elif message.kind is Kind.PLAN:
+            try:
+                kind, items = decode_plan(message.payload, self._near_e7())
+                self._keep_plan(kind, items, now_us)
+            except PlanCodecError as error:
+                reply = Reply(Result.FAILED, str(error))
+        else:
+            reply = Reply(Result.UNSUPPORTED)
+        self.link.answer(message.id, reply, now_us)
+
+    def _on_info(self, info: Info, now_us: int) -> None:
+        """Compare what the vessel has with what is kept here, and ask for what differs."""
+        self._verified = True
+        self.plans.home_e7 = info.home_e7
+        self._sync.has(Wanted.INFO)
+        for kind, flag in WANTED_PLAN.items():
+            number = info.plan_id(kind)
+            if number == self.plans.plan_id(kind):
+                self._sync.has(flag)
+                continue
+            unsure = self._unsure.pop(kind, None)
+            if number == 0:
+                self._keep_plan(kind, (), now_us)
+            elif unsure is not None and plan_id(unsure) == number:
+                self._keep_plan(kind, unsure, now_us)
+                self.say(Severity.NOTICE, "the vessel has stored the plan that was not confirmed before", now_us)
+            else:
+                self._sync.lacks(flag)
+        if info.params != params_check(self.params):
+            self._sync.lacks(Wanted.PARAMS)
+        self._sync.step(now_us)
+
+    def _keep_plan(self, kind: PlanKind, items: tuple[PlanItem, ...], now_us: int) -> None:
+        self.plans.put(kind, items)
+        self._unsure.pop(kind, None)
+        self._sync.has(WANTED_PLAN[kind])
+
+    # ---- how requests end ---------------------------------------------------------------------------------------
+
+    def _collect(self, now_us: int) -> None:
+        for outcome in self.link.outcomes():
+            if self._sync.ended(outcome.id):
+                continue
+            pending = self._pending.pop(outcome.id, None)
+            if pending is not None:
+                self._settle(pending, outcome, now_us)
+
+    def _settle(self, pending: _Pending, outcome: Outcome, now_us: int) -> None:
+        body, reply = pending.body, outcome.reply
+        if reply.result is Result.ACCEPTED:
+            self._accepted(body, now_us)
+        elif isinstance(body, LoadPlan) and reply.result is Result.FAILED:
+            self._unsure[body.kind] = body.items
+        self._replies += [(owner, reply) for owner in pending.owners]
+
+    def _accepted(self, body: RequestBody, now_us: int) -> None:
+        if isinstance(body, LoadPlan):
+            self._keep_plan(body.kind, body.items, now_us)
+        elif isinstance(body, SetParameter):
+            self.params.put(body.name, body.value)
+        elif isinstance(body, SetHomePosition) and body.lat_rad is not None and body.lon_rad is not None:
+            self.plans.home_e7 = round(math.degrees(body.lat_rad) * 1e7), round(math.degrees(body.lon_rad) * 1e7)
+        elif isinstance(body, Arm) and body.arm and self.profile.link.beacon_s == 0.0:
+            text = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
+            self.say(Severity.WARNING, text, now_us)

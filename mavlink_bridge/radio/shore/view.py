@@ -1,0 +1,173 @@
+"""The vessel as last heard over the radio: a ``Snapshot`` for the shore's endpoints, and cached plans and parameters.
+
+Nothing is extrapolated: values keep the time of the state that brought them, and what the radio does not tell is
+unknown.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from ...language.messages import ActuatorOutput, ActuatorStatus, EstimatedState, GpsFix, LogText, SupplyVoltage
+from ...language.requests import PlanItem, PlanKind
+from ...language.snapshot import Health, Progress, Snapshot
+from ...mavlink.missions.plan_rules import plan_id
+from ...mavlink.persona import ParamInfo, ParamTable
+from ..codec.request import name_codes
+from ..codec.state import RadioState
+
+
+class CachedParams:
+    """The vessel's parameters: a table of the same software with the values that the vessel told."""
+
+    def __init__(self, table: ParamTable) -> None:
+        self._table = table
+        self._codes = name_codes(info.name for index in range(len(table)) if (info := table.at(index)) is not None)
+        self._values: dict[str, float] = {}
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    def index(self, name: str) -> int | None:
+        return self._table.index(name)
+
+    def get(self, name: str) -> ParamInfo | None:
+        info = self._table.get(name)
+        return None if info is None else self._with_value(info)
+
+    def at(self, index: int) -> ParamInfo | None:
+        info = self._table.at(index)
+        return None if info is None else self._with_value(info)
+
+    def _with_value(self, info: ParamInfo) -> ParamInfo:
+        return replace(info, value=self._values[info.name]) if info.name in self._values else info
+
+    @property
+    def known(self) -> dict[str, float]:
+        """What the vessel told or accepted."""
+        return dict(self._values)
+
+    def restore(self, values: Mapping[str, float]) -> None:
+        """Take over ``known`` of an earlier run; names that this software does not have are left out."""
+        self._values = {name: value for name, value in values.items() if self._table.get(name) is not None}
+
+    def put(self, name: str, value: float) -> None:
+        """Note a value that the vessel has accepted, as a REAL32."""
+        self._values[name] = struct.unpack("<f", struct.pack("<f", value))[0]
+
+    def put_changed(self, values: Mapping[int, float]) -> list[str]:
+        """Take the vessel's list of what differs from the defaults, by name code; return the names that changed."""
+        infos = [info for index in range(len(self)) if (info := self.at(index)) is not None]
+        before = {info.name: info.value for info in infos}
+        self._values = {info.name: info.default for info in infos if info.default is not None}
+        for code, value in values.items():
+            if code in self._codes:
+                self._values[self._codes[code]] = value
+        return [name for name, value in before.items() if self._values.get(name, value) != value]
+
+
+class CachedPlans:
+    """The plans that the vessel has, as far as the shore knows them."""
+
+    def __init__(self) -> None:
+        self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
+        self._ids = dict.fromkeys(PlanKind, 0)
+        self.home_e7: tuple[int, int] | None = None
+
+    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
+        return self._items[kind]
+
+    def plan_id(self, kind: PlanKind) -> int:
+        return self._ids[kind]
+
+    @property
+    def home(self) -> tuple[float, float] | None:
+        if self.home_e7 is None:
+            return None
+        return math.radians(self.home_e7[0] / 1e7), math.radians(self.home_e7[1] / 1e7)
+
+    def put(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
+        self._items[kind] = tuple(items)
+        self._ids[kind] = plan_id(items) if items else 0
+
+
+def snapshot_of(
+    state: RadioState,
+    heard_us: int,
+    tick: int,
+    neutral: ActuatorOutput,
+    plans: CachedPlans,
+    *,
+    reached: tuple[int, ...] = (),
+    texts: tuple[LogText, ...] = (),
+) -> Snapshot:
+    """Build the picture. ``neutral`` stands for the actuators, of which the radio tells nothing."""
+    ids = tuple(plans.plan_id(kind) for kind in PlanKind)
+    home = plans.home
+    return Snapshot(
+        t_us=heard_us,
+        tick=tick,
+        state=EstimatedState(
+            t_us=heard_us,
+            lat_rad=state.lat_rad,
+            lon_rad=state.lon_rad,
+            psi_rad=state.psi_rad,
+            phi_rad=state.phi_rad,
+            theta_rad=state.theta_rad,
+            sog_mps=state.sog_mps,
+            alt_m=state.alt_m,
+            fix_type=state.fix,
+        ),
+        mode=state.mode,
+        armed=state.armed,
+        output=neutral,
+        progress=Progress(
+            state=state.plan_state,
+            seq=_whole_seq(state.seq, len(plans.items(PlanKind.MISSION))),
+            total=len(plans.items(PlanKind.MISSION)),
+            mission_id=ids[0],
+            fence_id=ids[1],
+            rally_id=ids[2],
+            reached=reached,
+        ),
+        fix=GpsFix(heard_us, state.fix, lat_rad=state.lat_rad, lon_rad=state.lon_rad, sog_mps=state.sog_mps),
+        guard=state.guard,
+        action=state.action,
+        health=Health(
+            gps=state.gps_ok,
+            heading=state.heading_ok,
+            attitude=state.phi_rad is not None,
+            depth=None if state.alt_m is None else True,
+            actuators=state.actuators_ok,
+            battery=None if state.battery is None else True,
+            prearm_ok=state.prearm_ok,
+        ),
+        supply=None if state.battery is None else SupplyVoltage(heard_us, None, remaining=state.battery),
+        actuator=ActuatorStatus(heard_us),
+        home_lat_rad=home[0] if home else None,
+        home_lon_rad=home[1] if home else None,
+        texts=texts,
+    )
+
+
+def with_health(state: RadioState, newest: RadioState) -> RadioState:
+    """One state with the battery, fix, attitude and health of another."""
+    return replace(
+        state,
+        phi_rad=newest.phi_rad,
+        theta_rad=newest.theta_rad,
+        battery=newest.battery,
+        fix=newest.fix,
+        gps_ok=newest.gps_ok,
+        heading_ok=newest.heading_ok,
+        actuators_ok=newest.actuators_ok,
+        prearm_ok=newest.prearm_ok,
+    )
+
+
+def _whole_seq(low: int, total: int) -> int:
+    """The item number of which the radio tells the low seven bits: the only one in the plan, or the lowest."""
+    return low if low < total or total == 0 else min(low, max(total - 1, 0))

@@ -1,0 +1,277 @@
+"""Messages that must arrive, whole and once: cut into pieces, repeated until answered, executed a single time.
+
+The sender keeps an ``Outgoing`` until its REPLY comes or its time is over; the receiver keeps an ``Incoming`` while
+pieces arrive and remembers the answers of the last messages, so that the same message again is answered again and not
+executed again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import Final
+from zlib import crc32
+
+from ..language.requests import Reply, Result
+from .air import Priority
+from .codec import erasure
+from .codec.frames import Kind
+
+_POLL: Final = 0x80
+_LENGTH_MARK: Final = b"\x80"
+_REPAIR_MAX: Final = 2.5
+_REPAIR_MIN_SHARE: Final = 1.0 / _REPAIR_MAX
+_RESULTS: Final = tuple(Result)
+_REMEMBERED: Final = 48
+_COMING: Final = 4
+
+
+@dataclass(slots=True)
+class Outgoing:
+    """A message on its way. Long ones go as rows of an erasure code: any ``len(parts)`` of them are enough."""
+
+    id: int
+    kind: Kind
+    parts: tuple[bytes, ...]
+    priority: Priority
+    deadline_us: int
+    next_us: int = 0
+    """When the next frame may be sent; after a question, when the answer is overdue."""
+    off_us: int = 0
+    """When the last question left the air."""
+    late_us: int = 0
+    """How long after the question before it the last one was asked, from the air being free."""
+    quiet_us: int = 0
+    """Until when the answer to the last question may be on its way."""
+    tries: int = 0
+    """Questions asked so far."""
+    greeted: bool = False
+    """A HELLO went out between its first try and the second."""
+    asked: bool = False
+    """The last frame asked for an answer that has not come."""
+    left: int = 0
+    """Rows still to be sent before the next question."""
+    sent: int = 0
+    """Rows sent so far."""
+    arrived: int = 0
+    """Rows that the other end is known to have."""
+
+    def __post_init__(self) -> None:
+        self.left = len(self.parts)
+
+    @property
+    def is_single(self) -> bool:
+        return len(self.parts) == 1
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether the other end knows that a long message is coming, and keeps quiet for it."""
+        return not self.is_single and self.sent > 1
+
+    def next_size(self) -> int:
+        """Bytes of the next frame."""
+        if self.is_single:
+            return len(self.parts[0]) + 7
+        return len(self.parts[0]) + 9 if self.left else 9
+
+    def next_frame(self) -> tuple[Kind, bytes]:
+        """The next frame's kind and body: the message, a row of it, or a short question."""
+        if self.is_single:
+            self.asked = True
+            self.tries += 1
+            return self.kind, bytes((self.id,)) + self.parts[0]
+        head, body = 0, b""
+        if self.left:
+            head = self._row()
+            body = erasure.piece(self.parts, head)
+            self.sent += 1
+            self.left -= 1
+        flags = len(self.parts) - 1
+        if not self.left:
+            flags |= _POLL
+            self.asked = True
+            self.tries += 1
+        return Kind.PIECE, bytes((self.id, head, flags)) + body
+
+    def _row(self) -> int:
+        if self.sent < len(self.parts):
+            return self.sent
+        spare = erasure.ROWS - erasure.MAX_PIECES
+        return erasure.MAX_PIECES + (self.sent - len(self.parts)) % spare
+
+    def begin_round(self) -> None:
+        """No answer came. While the other end probably lacks something send more rows, later a row and a short question in turn."""
+        self.asked = False
+        if self.is_single:
+            return
+        lacking = 2 * len(self.parts) - self.arrived - self.sent
+        if lacking > 0:
+            self.left = max((2 * lacking) // 3, 1)
+        elif self.tries % 3 == 0:
+            self.left = 1
+
+    def heard_account(self, arrived: int) -> None:
+        """Take the number of rows that the other end has; what is missing is sent with a reserve for what is lost so often."""
+        self.arrived = max(self.arrived, arrived)
+        share = max(arrived / max(self.sent, 1), _REPAIR_MIN_SHARE)
+        self.left = math.ceil((len(self.parts) - self.arrived) / share)
+        self.asked = False
+
+
+def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
+    """Cut a payload. One that fits a frame stays whole; else the parts, equally long, hold the message's kind and the payload.
+
+    Raises ValueError when it is too long.
+    """
+    room = max_frame_bytes - 6
+    if len(payload) <= room - 1:
+        return (payload,)
+    data = bytes((kind,)) + payload + _LENGTH_MARK
+    count = math.ceil(len(data) / (room - 3))
+    if count > erasure.MAX_PIECES:
+        raise ValueError(f"{len(payload)} bytes are more than one message may have")
+    size = math.ceil(len(data) / count)
+    data = data.ljust(count * size, b"\0")
+    return tuple(data[at : at + size] for at in range(0, len(data), size))
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a message of ours ended."""
+
+    id: int
+    reply: Reply
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message that has arrived whole, for the first time."""
+
+    id: int
+    kind: Kind
+    payload: bytes
+
+
+@dataclass(slots=True)
+class _Incoming:
+    count: int
+    rows: dict[int, bytes] = field(default_factory=dict)
+    heard_us: int = 0
+    """When its last piece came."""
+
+
+@dataclass(slots=True)
+class _Known:
+    digest: int
+    reply: bytes | None = None
+    """The answer's body, None while the vessel works on it."""
+    is_stop: bool = False
+
+
+class Inbox:
+    """The receiving side. ``given_up_us``: how long after its last piece a message can no longer be completed by its sender."""
+
+    def __init__(self, given_up_us: int) -> None:
+        self._given_up_us = given_up_us
+        self._coming: OrderedDict[int, _Incoming] = OrderedDict()
+        self._known: OrderedDict[int, _Known] = OrderedDict()
+        self.duplicates = 0
+
+    def is_receiving(self, now_us: int, quiet_us: int) -> bool:
+        """Whether a message is coming in pieces, the last of them within ``quiet_us``. One given up half way hinders nobody."""
+        return any(now_us - coming.heard_us < quiet_us for coming in self._coming.values())
+
+    def forget(self) -> None:
+        """The other end has started anew: its numbers mean nothing any more."""
+        self._coming.clear()
+        self._known.clear()
+
+    def whole(self, kind: Kind, body: bytes) -> tuple[Message | None, bytes | None]:
+        """Take a one-frame message: (it, None) the first time, (None, the answer) again, (None, None) while it is worked on."""
+        if not body:
+            return None, None
+        return self._accept(body[0], kind, body[1:])
+
+    def piece(self, body: bytes, now_us: int) -> tuple[Message | None, bytes | None, bytes | None]:
+        """Take a piece: (message, answer, account of the rows when asked for)."""
+        if len(body) < 3:
+            return None, None, None
+        number, row, poll, count = body[0], body[1], bool(body[2] & _POLL), (body[2] & 0x3F) + 1
+        known = self._known.get(number)
+        if known is not None:
+            # it came whole before: its answer was lost, or is still being worked on
+            return None, known.reply if poll else None, None
+        coming = self._part(number, count, now_us)
+        if len(body) > 3 and len(coming.rows) < count:
+            coming.rows[row] = body[3:]
+        data = erasure.rebuild(coming.rows, count) if len(coming.rows) >= count else None
+        if data is not None:
+            del self._coming[number]
+            return self._finish(number, data.rstrip(b"\0")[:-1])
+        return None, None, bytes((number, len(coming.rows))) if poll else None
+
+    def _part(self, number: int, count: int, now_us: int) -> _Incoming:
+        """What has come of a message so far. Rows of one that was given up must not mix with those of a later one of its number."""
+        for old in [key for key, item in self._coming.items() if now_us - item.heard_us > self._given_up_us]:
+            del self._coming[old]
+        coming = self._coming.get(number)
+        if coming is None or coming.count != count:
+            coming = self._coming[number] = _Incoming(count)
+            while len(self._coming) > _COMING:
+                self._coming.popitem(last=False)
+        coming.heard_us = now_us
+        return coming
+
+    def _finish(self, number: int, data: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
+        try:
+            kind = Kind(data[0])
+        except (ValueError, IndexError):
+            return None, None, None
+        message, reply = self._accept(number, kind, data[1:], crc32(data))
+        return message, reply, None
+
+    def _accept(
+        self, number: int, kind: Kind, payload: bytes, digest: int | None = None
+    ) -> tuple[Message | None, bytes | None]:
+        digest = crc32(bytes((kind,)) + payload) if digest is None else digest
+        known = self._known.get(number)
+        if known is not None and known.digest == digest:
+            self.duplicates += 1
+            return None, known.reply
+        self._known.pop(number, None)
+        self._known[number] = _Known(digest, is_stop=kind is Kind.STOP)
+        while len(self._known) > _REMEMBERED:
+            self._known.popitem(last=False)
+        return Message(number, kind, payload), None
+
+    def answered(self, number: int, reply: Reply, reason_bytes: int) -> tuple[bytes, bool] | None:
+        """Note the answer to a message; return its frame body and whether the message was a stop; None for an unknown number."""
+        known = self._known.get(number)
+        if known is None:
+            return None
+        reason = b"" if reply.result is Result.ACCEPTED else reply.reason.encode()[:reason_bytes]
+        known.reply = bytes(((number & 31) << 3 | _RESULTS.index(reply.result),)) + reason
+        return known.reply, known.is_stop
+
+    def save(self) -> list[list[int | str | None]]:
+        """What must outlive a restart, so that nothing is executed twice."""
+        return [
+            [number, known.digest, known.reply.hex() if known.reply else None] for number, known in self._known.items()
+        ]
+
+    def restore(self, saved: list[list[int | str | None]]) -> None:
+        """Raises ValueError or TypeError for what ``save`` did not make. What was not answered then counts as failed."""
+        failed = _RESULTS.index(Result.FAILED)
+        for number, digest, reply in saved:
+            if not isinstance(number, int) or not isinstance(digest, int):
+                raise TypeError("number and digest must be whole numbers")
+            body = bytes.fromhex(reply) if isinstance(reply, str) else bytes(((number & 31) << 3 | failed,))
+            self._known[number & 0xFF] = _Known(digest, body)
+
+
+def read_reply(body: bytes) -> tuple[int, Reply] | None:
+    """Take a REPLY apart: low five bits of the message's number, and the answer."""
+    if not body or body[0] & 7 >= len(_RESULTS):
+        return None
+    return body[0] >> 3, Reply(_RESULTS[body[0] & 7], body[1:].decode("utf-8", "replace"))

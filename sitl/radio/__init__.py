@@ -1,0 +1,7 @@
+"""Two LoRa modules and the air between them, in virtual time."""
+
+from __future__ import annotations
+
+from .air import RadioConfig, RadioPair
+
+__all__ = ["RadioConfig", "RadioPair"]

@@ -1,0 +1,116 @@
+"""What a scenario keeps of its run: one row for each tick, of the truth, of the board's pins and of the vessel's own picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from companion.core.guide.paths import Segment, figure_eight, racetrack
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import Goto, Loiter, LoiterDirection, LoiterKind, Maneuver, Mode, PlanState
+from mavlink_bridge.language.snapshot import Snapshot
+from tools.cells.control_cells import distance_m
+
+from ..plant import Truth
+
+Point = tuple[float, float]
+NEUTRAL_US: Final = 1500.0
+STILL_US: Final = 10.0
+"""A pulse this near to the middle turns nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One tick."""
+
+    t_s: float
+    north_m: float
+    east_m: float
+    speed_mps: float
+    altitude_m: float | None
+    neutral: bool
+    snapshot: Snapshot
+    loiter: Loiter | None
+    leg: tuple[Point, Point] | None
+    path_error_m: float | None
+    """To the figure of a loiter once it has been reached; outside a circle is positive."""
+    bearing_rad: float | None
+    """From the centre of the circle that is sailed."""
+
+
+class Logbook:
+    """Rows of a run. ``keel_m`` is the keel's depth below the surface."""
+
+    def __init__(self, frame: LocalFrame, keel_m: float) -> None:
+        self.rows: list[Row] = []
+        self.frame = frame
+        self._keel_m = keel_m
+        self._reached = self._current = -1
+        self._plan: Sequence[Maneuver] = ()
+
+    def add(self, truth: Truth, snapshot: Snapshot, plan: Sequence[Maneuver], pulses_us: Sequence[float]) -> None:
+        """Take one tick."""
+        if plan is not self._plan:
+            self._plan, self._reached, self._current = plan, -1, -1
+        here = (truth.north_m, truth.east_m)
+        item = self._item(snapshot)
+        loiter = item if isinstance(item, Loiter) and self._joined(item, snapshot) else None
+        self.rows.append(
+            Row(
+                truth.t_us * 1e-6,
+                *here,
+                math.hypot(truth.vn_mps, truth.ve_mps),
+                None if truth.depth_m is None else truth.depth_m - self._keel_m,
+                all(abs(pulse - NEUTRAL_US) < STILL_US for pulse in pulses_us),
+                snapshot,
+                loiter,
+                self._leg(item) if isinstance(item, Goto) else None,
+                None if loiter is None else self._path_error_m(loiter, here, snapshot),
+                None if loiter is None else self._bearing_rad(loiter, here),
+            )
+        )
+
+    def _item(self, snapshot: Snapshot) -> Maneuver | None:
+        seq = snapshot.progress.seq
+        under_way = snapshot.mode is Mode.AUTO and snapshot.armed and snapshot.progress.state is PlanState.ACTIVE
+        sailed = under_way and snapshot.path.cross_track_m is not None and seq == self._current
+        self._current = seq  # in the tick of a change the path is still the old item's
+        return self._plan[seq] if sailed and seq < len(self._plan) else None
+
+    def _joined(self, item: Loiter, snapshot: Snapshot) -> bool:
+        if snapshot.path.on_path:
+            self._reached = item.seq
+        return self._reached == item.seq
+
+    def _leg(self, item: Goto) -> tuple[Point, Point] | None:
+        before = next((other for other in reversed(self._plan[: item.seq]) if isinstance(other, Goto | Loiter)), None)
+        if not isinstance(before, Goto):
+            return None
+        return self._point(before), self._point(item)
+
+    def _point(self, item: Goto | Loiter) -> Point:
+        return self.frame.to_local(item.lat_rad, item.lon_rad)
+
+    def _bearing_rad(self, item: Loiter, here: Point) -> float | None:
+        if item.kind is not LoiterKind.CIRCULAR:
+            return None
+        north_m, east_m = self._point(item)
+        return math.atan2(here[1] - east_m, here[0] - north_m)
+
+    def _path_error_m(self, item: Loiter, here: Point, snapshot: Snapshot) -> float:
+        centre = self._point(item)
+        if item.kind is LoiterKind.HOVER:
+            return math.dist(here, centre)
+        radius_m = abs(snapshot.path.orbit_radius_m or item.radius_m or 0.0)
+        if item.kind is LoiterKind.CIRCULAR:
+            return math.dist(here, centre) - radius_m
+        return distance_m(_figure(item, centre, abs(item.radius_m or radius_m)), *here)
+
+
+def _figure(item: Loiter, centre: Point, radius_m: float) -> tuple[Segment, ...]:
+    sense = -1 if item.direction is LoiterDirection.CCW else 1
+    length_m, bearing_rad = item.length_m or 2.0 * radius_m, item.bearing_rad or 0.0
+    draw = racetrack if item.kind is LoiterKind.RACETRACK else figure_eight
+    return draw(centre, radius_m, length_m, bearing_rad, sense)

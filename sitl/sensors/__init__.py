@@ -1,0 +1,8 @@
+"""The simulated sensors: truth in, NMEA bytes out, with the faults that real ones have."""
+
+from __future__ import annotations
+
+from .config import SensorConfig, SensorFaults
+from .talkers import SensorSuite
+
+__all__ = ["SensorConfig", "SensorFaults", "SensorSuite"]

@@ -1,0 +1,138 @@
+"""The plant on its carriers: who hands the simulated sensors', board's and radio's bytes to the vessel's computer.
+
+The vessel's own link URLs say what to serve: ``tcp://`` is served by a listening socket, ``serial:`` by a pty, ``mem:`` by the
+other end in this process. So one configuration describes both sides.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from companion.core.hull import VesselConfig
+from companion.io.links import Link, LinkConfigError, Received, open_link
+from companion.radio import load_radio
+
+from ..plant import Truth
+from ..radio import RadioPair
+from ..radio.air import RadioEnd
+from .plant import Board, Plant
+from .settings import SimSettings
+
+
+def counterpart(url: str) -> str:
+    """Return the URL that serves what ``url`` connects to. Raises LinkConfigError for one that no simulator can serve."""
+    scheme, _, rest = url.partition(":")
+    if scheme == "tcp":
+        return f"tcp-listen:{rest}"
+    if scheme == "serial":
+        return f"pty:{rest.partition('?')[0]}"
+    if scheme == "mem":
+        return url
+    if scheme == "udp-listen":
+        return f"udp:{rest}"
+    raise LinkConfigError(f"the simulator cannot serve {url}: use tcp://, serial:RUN_DIR/... or mem:")
+
+
+def served(settings: SimSettings) -> list[tuple[str, str]]:
+    """Name and URL of every link that serves a simulated device to a vessel with these settings. Raises LinkConfigError."""
+    return [(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
+
+
+@dataclass(slots=True)
+class _RadioHost:
+    """A radio module's serial side on a link."""
+
+    end: RadioEnd
+    link: Link
+
+    def shuttle(self, now_us: int) -> None:
+        for event in self.link.poll(now_us):
+            if isinstance(event, Received):
+                self.end.write(event.data)
+        if self.end.module.for_host:
+            data = self.end.read()
+            if data:
+                self.link.write(0, data)
+
+
+class Surroundings:
+    """Plant and radio with their links. ``make_link`` as in ``companion.build``."""
+
+    def __init__(
+        self,
+        settings: SimSettings,
+        vessel: VesselConfig,
+        seed: int,
+        *,
+        shore_url: str | None,
+        make_link: Callable[[str, str], Link] = open_link,
+        board: Board | None = None,
+    ) -> None:
+        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board)
+        profile = load_radio(settings.radio.profile)
+        radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
+        self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))
+        self._nmea: list[tuple[Link, set[int]]] = [(make_link(name, url), set()) for name, url in served(settings)]
+        """Each with its open channels."""
+        self._board = (
+            make_link("world-actuators", counterpart(settings.actuators.url)) if settings.actuators.url else None
+        )
+        self._hosts: list[_RadioHost] = []
+        if settings.radio.url:
+            self._hosts.append(_RadioHost(self.radio.vessel, make_link("world-radio", counterpart(settings.radio.url))))
+            if shore_url:
+                self._hosts.append(_RadioHost(self.radio.shore, make_link("world-shore", shore_url)))
+
+    @property
+    def truth(self) -> Truth:
+        return self.plant.truth
+
+    @property
+    def links(self) -> Sequence[Link]:
+        own = () if self._board is None else (self._board,)
+        return (*(link for link, _ in self._nmea), *own, *(host.link for host in self._hosts))
+
+    def step(self, now_us: int) -> Truth:
+        """Advance the world to ``now_us``: take actuator bytes, move, hand sensor bytes over."""
+        self.carry_commands()
+        sentences, status = self.plant.step(now_us)
+        if status and self._board is not None:
+            self._board.write(0, status)
+        self._publish(now_us, b"".join(sentences))
+        self._carry_radio(now_us)
+        return self.plant.truth
+
+    def pump(self, now_us: int) -> None:
+        """Carry actuator and radio bytes; may be called between steps."""
+        self.carry_commands()
+        self._carry_radio(now_us)
+
+    def _carry_radio(self, now_us: int) -> None:
+        self.radio.air.step(now_us)
+        for host in self._hosts:
+            host.shuttle(now_us)
+
+    def carry_commands(self) -> None:
+        """Hand to the actuator board what the vessel has written, at the time that the plant has come to."""
+        if self._board is None:
+            return
+        now_us = self.plant.now_us
+        for event in self._board.poll(now_us):
+            if isinstance(event, Received):
+                self.plant.board.receive(event.data, now_us)
+
+    def close(self) -> None:
+        for link in self.links:
+            link.close()
+
+    def _publish(self, now_us: int, data: bytes) -> None:
+        for link, channels in self._nmea:
+            for event in link.poll(now_us):
+                if isinstance(event, Received):
+                    continue
+                (channels.discard if hasattr(event, "reason") else channels.add)(event.channel)
+            if data:
+                for channel in channels:
+                    link.write(channel, data)
