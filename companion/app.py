@@ -43,6 +43,7 @@ from .io.links import Link
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings
+from .strangers import Strangers
 from .supervise import Supervisor
 
 
@@ -100,6 +101,7 @@ class App:
         self.facade = Facade(settings, self.vehicle.mission, identity)
         self.shared = Shared(self.vehicle.say)
         self.keeper: Keeper | None = None
+        self.strangers = Strangers(self.vehicle.say)
         self._watched = Supervisor(self.vehicle.say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False

@@ -153,7 +153,8 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
             on_station=met,
         )
 
-    return GroundPort(link, "endpoint", converse)
+    doorstep = app.strangers.doorstep(config, keeper.state, number, shared.composer)
+    return GroundPort(link, "endpoint", converse, doorstep)
 
 
 def _budget(bytes_per_s: int | None) -> Budget | None:

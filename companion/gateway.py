@@ -38,6 +38,7 @@ from .radio import load_radio, read_key
 from .security import Keeper
 from .settings import Settings, load
 from .settings.schema import EndpointSettings, SecurityConfig
+from .strangers import Strangers
 
 log = logging.getLogger(__name__)
 
@@ -108,6 +109,7 @@ class Gateway:
         self.keeper = Keeper(
             settings, self.store, lambda severity, text: self._say(severity.value, text), started_utc_us
         )
+        self.strangers = Strangers(lambda severity, text: self._say(severity.value, text))
         vessel = load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings()
         self.twin = ShoreTwin(
             self.profile,
@@ -169,7 +171,7 @@ class Gateway:
                 on_station=met,
             )
 
-        return GroundPort(link, "endpoint", converse)
+        return GroundPort(link, "endpoint", converse, self.strangers.doorstep(config, self.keeper.state, number))
 
     def _save(self, text: str) -> None:
         self.store.submit(SaveValue(MEMORY_KEY, text))

@@ -12,10 +12,12 @@ from typing import Protocol
 from mavlink_bridge.language.messages import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
 from mavlink_bridge.language.requests import Reply, Request
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 
 from .core.board import Arduino
 from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
+from .io.links.link import Guarded
 
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 MTU_BYTES = 1200
@@ -163,10 +165,23 @@ class Conversation(Protocol):
 
 
 class GroundPort(_Counted):
-    """A link to ground stations: one conversation for each channel."""
+    """A link to ground stations: one conversation for each channel.
 
-    def __init__(self, link: Link, kind: str, converse: Callable[[int, str], Conversation]) -> None:
+    ``doorstep`` (a signed link's) receives who comes; his conversation begins when he has proved that he may have one.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        kind: str,
+        converse: Callable[[int, str], Conversation],
+        doorstep: Callable[[str, bool], Doorstep] | None = None,
+    ) -> None:
         super().__init__(link, kind)
+        self._doorstep = doorstep
+        self.strangers: dict[int, Doorstep] = {}
+        if doorstep is not None and isinstance(link, Guarded):
+            link.guard()
         self.conversations: dict[int, Conversation] = {}
         self.talks: tuple[tuple[int, Conversation], ...] = ()
         """The same, to go through at each tick."""
@@ -180,13 +195,35 @@ class GroundPort(_Counted):
             return
         for event in events:
             if isinstance(event, Opened):
-                self.conversations[event.channel] = self._converse(event.channel, event.peer)
+                self._opened(event)
             elif isinstance(event, Closed):
                 self.conversations.pop(event.channel, None)
+                self.strangers.pop(event.channel, None)
                 self._backlog.pop(event.channel, None)
             elif event.channel in self.conversations:
                 self.conversations[event.channel].receive(event.data, now_us)
+            elif event.channel in self.strangers:
+                self._knock(event, now_us)
         self.talks = tuple(self.conversations.items())
+
+    def _opened(self, event: Opened) -> None:
+        if self._doorstep is None:
+            self.conversations[event.channel] = self._converse(event.channel, event.peer)
+            return
+        # a datagram's sender may be anybody; channel 0 is the peer that the owner wrote down
+        invited = event.channel == 0 or not self.link.datagrams
+        self.strangers[event.channel] = self._doorstep(event.peer, invited)
+
+    def _knock(self, event: Received, now_us: int) -> None:
+        """Hear a stranger; with a right signature he is none any more."""
+        proof = self.strangers[event.channel].receive(event.data, now_us)
+        if proof:
+            del self.strangers[event.channel]
+            talk = self._converse(event.channel, self.open_channels.get(event.channel, ""))
+            self.conversations[event.channel] = talk
+            if isinstance(self.link, Guarded):
+                self.link.trust(event.channel)
+            talk.receive(proof, now_us)
 
     def requests(self) -> list[tuple[Conversation, Request]]:
         return [(talk, request) for talk in self.conversations.values() for request in talk.requests()]
@@ -195,6 +232,10 @@ class GroundPort(_Counted):
         """Let every conversation speak of this tick."""
         for _, talk in self.talks:
             talk.tick(now_us, snapshot)
+        for channel, stranger in self.strangers.items():
+            stranger.tick(now_us, snapshot)
+            if due := stranger.take():
+                self.send(channel, due)
 
     def tell(self, now_us: int, snapshot: Snapshot) -> None:
         """Let every conversation speak of this tick, and send what is due."""

@@ -6,7 +6,7 @@ app sees only the events here, so a recorded run can feed it the very same ones.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mavlink_bridge.language.value import value
 
@@ -63,4 +63,17 @@ class Link(Protocol):
 
     def close(self) -> None:
         """Release everything; may be called twice."""
+        ...
+
+
+@runtime_checkable
+class Guarded(Protocol):
+    """A link that anybody may speak to, and whose places strangers could fill."""
+
+    def guard(self) -> None:
+        """From now on whoever comes is a stranger until ``trust`` says otherwise: strangers go first, and leave places free."""
+        ...
+
+    def trust(self, channel: int) -> None:
+        """Whoever is on this channel has proved that he belongs here: he keeps his place."""
         ...

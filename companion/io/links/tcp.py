@@ -8,6 +8,7 @@ import socket
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
+from .places import Place, room_for_strangers, to_leave
 from .resolve import Resolver
 from .stream import StreamLink, explain, read_some
 from .url import LinkConfigError, LinkUrl
@@ -17,6 +18,8 @@ MAX_BACKLOG_BYTES: Final = 256 * 1024
 MAX_BACKLOG_US: Final = 2_000_000
 CONNECT_LIMIT_US: Final = 3_000_000
 _ACCEPT_PAUSE_US: Final = 1_000_000
+_BACKLOG: Final = 128
+"""Connections that wait between two polls: more than a crowd makes in a tick, or an operator's would have to try again."""
 _SEND_BUFFER: Final = 64 * 1024
 
 
@@ -157,6 +160,8 @@ class TcpServerLink:
         self.name = name
         self._max_clients = max_clients
         self._clients: dict[int, _Sender] = {}
+        self._guarded = False
+        self._places: dict[int, Place] = {}
         self._next = 0
         self._paused_until_us = 0
         self._accepting = True
@@ -186,7 +191,7 @@ class TcpServerLink:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             sock.setblocking(False)
             sock.bind(address)
-            sock.listen(MAX_CLIENTS)
+            sock.listen(_BACKLOG)
         except OSError as error:
             if sock is not None:
                 sock.close()
@@ -207,10 +212,33 @@ class TcpServerLink:
             sender.flush(now_us)
             reason = sender.fault or reason
             if reason:
-                sender.sock.close()
-                del self._clients[channel]
-                events.append(Closed(channel, reason))
+                self._let_go(channel, reason, events)
         return events
+
+    def _let_go(self, channel: int, reason: str, events: list[LinkEvent]) -> None:
+        self._clients.pop(channel).sock.close()
+        self._places.pop(channel, None)
+        events.append(Closed(channel, reason))
+
+    def guard(self) -> None:
+        self._guarded = True
+
+    def trust(self, channel: int) -> None:
+        if channel in self._places:
+            self._places[channel].trusted = True
+
+    def _has_room(self, now_us: int, events: list[LinkEvent]) -> bool:
+        """Whether one more may come; on a guarded link a stranger leaves for him."""
+        full = len(self._clients) >= self._max_clients
+        if not self._guarded:
+            return not full
+        strangers = sum(not place.trusted for place in self._places.values())
+        if not full and strangers < room_for_strangers(self._max_clients):
+            return True
+        leaves = to_leave(self._places.items(), now_us)
+        if leaves is not None:
+            self._let_go(leaves, "made room for a newcomer", events)
+        return leaves is not None
 
     def _accept(self, now_us: int, events: list[LinkEvent]) -> None:
         self._accepting = True
@@ -224,12 +252,13 @@ class TcpServerLink:
                 self._paused_until_us = now_us + _ACCEPT_PAUSE_US
                 self._accepting = False
                 return
-            if len(self._clients) >= self._max_clients:
+            if not self._has_room(now_us, events):
                 self.refused += 1
                 sock.close()
                 continue
             _prepare(sock)
             self._clients[self._next] = _Sender(sock)
+            self._places[self._next] = Place(str(address[0]), now_us)
             events.append(Opened(self._next, f"{address[0]}:{address[1]}"))
             self._next += 1
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
+from .places import NEWCOMERS_AT_ONCE, NEWCOMERS_PER_S, STRANGER_IDLE_US, Place, room_for_strangers, to_leave
 from .resolve import Address, Resolver
 from .stream import Backoff, explain
 from .url import LinkConfigError, LinkUrl
@@ -39,26 +40,30 @@ class Flood:
     tokens: float = FLOOD_BURST
     filled_us: int = 0
     muted_until_us: int = 0
+    rate: float = FLOOD_RATE
+    burst: float = FLOOD_BURST
+    mute_us: int = MUTE_US
 
     def allows(self, now_us: int) -> bool:
         """Count one datagram; False when it is one too many."""
         if now_us < self.muted_until_us:
             return False
-        self.tokens = min(FLOOD_BURST, self.tokens + (now_us - self.filled_us) * 1e-6 * FLOOD_RATE)
+        self.tokens = min(self.burst, self.tokens + (now_us - self.filled_us) * 1e-6 * self.rate)
         self.filled_us = now_us
         if self.tokens < 1.0:
-            self.muted_until_us = now_us + MUTE_US
+            self.muted_until_us = now_us + self.mute_us
             return False
         self.tokens -= 1.0
         return True
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Peer:
     channel: int
     address: Address
     heard_us: int
     flood: Flood
+    place: Place
 
 
 def check_target(url: LinkUrl) -> None:
@@ -100,6 +105,8 @@ class UdpLink:
         self._socket: socket.socket | None = None
         self._target: Address | None = None
         self._target_open = False
+        self._guarded = False
+        self._newcomers = Flood(NEWCOMERS_AT_ONCE, rate=NEWCOMERS_PER_S, burst=NEWCOMERS_AT_ONCE, mute_us=0)
         self._peers: dict[Address, _Peer] = {}
         self._by_channel: dict[int, _Peer] = {}
         self._next = 1
@@ -158,7 +165,8 @@ class UdpLink:
             self._receive(self._socket, now_us, events)
             self._forget_idle(now_us, events)
             if self._kind == "udp-broadcast":
-                self._show_target(not self._peers, "a peer has answered", events)
+                answered = any(peer.place.trusted for peer in self._peers.values()) if self._guarded else self._peers
+                self._show_target(not answered, "a peer has answered", events)
         return events
 
     def _try_open(self, now_us: int) -> None:
@@ -208,13 +216,35 @@ class UdpLink:
                 events.append(Received(peer.channel, bytes(buffer[:size])))
 
     def _learn(self, address: Address, now_us: int, events: list[LinkEvent]) -> _Peer | None:
-        if len(self._by_channel) >= MAX_PEERS and not self._evict(now_us, events):
+        if not self._has_room(now_us, events):
             return None
-        peer = _Peer(self._next, address, now_us, Flood(filled_us=now_us))
+        peer = _Peer(self._next, address, now_us, Flood(filled_us=now_us), Place(str(address[0]), now_us))
         self._next += 1
         self._peers[address] = self._by_channel[peer.channel] = peer
         events.append(Opened(peer.channel, f"{address[0]}:{address[1]}"))
         return peer
+
+    def _has_room(self, now_us: int, events: list[LinkEvent]) -> bool:
+        """Whether one more may come; on a guarded link a stranger leaves for him."""
+        full = len(self._by_channel) >= MAX_PEERS
+        if self._guarded:
+            if not self._newcomers.allows(now_us):
+                return False
+            strangers = sum(not peer.place.trusted for peer in self._by_channel.values())
+            if strangers and (full or strangers >= room_for_strangers(MAX_PEERS)):
+                leaves = to_leave(((peer, peer.place) for peer in self._by_channel.values()), now_us)
+                if leaves is not None:
+                    self._forget(leaves, "made room for a newcomer", events)
+                return leaves is not None
+        return not full or self._evict(now_us, events)
+
+    def guard(self) -> None:
+        self._guarded = True
+
+    def trust(self, channel: int) -> None:
+        peer = self._by_channel.get(channel)
+        if peer is not None:
+            peer.place.trusted = True
 
     def _evict(self, now_us: int, events: list[LinkEvent]) -> bool:
         oldest = min(self._by_channel.values(), key=lambda peer: peer.heard_us)
@@ -225,8 +255,9 @@ class UdpLink:
 
     def _forget_idle(self, now_us: int, events: list[LinkEvent]) -> None:
         for peer in list(self._by_channel.values()):
-            if now_us - peer.heard_us > PEER_IDLE_US:
-                self._forget(peer, f"silent for {PEER_IDLE_US / 1e6:g} s", events)
+            limit_us = STRANGER_IDLE_US if self._guarded and not peer.place.trusted else PEER_IDLE_US
+            if now_us - peer.heard_us > limit_us:
+                self._forget(peer, f"silent for {limit_us / 1e6:g} s", events)
 
     def _forget(self, peer: _Peer, reason: str, events: list[LinkEvent]) -> None:
         del self._peers[peer.address], self._by_channel[peer.channel]

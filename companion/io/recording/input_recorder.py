@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from ..keeping import AnyStore, Completion, StoreContent, StoreOp
 from ..links import Link, LinkEvent, Opened, Received
+from ..links.link import Guarded
 from .frame_log import FrameLog
 from .inputs import (
     CLOSED,
@@ -164,6 +165,14 @@ class RecordingLink:
         if accepted and self._frames is not None:
             self._frames.said(data)
         return accepted
+
+    def guard(self) -> None:
+        if isinstance(self._link, Guarded):
+            self._link.guard()
+
+    def trust(self, channel: int) -> None:
+        if isinstance(self._link, Guarded):
+            self._link.trust(channel)
 
     def filenos(self) -> list[int]:
         return self._link.filenos()

@@ -142,6 +142,21 @@ class Verdict(Enum):
         return self in (Verdict.ACCEPTED, Verdict.ACCEPTED_UNSIGNED)
 
 
+def judge(state: SigningState, frame: Frame) -> Verdict:
+    """What a frame's signature is worth, remembering nothing: a look at who stands before the door."""
+    if state.key is None or frame.link_id is None or frame.timestamp is None:
+        return Verdict.UNSIGNED
+    expected = signature(state.key, frame.raw[:-SIGNATURE_LEN], frame.link_id, frame.timestamp)
+    if not hmac.compare_digest(expected, frame.raw[-6:]):
+        return Verdict.FORGED
+    newest = state.streams.get((frame.system, frame.component, frame.link_id))
+    if frame.timestamp <= max(newest or 0, state.floor):
+        return Verdict.REPLAYED
+    if newest is None and frame.timestamp + NEW_STREAM_BEHIND < state.timestamp:
+        return Verdict.TOO_OLD
+    return Verdict.ACCEPTED
+
+
 class Verifier:
     """Judges the frames of one link. ``texts`` gives the operator at most one sentence a minute for each cause and sender."""
 
@@ -173,28 +188,19 @@ class Verifier:
             return Verdict.UNSIGNED if policy.signed else Verdict.CLOSED
         if not policy.signed:
             return Verdict.CLOSED
-        key = self._state.key
-        if key is None:
+        if self._state.key is None:
             # without a key a signature says nothing: the frame counts as unsigned
             return Verdict.ACCEPTED_UNSIGNED if policy.unsigned else Verdict.UNSIGNED
-        return self._judge_signed(frame, key)
+        return self._judge_signed(frame)
 
-    def _judge_signed(self, frame: Frame, key: bytes) -> Verdict:
-        assert frame.link_id is not None
-        assert frame.timestamp is not None
-        expected = signature(key, frame.raw[:-SIGNATURE_LEN], frame.link_id, frame.timestamp)
-        if not hmac.compare_digest(expected, frame.raw[-6:]):
-            return Verdict.FORGED
+    def _judge_signed(self, frame: Frame) -> Verdict:
         state = self._state
+        verdict = judge(state, frame)
+        if verdict is not Verdict.ACCEPTED or frame.link_id is None or frame.timestamp is None:
+            return verdict
         stream = (frame.system, frame.component, frame.link_id)
-        newest = state.streams.get(stream)
-        if frame.timestamp <= max(newest or 0, state.floor):
-            return Verdict.REPLAYED
-        if newest is None:
-            if frame.timestamp + NEW_STREAM_BEHIND < state.timestamp:
-                return Verdict.TOO_OLD
-            if not self._make_room():
-                return Verdict.TABLE_FULL
+        if stream not in state.streams and not self._make_room():
+            return Verdict.TABLE_FULL
         state.streams[stream] = frame.timestamp
         state.timestamp = max(state.timestamp, frame.timestamp)
         return Verdict.ACCEPTED
