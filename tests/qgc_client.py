@@ -1,7 +1,8 @@
 """A ground station that connects as QGroundControl does: its sequence, timers and retries, without its windows.
 
 The core holds no socket and no clock: ``receive(data, now_us)``, ``take(now_us) -> bytes``. Times and retry rules are those of
-gcs.md §1.1 and §4.1 (QGroundControl master of 2026). Runnable by hand with a readable trace::
+gcs.md §1.1 and §4.1 (QGroundControl master of 2026) and, for what an operator presses (``qgc_buttons.py``), of qgc-real.md, where
+QGroundControl 4.3 itself was measured. ``generation`` chooses between the rules of 4.x and 5.x. Runnable by hand with a readable trace::
 
     python -m tests.qgc_client udp:127.0.0.1:14550        # listens, as QGroundControl does
     python -m tests.qgc_client tcp:127.0.0.1:5760 --upload
@@ -23,10 +24,12 @@ from typing import Any
 
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
+from tests.qgc_buttons import PLAN_S, Buttons, Generation, _Asked
 
 ARDUPILOT = 3
 FENCE, RALLY, FTP = 16384, 32768, 32
 NAN = math.nan
+_PLANS = {0: "Mission", 1: "GeoFence", 2: "Rally Point"}
 
 Script = Generator[tuple[str, Callable[[Any], bool], float], Any, Any]
 """A step of the sequence: yields (what it waits for, predicate, time-out in s), gets the message or None."""
@@ -40,6 +43,10 @@ class Report:
     states: list[tuple[str, float]] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     """What QGroundControl would show in a pop-up, or would miss silently."""
+    popups: list[str] = field(default_factory=list)
+    """Message boxes that an operator has to click away; each is among ``failures`` too."""
+    texts: list[tuple[float, int, str]] = field(default_factory=list)
+    """STATUSTEXTs as shown: seconds since the vehicle was found, severity, text."""
     params: dict[str, float] = field(default_factory=dict)
     modes: list[str] = field(default_factory=list)
     plans: dict[int, list[Any]] = field(default_factory=dict)
@@ -47,11 +54,23 @@ class Report:
     resends: int = 0
 
 
-class QgcClient:
+class QgcClient(Buttons):
     """One QGroundControl. Starts when it hears a vehicle's HEARTBEAT from component 1."""
 
-    def __init__(self, system: int = 255, component: int = 190, say: Callable[[str], None] = lambda line: None) -> None:
+    def __init__(
+        self,
+        system: int = 255,
+        component: int = 190,
+        say: Callable[[str], None] = lambda line: None,
+        generation: Generation = Generation.V5,
+    ) -> None:
         self.system, self.component = system, component
+        self.generation = generation
+        self.mode: int | None = None
+        self.armed = False
+        self.max_version: int | None = None
+        self._outstanding: dict[int, _Asked] = {}
+        self._chunks: list[str] = []
         self.codec = Codec(system, component)
         self.deframer = Deframer()
         self.report = Report()
@@ -87,6 +106,7 @@ class QgcClient:
         if self._next_heartbeat_us is None or now_us >= self._next_heartbeat_us:
             self._next_heartbeat_us = now_us + 1_000_000
             self._send(dialect.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3), quiet=True)
+        self._expire(now_us)
         if self._script is not None and now_us >= self._deadline_us:
             self._trace(f"  ... no {self._what}")
             self._advance(None)
@@ -113,8 +133,13 @@ class QgcClient:
             self._heard(message, system)
         if system != self.vehicle:
             return
+        if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
+            self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
+        if kind == "COMMAND_ACK":
+            self._answered(message)
         if kind == "STATUSTEXT":
             self._trace(f"< {kind} {message.severity}: {message.text}")
+            self._text(message)
         if self._wait is not None and self._wait(message):
             self._trace(f"< {_short(message)}")
             self._advance(message)
@@ -158,11 +183,27 @@ class QgcClient:
         self._trace(f"!! {what}")
         self.report.failures.append(what)
 
+    def _popup(self, text: str) -> None:
+        self._fail(text)
+        self.report.popups.append(text)
+
+    def _text(self, message: Any) -> None:
+        """Put chunks together as QGroundControl does: a chunk that is not full ends the text."""
+        self._chunks.append(message.text)
+        if not message.id or len(message.text.encode()) < 50:
+            text, self._chunks = "".join(self._chunks), []
+            self.report.texts.append(((self._now_us - self._started_us) * 1e-6, message.severity, text))
+
+    def send_message(self, message: Any) -> None:
+        """Send a message that no script makes."""
+        self._send(message)
+
     # The connect sequence
 
     def _connect(self) -> Script:
         for name, state in (
             ("autopilot version", self._version()),
+            ("protocol version", self._protocol_version()),
             ("modes", self._modes()),
             ("component metadata", self._metadata()),
             ("parameters", self._parameters()),
@@ -211,7 +252,14 @@ class QgcClient:
             self._fail("no AUTOPILOT_VERSION")
         self.capabilities = version.capabilities if version else None
 
+    def _protocol_version(self) -> Script:
+        if self.generation.asks_protocol_version:
+            version = yield from self.request_message(300)
+            self.max_version = version.max_version if version else None
+
     def _modes(self) -> Script:
+        if not self.generation.asks_modes:
+            return
         index, count = 1, 1
         while index <= count:
             mode = yield from self.request_message(435, index, _has_index(index))
@@ -293,7 +341,10 @@ class QgcClient:
                 self._fail(f"parameter missing from firmware: {name}")
 
     def _optional(self, kind: int, bit: int) -> Script:
-        if self.capabilities is not None and self.capabilities & bit:
+        is_old = self.generation.asks_protocol_version and self.autopilot != ARDUPILOT and (self.max_version or 0) < 200
+        if is_old:
+            self._fail(f"plans of kind {kind} are greyed out: taken for MAVLink 1")
+        elif self.capabilities is not None and self.capabilities & bit:
             yield from self.download(kind)
 
     # Plans
@@ -337,26 +388,32 @@ class QgcClient:
     def upload(self, kind: int, items: list[tuple[Any, ...]]) -> Script:
         """MISSION_COUNT (six times 1.5 s), then each item as it is asked for; silence after the first item ends it.
 
+        An empty plan has no first item to be asked for, so its one MISSION_COUNT waits for the final acknowledgement like a last item.
+
         Returns the MISSION_ACK type, None when it gave up.
 
         Each item is (frame, command, p1, p2, p3, p4, x, y, z).
         """
         counts = 0
-        began = False
+        began = last = False
         while True:
             if not began:
                 self.report.resends += counts > 0
                 counts += 1
                 self._send(dialect.MAVLink_mission_count_message(self.vehicle, 1, len(items), kind))
-            message = yield ("request or ack", lambda m: _is_plan_talk(m, kind), 1.5)
+            message = yield ("request or ack", lambda m: _is_plan_talk(m, kind), PLAN_S)
             if message is None:
+                if last or not items:
+                    self._popup(f"{_PLANS[kind]} transfer failed. Error: Mission write failed, no final ack.")
+                    return None
                 if began or counts > 5:
-                    self._fail("upload: vehicle does not go on")
+                    self._popup(f"{_PLANS[kind]} transfer failed. Error: vehicle does not go on")
                     return None
                 continue
             if message.get_type() == "MISSION_ACK":
                 return message.type
             began = True
+            last = message.seq == len(items) - 1
             if message.seq < len(items):
                 frame, command, p1, p2, p3, p4, x, y, z = items[message.seq]
                 self._send(
@@ -386,10 +443,10 @@ class QgcClient:
         self._send(dialect.MAVLink_command_long_message(self.vehicle, 1, command, confirmation, *values))
 
     def command(self, number: int, *params: float) -> Script:
-        """Any other command: sent once, 1.2 s, each IN_PROGRESS starts the wait anew. Returns the result or None."""
+        """Any other command: sent once, 1.2 s (4.x: 3 s), each IN_PROGRESS starts the wait anew. Returns the result or None."""
         self._command_long(number, *params)
         while True:
-            ack = yield (f"answer to command {number}", lambda m: _is_ack(m, number), 1.2)
+            ack = yield (f"answer to command {number}", lambda m: _is_ack(m, number), self.generation.answer_s)
             if ack is None:
                 self._fail(f"vehicle did not respond to command {number}")
                 return None
@@ -408,7 +465,9 @@ class QgcClient:
                 1.0,
             )
             if echo is not None and echo.get_type() == "PARAM_ERROR":
-                return echo.error
+                if self.generation.knows_param_error:
+                    return echo.error
+                echo = None
             if echo is not None and echo.param_value == wire and echo.param_type == 9:
                 return True
         return None

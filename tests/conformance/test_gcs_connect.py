@@ -103,7 +103,7 @@ def test_check_04_clear_bits_are_refused(bench):
         assert bench.acked(command) == [3]
 
 
-@pytest.mark.parametrize("number", [280, 395, 259, 300, 65535, 4_000_000])
+@pytest.mark.parametrize("number", [280, 395, 259, 299, 65535, 4_000_000])
 def test_check_05_unknown_messages_are_refused_at_once(bench, number):
     bench.gcs.clear()
     bench.long(512, number)
@@ -194,6 +194,14 @@ def test_check_11_metadata_names_the_bytes_that_ftp_delivers(bench):
     assert entry["fileCrc"] == crc32(parameters)
     names = {item["name"] for item in json.loads(parameters)["parameters"]}
     assert {"TEST_000", "READ_ONLY"} <= names
+
+
+@pytest.mark.parametrize("ask", [(512, 300), (519, 1)])
+def test_mavlink_2_is_said_to_who_asks(bench, ask):
+    bench.long(*ask)
+    version = bench.gcs.last("PROTOCOL_VERSION")
+    assert (version.min_version, version.max_version) == (100, 200)
+    assert type(version).crc_extra == 217, "as in MAVLink's own definition"
 
 
 def test_check_01_says_what_it_really_is(bench):

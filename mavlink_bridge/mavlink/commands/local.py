@@ -17,11 +17,15 @@ _AUTOPILOT_VERSION: Final = message_id("AUTOPILOT_VERSION")
 _AVAILABLE_MODES: Final = message_id("AVAILABLE_MODES")
 _COMPONENT_METADATA: Final = message_id("COMPONENT_METADATA")
 _HOME_POSITION: Final = message_id("HOME_POSITION")
+_PROTOCOL_VERSION: Final = message_id("PROTOCOL_VERSION")
+_MAVLINK_1, _MAVLINK_2 = 100, 200
+"""As PROTOCOL_VERSION counts them."""
 
 GET_HOME_POSITION: Final = 410
 GET_MESSAGE_INTERVAL: Final = 510
 SET_MESSAGE_INTERVAL: Final = 511
 REQUEST_MESSAGE: Final = 512
+REQUEST_PROTOCOL_VERSION: Final = 519
 REQUEST_CAPABILITIES: Final = 520
 CONTROL_HIGH_LATENCY: Final = 2600
 
@@ -31,6 +35,7 @@ LOCAL: Final = frozenset(
         GET_MESSAGE_INTERVAL,
         SET_MESSAGE_INTERVAL,
         REQUEST_MESSAGE,
+        REQUEST_PROTOCOL_VERSION,
         REQUEST_CAPABILITIES,
         CONTROL_HIGH_LATENCY,
     )
@@ -75,6 +80,8 @@ def _request_message(host: Host, command: Command) -> LocalAnswer:
     if number == _COMPONENT_METADATA:
         metadata = host.component_metadata()
         return LocalAnswer(UNSUPPORTED) if metadata is None else LocalAnswer(ACCEPTED, (packed(metadata),))
+    if number == _PROTOCOL_VERSION:
+        return _protocol(host, command)
     if number not in STREAMED:
         return LocalAnswer(UNSUPPORTED)
     message = host.compose(number)
@@ -83,6 +90,13 @@ def _request_message(host: Host, command: Command) -> LocalAnswer:
 
 def _version(host: Host, _: Command) -> LocalAnswer:
     return LocalAnswer(ACCEPTED, (packed(autopilot_version(host.vehicle.identity, host.config)),))
+
+
+def _protocol(host: Host, _: Command) -> LocalAnswer:
+    """QGroundControl 4.x takes a generic vehicle that does not say it speaks MAVLink 2 for one without fence and rally points."""
+    unknown = [0] * 8
+    version = dialect.MAVLink_protocol_version_message(_MAVLINK_2, _MAVLINK_1, _MAVLINK_2, unknown, unknown)
+    return LocalAnswer(ACCEPTED, (packed(version),))
 
 
 def _modes(host: Host, command: Command) -> LocalAnswer:
@@ -130,6 +144,7 @@ _HANDLERS: Final[dict[int, Callable[[Host, Command], LocalAnswer]]] = {
     GET_MESSAGE_INTERVAL: _get_interval,
     SET_MESSAGE_INTERVAL: _set_interval,
     REQUEST_MESSAGE: _request_message,
+    REQUEST_PROTOCOL_VERSION: _protocol,
     REQUEST_CAPABILITIES: _version,
     CONTROL_HIGH_LATENCY: _high_latency,
 }

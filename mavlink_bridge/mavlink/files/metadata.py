@@ -73,6 +73,8 @@ def _describe(info: ParamInfo) -> dict[str, Any]:
         "default": info.default,
         "increment": info.increment,
     }
+    if info.choices:
+        described["values"] = [{"value": value, "description": name} for value, name in info.choices]
     return described | {
         key: value
         for key, value in optional.items()

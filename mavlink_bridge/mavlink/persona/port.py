@@ -29,6 +29,8 @@ class ParamInfo:
     increment: float | None = None
     read_only: bool = False
     group: str = ""
+    choices: tuple[tuple[float, str], ...] = ()
+    """Values with a name each, for parameters that are a choice."""
 
 
 class ParamTable(Protocol):

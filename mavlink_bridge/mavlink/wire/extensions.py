@@ -52,6 +52,16 @@ _ADDED_MESSAGES: Final[dict[str, tuple[int, tuple[tuple[str, str, int], ...]]]] 
             ("float", "z", 0),
         ),
     ),
+    "PROTOCOL_VERSION": (
+        300,
+        (
+            ("uint16_t", "version", 0),
+            ("uint16_t", "min_version", 0),
+            ("uint16_t", "max_version", 0),
+            ("uint8_t", "spec_version_hash", 8),
+            ("uint8_t", "library_version_hash", 8),
+        ),
+    ),
     "COMPONENT_METADATA": (
         397,
         (("uint32_t", "time_boot_ms", 0), ("uint32_t", "file_crc", 0), ("char", "uri", 100)),
