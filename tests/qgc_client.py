@@ -57,6 +57,8 @@ class Report:
 class QgcClient(Buttons):
     """One QGroundControl. Starts when it hears a vehicle's HEARTBEAT from component 1."""
 
+    report: Report
+
     def __init__(
         self,
         system: int = 255,
