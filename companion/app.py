@@ -43,6 +43,7 @@ from .io.links import Link
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings
+from .store_watch import StoreWatch
 from .strangers import Strangers
 from .supervise import Supervisor
 
@@ -112,7 +113,7 @@ class App:
         self.on_submit: Callable[[RequestBody], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
-        self._storage_fault = False
+        self.storage = StoreWatch(self.vehicle.say, self.store.snapshot(), required=settings.operator.store_required)
         self._now_us = 0
         self._closed = False
         self._ticks = 0
@@ -225,6 +226,7 @@ class App:
             self._say(port.reader.drain_texts())
         if self.recorder is not None:
             self._say(self.recorder.drain_texts())
+        self.storage.tick(now_us)
         if self._ticks % _HEALTH_EVERY == 0:
             self._health = tuple(port.health(now_us) for port in self.ports)
         self._ticks += 1
@@ -243,7 +245,8 @@ class App:
             links=self._health,
             gcs_age_s=gcs_age_s,
             radio_age_s=radio_age_s,
-            storage_fault=self._storage_fault,
+            storage_fault=self.storage.fault,
+            barred=self.storage.barred,
             task_failing=self._watched.failing(now_us),
             late_s=late_s,
             load=load,
@@ -366,11 +369,14 @@ class App:
         self._waiting[self.store.submit(op)] = _Waiting(answer, apply)
 
     def _stored(self, done: Completion) -> None:
-        """A change is on disk (or cannot be): put it in force and answer."""
+        """A change is on disk (or cannot be): put it in force and answer. Ticket 0: news of the disk."""
+        if not done.ticket:
+            self.storage.news(done)
+            return
         waiting = self._waiting.pop(done.ticket, None)
         if waiting is None:
             return
-        self._storage_fault = not done.ok or bool(done.text)
+        self.storage.wrote(done)
         if not done.ok:
             waiting.answer(Reply(Result.FAILED, f"not stored: {done.text}"))
             return
@@ -379,13 +385,8 @@ class App:
 
     def _restore(self) -> None:
         """Take back what the store kept: parameters, then plans. What no longer fits is told and left out."""
-        self._say([(Severity.WARNING, text) for text in self.store.warnings])
         content = self.store.snapshot()
-        for name, value in content.params.items():
-            try:
-                self.settings = self.facade.params.settings = self.facade.params.change(name, value)
-            except ValueError as error:
-                self.vehicle.say(Severity.WARNING, f"stored parameter left out: {error}")
+        self.settings = self.storage.take_back(self.facade.params, content.params, self.store.warnings)
         self.vehicle.configure(self.settings)
         problem = gains_problem(self.settings.steering, self.vehicle.vessel)
         if problem:

@@ -135,14 +135,16 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
     )
     shared = app.shared
 
-    def met(system_id: int, persona: str) -> None:
-        shared.met(system_id, persona)
-        warning = keeper.met(item.name)
-        if warning:
-            app.vehicle.say(Severity.WARNING, warning)
-
     def converse(channel: int, peer: str) -> Endpoint:
-        return Endpoint(
+        def met(system_id: int, persona: str) -> None:
+            shared.met(system_id, persona)
+            warning = keeper.met(item.name)
+            if warning:
+                app.vehicle.say(Severity.WARNING, warning)
+            for text in app.storage.standing:
+                talk.say(Severity.NOTICE, text)
+
+        talk = Endpoint(
             config,
             app.facade,
             composer=shared.composer,
@@ -152,6 +154,7 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
             on_key=keeper.take_key,
             on_station=met,
         )
+        return talk
 
     doorstep = app.strangers.doorstep(config, keeper.state, number, shared.composer)
     return GroundPort(link, "endpoint", converse, doorstep)

@@ -13,6 +13,8 @@ from typing import Any
 
 from ..io.keeping import StoreContent
 from ..io.keeping.content import SECTIONS, Entry, content_of, from_json, rows_of, to_json
+from ..io.keeping.file import make_new
+from ..io.keeping.mark import WorldKind, marks, new_vessel_id, settle
 from ..io.keeping.store import check, migrate, read_entries, write_entries
 from ..io.recording.recorder import write_json
 from ..settings import ConfigError
@@ -134,11 +136,15 @@ def write_store(path: Path, entries: Iterable[Entry]) -> bool:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists():
+            make_new(path, marks(WorldKind.REAL, new_vessel_id()))
         with contextlib.closing(sqlite3.connect(path, timeout=1.0, isolation_level=None)) as connection:
             check(connection)
             _ours(connection)
             migrate(connection)
-            write_entries(connection, entries)
+            rows, _ = read_entries(connection)
+            world = WorldKind(content_of(rows)[0].world or WorldKind.REAL)
+            write_entries(connection, [*settle(rows, world)[0], *entries])
     except (OSError, sqlite3.Error) as error:
         if isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError):
             raise ConfigError(str(path), [_no_store(error)]) from None

@@ -176,7 +176,7 @@ def test_a_recording_that_is_not_made_is_no_recording(view, tmp_path, monkeypatc
     assert main(["run", boat, "--duration", "1.5", "--run-dir", "file/run", *words, *view]) == 0
     said = "\n".join(caplog.messages) + capsys.readouterr().out
     assert "; NOT recorded in file/run: Recorder: " in said
-    for words in ("Store x.db: ", "changes are kept in memory only", "Recorder: control.csv: "):
+    for words in ("Store x.db: ", "tried again every 30 s", "Recorder: control.csv: "):
         assert said.count(words) == 1
 
 

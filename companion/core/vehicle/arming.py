@@ -41,8 +41,8 @@ def reasons(
 
     ``holding_causes``: failsafe conditions of STOP or worse whose cause still stands, so that arming cannot clear them.
     ``guard_reason``: what ``DepthGuard.refusal`` answered. By hand an operator may sail out of a breach, off a shoal and
-    without position, so these count only for modes that steer themselves. A store that fails is a warning, not a reason: the vessel
-    runs from memory.
+    without position, so these count only for modes that steer themselves. What bars a departure only, a store for one,
+    is added by ``refusals.prearm_reasons``.
     """
     found = [
         (terminated, "terminated: restart first"),

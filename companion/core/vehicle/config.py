@@ -28,6 +28,9 @@ class OperatorConfig(Config):
     """What the vessel expects of ground stations."""
 
     gcs_required: bool = param(True, "GCS_REQUIRED", "Armed, a ground station must be heard")
+    store_required: bool = True
+    """No departure, and no change of plan or parameter, while the store cannot be written. False: changes are then taken over and kept
+    in memory until it can, and are lost if power is lost before."""
     owner_timeout_s: float = param(
         3.0, "OWNER_TIMEOUT", "Sticks become free after this silence", unit="s", ge=0.5, le=60
     )
@@ -64,6 +67,8 @@ class TickInputs:
     gcs_age_s: float | None = None
     radio_age_s: float | None = None
     storage_fault: bool = False
+    barred: tuple[str, ...] = ()
+    """Why the vessel must not depart, as the app knows it (its store); no reason against going on with a voyage."""
     task_failing: bool = False
     late_s: float = 0.0
     load: float = 0.0

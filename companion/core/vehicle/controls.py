@@ -79,6 +79,8 @@ class Controls:
         self.supply: SupplyVoltage | None = None
         """The battery as the actuator board sees it; None when it does not measure."""
         self._home_by_operator = False
+        self.has_sailed = False
+        """Armed before in the life of this process: what bars a departure counts no more, the way back must be free."""
         self.terminating = self.aborting = self.ordered = self.rearmed = False
         self.returns_by_order = False
         """The return under way, if there is one, was an operator's order."""
@@ -143,7 +145,7 @@ class Controls:
             self._set_home_here()
             if self.navigator.mode is Mode.AUTO:
                 self.look_at_reach()
-        self.armed = self.rearmed = True
+        self.armed = self.rearmed = self.has_sailed = True
 
     def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""

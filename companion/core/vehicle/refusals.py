@@ -21,7 +21,8 @@ def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tu
     inputs, causes = vehicle.inputs, vehicle.result.causes
     if vehicle.gate.terminated or force:
         return ("terminated: restart first",) if vehicle.gate.terminated else _forced(vehicle)
-    return arming.reasons(
+    barred = () if vehicle.has_sailed else inputs.barred
+    return barred + arming.reasons(
         mode=vehicle.navigator.mode,
         state=vehicle.state,
         actuator_ready=inputs.actuator_ready,

@@ -11,8 +11,27 @@ from typing import Any, Final, NamedTuple
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind
 
-SECTIONS: Final = ("plan", "param", "ledger", "stamp", "counter", "value", "depth")
+SECTIONS: Final = (
+    "plan",
+    "param",
+    "ledger",
+    "stamp",
+    "counter",
+    "value",
+    "depth",
+    "record",
+    "old-plan",
+    "old-depth",
+    "meta",
+)
 """Sections of the store, in the order of the fields below."""
+
+
+class Record(NamedTuple):
+    """A named blob of somebody's own: ``data`` is what JSON can hold, ``version`` its owner's."""
+
+    version: int
+    data: Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +49,24 @@ class StoreContent:
     values: Mapping[str, str] = field(default_factory=dict)
     depth: Mapping[str, str] = field(default_factory=dict)
     """Tiles of the depth memory, packed, by ``cell size in mm/row/column``."""
+    records: Mapping[str, Record] = field(default_factory=dict)
+    """Everything that needs no section of its own, by ``purpose`` or ``purpose/subject``."""
+    old_plans: Mapping[PlanKind, tuple[PlanItem, ...]] = field(default_factory=dict)
+    """Plans of an unmarked store: unused until an operator has seen and adopted them."""
+    old_depth: Mapping[str, str] = field(default_factory=dict)
+    """Tiles of an unmarked store, likewise."""
+    meta: Mapping[str, str] = field(default_factory=dict, compare=False)
+    """Whose it is, not what is in it: ``world`` and ``vessel``; see ``store_mark``."""
+
+    @property
+    def world(self) -> str | None:
+        """Kind of the world that wrote it, "real" or "simulated"; None = not known."""
+        return self.meta.get("world")
+
+    @property
+    def vessel(self) -> str | None:
+        """The vessel's random id, 32 hexadecimal digits, made with the store; None = not known."""
+        return self.meta.get("vessel")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +114,25 @@ class SaveValue:
 
 
 @dataclass(frozen=True, slots=True)
+class ForgetValue:
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class SaveRecord:
+    """Keep ``data`` under a name; each owner has its own names, and a version for what it means by the data."""
+
+    name: str
+    version: int
+    data: Any
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetRecord:
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class SaveDepth:
     """Tiles of the depth memory as they are now, and keys of tiles that are forgotten."""
 
@@ -91,11 +147,27 @@ class Together:
     ops: tuple[StoreOp, ...]
 
 
-StoreOp = SavePlan | SaveParam | ForgetParams | SaveLedger | SaveStamp | SaveCounter | SaveValue | SaveDepth | Together
+StoreOp = (
+    SavePlan
+    | SaveParam
+    | ForgetParams
+    | SaveLedger
+    | SaveStamp
+    | SaveCounter
+    | SaveValue
+    | ForgetValue
+    | SaveRecord
+    | ForgetRecord
+    | SaveDepth
+    | Together
+)
 
 
 class Completion(NamedTuple):
-    """A finished change. ``text`` says why not, or (with ok) that it is kept in memory only."""
+    """A finished change. ``text`` says why not, or (with ok) that it is kept in memory only.
+
+    Ticket 0 is no change but news of the disk: ``text`` says what is wrong with it, empty when it is well again.
+    """
 
     ticket: int
     ok: bool
@@ -126,6 +198,12 @@ def entries_of(op: StoreOp) -> list[Entry]:
         return [Entry("counter", op.name, json.dumps(op.value))]
     if isinstance(op, SaveValue):
         return [Entry("value", op.key, json.dumps(op.text))]
+    if isinstance(op, ForgetValue):
+        return [Entry("value", op.key, None)]
+    if isinstance(op, SaveRecord):
+        return [Entry("record", op.name, json.dumps([op.version, op.data]))]
+    if isinstance(op, ForgetRecord):
+        return [Entry("record", op.name, None)]
     if isinstance(op, SaveDepth):
         tiles = [Entry("depth", key, json.dumps(pack_tile(tile))) for key, tile in op.tiles]
         return [*tiles, *(Entry("depth", key, None) for key in op.gone)]
@@ -145,10 +223,15 @@ def apply_entries(rows: dict[tuple[str, str], str], entries: list[Entry]) -> Non
 
 
 def content_of(rows: Mapping[tuple[str, str], str]) -> tuple[StoreContent, list[str]]:
-    """Build the content from (section, key) -> body; what cannot be understood is named and left out."""
+    """Build the content from (section, key) -> body; what cannot be understood is named and left out.
+
+    A section that this version does not know is a newer one's: it stays in the file, and nothing is said.
+    """
     sections: dict[str, dict[Any, Any]] = {name: {} for name in SECTIONS}
     strange: list[str] = []
     for (section, key), body in sorted(rows.items()):
+        if section not in sections:
+            continue
         try:
             name, value = _read(section, key, json.loads(body))
             sections[section][name] = value
@@ -158,7 +241,7 @@ def content_of(rows: Mapping[tuple[str, str], str]) -> tuple[StoreContent, list[
 
 
 def _read(section: str, key: str, value: Any) -> tuple[Any, Any]:
-    if section == "plan":
+    if section in ("plan", "old-plan"):
         return PlanKind[key], tuple(PlanItem(*item) for item in value)
     if section == "param":
         return key, float(value)
@@ -166,6 +249,9 @@ def _read(section: str, key: str, value: Any) -> tuple[Any, Any]:
         return key, tuple((int(at), int(spent)) for at, spent in value)
     if section in ("stamp", "counter"):
         return key, int(value)
+    if section == "record":
+        version, data = value
+        return key, Record(int(version), data)
     return key, str(value)
 
 
@@ -177,8 +263,11 @@ def rows_of(content: StoreContent) -> dict[tuple[str, str], str]:
     ops += [SaveStamp(stream, stamp) for stream, stamp in content.stamps.items()]
     ops += [SaveCounter(name, value) for name, value in content.counters.items()]
     ops += [SaveValue(key, text) for key, text in content.values.items()]
+    ops += [SaveRecord(name, record.version, record.data) for name, record in content.records.items()]
     rows = {(entry.section, entry.key): entry.body or "" for op in ops for entry in entries_of(op)}
-    return rows | {("depth", key): json.dumps(text) for key, text in content.depth.items()}
+    rows |= {("old-plan", kind.name): _items_text(items) for kind, items in content.old_plans.items()}
+    texts = {"depth": content.depth, "old-depth": content.old_depth, "meta": content.meta}
+    return rows | {(section, key): json.dumps(text) for section, kept in texts.items() for key, text in kept.items()}
 
 
 def to_json(content: StoreContent) -> dict[str, dict[str, Any]]:

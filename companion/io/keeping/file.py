@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,6 +25,7 @@ MIGRATIONS: Final[tuple[str, ...]] = (
         PRIMARY KEY (section, key, generation)
     ) WITHOUT ROWID;
     """,
+    "SELECT 'whose it is (section meta), records, and what waits to be adopted: rows, no columns'",
 )
 """Step n takes a file from schema n to n + 1; the file's ``user_version`` says where it is."""
 DAMAGE: Final = (sqlite3.Error, ValueError, TypeError)
@@ -62,12 +64,21 @@ def ask(connection: sqlite3.Connection, statement: str, values: tuple[object, ..
 def migrate(connection: sqlite3.Connection, migrations: tuple[str, ...] = MIGRATIONS) -> None:
     """Bring the schema up to date, each step in one transaction."""
     ((version,),) = ask(connection, "PRAGMA user_version")
-    if version > len(migrations):
+    if version > len(migrations) and _is_newer(connection, len(migrations)):
         raise NotOursError(f"written by a newer version of this program (schema {version}, known {len(migrations)})")
-    if version < 0 or (not version and ask(connection, _IS_MADE)):
+    if not 0 <= version <= len(migrations) or (not version and ask(connection, _IS_MADE)):
         raise sqlite3.DatabaseError("malformed header")
     for number in range(version, len(migrations)):
         connection.executescript(f"BEGIN IMMEDIATE;{migrations[number]};PRAGMA user_version={number + 1};COMMIT;")
+
+
+def _is_newer(connection: sqlite3.Connection, known: int) -> bool:
+    """Whether a row with a right CRC says so too: the header alone may have a flipped bit. What cannot be read is newer."""
+    try:
+        rows, _ = read_entries(connection)
+        return int(json.loads(rows.get(("meta", "schema"), '"0"'))) > known
+    except (sqlite3.Error, ValueError, TypeError):
+        return True
 
 
 def check(connection: sqlite3.Connection) -> None:
@@ -145,8 +156,28 @@ def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> N
     connection.execute("COMMIT")
 
 
-def replace_damaged(path: Path, rescued: Mapping[tuple[str, str], str]) -> Path:
-    """Put a new file with the rescued rows in the place of a damaged one; return where that is now.
+def make_new(path: Path, entries: Iterable[Entry]) -> None:
+    """Make a store that holds ``entries`` from its first moment: written beside, synced, then named.
+
+    A file that is found empty later was therefore emptied by somebody else. Raises OSError, sqlite3.Error.
+    """
+    making = path.with_name(f"{path.name}.making")
+    for old in [*_with_journals(making, "-journal"), *_with_journals(path, "-wal", "-shm")[1:]]:
+        old.unlink(missing_ok=True)
+    _make(making, entries)
+    making.replace(path)
+    sync_folder(path.parent)
+
+
+def _make(path: Path, entries: Iterable[Entry]) -> None:
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute("PRAGMA synchronous=FULL")
+        migrate(connection)
+        write_entries(connection, entries)
+
+
+def replace(path: Path, entries: Iterable[Entry], why: str) -> Path:
+    """Put a new file with ``entries`` in the place of one that is set aside (``free_name``); return where that is now.
 
     Nothing is moved before the new file is whole on the disk. Raises OSError, sqlite3.Error.
     """
@@ -154,11 +185,8 @@ def replace_damaged(path: Path, rescued: Mapping[tuple[str, str], str]) -> Path:
     for old in _with_journals(fresh, "-journal"):
         old.unlink(missing_ok=True)
     try:
-        with contextlib.closing(sqlite3.connect(fresh, isolation_level=None)) as connection:
-            connection.execute("PRAGMA synchronous=FULL")
-            migrate(connection)
-            write_entries(connection, [Entry(section, key, body) for (section, key), body in rescued.items()])
-        aside = _move_aside(path)
+        _make(fresh, entries)
+        aside = move_aside(path, why)
     except BaseException:
         if path.exists():
             fresh.unlink(missing_ok=True)
@@ -185,11 +213,17 @@ def _with_journals(path: Path, *suffixes: str) -> list[Path]:
     return [path, *(path.with_name(path.name + suffix) for suffix in suffixes)]
 
 
-def _move_aside(path: Path) -> Path:
-    """Rename a damaged file (and its journals) to the first free ``name.damaged-N``."""
+def free_name(path: Path, why: str) -> Path:
+    """The first ``name.WHY-N`` that does not exist."""
     number = 1
-    while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
+    while (aside := path.with_name(f"{path.name}.{why}-{number}")).exists():
         number += 1
+    return aside
+
+
+def move_aside(path: Path, why: str) -> Path:
+    """Rename a file (and its journals) to its free name. Raises OSError."""
+    aside = free_name(path, why)
     path.replace(aside)
     for old, new in zip(_with_journals(path, "-wal", "-shm"), _with_journals(aside, "-wal", "-shm"), strict=True):
         if old.exists():
@@ -231,6 +265,12 @@ def is_of_the_disk(error: Exception, path: Path) -> bool:
         # "read-only" from a file that may be written is the file's own header, damaged.
         return not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK))
     return code in _OF_THE_DISK
+
+
+def stays_usable(error: sqlite3.Error) -> bool:
+    """Whether the connection can go on after an error: a full or busy disk, not one that went away or a file that is damaged."""
+    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF
+    return code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 def plain(error: Exception) -> str:

@@ -2,8 +2,9 @@
 
 Changes go through the writer thread and come back as completions, which the app takes as inputs; no tick waits for a
 disk. Every row carries a CRC and its previous generation, so a damaged one falls back instead of being believed. A
-file that is no database is moved aside and reported; a disk that cannot be written leaves the store in memory, with a
-warning. Nothing here is fatal.
+file that is no database is moved aside and reported. A disk that cannot be written is tried again for as long as the
+process lives: meanwhile changes that somebody waits for are refused, and what the vessel keeps for itself is kept here
+until it can be written. Nothing here is fatal.
 """
 
 from __future__ import annotations
@@ -11,32 +12,27 @@ from __future__ import annotations
 import contextlib
 import sqlite3
 import threading
+import time
 from collections import deque
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final, Protocol
 
 from ..writer import Writer
 from .content import Completion, Entry, StoreContent, StoreOp, apply_entries, content_of, entries_of, rows_of
-from .file import (
-    DAMAGE,
-    MIGRATIONS,
-    NotOursError,
-    ask,
-    check,
-    finish_replacing,
-    is_of_the_disk,
-    migrate,
-    plain,
-    read_entries,
-    replace_damaged,
-    rescue,
-    write_entries,
-)
+from .file import DAMAGE, MIGRATIONS, check, migrate, plain, read_entries, stays_usable, write_entries
+from .mark import WorldKind
+from .open import in_one_transaction, open_store
 
 __all__ = ["MIGRATIONS", "AnyStore", "MemoryStore", "Store", "check", "migrate", "read_entries", "write_entries"]
 
-_BUSY_S: Final = 1.0
 CLOSE_WAIT_S: Final = 1.0
+RETRY_S: Final = 30.0
+"""A disk that could not be written is tried again so often; a change that comes meanwhile tries it too, once a second at most."""
+_AT_ONCE_S: Final = 1.0
+IN_FORCE: Final = frozenset({"plan", "param"})
+OWN: Final = frozenset({"ledger", "stamp", "counter", "value", "record"})
+"""Sections that the vessel keeps by itself and nobody is told of: the newest waits for the disk to come back."""
 
 
 class AnyStore(Protocol):
@@ -93,24 +89,46 @@ class MemoryStore:
 
 
 class Store:
-    """The store on disk. Give the process's ``writer`` to share it; else the store makes its own."""
+    """The store on disk. Give the process's ``writer`` to share it; else the store makes its own.
 
-    def __init__(self, path: Path, writer: Writer | None = None) -> None:
+    ``memory_ok``: the owner of the boat accepts changes that are not on a disk yet; they are then acknowledged, marked by a text,
+    and written when the disk is back. ``clock_s`` paces the trials of a disk.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        writer: Writer | None = None,
+        *,
+        world: WorldKind = WorldKind.REAL,
+        memory_ok: bool = False,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.path = path
-        self._texts: list[str] = []
-        self._connection: sqlite3.Connection | None = None
-        self._in_memory = ""
-        rows = self._open()
+        self._world = world
+        self._memory_ok = memory_ok
+        self._clock_s = clock_s
+        self._connection, rows, texts, self._trouble = open_store(path, world)
         self._content, strange = content_of(rows)
         if strange:
-            self._texts.append(f"Store: not understood and left out: {', '.join(strange)}")
-        self.warnings = tuple(self._texts)
+            texts.append(f"Store: not understood and left out: {', '.join(strange)}")
+        self.warnings = tuple(texts)
+        self._rows = {name: body for name, body in rows.items() if name[0] in IN_FORCE}
+        """Plans and parameters as the vessel has them."""
+        self._stale = ""
+        self._closed = False
+        self._unwritten: dict[tuple[str, str], Entry] = {}
+        """What waits for the disk, the newest of each."""
         self._own_writer = None if writer else Writer()
         self._writer = writer or self._own_writer
         self._tickets = 0
         self._pending = 0
         self._lock = threading.Lock()
         self._done: deque[Completion] = deque()
+        self._told = ""
+        self._tried_s = clock_s()
+        self._next_s = self._tried_s + RETRY_S
+        self._tell()
 
     def snapshot(self) -> StoreContent:
         return self._content
@@ -130,10 +148,14 @@ class Store:
         return ticket
 
     def completions(self) -> list[Completion]:
+        if self._trouble and self._clock_s() >= self._next_s:
+            self._next_s = self._clock_s() + RETRY_S
+            assert self._writer is not None
+            self._writer.post(self._try_again)
         done: list[Completion] = []
         while self._done:
             done.append(self._done.popleft())
-        self._pending -= len(done)
+        self._pending -= sum(item.ticket > 0 for item in done)
         return done
 
     def close(self) -> None:
@@ -144,88 +166,102 @@ class Store:
         if self._own_writer is not None:
             self._own_writer.close()
 
+    # ---- in the writer's thread ---------------------------------------------------------------------------------
+
     def _disconnect(self) -> None:
         if not self._lock.acquire(timeout=CLOSE_WAIT_S):
             return  # the writer hangs in a write; what it is at must not be closed under it
         try:
-            connection, self._connection = self._connection, None
-            if connection is not None:
-                with contextlib.suppress(sqlite3.Error):
-                    connection.close()
+            self._closed = True
+            self._let_go()
         finally:
             self._lock.release()
+
+    def _let_go(self) -> None:
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            with contextlib.suppress(sqlite3.Error):
+                connection.close()
 
     def _perform(self, ticket: int, entries: list[Entry]) -> None:
         with self._lock:
             self._done.append(self._written(ticket, entries))
+            self._tell()
 
     def _written(self, ticket: int, entries: list[Entry]) -> Completion:
+        if self._connection is None and self._clock_s() - self._tried_s >= _AT_ONCE_S:
+            self._reopen()
+        why, is_kept = self._write([*self._unwritten.values(), *entries])
+        if not why:
+            self._unwritten.clear()
+            return Completion(ticket, True, "")
+        if not is_kept:
+            return Completion(ticket, False, why)
+        for entry in entries:
+            if self._memory_ok or entry.section in OWN:
+                self._unwritten.pop(entry[:2], None)  # the newest last: one may delete what another made
+                self._unwritten[entry[:2]] = entry
+        return Completion(ticket, self._memory_ok, f"kept in memory only: {why}" if self._memory_ok else why)
+
+    def _write(self, entries: list[Entry]) -> tuple[str, bool]:
+        """Write rows; return why not, and whether that is the disk's fault, so that another trial may succeed."""
         if self._connection is None:
-            return Completion(ticket, True, self._in_memory or "kept in memory only")
+            return self._trouble or "closed", True
         try:
-            write_entries(self._connection, entries)
+            in_one_transaction(self._connection, entries)
+        except sqlite3.Error as error:
+            self._trouble = plain(error)
+            if not stays_usable(error):
+                self._let_go()
+            return self._trouble, True
         except (*DAMAGE, OverflowError) as error:
-            with contextlib.suppress(sqlite3.Error):
-                self._connection.rollback()
-            return Completion(ticket, False, plain(error))
-        return Completion(ticket, True, "")
+            return plain(error), False
+        self._trouble = ""
+        apply_entries(self._rows, [entry for entry in entries if entry.section in IN_FORCE])
+        return "", False
 
-    def _open(self) -> dict[tuple[str, str], str]:
-        """Open for writing, or read what can be read and stay in memory."""
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            finish_replacing(self.path)
-            return self._open_writable()
-        except NotOursError as error:
-            return self._stay_in_memory(str(error))
-        except OSError as error:
-            return self._stay_in_memory(error.strerror or str(error))
-        except DAMAGE as error:
-            if is_of_the_disk(error, self.path):
-                return self._stay_in_memory(plain(error))
-            return self._start_afresh(plain(error))
+    def _try_again(self) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            if self._connection is None:
+                self._reopen()
+            if not self._write([*self._unwritten.values(), _PROBE])[0]:
+                self._unwritten.clear()
+            self._tell()
 
-    def _open_writable(self) -> dict[tuple[str, str], str]:
-        connection = sqlite3.connect(self.path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False)
-        try:
-            check(connection)
-            migrate(connection)
-            ask(connection, "PRAGMA journal_mode=WAL")
-            connection.execute("PRAGMA synchronous=FULL")
-            connection.execute(f"PRAGMA user_version={len(MIGRATIONS)}")  # a real write, to know now
-            rows = self._read(connection)
-        except BaseException:
-            connection.close()
-            raise
-        self._connection = connection
-        return rows
+    def _reopen(self) -> None:
+        """Open the file again. What it holds now and the vessel does not sail by is told; its newer stamps stay."""
+        if self._closed:
+            return
+        self._tried_s = self._clock_s()
+        self._connection, rows, texts, self._trouble = open_store(self.path, self._world, again=True)
+        if self._connection is None:
+            return
+        self._done.extend(Completion(0, True, text) for text in texts)
+        there = {name: body for name, body in rows.items() if name[0] in IN_FORCE}
+        if not there:
+            self._unwritten |= {
+                name: Entry(*name, body) for name, body in self._rows.items() if name not in self._unwritten
+            }
+        elif there != self._rows:
+            self._stale = f"holds {len(there)} parameters and plans that are not in force: restart to use them"
+        for name in [name for name in self._unwritten if name[0] == "stamp" and _is_older(self._unwritten[name], rows)]:
+            del self._unwritten[name]
 
-    def _read(self, connection: sqlite3.Connection) -> dict[tuple[str, str], str]:
-        rows, damaged = read_entries(connection)
-        self._texts += [f"Store: {text}" for text in damaged]
-        return rows
+    def _tell(self) -> None:
+        """Say what is wrong, or that it is well again, when that changes."""
+        status = self._trouble or self._stale
+        if status != self._told:
+            self._told = status
+            self._done.append(Completion(0, not status, status))
 
-    def _stay_in_memory(self, reason: str) -> dict[tuple[str, str], str]:
-        self._in_memory = f"kept in memory only: {reason}"
-        self._texts.append(f"Store {self.path.name}: {reason}; changes are kept in memory only")
-        if not self.path.is_file():
-            return {}
-        for more in ("", "&immutable=1"):
-            uri = f"{self.path.resolve().as_uri()}?mode=ro{more}"
-            with contextlib.suppress(*DAMAGE), contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
-                return self._read(connection)
-        return {}
 
-    def _start_afresh(self, reason: str) -> dict[tuple[str, str], str]:
-        """Begin a new file with what the damaged one still gives, and keep that one beside it."""
-        rescued = rescue(self.path)
-        found = f"Store {self.path.name} is damaged ({reason}), {len(rescued)} entries rescued"
-        try:
-            aside = replace_damaged(self.path, rescued)
-            self._texts.append(f"{found}; moved to {aside.name}")
-            return self._open_writable()
-        except (OSError, *DAMAGE) as error:
-            why = error.strerror or str(error) if isinstance(error, OSError) else plain(error)
-            self._in_memory = f"kept in memory only: {why}"
-            self._texts.append(f"{found}; {why}, so changes are kept in memory only")
-            return rescued
+_PROBE: Final = Entry("meta", "probe", "0")
+"""A write that changes nothing anybody reads, to know whether the disk takes one."""
+
+
+def _is_older(entry: Entry, rows: Mapping[tuple[str, str], str]) -> bool:
+    """Whether the disk has a newer time stamp. "clean" is none: it says how the last run ended, and this one has not."""
+    there = rows.get(entry[:2])
+    return entry.key != "clean" and there is not None and entry.body is not None and int(there) > int(entry.body)
