@@ -51,10 +51,12 @@ def build_app(
     vessel: VesselConfig | None = None,
     identity: Identity | None = None,
     archive: AnyArchive | None = None,
+    board_seen: bool | None = None,
 ) -> App:
     """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header.
 
     ``archive``: where stations' log downloads come from; a recorded run has one of its own.
+    ``board_seen``: whether a person has seen the outputs of a level-0 board move; None: as the store remembers.
     ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
     """
     not_safe = mistakes(settings)
@@ -71,19 +73,22 @@ def build_app(
         for item in settings.sensors
     ]
     board = settings.actuators
+    kept = store or MemoryStore()
+    if board_seen is None:
+        board_seen = mute_board(board.url) in kept.snapshot().values
     actuators = None
     if board.url:
-        actuators = ArduinoPort(opener.open("actuators", board.url, baud=board.baud), Arduino(board.board))
+        link = opener.open("actuators", board.url, baud=board.baud)
+        actuators = ArduinoPort(link, Arduino(board.board, seen=board_seen))
     grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
     plain = settings.radio.protocol == "mavlink"
     radio = opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None
     plotter = opener.open("plotter", settings.plotter) if settings.plotter else None
-    kept = store or MemoryStore()
     if recording is not None:
         kept = recording.store(kept)
         own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
         archive = recording.archive(archive or own)
-        recording.start({**(about or {}), **_header(settings, vessel, identity)})
+        recording.start({**(about or {}), **_header(settings, vessel, identity), "board_seen": board_seen})
     app = App(settings, vessel, sensors, actuators, kept, identity)
     app.recorder = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
@@ -95,6 +100,11 @@ def build_app(
     if plotter is not None:
         app.plotter = PlotterPort(plotter)
     return app
+
+
+def mute_board(url: str) -> str:
+    """Name of the store's note that a person has seen the outputs of the level-0 board at an address move."""
+    return f"mute-board/{url}"
 
 
 def _header(settings: Settings, vessel: VesselConfig, identity: Identity) -> dict[str, Any]:

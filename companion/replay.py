@@ -156,6 +156,7 @@ class _Replay:
                 archive=self._archive,
                 vessel=_vessel(meta["vessel"]),
                 identity=_identity(meta["identity"]),
+                board_seen=bool(meta.get("board_seen", True)),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ReplayError(
@@ -305,6 +306,8 @@ def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Se
     kept = copy.deepcopy({key: value for key, value in data.items() if key in Settings.model_fields})
     # A program that knew no depth memory had none.
     kept.setdefault("depth", {}).setdefault("memory", {"enabled": False})
+    # Nor did it look how far away a plan lies.
+    kept["mission"] = {"first_distance_m": 100_000.0, "leg_distance_m": 100_000.0, **kept.get("mission", {})}
     drop_unknown(Settings, kept)
     mistakes = [mistake for item in overrides if (mistake := override(kept, item))]
     try:

@@ -1,35 +1,48 @@
-"""``companion bench-actuators``: move thrusters and rudders on the bench, from −1 to 1 in steps of 0.1.
+"""``companion bench-actuators``: move thrusters and rudders on the bench, while a key is held.
 
-Shows what is commanded and what the board says it applies. ``--check`` asks about direction and trim instead, and names the
-settings to change. A vessel that runs holds the port, so the bench never fights it: armed or not, it is refused.
+From rest, by ramps, out to one side, to the other and back to rest, within 30 % of full unless ``--limit`` asks for more; let the key go
+and all is neutral. Shows what is commanded and what the board says it applies. ``--check`` asks about direction and trim instead, and
+names the settings to change; with a board that never answers (level 0) it is how a person confirms to have seen it move.
+A vessel that runs holds the port, so the bench never fights it: armed or not, it is refused.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import select
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from mavlink_bridge.language.messages import Action, ActuatorDemand
+from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput
 
+from ..build import mute_board
 from ..core.board import ActuatorConfig, Arduino
 from ..core.guard.gate import Evidence, Gate, GateConfig
 from ..io.clock import SystemClock
+from ..io.keeping import Store
+from ..io.keeping.content import SaveValue
 from ..io.links import Link, open_link
 from ..io.loop import StopFlag, run
+from ..io.writer import Writer
 from ..ports import ArduinoPort
 from ..settings import Settings, load
+from .bench_keys import Keys
 
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
 PATIENCE_US: Final = 8_000_000
 """Time for the port to open and the board to answer."""
 LOOK_US: Final = 500_000
 """A position is held this long before an answer counts: nobody has seen an output move that never got there."""
+LIMIT: Final = 0.3
+RAMP_PER_S: Final = 0.5
+"""Share of full by which an output moves in a second: from rest to the usual limit in 0.6 s."""
+NOBODY_US: Final = 60_000_000
+"""So long the bench waits for somebody to hold a key, or to answer."""
+_SETTLED: Final = 1e-6
 WARNING: Final = "Thrusters and rudders will move. Take the propellers off, or keep everybody clear of them."
 
 
@@ -52,9 +65,15 @@ def register(subparsers: Any) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
     parser.add_argument("--url", help="the board's port, e.g. serial:/dev/ttyACM0 (default: actuators.url)")
     parser.add_argument("--only", action="append", choices=CHANNELS, help="move only this output; may be given again")
-    parser.add_argument("--limit", type=float, default=1.0, metavar="X", help="largest share of full, 0 to 1")
+    parser.add_argument(
+        "--limit",
+        type=float,
+        default=LIMIT,
+        metavar="X",
+        help="largest share of full, above 0 to 1 (default %(default)s)",
+    )
     parser.add_argument("--period", type=float, default=0.5, metavar="S", help="time at each step")
-    parser.add_argument("--hold", type=float, metavar="X", help="hold this share instead of a sweep, until Ctrl-C")
+    parser.add_argument("--hold", type=float, metavar="X", help="hold this share instead of a sweep")
     parser.add_argument("--check", action="store_true", help="ask about direction and trim of each output")
     parser.add_argument("--yes", action="store_true", help="do not ask whether everybody is clear")
     parser.set_defaults(run=command)
@@ -66,8 +85,11 @@ def command(arguments: argparse.Namespace) -> int:
     if not 0.0 < arguments.limit <= 1.0 or not 0.1 <= arguments.period <= 60.0:
         print("--limit must be above 0 and at most 1, --period 0.1 to 60 s", file=sys.stderr)
         return 2
-    if arguments.hold is not None and not -1.0 <= arguments.hold <= 1.0:
-        print("--hold must be -1 to 1", file=sys.stderr)
+    if arguments.hold is not None and not -arguments.limit <= arguments.hold <= arguments.limit:
+        print(
+            f"--hold must be within --limit, -{arguments.limit:g} to {arguments.limit:g}; above 0.3 say so: --limit 1",
+            file=sys.stderr,
+        )
         return 2
     if not arguments.yes and not _confirmed():
         return 2
@@ -77,12 +99,32 @@ def command(arguments: argparse.Namespace) -> int:
     bench = Bench(link, settings.actuators.board, list(plan(arguments)))
     stop = StopFlag().install()
     bench.stop = stop
-    status = run(bench, SystemClock(), stop)
+    with bench.keys:
+        status = run(bench, SystemClock(), stop)
     for line in bench.findings:
         print(line)
+    if settings.actuators.board.level == "0" and bench.seen == set(CHANNELS) and not bench.findings:
+        return _keep(settings.store, url)
     if bench.failure:
         print(bench.failure, file=sys.stderr)
     return 1 if bench.failure else status
+
+
+def _keep(place: str, url: str) -> int:
+    """Note in the vessel's store that a person has seen the outputs of the board at this address move."""
+    if not place:
+        print('store = "" keeps nothing: name a file, or this board will not arm', file=sys.stderr)
+        return 1
+    writer = Writer()
+    store = Store(Path(place), writer)
+    store.submit(SaveValue(mute_board(url), datetime.now(UTC).isoformat(timespec="seconds")))
+    store.close()
+    writer.close()
+    kept = [done for done in store.completions() if done.ok and not done.text]
+    print(
+        f"noted in {place}: the board at {url} was seen moving" if kept else f"{place}: cannot be written", flush=True
+    )
+    return 0 if kept else 1
 
 
 def _confirmed() -> bool:
@@ -97,18 +139,18 @@ def plan(arguments: argparse.Namespace) -> Iterator[Step]:
     """Return the positions to go through."""
     wanted = tuple(arguments.only or CHANNELS)
     if arguments.check:
-        yield from questions(wanted)
+        yield from questions(wanted, arguments.limit)
     elif arguments.hold is not None:
-        shares = _shares(wanted, arguments.hold * arguments.limit)
+        shares = _shares(wanted, arguments.hold)
         yield Step(f"hold {arguments.hold:+.1f}", shares, math.inf)
     else:
         for name in wanted:
-            for tenths in range(-10, 11):
+            for tenths in (*range(11), *range(9, -11, -1), *range(-9, 1)):
                 share = tenths / 10 * arguments.limit
                 yield Step(f"{name} {share:+.2f}", _shares((name,), share), arguments.period)
 
 
-def questions(wanted: Sequence[str]) -> Iterator[Step]:
+def questions(wanted: Sequence[str], share: float) -> Iterator[Step]:
     """Return the direction and trim check of each output."""
     for name in wanted:
         thruster = name.startswith("thruster")
@@ -127,8 +169,8 @@ def questions(wanted: Sequence[str]) -> Iterator[Step]:
             f"{key}.trim_us: change it by a few microseconds at a time (positive = ahead, starboard)",
         )
         yield Step(
-            f"{name} +0.30",
-            _shares((name,), 0.3),
+            f"{name} {share:+.2f}",
+            _shares((name,), share),
             math.inf,
             f"Does {name} {ahead}?",
             f"{key}.reverse = true (or swap two of the motor's wires); if another output moves: {key}.id",
@@ -144,14 +186,28 @@ class Bench:
     """What the loop drives: the board's port, one step after the other, neutral before and after."""
 
     def __init__(self, link: Link, config: ActuatorConfig, steps: Sequence[Step]) -> None:
-        self.port = ArduinoPort(link, Arduino(config.model_copy(update={"allow_level0": True})))
-        self.gate = Gate(GateConfig(rudder_max_deg=config.rudder_max_deg))
+        self.port = ArduinoPort(link, Arduino(config, seen=True))
+        self.gate = Gate(
+            GateConfig(
+                rudder_max_deg=config.rudder_max_deg,
+                thruster_rate=RAMP_PER_S,
+                rudder_rate_degps=RAMP_PER_S * config.rudder_max_deg,
+            )
+        )
+        self.keys = Keys()
         self.stop = StopFlag()
         self.failure = ""
         self.findings: list[str] = []
+        self.seen: set[str] = set()
+        """Outputs that a person has seen move the right way."""
+        self._told = False
         self._limit_rad = math.radians(config.rudder_max_deg)
         self._steps = list(steps)
-        self._since_us: int | None = None
+        self._asked = False
+        self._held_us = 0
+        """How long the present position has been held."""
+        self._idle_us = 0
+        self._last_us: int | None = None
         self._first_us: int | None = None
         self._shown_us = -1_000_000
         self._was_ready = False
@@ -176,13 +232,16 @@ class Bench:
         for _, text in board.drain_texts():
             print(text, flush=True)
         self._watch(now_us, ready, reason)
-        shares = self._steps[0].shares if self._steps and not self.failure else (0.0, 0.0, 0.0, 0.0)
+        typed, moves = self.keys.read(now_us), self.keys.held(now_us)
+        if "q" in typed or (ready and self.keys.closed and not moves):
+            self._fail("ended: no key is held" if self.keys.closed else "ended")
+        shares = self._steps[0].shares if self._steps and moves and not self.failure else (0.0, 0.0, 0.0, 0.0)
         demand = ActuatorDemand(now_us, shares[0], shares[1], shares[2] * self._limit_rad, shares[3] * self._limit_rad)
         evidence = Evidence(actuator_ready=ready, reason=reason, manual=True)
-        self.port.write(self.gate.decide(now_us, demand, Action.NONE, armed=True, evidence=evidence), now_us)
+        output = self.gate.decide(now_us, demand, Action.NONE, armed=True, evidence=evidence)
+        self.port.write(output, now_us)
         if ready:
-            self._show(now_us)
-            self._go_on(now_us)
+            self._go_on(now_us, typed, moves, reached=_reached(output, demand))
         return self
 
     def _watch(self, now_us: int, ready: bool, reason: str) -> None:
@@ -201,25 +260,52 @@ class Bench:
         self.failure = self.failure or text
         self.stop.stop(text)
 
-    def _go_on(self, now_us: int) -> None:
+    def _go_on(self, now_us: int, typed: str, moves: bool, *, reached: bool) -> None:
+        """Take time into account as it was spent: at the position, or waiting for somebody."""
         if not self._steps:
             self.stop.stop("done")
             return
-        step = self._steps[0]
-        if self._since_us is None:
-            self._since_us = now_us
-            if step.question:
-                print(f"{step.question} [y/n] ", flush=True)
-        if step.question:
-            answer = _typed_line() if now_us - self._since_us >= LOOK_US else ""
-            if not answer:
-                return
-            if answer.strip().lower() not in ("y", "yes"):
-                self.findings.append(f"{step.label}: {step.mend}")
-        elif now_us - self._since_us < step.seconds * 1e6:
+        step, passed_us = self._steps[0], 0 if self._last_us is None else now_us - self._last_us
+        self._last_us = now_us
+        at_rest = not any(step.shares)
+        self._prompt(step, at_rest)
+        self._idle_us = 0 if moves or typed else self._idle_us + passed_us
+        if self._idle_us > NOBODY_US:
+            self._fail("ended: nobody holds a key")
+        if reached and (moves or (at_rest and bool(step.question))):
+            self._held_us += passed_us
+        if moves and not step.question:
+            self._show(now_us)
+        if self._is_over(step, typed):
+            self._steps.pop(0)
+            self._held_us, self._asked = 0, False
+
+    def _prompt(self, step: Step, at_rest: bool) -> None:
+        """Say what is wanted, once for a question and once for a whole sweep."""
+        if self._asked:
             return
-        self._steps.pop(0)
-        self._since_us = None
+        self._asked = True
+        if step.question:
+            hold = "" if at_rest else f"Hold the space bar ({step.label}). "
+            print(f"{hold}{step.question} [y/n] ", flush=True)
+        elif not self._told:
+            self._told = True
+            print(
+                "Hold the space bar: outputs move while it is held, and are neutral when you let go. q ends.",
+                flush=True,
+            )
+
+    def _is_over(self, step: Step, typed: str) -> bool:
+        if not step.question:
+            return self._held_us >= step.seconds * 1e6
+        answer = next((letter for letter in reversed(typed) if letter in "yn"), "")
+        if not answer or self._held_us < LOOK_US:
+            return False
+        if answer == "n":
+            self.findings.append(f"{step.label}: {step.mend}")
+        elif any(step.shares):
+            self.seen.add(step.label.split()[0])
+        return True
 
     def _show(self, now_us: int) -> None:
         """Print commanded and applied pulses twice a second."""
@@ -240,8 +326,11 @@ def _pulses(pulses: Sequence[int] | None) -> str:
     return "-" if pulses is None else " ".join(f"{pulse:4d}" for pulse in pulses)
 
 
-def _typed_line() -> str:
-    """Return a line that was typed, without waiting; empty when there is none."""
-    if not select.select([sys.stdin], [], [], 0)[0]:
-        return ""
-    return sys.stdin.readline() or "n"
+def _reached(output: ActuatorOutput, demand: ActuatorDemand) -> bool:
+    """Whether the ramp has come to its end: nobody has seen an output move that never got there."""
+    return (
+        abs(output.thruster_port - demand.thruster_port) < _SETTLED
+        and abs(output.thruster_starboard - demand.thruster_starboard) < _SETTLED
+        and abs(output.rudder_port_rad - demand.rudder_port_rad) < _SETTLED
+        and abs(output.rudder_starboard_rad - demand.rudder_starboard_rad) < _SETTLED
+    )

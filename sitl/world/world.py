@@ -90,6 +90,7 @@ class World:
             recording=self._recording,
             reproducible=True,
             about=about,
+            board_seen=True,
         )
         self.loop_app: LoopApp = self.app if self._recording is None else self._recording.app(self.app)
         self.period_us = self.app.period_us

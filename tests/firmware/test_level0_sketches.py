@@ -23,23 +23,27 @@ def sketch(avr_build, request):
     chip.close()
 
 
-def started(style, chip, **config):
-    bench = ActuatorBench(chip, ActuatorConfig(sketch=style, **config))
+def started(style, chip, *, seen=False, **config):
+    bench = ActuatorBench(chip, ActuatorConfig(sketch=style, **config), seen=seen)
     bench.run(4.2)  # no banner: 2.5 s, then a second for an answer
     return bench
 
 
-def test_needs_consent(sketch):
-    bench = started(*sketch)
+@pytest.mark.parametrize(
+    ("level", "says"),
+    [("auto", "does not answer"), ("1", "does not answer"), ("0", "does not stop if this computer dies")],
+)
+def test_needs_the_owners_choice_and_a_person_who_saw_it_move(sketch, level, says):
+    bench = started(*sketch, level=level)
     bench.thrust = 1.0
     bench.run(1.0)
     assert bench.companion.ready(bench.now_us)[0] is False
     assert bench.stopped()
-    assert any("does not stop if this computer dies" in text for text in bench.texts)
+    assert any(says in text for text in bench.texts)
 
 
 def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
-    bench = started(*sketch, allow_level0=True)
+    bench = started(*sketch, level="0", seen=True)
     for step in range(20):
         bench.thrust = (step % 5 - 2) * 0.4
         bench.rudder_rad = (step % 3 - 1) * 0.3
@@ -51,7 +55,7 @@ def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
 
 def test_the_last_command_is_not_late(sketch):
     """What suppression of unchanged values would lose for ever: the final neutral."""
-    bench = started(*sketch, allow_level0=True)
+    bench = started(*sketch, level="0", seen=True)
     bench.thrust = 0.6
     bench.run(0.5)
     bench.thrust = 0.0

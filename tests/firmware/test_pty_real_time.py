@@ -6,10 +6,12 @@ bench command, which uses the vessel's own codec, gate and serial link. Stated t
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -24,20 +26,39 @@ LIMIT_S = 0.55
 TOLERANCE_S = 0.06
 
 
-def bench(link, *words):
-    return subprocess.Popen(
-        [COMPANION, "bench-actuators", "--url", f"serial:{link}", "--yes", *words],
+def bench(link, *words, limit="1"):
+    """The bench at full range, and a finger on the space bar."""
+    process = subprocess.Popen(
+        [COMPANION, "bench-actuators", "--url", f"serial:{link}", "--yes", "--limit", limit, *words],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
+    threading.Thread(target=press, args=(process,), daemon=True).start()
+    return process
+
+
+def press(process):
+    """Repeat the key as a keyboard does."""
+    with contextlib.suppress(OSError, ValueError):
+        while process.poll() is None:
+            process.stdin.write(" ")
+            process.stdin.flush()
+            time.sleep(0.03)
+
+
+def heard(process, limit_s=60.0):
+    """All that it printed, once it has ended."""
+    process.wait(limit_s)
+    return process.stdout.read()
 
 
 def end(process):
     if process.poll() is None:
         process.send_signal(signal.SIGCONT)
         process.kill()
-    process.communicate()
+    process.wait()
 
 
 @pytest.fixture
@@ -97,7 +118,7 @@ def test_interrupt_writes_neutral_at_once(chips):
 def test_the_seeds_value_generator_reaches_the_pins(chips):
     (board,) = chips(1)
     process = bench(board.link, "--only", "rudder_port", "--period", "0.1")
-    output, _ = process.communicate(timeout=40)
+    output = heard(process, 90.0)
     assert process.returncode == 0, output
     seen = {round(pulses[2], -1) for _, pulses in board.reports}
     assert {1000, 1100, 1200, 1300, 1400, 1500, 1600, 1700, 1800, 1900, 2000} <= seen
@@ -112,7 +133,7 @@ def test_a_board_reset_under_way_ends_the_bench_stopped(chips):
     try:
         board.wait(lambda: board.pulses[0] > 1690, 25.0)
         board.order("reset 300")
-        output, _ = process.communicate(timeout=10)
+        output = heard(process, 10.0)
         assert process.returncode == 1
         assert "stopped:" in output
         assert board.stopped() or board.pulses == (0, 0, 0, 0)
@@ -127,7 +148,7 @@ def test_a_second_program_is_refused_and_told_who_holds_the_port(chips):
     try:
         board.wait(lambda: board.pulses[0] > 1690, 25.0)
         second = bench(board.link, "--hold", "-0.4")
-        output, _ = second.communicate(timeout=25)
+        output = heard(second, 25.0)
         assert second.returncode == 1
         assert "in use by" in output
         assert f"process {first.pid}" in output
@@ -144,7 +165,7 @@ def test_a_stopped_board_does_not_block_the_companion(chips):
         board.wait(lambda: board.pulses[0] > 1690, 25.0)
         os.kill(board.process.pid, signal.SIGSTOP)
         struck_s = time.monotonic()
-        output, _ = process.communicate(timeout=10)
+        output = heard(process, 10.0)
         assert time.monotonic() - struck_s < 1.5  # 300 ms, and the end of a Python process
         assert "silent" in output
     finally:
@@ -153,17 +174,45 @@ def test_a_stopped_board_does_not_block_the_companion(chips):
 
 
 def test_direction_and_trim_check_names_what_to_change(chips):
+    """At a terminal: a question at rest, then the space bar, then the answer."""
     (board,) = chips(1)
+    master, slave = os.openpty()
     words = ["bench-actuators", "--url", f"serial:{board.link}", "--yes", "--check", "--only", "rudder_starboard"]
-    done = subprocess.run([COMPANION, *words], input="y\nn\n", capture_output=True, text=True, timeout=40, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "Does rudder_starboard stand amidships?" in done.stdout
-    assert "rudder_starboard +0.30: actuators.board.rudder_starboard.reverse = true" in done.stdout
-    assert "trim_us" not in done.stdout
+    process = subprocess.Popen(
+        [COMPANION, *words], stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    os.close(slave)
+    try:
+        said = until(process, "stand amidships?")
+        time.sleep(0.8)
+        assert board.stopped()
+        os.write(master, b"y")
+        said += until(process, "Hold the space bar")
+        for _ in range(60):
+            os.write(master, b" ")
+            time.sleep(0.03)
+        os.write(master, b"n")
+        said += heard(process, 20.0)
+    finally:
+        end(process)
+        os.close(master)
+    assert process.returncode == 0, said
+    assert "rudder_starboard +0.30: actuators.board.rudder_starboard.reverse = true" in said
+    assert "trim_us" not in said
     assert any(abs(pulses[3] - 1650) < 15 for _, pulses in board.reports)
 
 
-@pytest.mark.parametrize("words", [["--limit", "0"], ["--period", "0.01"], ["--hold", "1.5"]])
+def until(process, words):
+    """Read what it prints, up to the line with the words."""
+    said = ""
+    while words not in said:
+        line = process.stdout.readline()
+        assert line, said
+        said += line
+    return said
+
+
+@pytest.mark.parametrize("words", [["--limit", "0"], ["--period", "0.01"], ["--hold", "0.4"]])
 def test_bench_usage(words):
     done = subprocess.run([COMPANION, "bench-actuators", "--yes", *words], capture_output=True, text=True, check=False)
     assert done.returncode == 2

@@ -9,6 +9,8 @@ import pytest
 from pymavlink.dialects.v20 import all as dialect
 
 import config
+from companion.io.keeping.content import StoreContent
+from companion.io.keeping.store import MemoryStore
 from companion.io.links.link import Received
 from companion.settings.schema import load
 from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, SetParameter, StartPlan
@@ -38,10 +40,9 @@ def require_avr():
         pytest.skip(f"missing packages: {' '.join(missing)}")
 
 
-def make_world(board, *overrides):
-    return World(
-        load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings), 1, board=board
-    )
+def make_world(board, *overrides, store=None):
+    settings = load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings)
+    return World(settings, 1, board=board, store=store)
 
 
 def ask(world, request):
@@ -186,12 +187,25 @@ def test_the_message_frequency_is_live_and_says_what_it_costs():
     assert "silence limit" in ask(world, Arm(arm=True)).reason
 
 
-def test_level_0_board_arms_only_with_consent_and_warns_every_station_again_and_again():
-    world = make_world(ArduinoTwin(level1=False))
+def test_a_mute_line_never_arms_whatever_a_parameter_or_a_stored_one_says():
+    """A dead board looks like a sketch that never answers: neither arms, and neither is told how to."""
+    store = MemoryStore(StoreContent(params={"ACT_LEVEL0_OK": 1.0}))
+    world = make_world(ArduinoTwin(level1=False), store=store)
+    world.step()
+    assert any("ACT_LEVEL0_OK" in text.text and "left out" in text.text for text in world.snapshot.texts)
+    for body in (Arm(arm=True), Arm(arm=True, force=True), SetParameter("ACT_LEVEL0_OK", 1.0), Arm(arm=True)):
+        world.run(6.0)
+        reason = ask(world, body).reason
+        assert "LEVEL0" not in reason or isinstance(body, SetParameter)
+        assert "baud" in reason or isinstance(body, SetParameter)
+        assert reason
+        assert not world.snapshot.armed
+        assert all(abs(pulse - 1500.0) < 1.0 for pulse in world.surroundings.plant.board.pulses_us)
+
+
+def test_the_owners_level_0_board_arms_in_a_simulation_and_warns_every_station_again_and_again():
+    world = make_world(ArduinoTwin(level1=False), "actuators.board.level='0'")
     world.run(6.0)
-    assert "never stops by itself" in ask(world, Arm(arm=True)).reason
-    world.app.submit(SetParameter("ACT_LEVEL0_OK", 1.0), lambda reply: None)
-    world.run(0.2)
     ground = Ground(world)
     messages = ground.beat(2)
     assert ask(world, Arm(arm=True)).reason == ""

@@ -24,8 +24,8 @@ def status(state="C", good=10, bad=0, applied=(1500, 1500, 1500, 1500), strict=1
 class Line:
     """Ticks of 50 ms with a scripted board."""
 
-    def __init__(self, answers=True, **config):
-        self.board = Arduino(ActuatorConfig(**config))
+    def __init__(self, answers=True, seen=False, **config):
+        self.board = Arduino(ActuatorConfig(**config), seen=seen)
         self.now_us = 0
         self.thrust = 0.0
         self.written = []
@@ -112,42 +112,53 @@ def test_a_board_that_runs_on_is_known_by_its_status():
     assert line.ready == (True, "")
 
 
-def test_row_17_no_answer_means_level_0_which_needs_consent():
-    line = Line(answers=False).open().tick(80)
-    assert line.board.status.level == 0
-    assert line.faults == ("level0",)
-    assert line.ready[0] is False
-    assert "never stops by itself" in line.ready[1]
-    assert line.written[-1] == NEUTRAL_0
-    line.board.configure(ActuatorConfig(allow_level0=True))
+@pytest.mark.parametrize("level", ["auto", "1"])
+def test_row_17_a_line_that_never_answers_is_no_board(level):
+    """Not level 0: a dead board, a wrong baud rate and crossed wires look the same."""
+    line = Line(answers=False, level=level).open().tick(200)
+    assert line.board.status.level is None
+    assert line.faults == ("mute",)
+    ready, reason = line.ready
+    assert ready is False
+    for cause in ("baud", "cable", "firmware"):
+        assert cause in reason
+    said = line.said()
+    assert "does not answer" in said
+    for switch in ("LEVEL0", "level", "allow"):
+        assert switch not in reason + said, "a mute line must not teach how to sail with it"
+    assert all(NEUTRAL_0 in data for data in line.written), "neutral for ever, and asked again"
+    assert sum(QUERY in data for data in line.written) > 20
+
+
+def test_a_mute_line_that_begins_to_answer_is_taken():
+    line = Line(answers=False).open().tick(200)
+    line.answers = True
+    line.tick(20)
+    assert line.board.status.level == 1
     assert line.ready == (True, "")
-    assert "does not stop if this computer dies" in line.said()
+    assert line.faults == ()
+
+
+def test_level_0_is_the_owners_choice_and_needs_a_person_who_saw_the_outputs_move():
+    line = Line(answers=False, level="0").open().tick(80)
+    assert line.board.status.level == 0
+    assert line.ready[0] is False
+    assert "bench-actuators" in line.ready[1]
+    seen = Line(answers=False, level="0", seen=True).open().tick(80)
+    assert seen.ready == (True, "")
+    assert "does not stop if this computer dies" in seen.said()
+    assert set(seen.written) == {NEUTRAL_0}
 
 
 def test_level_0_warns_again_and_again():
-    line = Line(answers=False, allow_level0=True).open().tick(80)
+    line = Line(answers=False, level="0", seen=True).open().tick(80)
     line.said()
     line.tick(20 * 60)
     assert line.said().count("does not stop") >= 2
 
 
-def test_level_0_is_left_when_the_board_turns_out_to_answer():
-    line = Line(answers=False, allow_level0=True).open().tick(80)
-    line.answers = True
-    line.board.receive(status("B", good=0, strict=0), line.now_us)
-    line.tick(10)
-    assert line.board.status.level == 1
-    assert line.ready == (True, "")
-
-
-def test_level_1_can_be_demanded():
-    line = Line(answers=False, level="1").open().tick(200)
-    assert line.ready[0] is False
-    assert line.board.status.level is None
-
-
 def test_level_0_can_be_demanded():
-    line = Line(level="0", sketch="fixed-block", allow_level0=True).open()
+    line = Line(level="0", sketch="fixed-block", seen=True).open()
     line.tick(60)
     assert line.ready == (True, "")
     assert set(line.written) == {b"m1500M1500l1500L1500"}
@@ -350,7 +361,7 @@ def test_interlock_is_not_ready():
 
 
 def test_row_16_wrong_baud_refuses_within_three_seconds_and_says_so():
-    line = Line(answers=False, allow_level0=True).open()
+    line = Line(answers=False).open()
     for _ in range(60):
         line.board.receive(bytes((0x80, 0xF3, 0x1C, 0xFE)), line.now_us)
         line.tick()

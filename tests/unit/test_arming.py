@@ -25,7 +25,6 @@ ALWAYS = [
     ({"emergency_stop": True}, "emergency stop is active"),
     ({"actuator_ready": False}, "actuators not ready: no answer"),
     ({"actuator_ready": False, "actuator_reason": "port closed"}, "actuators not ready: port closed"),
-    ({"actuator_level": 0}, "does not stop if this computer dies"),
     ({"sources_disagree": True}, "position sources disagree"),
     ({"battery_low": True}, "battery low"),
     ({"battery_lost": True}, "battery sensor lost"),
@@ -58,8 +57,6 @@ def test_reasons_only_where_the_vessel_steers_itself(changes, text):
 
 
 def test_what_is_allowed():
-    assert ask(actuator_level=0, level0_allowed=True) == ()
-    assert ask(actuator_level=1) == ()
     assert ask(gcs_required=True, gcs_heard=True) == ()
     assert ask(depth_required=True, altitude_known=True) == ()
     assert ask(plan_needed=True, plan_loaded=True) == ()

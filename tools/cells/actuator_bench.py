@@ -41,9 +41,9 @@ class ActuatorBench:
     STEP_US = 5_000
     TICK_US = 50_000
 
-    def __init__(self, board: Board, config: ActuatorConfig | None = None) -> None:
+    def __init__(self, board: Board, config: ActuatorConfig | None = None, *, seen: bool = False) -> None:
         self.board = board
-        self.companion = Arduino(config or ActuatorConfig())
+        self.companion = Arduino(config or ActuatorConfig(), seen=seen)
         self.gate = Gate(GateConfig())
         self.now_us = 0
         self.thrust = 0.0

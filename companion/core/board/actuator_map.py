@@ -61,7 +61,8 @@ class ActuatorConfig(Config):
     """The actuator board's protocol and its four channels (the seed's UART_Comm)."""
 
     level: Literal["auto", "0", "1"] = "auto"
-    """auto: ask the board; 0: the seed's unchecked letters; 1: checked lines or nothing."""
+    """auto: ask the board and wait for its answer; 1: and insist on its version; 0: the seed's unchecked letters. A board on level 0 does
+    not stop if this computer dies; it arms only after `companion bench-actuators FILE --check`, in which a person saw it move."""
     sketch: Literal["", *SKETCHES] = ""  # type: ignore[valid-type]
     """How a level-0 sketch reads: parse-int, read-line, fixed-block or next-byte. Chooses the terminator."""
     terminator: Literal["\n", "", "\r\n", "\0"] = "\n"
@@ -94,11 +95,6 @@ class ActuatorConfig(Config):
         ge=1000,
         le=2000,
         seed="UART_Comm: Actuation Upper Bound",
-    )
-    allow_level0: bool = param(
-        False,
-        "ACT_LEVEL0_OK",
-        "Arm with a board that neither checks nor stops on silence: it does not stop if this computer dies",
     )
     silence_ms: int = param(
         500,

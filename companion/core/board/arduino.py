@@ -1,10 +1,11 @@
 """The actuator board as the vessel sees it: start-up, refresh, and every way in which it can fail.
 
 A state machine without I/O. On open it says nothing until the board's banner came or 2.5 s passed (boards reset when a port opens),
-then sends neutral before anything else, asks the version, and from then on repeats all four commands at the configured
-rate whether they changed or not. A board that answers in checked lines is on level 1; one that does not is on
-level 0, which never checks and never stops by itself, and needs consent. Nothing is queued: what a blocked port did
-not take is dropped and counted. Reference: firmware-reliability §A.5 and §C rows 8-20, dune-imc §1.2 (U1-U9).
+then sends neutral before anything else, asks the version, and from then on repeats all four commands at the configured rate
+whether they changed or not. A board that answers in checked lines is on level 1. Silence is no answer: a mute line is asked for ever
+and never armed. Level 0, which never checks and never stops by itself, is the owner's choice in the file, and arms only where a
+person has seen its outputs move. Nothing is queued: what a blocked port did not take is dropped and counted.
+Reference: firmware-reliability §A.5 and §C rows 8-20, dune-imc §1.2 (U1-U9).
 """
 
 from __future__ import annotations
@@ -48,7 +49,9 @@ _READY: Final = (True, "")
 class Arduino:
     """One actuator board on one port. Every method takes the vessel's monotonic time, µs."""
 
-    def __init__(self, config: ActuatorConfig) -> None:
+    def __init__(self, config: ActuatorConfig, *, seen: bool = False) -> None:
+        """``seen``: a person has seen this board's outputs move on the bench, or it is a simulated one; counts on level 0 only."""
+        self._seen = seen
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
         self._texts: list[tuple[Severity, str]] = []
@@ -133,8 +136,6 @@ class Arduino:
 
     def _take(self, line: wire.BoardLine, now_us: int) -> None:
         if self._level != 1 and self._checks:
-            if self._level == 0:
-                self._begin(now_us)
             self._level = 1
         if isinstance(line, wire.Status):
             self._take_status(line, now_us)
@@ -210,14 +211,11 @@ class Arduino:
         return data
 
     def _answered(self, now_us: int) -> bool:
-        if self._level is not None and (self._level == 0 or self._version is not None):
+        if self._level == 0 or (self._level == 1 and self._version is not None):
             return True
         asked = self._first_asked_us
-        if asked is None or now_us - asked < ANSWER_WAIT_US or self.config.level == "1":
-            return False
-        if self._level is None:
-            self._level = 0
-        return True
+        # A board that reports and does not tell its version, as where its answers are cut, is taken after a while.
+        return self._level == 1 and asked is not None and now_us - asked >= ANSWER_WAIT_US and self.config.level != "1"
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
         neutral = self._map.neutral_us
@@ -333,6 +331,8 @@ class Arduino:
             found.append("blocked")
         if self._reader.good == 0 and self._reader.garbled:
             found.append("baud")
+        elif phase is ASKING and self._level is None and self._is_mute(now_us):
+            found.append("mute")
         if phase is RUNNING and self._level == 1:
             self._look_closer(found, now_us)
         if self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US:
@@ -342,6 +342,10 @@ class Arduino:
         if phase is RUNNING and self._level == 0:
             found.append("level0")
         return tuple(found)
+
+    def _is_mute(self, now_us: int) -> bool:
+        asked = self._first_asked_us
+        return asked is not None and now_us - asked >= ANSWER_WAIT_US
 
     def _look_closer(self, found: list[str], now_us: int) -> None:
         """What only a board that reports can be found to do."""
@@ -364,7 +368,7 @@ class Arduino:
     def ready(self, now_us: int) -> tuple[bool, str]:
         """May the gate give thrust? False comes with one plain sentence."""
         for fault in self.faults(now_us):
-            if fault == "noise" or (fault == "level0" and self.config.allow_level0):
+            if fault == "noise" or (fault == "level0" and self._seen):
                 continue
             return False, REASONS[fault]
         if self._phase is STARTING:

@@ -22,7 +22,8 @@ REASONS: Final = {
     "mismatch": "actuators apply something else than commanded",
     "garbage": "actuator line unreadable",
     "noise": "errors on the actuator line",
-    "level0": "actuator board checks nothing and never stops by itself; ACT_LEVEL0_OK = 1 accepts that",
+    "mute": "actuator board does not answer: look at baud rate, cable (crossed, broken, power) and firmware",
+    "level0": "nobody has seen this board's outputs move: stop, run 'companion bench-actuators FILE --check', start again",
 }
 """Fault names, with the sentence for the operator."""
 

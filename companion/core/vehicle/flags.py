@@ -10,7 +10,7 @@ from ..guard.failsafe import Flags
 from ..guard.monitors import MonitorFlags
 from .controls import Controls
 
-_BOARD_SILENT: Final = frozenset({"lost", "blocked", "silent", "baud", "failsafe"})
+_BOARD_SILENT: Final = frozenset({"lost", "blocked", "silent", "mute", "baud", "failsafe"})
 """Faults of the actuator board after which nothing that is sent can be relied on."""
 _MANUAL: Final = Mode.MANUAL
 _RETURN: Final = Mode.RTL
