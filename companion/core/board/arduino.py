@@ -3,8 +3,8 @@
 A state machine without I/O. On open it says nothing until the board's banner came or 2.5 s passed (boards reset when a port opens),
 then sends neutral before anything else, asks the version, and from then on repeats all four commands at the configured rate
 whether they changed or not. A board that answers in checked lines is on level 1. Silence is no answer: a mute line is asked for ever
-and never armed. Level 0, which never checks and never stops by itself, is the owner's choice in the file, and arms only where a
-person has seen its outputs move. Nothing is queued: what a blocked port did not take is dropped and counted.
+and never armed. Level 0, which never checks nor stops by itself, is the owner's choice, and arms where a person has seen its outputs
+move. Nothing is queued: what a blocked port did not take is dropped and counted.
 Reference: firmware-reliability §A.5 and §C rows 8-20, dune-imc §1.2 (U1-U9).
 """
 
@@ -50,7 +50,7 @@ class Arduino:
     """One actuator board on one port. Every method takes the vessel's monotonic time, µs."""
 
     def __init__(self, config: ActuatorConfig, *, seen: bool = False) -> None:
-        """``seen``: a person has seen this board's outputs move on the bench, or it is a simulated one; counts on level 0 only."""
+        """``seen``: a person has seen this board's outputs move, or it is a simulated one; counts on level 0 only."""
         self._seen = seen
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
@@ -211,11 +211,10 @@ class Arduino:
         return data
 
     def _answered(self, now_us: int) -> bool:
-        if self._level == 0 or (self._level == 1 and self._version is not None):
-            return True
-        asked = self._first_asked_us
+        if self._level == 0 or self._level is None:
+            return self._level == 0
         # A board that reports and does not tell its version, as where its answers are cut, is taken after a while.
-        return self._level == 1 and asked is not None and now_us - asked >= ANSWER_WAIT_US and self.config.level != "1"
+        return self._version is not None or (self._has_waited(now_us) and self.config.level != "1")
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
         neutral = self._map.neutral_us
@@ -331,7 +330,7 @@ class Arduino:
             found.append("blocked")
         if self._reader.good == 0 and self._reader.garbled:
             found.append("baud")
-        elif phase is ASKING and self._level is None and self._is_mute(now_us):
+        elif phase is ASKING and self._level is None and self._has_waited(now_us):
             found.append("mute")
         if phase is RUNNING and self._level == 1:
             self._look_closer(found, now_us)
@@ -339,13 +338,10 @@ class Arduino:
             found.append("reset")
         if self._status is not None and self._status.state == _EMERGENCY:
             found.append("estop")
-        if phase is RUNNING and self._level == 0:
-            found.append("level0")
-        return tuple(found)
+        return (*found, "level0") if phase is RUNNING and self._level == 0 else tuple(found)
 
-    def _is_mute(self, now_us: int) -> bool:
-        asked = self._first_asked_us
-        return asked is not None and now_us - asked >= ANSWER_WAIT_US
+    def _has_waited(self, now_us: int) -> bool:
+        return self._first_asked_us is not None and now_us - self._first_asked_us >= ANSWER_WAIT_US
 
     def _look_closer(self, found: list[str], now_us: int) -> None:
         """What only a board that reports can be found to do."""
