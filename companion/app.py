@@ -301,7 +301,8 @@ class App:
     def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:
             if request.reply or reply.result is not Result.ACCEPTED:
-                self._watched.call("replies", self._now_us, talk.reply, request.id, reply, self._now_us)
+                now_us = self._now_us
+                self._watched.call("replies", now_us, lambda: talk.reply(request.id, reply, now_us))
 
         return answer
 

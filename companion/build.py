@@ -89,7 +89,7 @@ def build_app(
         own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
         archive = recording.archive(archive or own)
         recording.start({**(about or {}), **_header(settings, vessel, identity), "board_seen": board_seen})
-    app = App(settings, vessel, sensors, actuators, kept, identity)
+    app = App(settings=settings, vessel=vessel, sensors=sensors, actuators=actuators, store=kept, identity=identity)
     app.recorder = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
     _load_map(app)

@@ -112,12 +112,14 @@ class Gateway:
         self.strangers = Strangers(lambda severity, text: self._say(severity.value, text))
         vessel = load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings()
         self.twin = ShoreTwin(
-            self.profile,
-            read_key(settings.key_file),
-            Parameters(vessel),
-            Identity(uid=0x5553_5600_0000_0000 | settings.system_id, version=software_version(), name=settings.name),
-            Gate(GateConfig()).neutral(0, "not told by the radio"),
-            rng or random.Random(secrets.randbits(64)),
+            profile=self.profile,
+            key=read_key(settings.key_file),
+            params=Parameters(vessel),
+            identity=Identity(
+                uid=0x5553_5600_0000_0000 | settings.system_id, version=software_version(), name=settings.name
+            ),
+            neutral=Gate(GateConfig()).neutral(0, "not told by the radio"),
+            rng=rng or random.Random(secrets.randbits(64)),
             memory=self.store.snapshot().values.get(MEMORY_KEY, ""),
             save=self._save,
             system_id=settings.system_id,
@@ -328,7 +330,11 @@ class Gateway:
             for name, value in values.items()
         ]
         bad = min(twin.link.strange_bytes, 0xFFFF)
-        messages.append(dialect.MAVLink_radio_status_message(255, 255, share, 255, 255, bad, 0))
+        messages.append(
+            dialect.MAVLink_radio_status_message(
+                rssi=255, remrssi=255, txbuf=share, noise=255, remnoise=255, rxerrors=bad, fixed=0
+            )
+        )
         for talk in self._conversations():
             if isinstance(talk, Endpoint):
                 for message in messages:

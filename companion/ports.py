@@ -67,8 +67,17 @@ class _Counted:
     def summary(self, now_us: int, bad_frames: int, text: str) -> LinkHealth:
         age_s = None if self.last_rx_us is None else (now_us - self.last_rx_us) * 1e-6
         peers = len(self.open_channels)
-        traffic = self.bytes_in, self.bytes_out, bad_frames
-        return LinkHealth(self.name, self.kind, peers > 0, peers, *traffic, age_s, text)
+        return LinkHealth(
+            name=self.name,
+            kind=self.kind,
+            is_open=peers > 0,
+            peers=peers,
+            bytes_in=self.bytes_in,
+            bytes_out=self.bytes_out,
+            bad_frames=bad_frames,
+            last_rx_age_s=age_s,
+            text=text,
+        )
 
 
 class NmeaPort(_Counted):

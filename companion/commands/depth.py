@@ -125,7 +125,15 @@ def _soundings(path: Path, order: Any) -> list[Sounded]:
     if path.suffix in (".geojson", ".json"):
         return from_geojson(text)
     return [
-        Sounded(math.degrees(s.lat_rad), math.degrees(s.lon_rad), s.depth_m, s.depth_m, s.depth_m, 1, 0)
+        Sounded(
+            lat_deg=math.degrees(s.lat_rad),
+            lon_deg=math.degrees(s.lon_rad),
+            depth_m=s.depth_m,
+            least_m=s.depth_m,
+            mean_m=s.depth_m,
+            soundings=1,
+            utc_s=0,
+        )
         for s in parse(text, path.name, order)
     ]
 

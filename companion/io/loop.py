@@ -126,7 +126,7 @@ def run(
     else:
         gc.disable()
     try:
-        _turn(app, clock, stop, period_us, stats, notifier, until_us)
+        _turn(app, clock, stop, period_us=period_us, stats=stats, notifier=notifier, until_us=until_us)
     except Exception:
         log.exception("the loop ended by an error; neutral is written")
         status = 1

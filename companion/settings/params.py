@@ -59,7 +59,16 @@ def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...]) -> Entry:
     assert isinstance(kind, type)
     default = None if field.is_required() or field.default is None else float(field.default)
     bounds: tuple[Any, Any] = (0.0, 1.0) if kind is bool else (low, high)
-    return Entry(mark, ".".join(path), path, field.description or "", default, bounds[0], bounds[1], kind)
+    return Entry(
+        param=mark,
+        key=".".join(path),
+        path=path,
+        text=field.description or "",
+        default=default,
+        minimum=bounds[0],
+        maximum=bounds[1],
+        kind=kind,
+    )
 
 
 def read(settings: BaseModel, entry: Entry) -> float:

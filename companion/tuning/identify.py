@@ -73,7 +73,7 @@ def identify(times_s: Sequence[float], inputs: Sequence[float], rates: Sequence[
         raise ValueError(
             "no stable first-order answer is in this record: the hull is course-unstable, or it is too short"
         )
-    simulated = _simulate(t, delta, float(rate), float(ratio), float(bias), float(start))
+    simulated = _simulate(t, delta, float(rate), ratio=float(ratio), bias=float(bias), start=float(start))
     fit = 1.0 - float(numpy.sqrt(numpy.mean((simulated - r) ** 2)) / numpy.std(r))
     return Nomoto(float(ratio / rate), float(1.0 / rate), float(bias), fit)
 

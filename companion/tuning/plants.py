@@ -24,7 +24,9 @@ def vessel_system(vessel: VesselConfig) -> Any:
     model = ForceModel(vessel)
 
     def update(_t: float, x: Any, inputs: Any, _params: Any) -> list[float]:
-        return derivatives(vessel, model, x, float(inputs[0]), float(inputs[1]), float(inputs[2]))
+        return derivatives(
+            vessel, model, x, port=float(inputs[0]), starboard=float(inputs[1]), rudder_rad=float(inputs[2])
+        )
 
     return control.nlsys(
         update,
@@ -42,7 +44,15 @@ def derivatives(
     """Return the time derivatives of STATES in still water."""
     u, v, r, _, revs_port, revs_starboard, angle = (float(value) for value in x)
     thrusts = [_thrust(vessel, revs) for revs in (revs_port, revs_starboard)]
-    du, dv, dr = model.rates(u, v, r, thrusts[0], thrusts[1], angle, angle)
+    du, dv, dr = model.rates(
+        u,
+        v,
+        r,
+        thrust_port_n=thrusts[0],
+        thrust_starboard_n=thrusts[1],
+        rudder_port_rad=angle,
+        rudder_starboard_rad=angle,
+    )
     lag_s, most = max(vessel.rudder.lag_s, 0.02), math.radians(vessel.rudder.rate_dps)
     turn = max(-most, min(most, (rudder_rad - angle) / lag_s))
     spin = [
@@ -77,7 +87,9 @@ def moment_plant(vessel: VesselConfig, speed_mps: float) -> Any:
 
     def update(_t: float, x: Any, inputs: Any, _params: Any) -> list[float]:
         given = allocator.allocate(surge_n, float(inputs[0]), speed_mps)
-        return derivatives(vessel, model, x, given.thruster_port, given.thruster_starboard, given.rudder_rad)
+        return derivatives(
+            vessel, model, x, port=given.thruster_port, starboard=given.thruster_starboard, rudder_rad=given.rudder_rad
+        )
 
     def seen(_t: float, x: Any, _inputs: Any, _params: Any) -> list[float]:
         return [float(x[3]), float(x[2])]
@@ -100,7 +112,7 @@ def share_plant(vessel: VesselConfig, speed_mps: float, thruster_share: float) -
     def update(_t: float, x: Any, inputs: Any, _params: Any) -> list[float]:
         output = float(inputs[0])
         half, angle = thruster_share * output, (1.0 - thruster_share) * output * rudder_max
-        return derivatives(vessel, model, x, command + half, command - half, angle)
+        return derivatives(vessel, model, x, port=command + half, starboard=command - half, rudder_rad=angle)
 
     def seen(_t: float, x: Any, _inputs: Any, _params: Any) -> list[float]:
         return [float(x[3])]

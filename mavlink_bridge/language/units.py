@@ -6,8 +6,27 @@ import math
 
 _PI = math.pi
 _TURN = 2.0 * math.pi
-KNOT_MPS = 1852.0 / 3600.0
+NAUTICAL_MILE_M = 1852.0
+"""One international nautical mile, a minute of arc of latitude as charts and NMEA 0183 reckon it (BIPM)."""
+KNOT_MPS = NAUTICAL_MILE_M / 3600.0
 """One international knot in m/s."""
+E7 = 1e7
+"""MAVLink's and the plan files' whole numbers of a degree: degrees times this."""
+
+
+def e7_to_deg(value: float) -> float:
+    """Degrees * 1e7 to degrees."""
+    return value / E7
+
+
+def e7_to_rad(value: float) -> float:
+    """Degrees * 1e7 to rad."""
+    return math.radians(value / E7)
+
+
+def rad_to_e7(angle_rad: float) -> int:
+    """Rad to degrees * 1e7, rounded to the nearest (1.1 cm of latitude)."""
+    return round(math.degrees(angle_rad) * E7)
 
 
 def wrap_pi(angle_rad: float) -> float:

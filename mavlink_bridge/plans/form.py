@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.units import E7
+
 from ..language.requests import PlanItem, PlanKind
 from ..mavlink.missions.plan_rules import GLOBAL_FRAMES
 from ..mavlink.wire.mapping import INT32_UNKNOWN, deg_to_degE7
@@ -54,9 +56,29 @@ def make_item(command: int, frame: int, params: Sequence[float], autocontinue: i
         raise PlanFileError(f"an item of command {command} has a number that is too large")
     if frame in GLOBAL_FRAMES:
         return PlanItem(
-            command, frame, param1, param2, param3, param4, deg_to_degE7(x), deg_to_degE7(y), z, autocontinue
+            command=command,
+            frame=frame,
+            param1=param1,
+            param2=param2,
+            param3=param3,
+            param4=param4,
+            x=deg_to_degE7(x),
+            y=deg_to_degE7(y),
+            z=z,
+            autocontinue=autocontinue,
         )
-    return PlanItem(command, frame, param1, param2, param3, param4, _plain(x), _plain(y), z, autocontinue)
+    return PlanItem(
+        command=command,
+        frame=frame,
+        param1=param1,
+        param2=param2,
+        param3=param3,
+        param4=param4,
+        x=_plain(x),
+        y=_plain(y),
+        z=z,
+        autocontinue=autocontinue,
+    )
 
 
 def _plain(value: float) -> int:
@@ -65,6 +87,6 @@ def _plain(value: float) -> int:
 
 def coordinates(item: PlanItem) -> tuple[float, float]:
     """The fifth and sixth number of an item as files write them: degrees in a global frame; NaN when not given."""
-    scale = 1e7 if item.frame in GLOBAL_FRAMES else 1.0
+    scale = E7 if item.frame in GLOBAL_FRAMES else 1.0
     x, y = (math.nan if value == INT32_UNKNOWN else value / scale for value in (item.x, item.y))
     return x, y

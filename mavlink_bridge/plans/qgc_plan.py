@@ -13,6 +13,8 @@ from typing import Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from mavlink_bridge.language.units import e7_to_deg
+
 from ..language.requests import PlanItem
 from ..mavlink.missions.plan_rules import GLOBAL_FRAMES, Cmd
 from ..mavlink.wire.mapping import deg_to_degE7
@@ -136,12 +138,12 @@ def _plan(plan: _Plan) -> PlanFile:
         simple += expanded
         notes.append(f"{item.complexItemType} expanded to {len(expanded)} items")
     return PlanFile(
-        _mission_items(simple),
-        _fence_items(plan.geoFence),
-        tuple(_place(Cmd.RALLY_POINT, 3, 0.0, point) for point in plan.rallyPoints.points),
-        _radians(plan.mission.plannedHomePosition),
-        "QGroundControl plan",
-        tuple(notes),
+        mission=_mission_items(simple),
+        fence=_fence_items(plan.geoFence),
+        rally=tuple(_place(Cmd.RALLY_POINT, 3, 0.0, point) for point in plan.rallyPoints.points),
+        home_rad=_radians(plan.mission.plannedHomePosition),
+        format="QGroundControl plan",
+        notes=tuple(notes),
     )
 
 
@@ -185,7 +187,9 @@ def _fence_items(fence: _Fence) -> tuple[PlanItem, ...]:
 def _place(command: int, frame: int, param1: float, where: Coordinate) -> PlanItem:
     altitude = where[2] if len(where) == 3 and where[2] is not None else 0.0
     x, y = deg_to_degE7(where[0]), deg_to_degE7(where[1])
-    return PlanItem(command, frame, param1, 0.0, 0.0, 0.0, x, y, altitude)
+    return PlanItem(
+        command=command, frame=frame, param1=param1, param2=0.0, param3=0.0, param4=0.0, x=x, y=y, z=altitude
+    )
 
 
 def _radians(where: Coordinate | None) -> tuple[float, float] | None:
@@ -221,7 +225,7 @@ def write_plan(plan: PlanFile, *, firmware_type: int = _ARDUPILOT, speed_mps: fl
         "geoFence": _fence_json(plan.fence),
         "rallyPoints": {
             "version": 2,
-            "points": [[item.x / 1e7, item.y / 1e7, _null(item.z) or 0] for item in plan.rally],
+            "points": [[e7_to_deg(item.x), e7_to_deg(item.y), _null(item.z) or 0] for item in plan.rally],
         },
     }
     return json.dumps(whole, indent=4, allow_nan=False) + "\n"
@@ -259,12 +263,12 @@ def _fence_json(items: tuple[PlanItem, ...]) -> dict[str, Any]:
         count = 1
         if item.command in (Cmd.FENCE_POLYGON_INCLUSION, Cmd.FENCE_POLYGON_EXCLUSION):
             count = max(1, int(item.param1))
-            corners = [[corner.x / 1e7, corner.y / 1e7] for corner in items[at : at + count]]
+            corners = [[e7_to_deg(corner.x), e7_to_deg(corner.y)] for corner in items[at : at + count]]
             polygons.append({"version": 1, "inclusion": inclusion, "polygon": corners})
         elif item.command == Cmd.FENCE_RETURN_POINT:
-            fence["breachReturn"] = [item.x / 1e7, item.y / 1e7, _null(item.z) or 0]
+            fence["breachReturn"] = [e7_to_deg(item.x), e7_to_deg(item.y), _null(item.z) or 0]
         else:
-            ring = {"center": [item.x / 1e7, item.y / 1e7], "radius": item.param1}
+            ring = {"center": [e7_to_deg(item.x), e7_to_deg(item.y)], "radius": item.param1}
             circles.append({"version": 1, "inclusion": inclusion, "circle": ring})
         at += count
     return fence

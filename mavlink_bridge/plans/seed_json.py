@@ -16,11 +16,12 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final
 
+from mavlink_bridge.language.units import KNOT_MPS
+
 from ..language.messages import Loiter, LoiterDirection, LoiterKind
 from ..mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
 
 MAX_BYTES: Final = 65_536
-_KNOT_MPS: Final = 1852.0 / 3600.0
 _KEYS: Final = {
     "id": ("id",),
     "latitude": ("latitude", "lat"),
@@ -106,7 +107,7 @@ def _plan(seq: int, entry: Any, limits: PlanLimits) -> SeedPlan:
     duration = _number(fields, "duration", 0.0, min(65_535.0, limits.max_duration_s), 0.0)
     radius = _number(fields, "radius", 0.0, limits.max_length_m, 0.0)
     length = _number(fields, "length", 0.0, limits.max_length_m, 0.0)
-    speed_kn = _number(fields, "speed", 0.0, limits.max_speed_mps / _KNOT_MPS, None)
+    speed_kn = _number(fields, "speed", 0.0, limits.max_speed_mps / KNOT_MPS, None)
     if speed_kn == 0.0:
         raise SeedJsonError("speed 0 would never get there")
     if kind in (LoiterKind.RACETRACK, LoiterKind.FIGURE_EIGHT) and not (length and radius):
@@ -123,7 +124,7 @@ def _plan(seq: int, entry: Any, limits: PlanLimits) -> SeedPlan:
         bearing_rad=math.radians(_number(fields, "bearing", 0.0, 360.0)) if "bearing" in fields else None,
         direction=_direction(fields.get("direction", "cw")),
         duration_s=duration or None,
-        speed_mps=speed_kn * _KNOT_MPS,
+        speed_mps=speed_kn * KNOT_MPS,
     )
     return SeedPlan(name, loiter)
 
@@ -184,7 +185,7 @@ def write(name: str, loiter: Loiter, speed_mps: float | None = None) -> str:
         "longitude": round(math.degrees(loiter.lon_rad), 7),
         "duration_s": loiter.duration_s or 0,
         "loiter_type": loiter.kind.value,
-        "speed_kn": round(speed / _KNOT_MPS, 3),
+        "speed_kn": round(speed / KNOT_MPS, 3),
         "length_m": loiter.length_m or 0,
         "radius_m": loiter.radius_m or 0,
     }

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+from mavlink_bridge.language.units import e7_to_rad
+
 from ..language.requests import PlanItem
 from ..mavlink.missions.plan_rules import Cmd
 from ..mavlink.missions.wire import home_problem, with_home, without_home
@@ -62,7 +64,7 @@ def _sort_wpl(items: tuple[PlanItem, ...], version: str) -> PlanFile:
         note = "row 0 is no home position (a waypoint in frame 0), so it is taken as the first item"
         return PlanFile(items, format=form, notes=(note,))
     home = items[0]
-    place = (math.radians(home.x / 1e7), math.radians(home.y / 1e7)) if home.x or home.y else None
+    place = (e7_to_rad(home.x), e7_to_rad(home.y)) if home.x or home.y else None
     return PlanFile(without_home(items), home_rad=place, format=form)
 
 

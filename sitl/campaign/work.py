@@ -115,19 +115,29 @@ def run_job(job: Job) -> Row:
         outcome = run(job.ready, seed=job.seed)
     except Exception as error:  # a run that breaks is a result too; the others go on
         failed = " ".join(f"{type(error).__name__}: {error}".split())  # a row is a line
-        return Row(job.scenario, job.vessel, job.seed, job.basis, 0, 0.0, _since(began), failed, "[]")
+        return Row(
+            scenario=job.scenario,
+            vessel=job.vessel,
+            seed=job.seed,
+            basis=job.basis,
+            passed=0,
+            distance_m=0.0,
+            wall_s=_since(began),
+            failed=failed,
+            findings="[]",
+        )
     failures = [f"{item.what} = {item.found} ({item.limit})" for item in outcome.findings if not item.passed]
     findings = [[item.what, item.found, item.limit, item.passed] for item in outcome.findings]
     return Row(
-        job.scenario,
-        job.vessel,
-        job.seed,
-        job.basis,
-        int(outcome.passed),
-        outcome.distance_m,
-        _since(began),
-        "; ".join(failures),
-        json.dumps(findings),
+        scenario=job.scenario,
+        vessel=job.vessel,
+        seed=job.seed,
+        basis=job.basis,
+        passed=int(outcome.passed),
+        distance_m=outcome.distance_m,
+        wall_s=_since(began),
+        failed="; ".join(failures),
+        findings=json.dumps(findings),
     )
 
 

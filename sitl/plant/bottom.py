@@ -15,9 +15,9 @@ from typing import Literal, Protocol
 from pydantic import Field
 
 from companion.core.config import Config
-from companion.core.guard.depth.grid import EARTH_M, Sounding, metres_per_radian
+from companion.core.guard.depth.grid import Sounding, metres_per_radian
 from companion.core.guard.depth.soundings import parse
-from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, LocalFrame
 
 
 class Bottom(Protocol):
@@ -146,8 +146,12 @@ class Soundings:
         for sounding in soundings:
             # To first order, plus the one second-order term that counts: a harbour is small.
             north = (sounding.lat_rad - frame.lat_rad) * per_lat
-            east = (sounding.lon_rad - frame.lon_rad) * per_lon * (1.0 - north * math.tan(frame.lat_rad) / EARTH_M)
-            north += 0.5 * east * east * math.tan(frame.lat_rad) / EARTH_M
+            east = (
+                (sounding.lon_rad - frame.lon_rad)
+                * per_lon
+                * (1.0 - north * math.tan(frame.lat_rad) / SEMI_MAJOR_AXIS_M)
+            )
+            north += 0.5 * east * east * math.tan(frame.lat_rad) / SEMI_MAJOR_AXIS_M
             self._cells.setdefault(self._cell(north, east), []).append((north, east, sounding.depth_m))
 
     def depth_at(self, north_m: float, east_m: float) -> float | None:

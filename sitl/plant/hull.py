@@ -91,7 +91,16 @@ class SimVessel:
         port_n, starboard_n = self.thrust_n
         port_rad, starboard_rad = self.rudder_rad
         du, dv, dr = self.model.rates(
-            u_mps, v_mps, r_radps, port_n, starboard_n, port_rad, starboard_rad, surge_n, sway_n, yaw_nm
+            u_mps,
+            v_mps,
+            r_radps,
+            thrust_port_n=port_n,
+            thrust_starboard_n=starboard_n,
+            rudder_port_rad=port_rad,
+            rudder_starboard_rad=starboard_rad,
+            surge_n=surge_n,
+            sway_n=sway_n,
+            yaw_nm=yaw_nm,
         )
         self.u_mps = u_mps = u_mps + du * dt_s
         self.v_mps = v_mps = v_mps + dv * dt_s

@@ -72,7 +72,12 @@ class JsonPhysics:
         for _ in range(steps):
             self._water.step(dt_s / steps)
             hull.step(
-                dt_s / steps, port, starboard, rudder_port * rudder_max, rudder_starboard * rudder_max, self._water
+                dt_s / steps,
+                port,
+                starboard,
+                rudder_port_rad=rudder_port * rudder_max,
+                rudder_starboard_rad=rudder_starboard * rudder_max,
+                water=self._water,
             )
         self.t_s += dt_s
         north, east = (hull.vn_mps - before[0]) / dt_s, (hull.ve_mps - before[1]) / dt_s

@@ -34,6 +34,14 @@ from .file import MODES, Act, GotoAct, OrbitAct, Rudders, Scenario, Sticks
 
 _STATION: Final = 255
 _BEAT_US: Final = 1_000_000
+_HEARTBEAT: Final = dialect.MAVLink_heartbeat_message(
+    type=dialect.MAV_TYPE_GCS,
+    autopilot=dialect.MAV_AUTOPILOT_INVALID,
+    base_mode=0,
+    custom_mode=0,
+    system_status=dialect.MAV_STATE_ACTIVE,
+    mavlink_version=3,
+)
 
 
 @dataclass(slots=True)
@@ -160,7 +168,7 @@ class Station:
         self._link.poll(self._world.now_us)
         if not self.silent and self._world.now_us >= self._beat_us:
             self._beat_us = self._world.now_us + _BEAT_US
-            self._link.write(0, self._codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
+            self._link.write(0, self._codec.encode(_HEARTBEAT))
 
 
 def _goto(world: World, text: GotoAct) -> list[RequestBody]:

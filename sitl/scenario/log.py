@@ -59,16 +59,17 @@ class Logbook:
         loiter = item if isinstance(item, Loiter) and self._joined(item, snapshot) else None
         self.rows.append(
             Row(
-                truth.t_us * 1e-6,
-                *here,
-                math.hypot(truth.vn_mps, truth.ve_mps),
-                None if truth.depth_m is None else truth.depth_m - self._keel_m,
-                all(abs(pulse - NEUTRAL_US) < STILL_US for pulse in pulses_us),
-                snapshot,
-                loiter,
-                self._leg(item) if isinstance(item, Goto) else None,
-                None if loiter is None else self._path_error_m(loiter, here, snapshot),
-                None if loiter is None else self._bearing_rad(loiter, here),
+                t_s=truth.t_us * 1e-6,
+                north_m=truth.north_m,
+                east_m=truth.east_m,
+                speed_mps=math.hypot(truth.vn_mps, truth.ve_mps),
+                altitude_m=None if truth.depth_m is None else truth.depth_m - self._keel_m,
+                neutral=all(abs(pulse - NEUTRAL_US) < STILL_US for pulse in pulses_us),
+                snapshot=snapshot,
+                loiter=loiter,
+                leg=self._leg(item) if isinstance(item, Goto) else None,
+                path_error_m=None if loiter is None else self._path_error_m(loiter, here, snapshot),
+                bearing_rad=None if loiter is None else self._bearing_rad(loiter, here),
             )
         )
 

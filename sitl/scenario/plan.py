@@ -13,6 +13,7 @@ from companion.core.config import Config
 from mavlink_bridge.language import messages as imc
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.language.units import rad_to_e7
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import Cmd, PlanError as ItemError, load_plan
 
@@ -182,5 +183,7 @@ def _loiter(seq: int, text: LoiterText, frame: LocalFrame) -> imc.Loiter:
 
 def _at(command: int, point: tuple[float, float], frame: LocalFrame, param1: float) -> PlanItem:
     lat_rad, lon_rad = frame.to_geodetic(*point)
-    x, y = round(math.degrees(lat_rad) * 1e7), round(math.degrees(lon_rad) * 1e7)
-    return PlanItem(int(command), _GLOBAL, float(param1), 0.0, 0.0, 0.0, x, y, 0.0)
+    x, y = rad_to_e7(lat_rad), rad_to_e7(lon_rad)
+    return PlanItem(
+        command=int(command), frame=_GLOBAL, param1=float(param1), param2=0.0, param3=0.0, param4=0.0, x=x, y=y, z=0.0
+    )

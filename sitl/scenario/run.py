@@ -85,14 +85,14 @@ def run(
     if starter is not None and starter.failure:
         findings = (Finding("plan starts", starter.failure, "started", False), *findings)
     return Outcome(
-        scenario.name,
-        text.scenario.title,
-        number,
-        text.scenario.duration_s,
-        all(finding.passed for finding in findings),
-        findings,
-        tuple(texts),
-        round(world.metrics.distance_m, 2),
+        name=scenario.name,
+        title=text.scenario.title,
+        seed=number,
+        duration_s=text.scenario.duration_s,
+        passed=all(finding.passed for finding in findings),
+        findings=findings,
+        texts=tuple(texts),
+        distance_m=round(world.metrics.distance_m, 2),
     )
 
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Final
 
 from companion.core.nmea.line import frame
-from mavlink_bridge.language.units import mps_to_knots, wrap_2pi
+from mavlink_bridge.language.units import E7, mps_to_knots, wrap_2pi
 from mavlink_bridge.language.value import value
 
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
@@ -160,5 +160,5 @@ def position(lat_rad: float, lon_rad: float) -> str:
 
 def _minutes(angle_rad: float) -> tuple[int, int, int]:
     """Degrees, minutes and 1e-7 minutes. Rounding the whole angle first keeps 59.99999999 from becoming 60."""
-    minutes, fraction = divmod(round(abs(math.degrees(angle_rad)) * 60.0 * 1e7), 10**7)
+    minutes, fraction = divmod(round(abs(math.degrees(angle_rad)) * 60.0 * E7), 10**7)
     return minutes // 60, minutes % 60, fraction

@@ -11,6 +11,7 @@ import random
 from collections import deque
 from typing import Final
 
+from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.value import value
 
 from ..plant import Truth
@@ -24,8 +25,6 @@ _WEEK_US: Final = 7 * 86_400 * 1_000_000
 _TICK_US: Final = 50_000
 _BACKLOG_MAX: Final = 10
 _QUALITY_DEAD_RECKONING: Final = 6
-_AXIS_M: Final = 6_378_137.0
-_ECCENTRICITY2: Final = 0.00669437999014
 _NONE: Final = range(0)
 _HEADINGS: Final = ("HDT", "THS", "HDG", "HDM")
 
@@ -173,16 +172,23 @@ class SensorSuite:
         east = arm_e + truth.ve_mps * back_s + self._slow_e.at(t_us) + self._gauss(figures.position_white_m)
         lat_rad, lon_rad = _shift(truth.lat_rad, truth.lon_rad, north + faults.jump_north_m, east + faults.jump_east_m)
         sample = _Sample(
-            t_us,
-            lat_rad,
-            lon_rad,
-            truth.heave_m + arm_up + 1.5 * self._gauss(figures.position_white_m),
-            truth.vn_mps - truth.r_radps * arm_e + self._gauss(figures.velocity_white_mps),
-            truth.ve_mps + truth.r_radps * arm_n + self._gauss(figures.velocity_white_mps),
+            t_us=t_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            height_m=truth.heave_m + arm_up + 1.5 * self._gauss(figures.position_white_m),
+            vn_mps=truth.vn_mps - truth.r_radps * arm_e + self._gauss(figures.velocity_white_mps),
+            ve_mps=truth.ve_mps + truth.r_radps * arm_n + self._gauss(figures.velocity_white_mps),
         )
         if faults.frozen and self._held is not None:
             held = self._held
-            return _Sample(t_us, held.lat_rad, held.lon_rad, held.height_m, held.vn_mps, held.ve_mps)
+            return _Sample(
+                t_us=t_us,
+                lat_rad=held.lat_rad,
+                lon_rad=held.lon_rad,
+                height_m=held.height_m,
+                vn_mps=held.vn_mps,
+                ve_mps=held.ve_mps,
+            )
         self._held = sample
         return sample
 
@@ -244,7 +250,16 @@ class SensorSuite:
             return write.zda(talker, time)
         if kind == "GGA":
             satellites, hdop, geoid_m = figures.satellites, figures.hdop, self.config.geoid_m
-            return write.gga(talker, time[0], fix, quality, satellites, hdop, height_m, geoid_m)
+            return write.gga(
+                talker,
+                time[0],
+                fix,
+                quality=quality,
+                satellites=satellites,
+                hdop=hdop,
+                height_msl_m=height_m,
+                geoid_m=geoid_m,
+            )
         if kind == "RMC":
             return write.rmc(talker, time, fix, self._variation, mode)
         if kind == "VTG":
@@ -305,7 +320,7 @@ def _flip(line: bytes, rng: random.Random) -> bytes:
 def _shift(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
     """A point some metres away, by the radii of curvature of WGS-84: exact to 1e-6 of the distance within 1 km."""
     sine = math.sin(lat_rad)
-    w2 = 1.0 - _ECCENTRICITY2 * sine * sine
-    meridian_m = _AXIS_M * (1.0 - _ECCENTRICITY2) / (w2 * math.sqrt(w2))
-    normal_m = _AXIS_M / math.sqrt(w2)
+    w2 = 1.0 - ECCENTRICITY2 * sine * sine
+    meridian_m = SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY2) / (w2 * math.sqrt(w2))
+    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
     return lat_rad + north_m / meridian_m, lon_rad + east_m / (normal_m * math.cos(lat_rad))

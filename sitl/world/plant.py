@@ -71,7 +71,14 @@ class Plant:
             if board.pulses_us is not self._pulses_us:
                 self._pulses_us = board.pulses_us
                 port, starboard, port_rad, starboard_rad = self._demand = self._map.demand(self._pulses_us)
-            vessel.step(dt_s, port, starboard, port_rad, starboard_rad, water)
+            vessel.step(
+                dt_s,
+                port,
+                starboard,
+                rudder_port_rad=port_rad,
+                rudder_starboard_rad=starboard_rad,
+                water=water,
+            )
         self.now_us = at_us
         self.truth = truth = self._measure(now_us)
         return self.sensors.step(now_us, truth), said
@@ -82,21 +89,21 @@ class Plant:
         lat_rad, lon_rad = self.frame.to_geodetic(north_m, east_m)
         vn_mps, ve_mps = hull.ground_velocity(self.water)
         return Truth(
-            now_us,
-            lat_rad,
-            lon_rad,
-            north_m,
-            east_m,
-            hull.psi_rad,
-            hull.u_mps,
-            hull.v_mps,
-            hull.r_radps,
-            vn_mps,
-            ve_mps,
-            hull.roll_rad,
-            hull.pitch_rad,
-            hull.heave_m,
-            self.bottom.depth_at(north_m, east_m),
+            t_us=now_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            north_m=north_m,
+            east_m=east_m,
+            psi_rad=hull.psi_rad,
+            u_mps=hull.u_mps,
+            v_mps=hull.v_mps,
+            r_radps=hull.r_radps,
+            vn_mps=vn_mps,
+            ve_mps=ve_mps,
+            roll_rad=hull.roll_rad,
+            pitch_rad=hull.pitch_rad,
+            heave_m=hull.heave_m,
+            depth_m=self.bottom.depth_at(north_m, east_m),
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -113,3 +114,42 @@ def test_the_core_reckons_the_same_on_every_python() -> None:
     ]
     assert not sums, "take math.fsum"
     assert not squares, "take x * x"
+
+
+PLACES_AT_MOST = 5
+"""Values that a reader can tell apart by their place."""
+
+
+def test_nothing_is_handed_over_by_place_beyond_five_values() -> None:
+    """Two values of one type that change places are seen by no type checker. Packers take their fields in the wire's order."""
+    crowded = [
+        f"{path}:{node.lineno} {ast.unparse(node.func)} ({len(node.args)})"
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and len(node.args) > PLACES_AT_MOST
+        and not ast.unparse(node.func).rpartition(".")[2].startswith("pack")
+    ]
+    assert not crowded
+
+
+def test_no_room_holds_more_than_twenty_modules() -> None:
+    rooms = Counter(path.parent for path, _ in modules() if path.name != "__init__.py")
+    assert not {str(room): count for room, count in rooms.items() if count > 20}
+
+
+HOMES = {
+    "6378137": "mavlink_bridge/language/geodesy.py",
+}
+"""Numbers of the world that have one home each: WGS-84's axis."""
+
+
+@pytest.mark.parametrize(("number", "home"), HOMES.items())
+def test_a_fact_of_the_world_has_one_home(number: str, home: str) -> None:
+    users = {
+        str(path)
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value == float(number)
+    }
+    assert users == {home}

@@ -6,7 +6,6 @@ they say why something was refused.
 
 from __future__ import annotations
 
-import math
 import sys
 import threading
 import time
@@ -14,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.language.units import e7_to_rad
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.wire import with_home, without_home
 from mavlink_bridge.plans import PlanFile
@@ -240,4 +240,4 @@ def _item(raw: Any) -> PlanItem:
 
 
 def _radians(item: PlanItem) -> tuple[float, float]:
-    return math.radians(item.x / 1e7), math.radians(item.y / 1e7)
+    return e7_to_rad(item.x), e7_to_rad(item.y)

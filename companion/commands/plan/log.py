@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.language.units import e7_to_rad
 from mavlink_bridge.mavlink.missions.wire import home_problem, item_from_message, kind_of, without_home
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode, dialect
@@ -120,6 +121,6 @@ def _number(value: float, kind: int, bytewise: bool) -> str:
 def _plan_file(plans: dict[PlanKind, tuple[PlanItem, ...]], *, ardupilot: bool) -> PlanFile:
     mission, home = plans.get(PlanKind.MISSION, ()), None
     if ardupilot and mission and not home_problem(mission[0]):
-        home = (math.radians(mission[0].x / 1e7), math.radians(mission[0].y / 1e7))
+        home = (e7_to_rad(mission[0].x), e7_to_rad(mission[0].y))
         mission = without_home(mission)
     return PlanFile(mission, plans.get(PlanKind.FENCE, ()), plans.get(PlanKind.RALLY, ()), home, "telemetry log")

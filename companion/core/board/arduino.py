@@ -297,16 +297,16 @@ class Arduino:
             state = self._phase.value
             return ActuatorStatus(self._status_us or 0, connected, self._level, state, reset_cause=self._reset_cause)
         return ActuatorStatus(
-            self._status_us or 0,
-            connected,
-            self._level,
-            line.state,
-            line.applied_us,
-            line.good,
-            line.bad,
-            self._reset_cause,
-            line.state == _EMERGENCY,
-            line.voltage_v,
+            t_us=self._status_us or 0,
+            connected=connected,
+            level=self._level,
+            state=line.state,
+            applied_us=line.applied_us,
+            good_frames=line.good,
+            bad_frames=line.bad,
+            reset_cause=self._reset_cause,
+            emergency_stop=line.state == _EMERGENCY,
+            voltage_v=line.voltage_v,
         )
 
     @property

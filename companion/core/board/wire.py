@@ -196,14 +196,14 @@ def _status(fields: tuple[str, ...]) -> Status | None:
     if first > _WORD_MAX or second > _WORD_MAX or third > _WORD_MAX or fourth > _WORD_MAX:
         return None
     return Status(
-        STATE_NAMES[state],
-        strict == "1",
-        silent_ms,
-        good,
-        bad,
-        (first, second, third, fourth),
-        RESET_CAUSES[cause],
-        int(millivolts) / 1000.0 or None,
+        state=STATE_NAMES[state],
+        strict=strict == "1",
+        silent_ms=silent_ms,
+        good=good,
+        bad=bad,
+        applied_us=(first, second, third, fourth),
+        reset_cause=RESET_CAUSES[cause],
+        voltage_v=int(millivolts) / 1000.0 or None,
     )
 
 

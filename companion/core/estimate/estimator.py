@@ -177,32 +177,32 @@ class Estimator:
             if water_mps is not None and heading_valid and not self._drift_frozen:
                 self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine)
         return EstimatedState(
-            now_us,
-            lat_rad,
-            lon_rad,
-            height_m,
-            None if origin is None else origin.lat_rad,
-            None if origin is None else origin.lon_rad,
-            north_m,
-            east_m,
-            vn,
-            ve,
-            u_mps,
-            v_mps,
-            None if self._phi is None else self._fresh(self._phi, now_us),
-            None if self._theta is None else self._fresh(self._theta, now_us),
-            psi_rad,
-            None if psi_rad is None else r_radps,
-            sog_mps,
-            cog_rad,
-            self._drift.north_mps,
-            self._drift.east_mps,
-            alt_m,
-            None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
-            None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
-            None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
-            _NO_FIX if fix is None else fix.fix_type,
-            from_course,
+            t_us=now_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            height_msl_m=height_m,
+            origin_lat_rad=None if origin is None else origin.lat_rad,
+            origin_lon_rad=None if origin is None else origin.lon_rad,
+            x_m=north_m,
+            y_m=east_m,
+            vx_mps=vn,
+            vy_mps=ve,
+            u_mps=u_mps,
+            v_mps=v_mps,
+            phi_rad=None if self._phi is None else self._fresh(self._phi, now_us),
+            theta_rad=None if self._theta is None else self._fresh(self._theta, now_us),
+            psi_rad=psi_rad,
+            r_radps=None if psi_rad is None else r_radps,
+            sog_mps=sog_mps,
+            cog_rad=cog_rad,
+            drift_n_mps=self._drift.north_mps,
+            drift_e_mps=self._drift.east_mps,
+            alt_m=alt_m,
+            position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
+            heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
+            depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
+            fix_type=_NO_FIX if fix is None else fix.fix_type,
+            heading_from_course=from_course,
         )
 
     def _update_fix(self, fix: GpsFix, link: int) -> bool:
@@ -253,7 +253,7 @@ class Estimator:
             self._rate = (rate.r_radps, rate.t_us)
             self._heading.update_rate(rate)
             return True
-        self._compare(self._rates, rate, link, rate.r_radps, self._rate, _RATE_APART_RADPS)
+        self._compare(self._rates, rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
         return False
 
     def _update_distance(self, distance: Distance, link: int) -> bool:
@@ -264,7 +264,7 @@ class Estimator:
                 return False
         elif not self._sounders.leads(distance.source, link, distance.t_us):
             limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
-            self._compare(self._sounders, distance, link, value_m, used, limit_m)
+            self._compare(self._sounders, distance, link, value=value_m, used=used, limit=limit_m)
             return False
         else:
             self._depth = (value_m, distance.t_us)
@@ -278,13 +278,13 @@ class Estimator:
             if self._rolls.leads(angles.source, link, angles.t_us):
                 self._phi, leads = (phi_rad, angles.t_us), True
             else:
-                self._compare(self._rolls, angles, link, phi_rad, self._phi, _TILT_APART_RAD)
+                self._compare(self._rolls, angles, link, value=phi_rad, used=self._phi, limit=_TILT_APART_RAD)
         if angles.theta_rad is not None:
             theta_rad = wrap_pi(angles.theta_rad + self._pitch_offset_rad)
             if self._pitches.leads(angles.source, link, angles.t_us):
                 self._theta, leads = (theta_rad, angles.t_us), True
             else:
-                self._compare(self._pitches, angles, link, theta_rad, self._theta, _TILT_APART_RAD)
+                self._compare(self._pitches, angles, link, value=theta_rad, used=self._theta, limit=_TILT_APART_RAD)
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
             leads |= self._update_compass(angles, link)
         if leads:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M, LocalFrame
 from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
@@ -16,8 +16,6 @@ from .filter import PairCovariance
 _OUTLIER_SIGMA: Final = 5.0
 _OUTLIERS_MAX: Final = 3
 _PREDICT_MAX_S: Final = 3.0
-_AXIS_M: Final = 6_378_137.0
-_ECCENTRICITY2: Final = 0.00669437999014
 _NEWTON_STEPS: Final = 4
 _NEAR_M: Final = 500.0
 _CLOSE_M: Final = 1e-4
@@ -32,9 +30,9 @@ def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float
     Newton's method on the inverse map with the radii of curvature at the point; each step leaves about 1e-3 of the error.
     """
     sine = math.sin(lat_rad)
-    w2 = 1.0 - _ECCENTRICITY2 * sine * sine
-    normal_m = _AXIS_M / math.sqrt(w2)
-    meridian_m = normal_m * (1.0 - _ECCENTRICITY2) / w2
+    w2 = 1.0 - ECCENTRICITY2 * sine * sine
+    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
+    meridian_m = normal_m * (1.0 - ECCENTRICITY2) / w2
     parallel_m = normal_m * math.cos(lat_rad)
     for _ in range(_NEWTON_STEPS):
         lat, lon = frame.to_geodetic(north_m, east_m)
@@ -183,7 +181,7 @@ class PositionTrack:
             since_s = 0.02 if since_s < 0.02 else 2.0
         self._interval_s += 0.2 * (since_s - self._interval_s)
         self._advance(t_us, heading)
-        if self._believable(fix, t_us, since_us, (north_m, east_m), velocity, heading):
+        if self._believable(fix, t_us, since_us, at=(north_m, east_m), velocity=velocity, heading=heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
 
     def _acceptable(self, fix: GpsFix) -> bool:
@@ -277,7 +275,7 @@ class PositionTrack:
         off_m = math.hypot(at[0] - self._north_m, at[1] - self._east_m)
         gate_m = self._jump_m + self._speed_max_mps * (since_us if since_us > 0 else 0) * 1e-6
         if off_m > gate_m:
-            self._refuse(fix, t_us, at, off_m, gate_m, velocity, heading)
+            self._refuse(fix, t_us, at, off_m=off_m, gate_m=gate_m, velocity=velocity, heading=heading)
             return False
         if self._refused_since_us is not None:
             self._refused_since_us = None

@@ -87,13 +87,13 @@ class FailsafeConfig(Config):
         if then_action <= action:
             then_s = None
         return Rule(
-            row,
-            microseconds(delay_s),
-            action,
-            None if then_s is None else microseconds(then_s),
-            then_action,
-            microseconds(row.clear_s),
-            microseconds(delay_s / 2.0 if row.clear is Clear.OPERATOR else delay_s),
+            row=row,
+            delay_us=microseconds(delay_s),
+            action=action,
+            then_us=None if then_s is None else microseconds(then_s),
+            then_action=then_action,
+            clear_us=microseconds(row.clear_s),
+            again_us=microseconds(delay_s / 2.0 if row.clear is Clear.OPERATOR else delay_s),
         )
 
 

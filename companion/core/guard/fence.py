@@ -194,7 +194,9 @@ class Fence:
         inside_m = region.inside_m(here)
         texts: list[tuple[Severity, str]] = []
         self._note_breach(state.t_us, inside_m, texts)
-        stop = inside_m >= 0.0 and self._must_stop(region, here, inside_m, state, stopping_distance_m, ahead)
+        stop = inside_m >= 0.0 and self._must_stop(
+            region, here, inside_m, state=state, stopping_distance_m=stopping_distance_m, ahead=ahead
+        )
         if stop and not self._stopping:
             texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
         self._stopping = stop

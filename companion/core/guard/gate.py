@@ -102,7 +102,14 @@ class Gate:
         """Return thrusters stopped and rudders centred, at once. Always allowed."""
         self._last = _NEUTRAL
         self._last_us = now_us
-        return ActuatorOutput(now_us, 0.0, 0.0, 0.0, 0.0, cause)
+        return ActuatorOutput(
+            t_us=now_us,
+            thruster_port=0.0,
+            thruster_starboard=0.0,
+            rudder_port_rad=0.0,
+            rudder_starboard_rad=0.0,
+            cause=cause,
+        )
 
     def _refusal(
         self, now_us: int, demand: ActuatorDemand | None, action: Action, armed: bool, evidence: Evidence
@@ -135,15 +142,24 @@ class Gate:
             high = share
         dt_s = self._elapsed_s(now_us)
         port, starboard, rudder_port, rudder_starboard = self._last
-        port = _limited(demand.thruster_port, port, low, high, self._thruster_rate, dt_s)
-        starboard = _limited(demand.thruster_starboard, starboard, low, high, self._thruster_rate, dt_s)
+        port = _limited(demand.thruster_port, port, low, high=high, rate=self._thruster_rate, dt_s=dt_s)
+        starboard = _limited(demand.thruster_starboard, starboard, low, high=high, rate=self._thruster_rate, dt_s=dt_s)
         low, high = -rudder_max, rudder_max
-        rudder_port = _limited(demand.rudder_port_rad, rudder_port, low, high, self._rudder_rate, dt_s)
-        rudder_starboard = _limited(demand.rudder_starboard_rad, rudder_starboard, low, high, self._rudder_rate, dt_s)
+        rudder_port = _limited(demand.rudder_port_rad, rudder_port, low, high=high, rate=self._rudder_rate, dt_s=dt_s)
+        rudder_starboard = _limited(
+            demand.rudder_starboard_rad, rudder_starboard, low, high=high, rate=self._rudder_rate, dt_s=dt_s
+        )
         self._last = (port, starboard, rudder_port, rudder_starboard)
         self._last_us = now_us
         cause = "manual" if evidence.manual else "demand"
-        return ActuatorOutput(now_us, port, starboard, rudder_port, rudder_starboard, cause)
+        return ActuatorOutput(
+            t_us=now_us,
+            thruster_port=port,
+            thruster_starboard=starboard,
+            rudder_port_rad=rudder_port,
+            rudder_starboard_rad=rudder_starboard,
+            cause=cause,
+        )
 
     def _elapsed_s(self, now_us: int) -> float:
         """Time since the last output, s; never negative and at most two periods, so that a pause buys no step."""

@@ -110,9 +110,9 @@ class Follower:
         planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
         course, rate = self._course(dt_s, track, here, now_mps, planned)
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0) if self._use_drift else _NO_DRIFT
-        desired, possible = self._steer(dt_s, state, course, rate, planned, drift)
+        desired, possible = self._steer(dt_s, state, course, rate=rate, planned=planned, drift=drift)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= STRONG * speed_mps:
-            desired = self._swing(state, track, here, speed_mps, planned, drift) or desired
+            desired = self._swing(state, track, here, speed_mps=speed_mps, planned=planned, drift=drift) or desired
         return desired, here, planned, possible
 
     def _plan(

@@ -135,7 +135,9 @@ class Guidance:
             onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
             round_it = isinstance(following, Loiter) and not _stops(following)
             self._onward = None if round_it else onward
-            self._begin_leg(state, maneuver, start, corner, following, onward, speed_mps)
+            self._begin_leg(
+                state, maneuver, start, corner=corner, following=following, onward=onward, speed_mps=speed_mps
+            )
         elif maneuver.kind is LoiterKind.HOVER:
             self._station.begin(self._target)
         else:
@@ -192,7 +194,7 @@ class Guidance:
             drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
             # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
             cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
-            arc = fillet(begin, self._target, onward, cut_m, least, reach)
+            arc = fillet(begin, self._target, onward, cut_m=cut_m, least_m=least, reach_m=reach)
         if arc is None:
             segments.append(Line(begin, self._target))
             self._goal_m = math.fsum(segment.length_m for segment in segments)
@@ -267,14 +269,23 @@ class Guidance:
         maneuver = self._maneuver
         lat_rad = None if maneuver is None else maneuver.lat_rad
         lon_rad = None if maneuver is None else maneuver.lon_rad
-        path = PathControlState(None, distance, self._bearing(state), lat_rad, lon_rad, near)
+        path = PathControlState(
+            cross_track_m=None,
+            distance_m=distance,
+            target_bearing_rad=self._bearing(state),
+            target_lat_rad=lat_rad,
+            target_lon_rad=lon_rad,
+            on_path=near,
+        )
         return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
 
     def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
         if unable and not self._unable:
             self._say(Severity.CRITICAL, unable[0].upper() + unable[1:] + ": stopped")
         self._unable = unable
-        return GuidanceOutput(desired, path, self._arrived, self._on_path, self._turns(), unable)
+        return GuidanceOutput(
+            desired=desired, path=path, arrived=self._arrived, on_path=self._on_path, turns=self._turns(), unable=unable
+        )
 
     def _turns(self) -> float:
         return self._sailed_m / self._track.lap_m if self._track is not None and self._track.closed else 0.0
@@ -290,7 +301,14 @@ class Guidance:
             self._arrived = passed or (self._corner is None and distance <= radius)
         cross = here.cross_m
         on_path = -self._acceptance_m < cross < self._acceptance_m
-        return PathControlState(cross, distance, self._bearing(state), maneuver.lat_rad, maneuver.lon_rad, on_path)
+        return PathControlState(
+            cross_track_m=cross,
+            distance_m=distance,
+            target_bearing_rad=self._bearing(state),
+            target_lat_rad=maneuver.lat_rad,
+            target_lon_rad=maneuver.lon_rad,
+            on_path=on_path,
+        )
 
     def _progress_of_loiter(self, track: Track, here: Projection, state: EstimatedState) -> None:
         """Laps from the first touch of the path."""
@@ -309,16 +327,16 @@ class Guidance:
     def _orbit_state(self, loiter: Loiter, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
         about_it, segment = self._about_it, track.segment
         return PathControlState(
-            here.cross_m,
-            abs(here.cross_m),
-            self._bearing(state),
-            loiter.lat_rad,
-            loiter.lon_rad,
-            self._on_path,
-            segment.sense * segment.radius_m if isinstance(segment, Arc) else None,
-            loiter.lat_rad if about_it else None,
-            loiter.lon_rad if about_it else None,
-            self._eight,
+            cross_track_m=here.cross_m,
+            distance_m=abs(here.cross_m),
+            target_bearing_rad=self._bearing(state),
+            target_lat_rad=loiter.lat_rad,
+            target_lon_rad=loiter.lon_rad,
+            on_path=self._on_path,
+            orbit_radius_m=segment.sense * segment.radius_m if isinstance(segment, Arc) else None,
+            orbit_lat_rad=loiter.lat_rad if about_it else None,
+            orbit_lon_rad=loiter.lon_rad if about_it else None,
+            eight=self._eight,
         )
 
     def _bearing(self, state: EstimatedState) -> float:

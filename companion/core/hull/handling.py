@@ -100,9 +100,25 @@ class Handling:
         hull, thrust_n = self.vessel.hull, drag_n(self.vessel, speed_mps) / 2.0
         v = 0.0
         for _ in range(60):
-            _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+            _, dv, dr = self.model.rates(
+                speed_mps,
+                v,
+                rate,
+                thrust_port_n=thrust_n,
+                thrust_starboard_n=thrust_n,
+                rudder_port_rad=0.0,
+                rudder_starboard_rad=0.0,
+            )
             v += 0.2 * (dv + hull.m23_kgm / hull.m22_kg * dr)
-        _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+        _, dv, dr = self.model.rates(
+            speed_mps,
+            v,
+            rate,
+            thrust_port_n=thrust_n,
+            thrust_starboard_n=thrust_n,
+            rudder_port_rad=0.0,
+            rudder_starboard_rad=0.0,
+        )
         return -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
 
     def _leeway(self, speed_mps: float) -> float:
@@ -110,7 +126,15 @@ class Handling:
         hull, rate, v = self.vessel.hull, 0.1, 0.0
         thrust_n = drag_n(self.vessel, speed_mps) / 2.0
         for _ in range(120):
-            _, dv, dr = self.model.rates(speed_mps, v, rate, thrust_n, thrust_n, 0.0, 0.0)
+            _, dv, dr = self.model.rates(
+                speed_mps,
+                v,
+                rate,
+                thrust_port_n=thrust_n,
+                thrust_starboard_n=thrust_n,
+                rudder_port_rad=0.0,
+                rudder_starboard_rad=0.0,
+            )
             moment = -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
             side_n = moment / self.vessel.rudder.x_m if self.vessel.rudder.count and speed_mps > 0.5 else 0.0
             v += 0.15 * (dv + (hull.m23_kgm * dr + side_n) / hull.m22_kg)
@@ -124,7 +148,15 @@ class Handling:
         angle = self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
         v = r = 0.0
         for _ in range(_RUN_STEPS):
-            _, dv, dr = self.model.rates(speed_mps, v, r, each_n + half_n, each_n - half_n, angle, angle)
+            _, dv, dr = self.model.rates(
+                speed_mps,
+                v,
+                r,
+                thrust_port_n=each_n + half_n,
+                thrust_starboard_n=each_n - half_n,
+                rudder_port_rad=angle,
+                rudder_starboard_rad=angle,
+            )
             v += dv * _STEP_S
             r += dr * _STEP_S
         return max(r, 1e-3)

@@ -129,7 +129,14 @@ def _angles(
     """The attitude, when any axis is measured."""
     if phi_rad is None and theta_rad is None and psi_rad is None:
         return None
-    return EulerAngles(t_us, phi_rad, theta_rad, psi_rad, None, accuracy_rad)
+    return EulerAngles(
+        t_us=t_us,
+        phi_rad=phi_rad,
+        theta_rad=theta_rad,
+        psi_rad=psi_rad,
+        psi_magnetic_rad=None,
+        psi_accuracy_rad=accuracy_rad,
+    )
 
 
 def _roll_pitch_heading(t_us: int, roll: Any, pitch: Any, heading: Any) -> EulerAngles | None:

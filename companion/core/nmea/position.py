@@ -6,6 +6,7 @@ import math
 from typing import Final
 
 from mavlink_bridge.language.messages import FixType
+from mavlink_bridge.language.units import NAUTICAL_MILE_M
 
 from .fields import (
     EpochPart,
@@ -21,7 +22,7 @@ from .fields import (
     time_of_day_us,
 )
 
-_STEP_M: Final = tuple(1852.0 * 10.0**-decimals for decimals in range(10))
+_STEP_M: Final = tuple(NAUTICAL_MILE_M * 10.0**-decimals for decimals in range(10))
 """One unit of the last digit, by the number of decimals of the minutes."""
 _DECIMALS: Final = len(_STEP_M)
 _NONE: Final = FixType.NONE

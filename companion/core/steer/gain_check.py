@@ -38,7 +38,7 @@ def gains_problem(config: SteeringConfig, vessel: VesselConfig) -> str:
     for share in _SPEEDS:
         speed_mps = share * controller.top_mps
         kp, ki, kd = controller.heading_gains(speed_mps)
-        loop = _heading(kp, ki, kd, controller.inertia, controller.yaw_damping(speed_mps), lag_s)
+        loop = _heading(kp, ki, kd, inertia=controller.inertia, damping=controller.yaw_damping(speed_mps), lag_s=lag_s)
         names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
         problem = _problem(loop, f"heading loop ({names})")
         if problem:

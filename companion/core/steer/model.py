@@ -79,9 +79,9 @@ class ModelController:
                 self._inertia,
                 handling.yaw_damping(k * self._step_mps)[0],
                 lag_s,
-                config.heading_damping,
-                config.heading_integral,
-                most,
+                zeta=config.heading_damping,
+                integral=config.heading_integral,
+                most=most,
             )
             for k in range(_POINTS + 1)
         ]
@@ -151,20 +151,20 @@ class ModelController:
             return self._last, ControlTrace()
         given = self._allocator.allocate(surge_n, yaw_nm, water)
         if self._free(sent):
-            self._integrate(dt_s, given, surge_n, yaw_nm, speed_error, omega)
+            self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
         rudder_rad = given.rudder_rad
         self._last = ActuatorDemand(now_us, given.thruster_port, given.thruster_starboard, rudder_rad, rudder_rad)
         return self._last, ControlTrace(
-            self._heading_error,
-            heading_p,
-            self._yaw_integral_nm,
-            heading_d,
-            speed_error,
-            speed_p,
-            self._surge_integral_n,
-            0.0,
-            self._psi_ref,
-            self._u_ref,
+            heading_error_rad=self._heading_error,
+            heading_p=heading_p,
+            heading_i=self._yaw_integral_nm,
+            heading_d=heading_d,
+            speed_error_mps=speed_error,
+            speed_p=speed_p,
+            speed_i=self._surge_integral_n,
+            speed_d=0.0,
+            psi_ref_rad=self._psi_ref,
+            speed_ref_mps=self._u_ref,
         )
 
     def _free(self, sent: ActuatorOutput | None) -> bool:
@@ -187,7 +187,9 @@ class ModelController:
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        reference = self._reference(dt_s, psi, rate, desired.psi_rad, desired.r_radps, speed)
+        reference = self._reference(
+            dt_s, psi, rate, wanted_rad=desired.psi_rad, ahead_radps=desired.r_radps, speed=speed
+        )
         self._heading_error = error = wrap_pi(reference - psi)
         if desired.brake:
             omega *= _GENTLE

@@ -85,7 +85,15 @@ class WaterSpeedObserver:
         share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
         self._rudder_rad = angle = self._rudder_rad + (rudder_rad - self._rudder_rad) * share
         rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
-        du, dv, dr = self._rates(self.u_mps, self.v_mps, rate, port_n, starboard_n, angle, angle)
+        du, dv, dr = self._rates(
+            self.u_mps,
+            self.v_mps,
+            rate,
+            thrust_port_n=port_n,
+            thrust_starboard_n=starboard_n,
+            rudder_port_rad=angle,
+            rudder_starboard_rad=angle,
+        )
         self.u_mps += du * dt_s
         self.v_mps += dv * dt_s
         self._age(dt_s, state.position_age_s or 0.0, du * dt_s)

@@ -138,7 +138,9 @@ class Vehicle(Controls):
             if not state.position_valid:
                 return Desired(None, None)
             self._generation = leg.generation
-            self.guidance.begin(now_us, state, leg.maneuver, leg.previous, leg.following, speed_mps)
+            self.guidance.begin(
+                now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
+            )
         self.guided = guided = self.guidance.step(now_us, dt_s, state, speed_mps)
         return guided.desired
 
@@ -164,11 +166,11 @@ class Vehicle(Controls):
             now_us,
             state,
             self._output,
-            self.desired,
-            before >= _STOP,
-            self.inputs.late_s,
-            self.supply,
-            self.statics.throttle_to_speed,
+            desired=self.desired,
+            stopped=before >= _STOP,
+            late_s=self.inputs.late_s,
+            supply=self.supply,
+            vessel_speed_fn=self.statics.throttle_to_speed,
         )
         flags = gather(self, now_us, monitored, fence.stop)
         self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)

@@ -88,13 +88,13 @@ def soundings_of(content: StoreContent) -> Iterator[Sounded]:
 def sounded(lat_rad: float, lon_rad: float, cell: Cell) -> Sounded:
     sigma_m = max(SIGMA_M, 0.005 * abs(cell.mean_m))
     return Sounded(
-        math.degrees(lat_rad),
-        math.degrees(lon_rad),
-        cell.robust_m(sigma_m),
-        cell.least_m,
-        cell.mean_m,
-        cell.soundings,
-        cell.last_s,
+        lat_deg=math.degrees(lat_rad),
+        lon_deg=math.degrees(lon_rad),
+        depth_m=cell.robust_m(sigma_m),
+        least_m=cell.least_m,
+        mean_m=cell.mean_m,
+        soundings=cell.soundings,
+        utc_s=cell.last_s,
     )
 
 
@@ -149,7 +149,15 @@ def _from_feature(number: int, feature: Any) -> Sounded:
         least, mean = float(values.get("least_m", depth)), float(values.get("mean_m", depth))
         last = values.get("last")
         utc_s = 0 if last is None else max(0, int(datetime.datetime.fromisoformat(last).timestamp()))
-        found = Sounded(lat, lon, depth, least, mean, max(1, int(values.get("soundings", 1))), utc_s)
+        found = Sounded(
+            lat_deg=lat,
+            lon_deg=lon,
+            depth_m=depth,
+            least_m=least,
+            mean_m=mean,
+            soundings=max(1, int(values.get("soundings", 1))),
+            utc_s=utc_s,
+        )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         raise ValueError(f"feature {number}: a point with the property depth_m is expected") from None
     if not all(map(math.isfinite, found)) or abs(lat) > 90.0 or abs(lon) > 180.0:

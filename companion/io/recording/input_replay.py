@@ -101,7 +101,7 @@ class ReplayLink:
     def _report(self, before: str, after: str, data: bytes = b"") -> None:
         step = self._step
         number, now_us = (step.number, step.now_us) if step else (-1, 0)
-        self._differs(Difference(number, now_us, self.name, before, after, data))
+        self._differs(Difference(step=number, now_us=now_us, link=self.name, before=before, after=after, data=data))
 
     def filenos(self) -> list[int]:
         return []

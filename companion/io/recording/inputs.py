@@ -150,7 +150,9 @@ class InputReader:
 def unpack_step(body: bytes) -> Step:
     """Read the body of a step whose CRC was right."""
     kind, now_us, utc_us, load, late_s, number = STEP_HEAD.unpack_from(body)
-    step = Step(KINDS[kind], now_us, number, None if utc_us < 0 else utc_us, load, late_s)
+    step = Step(
+        kind=KINDS[kind], now_us=now_us, number=number, utc_us=None if utc_us < 0 else utc_us, load=load, late_s=late_s
+    )
     at = STEP_HEAD.size
     while at < len(body):
         what = body[at]

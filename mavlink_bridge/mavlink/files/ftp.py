@@ -125,7 +125,15 @@ class FileServer:
         if op >= Op.ACK:
             return []
         sender = (message.get_srcSystem(), message.get_srcComponent())
-        request = _Request(sequence, session, op, size, offset, payload[_HEADER.size :], sender)
+        request = _Request(
+            sequence=sequence,
+            session=session,
+            op=op,
+            size=size,
+            offset=offset,
+            data=payload[_HEADER.size :],
+            sender=sender,
+        )
         last = self._last.get(sender)
         if last is not None and last[0] == payload and op != Op.BURST:
             return last[1]
@@ -148,7 +156,9 @@ class FileServer:
             data = held[burst.offset : burst.offset + step]
             burst.left -= 1
             is_last = burst.left == 0 or burst.offset + len(data) >= len(held)
-            reply = self._reply(burst.request, Op.ACK, data, burst.offset, burst.sequence, is_last)
+            reply = self._reply(
+                burst.request, Op.ACK, data, offset=burst.offset, sequence=burst.sequence, burst_complete=is_last
+            )
             burst.offset += len(data)
             burst.sequence += 1
             if is_last:

@@ -62,7 +62,9 @@ def _with_target(item: PlanItem, places: Sequence[int]) -> PlanItem:
 def _item(maneuver: imc.Maneuver) -> PlanItem:
     match maneuver:
         case imc.Goto():
-            return _at(maneuver, Cmd.WAYPOINT, maneuver.hold_s, maneuver.acceptance_m or 0.0, 0.0, NAN)
+            return _at(
+                maneuver, Cmd.WAYPOINT, maneuver.hold_s, param2=maneuver.acceptance_m or 0.0, param3=0.0, param4=NAN
+            )
         case imc.Loiter():
             return _loiter(maneuver)
         case imc.ChangeSpeed():
@@ -85,26 +87,60 @@ def _at(
     place: imc.Goto | imc.Loiter, command: int, param1: float, param2: float, param3: float, param4: float
 ) -> PlanItem:
     x, y = rad_to_degE7(place.lat_rad), rad_to_degE7(place.lon_rad)
-    return PlanItem(command, POSITION_FRAME, param1, param2, param3, param4, x, y, 0.0)
+    return PlanItem(
+        command=command,
+        frame=POSITION_FRAME,
+        param1=param1,
+        param2=param2,
+        param3=param3,
+        param4=param4,
+        x=x,
+        y=y,
+        z=0.0,
+    )
 
 
 def _plain(command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0) -> PlanItem:
-    return PlanItem(command, MISSION_FRAME, param1, param2, param3, 0.0, 0, 0, 0.0)
+    return PlanItem(
+        command=command, frame=MISSION_FRAME, param1=param1, param2=param2, param3=param3, param4=0.0, x=0, y=0, z=0.0
+    )
 
 
 def _delay(delay: imc.Delay) -> PlanItem:
     if delay.until_utc_s_of_day is None:
-        return PlanItem(Cmd.NAV_DELAY, MISSION_FRAME, delay.duration_s or 0.0, -1.0, -1.0, -1.0, 0, 0, 0.0)
+        return PlanItem(
+            command=Cmd.NAV_DELAY,
+            frame=MISSION_FRAME,
+            param1=delay.duration_s or 0.0,
+            param2=-1.0,
+            param3=-1.0,
+            param4=-1.0,
+            x=0,
+            y=0,
+            z=0.0,
+        )
     minutes, second = divmod(delay.until_utc_s_of_day, 60.0)
     hour, minute = divmod(minutes, 60.0)
-    return PlanItem(Cmd.NAV_DELAY, MISSION_FRAME, -1.0, hour, minute, second, 0, 0, 0.0)
+    return PlanItem(
+        command=Cmd.NAV_DELAY,
+        frame=MISSION_FRAME,
+        param1=-1.0,
+        param2=hour,
+        param3=minute,
+        param4=second,
+        x=0,
+        y=0,
+        z=0.0,
+    )
 
 
 def _set_home(home: imc.SetHome) -> PlanItem:
     if home.lat_rad is None or home.lon_rad is None:
         return _plain(Cmd.DO_SET_HOME, 1.0)
     x, y = rad_to_degE7(home.lat_rad), rad_to_degE7(home.lon_rad)
-    return PlanItem(Cmd.DO_SET_HOME, POSITION_FRAME, 0.0, 0.0, 0.0, 0.0, x, y, 0.0)
+    return PlanItem(
+        command=Cmd.DO_SET_HOME, frame=POSITION_FRAME, param1=0.0, param2=0.0, param3=0.0, param4=0.0, x=x, y=y, z=0.0
+    )
 
 
 def _loiter(loiter: imc.Loiter) -> PlanItem:
@@ -135,14 +171,18 @@ def _circle(loiter: imc.Loiter) -> PlanItem:
         raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
     radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
     if loiter.turns is not None:
-        return _at(loiter, Cmd.LOITER_TURNS, loiter.turns, float(loiter.exit_toward_next), radius, 1.0)
+        return _at(
+            loiter, Cmd.LOITER_TURNS, loiter.turns, param2=float(loiter.exit_toward_next), param3=radius, param4=1.0
+        )
     return _circle_by_time(loiter, radius)
 
 
 def _circle_by_time(loiter: imc.Loiter, radius: float) -> PlanItem:
     if loiter.duration_s is None:
-        return _at(loiter, Cmd.LOITER_UNLIM, 0.0, 0.0, radius, NAN)
-    return _at(loiter, Cmd.LOITER_TIME, loiter.duration_s, float(loiter.exit_toward_next), radius, 1.0)
+        return _at(loiter, Cmd.LOITER_UNLIM, 0.0, param2=0.0, param3=radius, param4=NAN)
+    return _at(
+        loiter, Cmd.LOITER_TIME, loiter.duration_s, param2=float(loiter.exit_toward_next), param3=radius, param4=1.0
+    )
 
 
 def _figure_eight(loiter: imc.Loiter) -> PlanItem:
@@ -155,7 +195,7 @@ def _figure_eight(loiter: imc.Loiter) -> PlanItem:
     elif sign < 0.0 or loiter.length_m is not None:
         raise InexpressibleError(f"item {loiter.seq}: an eight needs a radius to have a length or go ccw")
     bearing = math.remainder(loiter.bearing_rad or 0.0, math.tau)
-    return _at(loiter, Cmd.DO_FIGURE_EIGHT, major, minor, _or_zero(loiter.duration_s), bearing)
+    return _at(loiter, Cmd.DO_FIGURE_EIGHT, major, param2=minor, param3=_or_zero(loiter.duration_s), param4=bearing)
 
 
 def _racetrack(loiter: imc.Loiter) -> PlanItem:
@@ -166,7 +206,9 @@ def _racetrack(loiter: imc.Loiter) -> PlanItem:
         raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
     radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
     bearing = math.degrees(loiter.bearing_rad or 0.0) % 360.0
-    return _at(loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), loiter.length_m, radius, bearing)
+    return _at(
+        loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), param2=loiter.length_m, param3=radius, param4=bearing
+    )
 
 
 def _or_zero(value: float | None) -> float:

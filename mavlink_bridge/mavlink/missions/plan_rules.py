@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
+from mavlink_bridge.language.units import e7_to_deg
+
 from ...language.messages import LoiterDirection
 from ...language.requests import PlanItem
 from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
@@ -180,9 +182,9 @@ def position(item: PlanItem) -> tuple[float, float]:
     if abs(item.y) >= INT32_UNKNOWN:
         raise RefusedError(6, "no longitude is given")
     if abs(item.x) > 900_000_000:
-        raise RefusedError(5, f"latitude {item.x / 1e7:.7f} is outside -90 to 90")
+        raise RefusedError(5, f"latitude {e7_to_deg(item.x):.7f} is outside -90 to 90")
     if abs(item.y) > 1_800_000_000:
-        raise RefusedError(6, f"longitude {item.y / 1e7:.7f} is outside -180 to 180")
+        raise RefusedError(6, f"longitude {e7_to_deg(item.y):.7f} is outside -180 to 180")
     latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
     assert latitude is not None
     assert longitude is not None

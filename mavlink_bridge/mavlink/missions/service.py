@@ -181,7 +181,7 @@ class MissionServer:
         if message.count > most:
             self._say(Severity.WARNING, f"{_NAMES[kind]} refused: {message.count} items, {most} fit")
             return [self._ack(sender, message.mission_type, MissionResult.NO_SPACE, now_us)]
-        return self._open(sender, kind, 0, message.count, (), now_us)
+        return self._open(sender, kind, 0, count=message.count, base=(), now_us=now_us)
 
     def _on_write_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
         kind = kind_of(message.mission_type)
@@ -191,7 +191,7 @@ class MissionServer:
         if not 0 <= message.start_index <= message.end_index < len(base):
             return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
         count = message.end_index - message.start_index + 1
-        return self._open(sender, kind, message.start_index, count, base, now_us)
+        return self._open(sender, kind, message.start_index, count=count, base=base, now_us=now_us)
 
     def _open(
         self, sender: Sender, kind: PlanKind, first: int, count: int, base: tuple[PlanItem, ...], now_us: int
@@ -201,7 +201,14 @@ class MissionServer:
             return []  # a copy of the request that began it, or impatience: the ACK is on its way
         if old is not None:
             self._drop(old)
-        upload = Upload(first, count, now_us, self.timing.retry_us, self.timing.retries, self.timing.window)
+        upload = Upload(
+            first=first,
+            count=count,
+            now_us=now_us,
+            retry_us=self.timing.retry_us,
+            retries=self.timing.retries,
+            window=self.timing.window,
+        )
         session = Session(sender, kind, upload, base)
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")

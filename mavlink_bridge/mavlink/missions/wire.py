@@ -79,7 +79,17 @@ def with_home(items: tuple[PlanItem, ...], home_rad: tuple[float, float] | None)
     if not items:
         return ()
     latitude, longitude = home_rad or (0.0, 0.0)
-    home = PlanItem(Cmd.WAYPOINT, 0, 0.0, 0.0, 0.0, 0.0, rad_to_degE7(latitude), rad_to_degE7(longitude), 0.0)
+    home = PlanItem(
+        command=Cmd.WAYPOINT,
+        frame=0,
+        param1=0.0,
+        param2=0.0,
+        param3=0.0,
+        param4=0.0,
+        x=rad_to_degE7(latitude),
+        y=rad_to_degE7(longitude),
+        z=0.0,
+    )
     return (home, *(shift_jump(item, 1) for item in items))
 
 

@@ -1,4 +1,4 @@
-"""Scaling between the vocabulary and MAVLink fields: the only home of 1e7, centidegrees, percents and sentinels.
+"""Scaling between the vocabulary and MAVLink fields: centidegrees, percents, sentinels. 1e7 itself is ``language.units``'s.
 
 One function per kind of field. Into MAVLink: ``None``, NaN and infinity become the field's "unknown", values outside the field's range are
 limited to it, so that no state of the vessel can raise while it is being told. Out of MAVLink: sentinels become ``None``.
@@ -10,6 +10,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
+from mavlink_bridge.language.units import E7, e7_to_rad
+
 INT8_UNKNOWN: Final = 127
 UINT8_UNKNOWN: Final = 255
 INT16_MAX: Final = 32_767
@@ -17,8 +20,6 @@ UINT16_UNKNOWN: Final = 65_535
 INT32_UNKNOWN: Final = 0x7FFF_FFFF
 UINT32_MAX: Final = 0xFFFF_FFFF
 NAN: Final = float("nan")
-_EQUATOR_M: Final = 6_378_137.0
-_ECCENTRICITY_2: Final = 6.694379990141e-3
 
 
 def _scaled(value: float | None, factor: float, low: int, high: int, unknown: int) -> int:
@@ -43,19 +44,19 @@ def rad_to_degE7(angle_rad: float | None, unknown: int = INT32_UNKNOWN) -> int: 
     """
     if angle_rad is None:
         return unknown
-    return _scaled(math.degrees(angle_rad), 1e7, -1_800_000_000, 1_800_000_000, unknown)
+    return _scaled(math.degrees(angle_rad), E7, -1_800_000_000, 1_800_000_000, unknown)
 
 
 def degE7_to_rad(value: int) -> float | None:  # noqa: N802
     """Degrees * 1e7 to rad; None for INT32_MAX and INT32_MIN (not given)."""
     if value >= INT32_UNKNOWN or value <= -INT32_UNKNOWN:
         return None
-    return math.radians(value / 1e7)
+    return e7_to_rad(value)
 
 
 def deg_to_degE7(angle_deg: float) -> int:  # noqa: N802
     """Degrees, as in files and float messages, to degrees * 1e7; INT32_MAX when not finite or out of range."""
-    scaled = angle_deg * 1e7
+    scaled = angle_deg * E7
     if not math.isfinite(scaled) or abs(scaled) >= INT32_UNKNOWN:
         return INT32_UNKNOWN
     return round(scaled)
@@ -129,9 +130,9 @@ def mps_to_fifths(speed_mps: float | None) -> int:
 def offset_m(from_lat_rad: float, from_lon_rad: float, lat_rad: float, lon_rad: float) -> tuple[float, float]:
     """Metres north and east of one place to another in the first one's plane on WGS-84, to 0.1 m within 5 km."""
     sine, cosine = math.sin(0.5 * (from_lat_rad + lat_rad)), math.cos(0.5 * (from_lat_rad + lat_rad))
-    bulge = 1.0 - _ECCENTRICITY_2 * sine * sine
-    across_m = _EQUATOR_M / math.sqrt(bulge)
-    along_m = across_m * (1.0 - _ECCENTRICITY_2) / bulge
+    bulge = 1.0 - ECCENTRICITY2 * sine * sine
+    across_m = SEMI_MAJOR_AXIS_M / math.sqrt(bulge)
+    along_m = across_m * (1.0 - ECCENTRICITY2) / bulge
     east_rad = math.remainder(lon_rad - from_lon_rad, math.tau)
     north_m, east_m = along_m * (lat_rad - from_lat_rad), across_m * cosine * east_rad
     turn_rad = 0.5 * east_rad * sine  # meridians converge: half way north is not where it was at the start

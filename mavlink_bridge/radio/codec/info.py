@@ -63,12 +63,12 @@ def info_of(vehicle: VehiclePort, home_e7: tuple[int, int] | None) -> Info:
     """Collect it from the vessel."""
     plans = vehicle.plans
     return Info(
-        plans.plan_id(PlanKind.MISSION),
-        plans.plan_id(PlanKind.FENCE),
-        plans.plan_id(PlanKind.RALLY),
-        params_check(vehicle.params),
-        home_e7,
-        vehicle.identity.version,
+        mission_id=plans.plan_id(PlanKind.MISSION),
+        fence_id=plans.plan_id(PlanKind.FENCE),
+        rally_id=plans.plan_id(PlanKind.RALLY),
+        params=params_check(vehicle.params),
+        home_e7=home_e7,
+        version=vehicle.identity.version,
     )
 
 
@@ -96,7 +96,14 @@ def decode(payload: bytes) -> Info | dict[int, float] | None:
     if payload[:1] == bytes((_INFO,)) and len(payload) == _FORMAT.size:
         _, mission, fence, rally, params, lat, lon, *version = _FORMAT.unpack(payload)
         home = None if lat == _NO_HOME else (lat, lon)
-        return Info(mission, fence, rally, params, home, (version[0], version[1], version[2]))
+        return Info(
+            mission_id=mission,
+            fence_id=fence,
+            rally_id=rally,
+            params=params,
+            home_e7=home,
+            version=(version[0], version[1], version[2]),
+        )
     if payload[:1] == bytes((_PARAMS,)) and (len(payload) - 1) % _PARAM.size == 0:
         return dict(_PARAM.iter_unpack(payload[1:]))
     return None

@@ -54,12 +54,12 @@ def read(text: str) -> Picture | None:
         state = fields["state"]
         home = fields["home"]
         return Picture(
-            _plans_in(fields["plans"]),
-            _plans_in(fields["unsure"]),
-            {str(name): float(value) for name, value in fields["params"].items()},
-            None if home is None else (int(home[0]), int(home[1])),
-            None if state is None else decode_key(bytes.fromhex(state)),
-            int(fields["utc"]),
+            plans=_plans_in(fields["plans"]),
+            unsure=_plans_in(fields["unsure"]),
+            params={str(name): float(value) for name, value in fields["params"].items()},
+            home_e7=None if home is None else (int(home[0]), int(home[1])),
+            state=None if state is None else decode_key(bytes.fromhex(state)),
+            state_utc_us=int(fields["utc"]),
         )
     except (ValueError, TypeError, KeyError, AttributeError, IndexError, BitsError, PlanCodecError):
         return None

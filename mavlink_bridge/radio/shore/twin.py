@@ -120,7 +120,14 @@ class ShoreTwin:
         age_us = 0 if self.state_us is None else now_us - self.state_us
         plans = {kind: self.plans.items(kind) for kind in PlanKind}
         home_e7, state_utc_us = self.plans.home_e7, utc_us - age_us if utc_us else 0
-        return Picture(plans, dict(self._unsure), self.params.known, home_e7, self.state, state_utc_us)
+        return Picture(
+            plans=plans,
+            unsure=dict(self._unsure),
+            params=self.params.known,
+            home_e7=home_e7,
+            state=self.state,
+            state_utc_us=state_utc_us,
+        )
 
     def restore(self, picture: Picture, utc_us: int, now_us: int) -> None:
         """Take over an earlier run's picture. The vessel is asked at its first word whether it still holds."""

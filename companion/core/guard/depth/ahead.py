@@ -110,7 +110,14 @@ class DepthAhead:
         if state is None or stopping_distance_fn is None:
             return look
         if self._by_rate_too:
-            look = self._by_sounder(look, now_us, state.sog_mps or 0.0, altitude_m, source, stopping_distance_fn)
+            look = self._by_sounder(
+                look,
+                now_us,
+                state.sog_mps or 0.0,
+                altitude_m=altitude_m,
+                source=source,
+                stopping_distance_fn=stopping_distance_fn,
+            )
         if self._by_map_too:
             look = self._by_place(look, state, altitude_m, path_ahead, stopping_distance_fn)
         return look
@@ -133,7 +140,9 @@ class DepthAhead:
         if memory is not None:
             cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._config.datum_offset_m
             if memory.shoals_near(state, reach_m + cell_m + _REST_S * speed_mps, floor_m):
-                look = self._by_memory(look, memory, state, altitude_m, path_ahead, reach_m)
+                look = self._by_memory(
+                    look, memory, state, altitude_m=altitude_m, path_ahead=path_ahead, reach_m=reach_m
+                )
             else:
                 self._rest = _REST
         if self.map is not None:
@@ -197,7 +206,9 @@ class DepthAhead:
         why = f"closing {closing_mps:.2f} m/s"
         # At rest it is the noise, the tide or the heave that closes: no approach to tell of.
         left_s = room_m / closing_mps if speed_mps > _UNDER_WAY_MPS else None
-        return Look(limit_m, now_m < limit_m, slow_mps, why, closing_mps, left_s)
+        return Look(
+            limit_m=limit_m, stop=now_m < limit_m, slow_to_mps=slow_mps, why=why, closing_mps=closing_mps, left_s=left_s
+        )
 
     def _confirmed(self, look: Look, now_us: int) -> Look:
         """Hold a stop back for as long as waiting costs next to no water: heave and noise go away by then, a slope does not."""

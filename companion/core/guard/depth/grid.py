@@ -15,11 +15,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.messages import EstimatedState
 
-EARTH_M: Final = 6378137.0
-"""Equatorial radius of WGS-84."""
-_E2: Final = 6.69437999014e-3
 _UNKNOWN: Final = -32768
 _DEEPEST_CM: Final = 32767
 _MAGIC: Final = b"USVDEPTH"
@@ -41,15 +39,15 @@ class Sounding:
 def metres_per_radian(lat_rad: float) -> tuple[float, float]:
     """Metres on WGS-84 per radian of latitude and of longitude at a latitude."""
     sine = math.sin(lat_rad)
-    w2 = 1.0 - _E2 * sine * sine
-    return EARTH_M * (1.0 - _E2) / w2**1.5, EARTH_M * math.cos(lat_rad) / math.sqrt(w2)
+    w2 = 1.0 - ECCENTRICITY2 * sine * sine
+    return SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY2) / w2**1.5, SEMI_MAJOR_AXIS_M * math.cos(lat_rad) / math.sqrt(w2)
 
 
 def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
     """Position ``north_m`` and ``east_m`` from another, good to centimetres within 5 km."""
     middle = lat_rad + 0.5 * north_m / metres_per_radian(lat_rad)[0]
     per_lat = metres_per_radian(middle)[0]
-    sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / EARTH_M
+    sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / SEMI_MAJOR_AXIS_M
     lat = lat_rad + (north_m - sag_m) / per_lat
     return lat, lon_rad + east_m / metres_per_radian(lat)[1]
 
@@ -127,7 +125,7 @@ class DepthGrid:
         cells = array("h", zlib.decompress(data[_HEADER.size : _HEADER.size + size]))
         if len(cells) != rows * columns:
             raise ValueError("depth grid has the wrong size")
-        return cls(lat0, lon0, dlat, dlon, rows, columns, cells)
+        return cls(lat0_rad=lat0, lon0_rad=lon0, dlat_rad=dlat, dlon_rad=dlon, rows=rows, columns=columns, cells=cells)
 
 
 def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float = 10.0) -> DepthGrid:
@@ -154,11 +152,13 @@ def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float =
             cells,
             columns,
             (s.lat_rad - lat0) / dlat,
-            (s.lon_rad - lon0) / dlon,
-            _centimetres(s.depth_m),
-            spread_m / pitch_m,
+            column=(s.lon_rad - lon0) / dlon,
+            value=_centimetres(s.depth_m),
+            reach=spread_m / pitch_m,
         )
-    return DepthGrid(lat0, lon0, dlat, dlon, rows, columns, cells)
+    return DepthGrid(
+        lat0_rad=lat0, lon0_rad=lon0, dlat_rad=dlat, dlon_rad=dlon, rows=rows, columns=columns, cells=cells
+    )
 
 
 def _centimetres(depth_m: float) -> int:

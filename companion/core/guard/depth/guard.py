@@ -182,29 +182,36 @@ class DepthGuard:
         abort = (loops_active and entered) or self._refused
         self._refused = False
         lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
-        ahead = self._ahead.look(now_us, state, altitude_m, self.input, path_ahead, stopping_distance_fn)
+        ahead = self._ahead.look(
+            now_us,
+            state,
+            altitude_m,
+            source=self.input,
+            path_ahead=path_ahead,
+            stopping_distance_fn=stopping_distance_fn,
+        )
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.texts(stop_ahead, ahead, state)
         speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
         brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
         lost = lost_s is not None
         return GuardOutput(
-            self.state,
-            altitude_m,
-            self.input.raw_m,
-            ahead.limit_m,
-            abort,
-            self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
-            stop_ahead and not brake,
-            self._shallow and not brake,
-            self.state is LOCKED and not self._unlocked and not brake,
-            lost,
-            lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
-            brake,
-            ahead.closing_mps,
-            ahead.map_least_m,
-            None if self.state is OK and not stop_ahead else self._ahead.last_good,
-            tuple(texts),
+            state=self.state,
+            altitude_m=altitude_m,
+            altitude_raw_m=self.input.raw_m,
+            limit_m=ahead.limit_m,
+            abort=abort,
+            slow_to_mps=self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
+            stop_ahead=stop_ahead and not brake,
+            shallow=self._shallow and not brake,
+            locked=self.state is LOCKED and not self._unlocked and not brake,
+            lost=lost,
+            blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            brake=brake,
+            closing_mps=ahead.closing_mps,
+            map_least_m=ahead.map_least_m,
+            suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,
+            texts=tuple(texts),
         )
 
     def startup_warning(self, stopping_distance_fn: StoppingDistance) -> str:

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from .grid import EARTH_M
+from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M
 
 SIDE: Final = 16
 """Cells along a tile's edge; a power of two."""
@@ -76,7 +76,7 @@ class Geometry:
     def __init__(self, cell_m: float) -> None:
         self.cell_m = cell_m
         self.tile_m = cell_m * SIDE
-        self.dlat_rad = cell_m / EARTH_M
+        self.dlat_rad = cell_m / SEMI_MAJOR_AXIS_M
         self._widths: dict[int, float] = {}
 
     def dlon_rad(self, tile_row: int) -> float:
