@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Final, Protocol
 
 from mavlink_bridge.language.messages import ActuatorStatus, Severity
@@ -37,9 +36,10 @@ from .core.vehicle.plan_reach import FAR_OK
 from .core.vehicle.refusals import plan_refusal
 from .depth_keeper import DepthKeeper
 from .facade import Facade, Shared
-from .io.keeping import AnyStore, Completion, StoreOp
+from .io.keeping import AnyStore
 from .io.keeping.content import SaveParam
 from .io.links import Link
+from .lasting import Answer, Lasting
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings
@@ -60,15 +60,6 @@ class TickRecorder(Protocol):
 
 
 log = logging.getLogger(__name__)
-Answer = Callable[[Reply], None]
-
-
-@dataclass(frozen=True, slots=True)
-class _Waiting:
-    """A change that is being stored."""
-
-    answer: Answer
-    apply: Callable[[], None]
 
 
 _NO_BOARD: Final = ActuatorStatus(0)
@@ -107,13 +98,13 @@ class App:
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
-        self._waiting: dict[int, _Waiting] = {}
         self._own: list[tuple[Answer, RequestBody]] = []
-        self.depths = DepthKeeper(self.vehicle.guard.memory, settings.depth.memory, self._store)
         self.on_submit: Callable[[RequestBody], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
         self.storage = StoreWatch(self.vehicle.say, self.store.snapshot(), required=settings.operator.store_required)
+        self._lasting = Lasting(store, self.storage)
+        self.depths = DepthKeeper(self.vehicle.guard.memory, settings.depth.memory, self._lasting.submit)
         self._now_us = 0
         self._closed = False
         self._ticks = 0
@@ -207,8 +198,7 @@ class App:
         self._watched.each(self.grounds, now_us, GroundPort.read, now_us)
         if self.plotter is not None:
             self._watched.call("plotter", now_us, self._send_on, self.plotter, now_us)
-        for completion in self.store.completions():
-            self._stored(completion)
+        self._lasting.collect()
         logs = self.facade.logs
         if logs is not None and logs.waiting:
             self._watched.call("logs", now_us, logs.collect)
@@ -326,7 +316,7 @@ class App:
         if refusal:
             answer(Reply(Result.DENIED, refusal))
             return
-        self._store(saving(self.facade, body), answer, lambda: self._adopt(body))
+        self._lasting.submit(saving(self.facade, body), answer, lambda: self._adopt(body))
 
     def _adopt(self, body: LoadPlan) -> None:
         """Put a plan in force."""
@@ -345,7 +335,7 @@ class App:
         if problem:
             answer(Reply(Result.DENIED, problem))
             return
-        self._store(SaveParam(body.name, body.value), answer, lambda: self._reconfigure(body.name, body.value))
+        self._lasting.submit(SaveParam(body.name, body.value), answer, lambda: self._reconfigure(body.name, body.value))
 
     def _reconfigure(self, name: str, value: float) -> None:
         settings = self.facade.params.change(name, value)
@@ -365,24 +355,6 @@ class App:
         return ACCEPTED
 
     # ---- what must last -----------------------------------------------------------------------------------------
-
-    def _store(self, op: StoreOp, answer: Answer, apply: Callable[[], None] = lambda: None) -> None:
-        self._waiting[self.store.submit(op)] = _Waiting(answer, apply)
-
-    def _stored(self, done: Completion) -> None:
-        """A change is on disk (or cannot be): put it in force and answer. Ticket 0: news of the disk."""
-        if not done.ticket:
-            self.storage.news(done)
-            return
-        waiting = self._waiting.pop(done.ticket, None)
-        if waiting is None:
-            return
-        self.storage.wrote(done)
-        if not done.ok:
-            waiting.answer(Reply(Result.FAILED, f"not stored: {done.text}"))
-            return
-        waiting.apply()
-        waiting.answer(ACCEPTED)
 
     def _restore(self) -> None:
         """Take back what the store kept: parameters, then plans. What no longer fits is told and left out."""
