@@ -82,14 +82,14 @@ class App:
         identity: Identity,
     ) -> None:
         self.settings = settings
-        self.period_us = 1_000_000 // settings.system.tick_hz
+        self.period_us = settings.system.period_us
         self.sensors = tuple(sensors)
         self.actuators = actuators
         self.grounds: list[GroundPort] = []
         self.plotter: PlotterPort | None = None
         self.store = store
         self.recorder: TickRecorder | None = None
-        self.vehicle = Vehicle(settings, vessel)
+        self.vehicle = Vehicle(settings, vessel, [item.name for item in settings.sensors])
         self.facade = Facade(settings, self.vehicle.mission, identity)
         self.shared = Shared(self.vehicle.say)
         self.keeper: Keeper | None = None

@@ -18,6 +18,7 @@ from .app import App
 from .configuration import depth_map, steering_mistakes
 from .core.board import Arduino
 from .core.hull import VesselConfig
+from .core.hull.geometry import depths_of
 from .core.nmea import NmeaConfig, NmeaReader
 from .facade import identity_of
 from .io.keeping import AnyStore, MemoryStore
@@ -69,7 +70,10 @@ def build_app(
     identity = identity or identity_of(settings, reproducible=reproducible)
     opener = _Opener(make_link, recording)
     sensors = [
-        NmeaPort(opener.open(item.name, item.url, baud=item.baud), NmeaReader(_nmea(settings, item), item.name))
+        NmeaPort(
+            opener.open(item.name, item.url, baud=item.baud),
+            NmeaReader(_nmea(settings, item), item.name, depths_of(vessel, item.name)),
+        )
         for item in settings.sensors
     ]
     board = settings.actuators
@@ -79,7 +83,7 @@ def build_app(
     actuators = None
     if board.url:
         link = opener.open("actuators", board.url, baud=board.baud)
-        actuators = ArduinoPort(link, Arduino(board.board, seen=board_seen))
+        actuators = ArduinoPort(link, Arduino(board.board, vessel.rudder.max_rad, seen=board_seen))
     grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
     plain = settings.radio.protocol == "mavlink"
     radio = opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None

@@ -7,7 +7,6 @@ import time
 import uuid
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
-from typing import Final
 
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import PlanItem, PlanKind
@@ -19,11 +18,7 @@ from mavlink_bridge.mavlink.telemetry.streams import Composer
 from .core.vehicle.mission import Mission
 from .logs import Logs
 from .settings import Settings, params
-
-RETIRED: Final = {
-    "ACT_LEVEL0_OK": "ACT_LEVEL0_OK is no more: a board that does not answer is not sailed with (docs/ACTUATORS.md)",
-}
-"""Parameters of earlier versions that are ignored, with what to tell of a stored one."""
+from .settings.moved import parameter_told
 
 
 class Parameters:
@@ -68,7 +63,7 @@ class Parameters:
         """Return settings with one parameter changed. Raises ValueError with the reason."""
         number = self._index.get(name)
         if number is None:
-            raise ValueError(RETIRED.get(name, f"no parameter {name}"))
+            raise ValueError(parameter_told(name, value) or f"no parameter {name}")
         return params.write(self.settings, self.entries[number], value)
 
 

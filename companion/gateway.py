@@ -118,7 +118,7 @@ class Gateway:
             identity=Identity(
                 uid=0x5553_5600_0000_0000 | settings.system_id, version=software_version(), name=settings.name
             ),
-            neutral=Gate(GateConfig()).neutral(0, "not told by the radio"),
+            neutral=Gate(GateConfig(), 0.0, PERIOD_US).neutral(0, "not told by the radio"),
             rng=rng or random.Random(secrets.randbits(64)),
             memory=self.store.snapshot().values.get(MEMORY_KEY, ""),
             save=self._save,

@@ -35,6 +35,7 @@ from .io.recording.log_archive import Fetched, ReplayArchive
 from .io.recording.recorder import CONTROL_COLUMNS, control_row
 from .replay_frames import SentFrames, tell
 from .settings import ConfigError, Settings, explain
+from .settings.moved import carry_over
 from .settings.schema import override
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
@@ -44,6 +45,8 @@ _NEAR_DEG: Final = 1.01e-8
 """Of a position: the last digit that is written, 1 mm."""
 MAX_DIFFERENCES: Final = 200
 WORDED_DIFFERENCES: Final = 20
+_SIMULATOR_S: Final = "world"
+"""What a simulator's settings have beside the vessel's."""
 
 
 class ReplayError(Exception):
@@ -83,6 +86,8 @@ class Outcome:
     """The app gave up."""
     versions: str = ""
     """Who recorded and who replayed it, when it was not the same version."""
+    moved: list[str] = field(default_factory=list)
+    """Recorded settings that contradicted each other where this program has one, and which of them gave way."""
 
     @property
     def identical(self) -> bool:
@@ -147,18 +152,20 @@ class _Replay:
 
     def _build(self, meta: Mapping[str, Any], changes: Sequence[str]) -> App:
         """The app as it was. Raises ReplayError when this version cannot make it, ConfigError for senseless changes."""
-        settings = known_settings(meta["settings"], changes)
         try:
+            recorded, hull = copy.deepcopy(dict(meta["settings"])), copy.deepcopy(dict(meta["vessel"]))
+            self.outcome.moved = carry_over(recorded, hull)
+            settings = known_settings(recorded, changes)
             return build_app(
                 settings,
                 make_link=self._make_link,
                 store=self._store,
                 archive=self._archive,
-                vessel=_vessel(meta["vessel"]),
+                vessel=_vessel(hull),
                 identity=_identity(meta["identity"]),
                 board_seen=bool(meta.get("board_seen", True)),
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ReplayError(
                 f"what was recorded is none of this program's vessels ({error}); {self.versions}"
             ) from None
@@ -301,14 +308,15 @@ def _fields(line: bytes) -> list[str]:
 def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Settings:
     """Return the vessel's part of recorded settings (a simulator's recording has more), with ``key=value`` changes.
 
-    Raises ConfigError for changes that make no sense.
+    Raises ReplayError for recorded keys that this program does not know, ConfigError for changes that make no sense.
     """
-    kept = copy.deepcopy({key: value for key, value in data.items() if key in Settings.model_fields})
+    kept = copy.deepcopy(dict(data))
+    kept.pop(_SIMULATOR_S, None)
     # A program that knew no depth memory had none.
     kept.setdefault("depth", {}).setdefault("memory", {"enabled": False})
     # Nor did it look how far away a plan lies.
     kept["mission"] = {"first_distance_m": 100_000.0, "leg_distance_m": 100_000.0, **kept.get("mission", {})}
-    drop_unknown(Settings, kept)
+    refuse_unknown(Settings, kept, "settings")
     mistakes = [mistake for item in overrides if (mistake := override(kept, item))]
     try:
         settings = Settings.model_validate(kept)
@@ -319,18 +327,18 @@ def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Se
     return settings
 
 
-def drop_unknown(model: type[BaseModel], data: dict[str, Any]) -> None:
-    """Take out keys that an older program knew and this one does not, so that its recordings still replay."""
+def refuse_unknown(model: type[BaseModel], data: Mapping[str, Any], what: str) -> None:
+    """Raise ReplayError for recorded keys that this program neither knows nor carries over (``companion.settings.moved``)."""
     try:
         model.model_validate(data)
     except ValidationError as error:
-        for item in error.errors():
-            if item["type"] != "extra_forbidden":
-                continue
-            place: Any = data
-            for part in item["loc"][:-1]:
-                place = place[part]
-            place.pop(item["loc"][-1], None)
+        strange = [item for item in error.errors() if item["type"] == "extra_forbidden"]
+        names = [f"{'.'.join(map(str, item['loc']))} = {item.get('input')!r}" for item in strange]
+        if names:
+            raise ReplayError(
+                f"the recorded {what} hold what this program does not know: {', '.join(names)}; "
+                "replay with the version that recorded it"
+            ) from None
 
 
 def _described(meta: Mapping[str, Any]) -> bool:
@@ -348,9 +356,8 @@ def _maker(meta: Mapping[str, Any]) -> str:
 
 
 def _vessel(data: Mapping[str, Any]) -> VesselConfig:
-    kept = copy.deepcopy(dict(data))
-    drop_unknown(VesselConfig, kept)
-    return VesselConfig.model_validate(kept)
+    refuse_unknown(VesselConfig, data, "hull")
+    return VesselConfig.model_validate(data)
 
 
 def _identity(data: Mapping[str, Any]) -> Identity:
@@ -369,6 +376,8 @@ def summary(outcome: Outcome, wall_s: float) -> str:
     )
     if outcome.versions:
         print(f"{outcome.versions}: a difference may be a change of the program or of its Python", file=out)
+    for text in outcome.moved:
+        print(f"one value now where the recording has two: {text}", file=out)
     if outcome.cut:
         print("the recording ends in an unfinished record; everything before it was replayed", file=out)
     if outcome.fault:

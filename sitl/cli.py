@@ -243,7 +243,7 @@ def _serve_world(
         world: LoopApp = WorldOnly(surroundings, pins)
         if gateway is not None:
             world = WithGateway(world, gateway)
-        return run(world, clock, stop, period_us=1_000_000 // settings.system.tick_hz, until_us=until_us)
+        return run(world, clock, stop, period_us=settings.system.period_us, until_us=until_us)
 
 
 def _greet(world: World, run_dir: Path, speed: float | None, gateway: Gateway | None) -> None:

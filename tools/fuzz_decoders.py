@@ -60,7 +60,7 @@ def decoders() -> list[Decoder]:
     plan = PlanFile(items, (PlanItem(5003, 0, 50.0, 0, 0, 0, 411_850_000, -87_060_000, 0.0),), home_rad=(0.7, -0.1))
     loiter = {"id": "a", "latitude": 41.1, "longitude": -8.7, "duration_s": 60, "loiter_type": "circular"}
     seed = json.dumps(loiter | {"speed_kn": 3, "radius_m": 20}).encode()
-    reader, board, lines = NmeaReader(NmeaConfig()), Arduino(ActuatorConfig()), JsonStream()
+    reader, board, lines = NmeaReader(NmeaConfig()), Arduino(ActuatorConfig(), 0.5), JsonStream()
     opener, sealer = Opener(KEY, Direction.TO_VESSEL), Sealer(KEY, Direction.TO_VESSEL)
     key = state_codec.encode_key(RadioState(lat_rad=0.7, lon_rad=-0.1))
     log = b"".join(

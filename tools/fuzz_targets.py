@@ -152,7 +152,7 @@ def _nmea(data: bytes) -> None:
 
 def _board(data: bytes) -> None:
     """Lines of the actuator board; '#' without a checksum gets the right one."""
-    board = Arduino(ActuatorConfig())
+    board = Arduino(ActuatorConfig(), 0.5)
     board.opened(0)
     for number, line in enumerate(data.split(b"\n")):
         if line.startswith(b"#") and b"*" not in line:

@@ -22,6 +22,7 @@ from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOut
 from ..build import mute_board
 from ..core.board import ActuatorConfig, Arduino
 from ..core.guard.gate import Evidence, Gate, GateConfig
+from ..core.hull.geometry import HullGeometry, geometry_of
 from ..io.clock import SystemClock
 from ..io.keeping import Store
 from ..io.keeping.content import SaveValue
@@ -29,7 +30,7 @@ from ..io.links import Link, open_link
 from ..io.loop import StopFlag, run
 from ..io.writer import Writer
 from ..ports import ArduinoPort
-from ..settings import Settings, load
+from ..settings import Settings, load, load_vessel
 from .bench_keys import Keys
 
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
@@ -93,14 +94,15 @@ def command(arguments: argparse.Namespace) -> int:
         return 2
     if not arguments.yes and not _confirmed():
         return 2
+    vessel, period_us = load_vessel(settings.vessel), settings.system.period_us
     baud = settings.actuators.baud
     url = arguments.url or settings.actuators.url
     link = open_link("actuators", url, **({} if baud is None else {"baud": baud}))
-    bench = Bench(link, settings.actuators.board, list(plan(arguments)))
+    bench = Bench(link, settings.actuators.board, list(plan(arguments)), geometry_of(vessel), period_us)
     stop = StopFlag().install()
     bench.stop = stop
     with bench.keys:
-        status = run(bench, SystemClock(), stop)
+        status = run(bench, SystemClock(), stop, period_us=period_us)
     for line in bench.findings:
         print(line)
     if settings.actuators.board.level == "0" and bench.seen == set(CHANNELS) and not bench.findings:
@@ -185,14 +187,15 @@ def _shares(names: Sequence[str], share: float) -> tuple[float, float, float, fl
 class Bench:
     """What the loop drives: the board's port, one step after the other, neutral before and after."""
 
-    def __init__(self, link: Link, config: ActuatorConfig, steps: Sequence[Step]) -> None:
-        self.port = ArduinoPort(link, Arduino(config, seen=True))
+    def __init__(
+        self, link: Link, config: ActuatorConfig, steps: Sequence[Step], hull: HullGeometry, period_us: int
+    ) -> None:
+        rudder_max_rad = hull.rudder_max_rad
+        self.port = ArduinoPort(link, Arduino(config, rudder_max_rad, seen=True))
         self.gate = Gate(
-            GateConfig(
-                rudder_max_deg=config.rudder_max_deg,
-                thruster_rate=RAMP_PER_S,
-                rudder_rate_degps=RAMP_PER_S * config.rudder_max_deg,
-            )
+            GateConfig(thruster_rate=RAMP_PER_S, rudder_rate_degps=RAMP_PER_S * math.degrees(rudder_max_rad)),
+            rudder_max_rad,
+            period_us,
         )
         self.keys = Keys()
         self.stop = StopFlag()
@@ -201,7 +204,7 @@ class Bench:
         self.seen: set[str] = set()
         """Outputs that a person has seen move the right way."""
         self._told = False
-        self._limit_rad = math.radians(config.rudder_max_deg)
+        self._limit_rad = rudder_max_rad
         self._steps = list(steps)
         self._asked = False
         self._held_us = 0

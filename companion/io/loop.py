@@ -105,7 +105,7 @@ def run(
     clock: Clock,
     stop: StopFlag,
     *,
-    period_us: int = 50_000,
+    period_us: int,
     stats: LoopStats | None = None,
     notifier: Notifier | None = None,
     until_us: int | None = None,

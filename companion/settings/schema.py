@@ -23,6 +23,7 @@ from ..core.config import Config
 from ..core.hull import VesselConfig
 from ..core.nmea import NmeaConfig
 from ..core.vehicle import VehicleConfig
+from .moved import told
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -34,18 +35,6 @@ class ConfigError(Exception):
         super().__init__(f"{source}: " + "; ".join(mistakes))
         self.source = source
         self.mistakes = tuple(mistakes)
-
-
-class SystemConfig(Config):
-    """Who the vessel is on MAVLink, and how fast it thinks."""
-
-    name: str = Field("usv", max_length=16)
-    """Shown to people."""
-    system_id: int = Field(1, ge=1, le=250)
-    tick_hz: int = Field(20, ge=10, le=50)
-    """Control and actuator refresh rate."""
-    entity_label: str = ""
-    """The seed's Entity Label: labels the log."""
 
 
 class SensorConfig(Config):
@@ -116,7 +105,6 @@ class SecurityConfig(Config):
 class Settings(VehicleConfig):
     """The whole configuration of a vessel."""
 
-    system: SystemConfig = SystemConfig()
     vessel: str = "otter"
     """Name of a file in config/vessels, or a path."""
     sensors: tuple[SensorConfig, ...] = (SensorConfig(),)
@@ -285,7 +273,12 @@ def explain(error: Any) -> str:
     key = ".".join(str(part) for part in error["loc"]) or "file"
     kind, message = error["type"], error["msg"].removeprefix("Value error, ")
     if kind == "extra_forbidden":
-        return f"{key}: no such key; remove it or check the spelling"
+        moved = told(key, error.get("input"))
+        return (
+            f"{key} = {_shown(error.get('input'))}: {moved}"
+            if moved
+            else f"{key}: no such key; remove it or check the spelling"
+        )
     if kind == "missing":
         return f"{key}: missing; add it"
     value = error.get("input")

@@ -114,13 +114,8 @@ class SensorConfig(Config):
     geoid_m: float = Field(52.3, ge=-120.0, le=120.0)
     variation_deg: float | None = Field(None, ge=-180.0, le=180.0)
     """Magnetic variation, sent in RMC and HDG and subtracted for HDG and HDM; None = blank, and no difference."""
-    antenna_forward_m: float = 0.0
-    antenna_starboard_m: float = 0.0
-    antenna_up_m: float = 0.0
-    """Antenna from the vessel's reference point."""
     heading_mount_deg: float = 0.0
     """The baseline shows this much less than the hull's heading."""
-    transducer_depth_m: float = Field(0.20, ge=0.0, le=20.0)
     sounder_sigma_m: float = Field(0.05, ge=0.0, le=5.0)
     sounder_sigma_share: float = Field(0.005, ge=0.0, le=0.2)
     """Noise: the larger of the two."""

@@ -11,6 +11,7 @@ import random
 from collections import deque
 from typing import Final
 
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.value import value
 
@@ -102,7 +103,8 @@ class _Sample:
 class SensorSuite:
     """One vessel's GNSS compass and sounder. ``step`` in time order; ``faults`` may be changed in between."""
 
-    def __init__(self, config: SensorConfig, rng: random.Random) -> None:
+    def __init__(self, config: SensorConfig, rng: random.Random, hull: HullGeometry = HullGeometry()) -> None:  # noqa: B008 - frozen
+        """``hull``: where antenna and transducer of the first sensor link really are."""
         self.config = config
         self.faults = SensorFaults()
         self._rng = rng
@@ -131,9 +133,10 @@ class SensorSuite:
             config.heading_sentence,
             config.attitude_sentence,
         )
-        self._antenna_m = (config.antenna_forward_m, config.antenna_starboard_m, config.antenna_up_m)
+        forward_m, starboard_m, down_m = hull.antenna_of(0)
+        self._antenna_m = (forward_m, starboard_m, -down_m)
         self._mount_deg = config.heading_mount_deg
-        self._transducer_m, self._range_m = config.transducer_depth_m, config.sounder_range_m
+        self._transducer_m, self._range_m = hull.transducer_of(0), config.sounder_range_m
         self._sounder = (
             config.sounder_sigma_m,
             config.sounder_sigma_share,

@@ -13,6 +13,7 @@ from typing import Protocol
 from companion.core.board import ActuatorConfig
 from companion.core.board.arduino import PulseMap
 from companion.core.hull import VesselConfig
+from companion.core.hull.geometry import geometry_of
 from mavlink_bridge.language.geodesy import LocalFrame
 
 from ..board.avr import make_board
@@ -41,7 +42,9 @@ class Plant:
         actuators: ActuatorConfig,
         seed: int,
         board: Board | None = None,
+        sensor: str = "",
     ) -> None:
+        """``sensor``: the sensor link whose place on the hull the talkers have."""
         self._step_us = config.step_us
         self.frame = LocalFrame(*config.start_rad)
         self.board: Board = board or make_board(config.arduino)
@@ -49,8 +52,8 @@ class Plant:
         self.water = Water(config.water, _generator(seed, "water"))
         self.vessel = SimVessel(vessel)
         self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
-        self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"))
-        self._map = PulseMap(actuators)
+        self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"), geometry_of(vessel, [sensor]))
+        self._map = PulseMap(actuators, vessel.rudder.max_rad)
         self._pulses_us = self.board.pulses_us
         self._demand = self._map.demand(self._pulses_us)
         self.now_us = 0

@@ -70,7 +70,8 @@ class Surroundings:
         make_link: Callable[[str, str], Link] = open_link,
         board: Board | None = None,
     ) -> None:
-        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board)
+        first = settings.sensors[0].name if settings.sensors else ""
+        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board, sensor=first)
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
         self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))

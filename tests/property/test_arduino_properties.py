@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from hypothesis import given, settings, strategies as st
 
 from companion.core.board import wire
@@ -42,7 +40,6 @@ def configs(draw):
         thruster_starboard=channel("m" if swap else "M"),
         rudder_port=channel("l"),
         rudder_starboard=channel("L"),
-        rudder_max_deg=draw(st.floats(5, 90)),
     )
 
 
@@ -50,15 +47,14 @@ def configs(draw):
 @given(configs(), ANY, ANY, ANY, ANY, st.integers(1000, 1470), st.integers(1530, 2000))
 def test_row_19_every_pulse_is_within_the_bounds(config, a, b, c, d, lower, upper):
     config = config.model_copy(update={"lower_us": lower, "upper_us": upper})
-    assert all(lower <= pulse <= upper for pulse in to_pulses(ActuatorOutput(0, a, b, c, d, ""), config))
+    assert all(lower <= pulse <= upper for pulse in to_pulses(ActuatorOutput(0, a, b, c, d, ""), config, 0.5))
 
 
 @settings(max_examples=150, deadline=None)
-@given(configs(), SHARE, SHARE, SHARE, SHARE)
-def test_the_way_back_is_the_inverse(config, a, b, c, d):
-    limit = math.radians(config.rudder_max_deg)
+@given(configs(), st.floats(0.1, 1.5), SHARE, SHARE, SHARE, SHARE)
+def test_the_way_back_is_the_inverse(config, limit, a, b, c, d):
     wanted = (a, b, c * limit, d * limit)
-    got = pulses_to_demand(to_pulses(ActuatorOutput(0, *wanted, ""), config), config)
+    got = pulses_to_demand(to_pulses(ActuatorOutput(0, *wanted, ""), config, limit), config, limit)
     assert all(abs(x - y) <= 0.0051 * scale for x, y, scale in zip(got, wanted, (1, 1, limit, limit), strict=True))
 
 
@@ -101,7 +97,7 @@ def test_what_the_companion_encodes_the_board_applies(pulses, checked, batch):
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(PIECES, st.integers(0, 400_000)), max_size=25))
 def test_neither_side_raises_on_anything(steps):
-    board, twin, now_us = Arduino(ActuatorConfig()), ArduinoTwin(), 0
+    board, twin, now_us = Arduino(ActuatorConfig(), 0.5), ArduinoTwin(), 0
     board.opened(0)
     for piece, wait_us in steps:
         now_us += wait_us

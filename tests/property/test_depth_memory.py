@@ -10,9 +10,10 @@ from hypothesis import given, settings, strategies as st
 from companion.core.guard.depth.ahead import DepthAhead
 from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
-from companion.core.guard.depth.input import DepthInput, DepthInputConfig
+from companion.core.guard.depth.input import DepthInput
 from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
 from companion.core.guard.depth.tiles import TILE_BYTES, Cell, Geometry
+from companion.core.hull.geometry import HullGeometry
 from companion.depth_keeper import DepthKeeper
 from companion.io.keeping.store import MemoryStore
 from mavlink_bridge.language.messages import EstimatedState
@@ -146,14 +147,16 @@ def test_joining_is_the_same_as_having_sounded_it_all_at_once(first, second):
 @settings(max_examples=50)
 def test_own_soundings_never_make_a_chart_deeper(rows, charted_m, speed_mps):
     """With a memory the look-ahead stops wherever it stops without one, and never knows of more water."""
-    config = DepthGuardConfig(input=DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0))
+    config = DepthGuardConfig()
     chart = build([Sounding(*offset(*HERE, north, 0.0), charted_m) for north in range(4, 40, 4)], 2.0, 4.0)
     state = at(0.0, sog_mps=speed_mps, cog_rad=0.0, psi_rad=0.0)
     looks = []
     for memory in (None, filled(rows)):
-        ahead = DepthAhead(config, memory)
+        ahead = DepthAhead(config, memory, HullGeometry(beam_m=1.1))
         ahead.map = chart
-        looks.append(ahead.look(0, state, 6.0, DepthInput(config.input), None, lambda speed: 2.3 * speed))
+        looks.append(
+            ahead.look(0, state, 6.0, DepthInput(config.input, HullGeometry()), None, lambda speed: 2.3 * speed)
+        )
     without, with_it = looks
     assert with_it.stop >= without.stop
     if without.map_least_m is not None:

@@ -18,7 +18,6 @@ CONFIG = st.builds(
     thruster_min=st.floats(-1.0, 0.0),
     thruster_max=st.floats(0.0, 1.0),
     thruster_rate=st.sampled_from([0.0, 0.1, 2.0, 50.0]),
-    rudder_max_deg=st.floats(0.0, 90.0),
     rudder_rate_degps=st.sampled_from([0.0, 30.0, 400.0]),
 )
 READY = Evidence(True, "")
@@ -49,11 +48,10 @@ def channels(output: ActuatorOutput) -> tuple[float, float, float, float]:
 
 
 @settings(max_examples=200, deadline=None)
-@given(CONFIG, STEPS)
-def test_invariants_1_to_4_whatever_comes(config, steps):
-    gate, now = Gate(config), 0
+@given(CONFIG, st.floats(0.0, 1.5), STEPS)
+def test_invariants_1_to_4_whatever_comes(config, rudder, steps):
+    gate, now = Gate(config, rudder, PERIOD_US), 0
     terminated = False
-    rudder = math.radians(config.rudder_max_deg)
     low = (config.thruster_min, config.thruster_min, -rudder, -rudder)
     high = (config.thruster_max, config.thruster_max, rudder, rudder)
     for dt, made, action, armed, evidence in steps:
@@ -87,10 +85,10 @@ def test_invariants_1_to_4_whatever_comes(config, steps):
     ),
 )
 def test_invariant_5_away_from_neutral_is_limited_toward_it_is_not(config, steps):
-    gate, now = Gate(config), 0
+    rudder = 0.5
+    gate, now = Gate(config, rudder, PERIOD_US), 0
     last = (0.0, 0.0, 0.0, 0.0)
     last_us = None
-    rudder = math.radians(config.rudder_max_deg)
     rudder_rate = math.radians(config.rudder_rate_degps)
     rates = (config.thruster_rate, config.thruster_rate, rudder_rate, rudder_rate)
     highs = (config.thruster_max, config.thruster_max, rudder, rudder)
@@ -117,7 +115,7 @@ def test_invariant_5_away_from_neutral_is_limited_toward_it_is_not(config, steps
 
 @given(st.floats(0.0, 1.0), SANE)
 def test_a_thrust_limit_caps_both_thrusters(limit, wanted):
-    output = Gate(GateConfig()).decide(
+    output = Gate(GateConfig(), 0.5, PERIOD_US).decide(
         0, ActuatorDemand(0, wanted, wanted, 0.1, 0.1), Action.WARN, True, Evidence(True, "", thrust_limit=limit)
     )
     assert abs(output.thruster_port) <= limit

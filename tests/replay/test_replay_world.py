@@ -126,16 +126,20 @@ def test_the_recording_names_nothing_of_this_machine(run_dir, tmp_path):
     assert str(run_dir) not in (run_dir / "events.jsonl").read_text()
 
 
-def test_keys_that_an_older_program_knew_are_left_out(run_dir):
+def test_keys_of_the_first_release_are_carried_over_and_strange_ones_named(run_dir):
     reader = InputReader(run_dir / "inputs.bin")
     recorded = reader.meta["settings"]
     reader.close()
-    recorded["depth"]["abolished_m"] = 3.0
-    recorded["endpoints"][0]["colour"] = "blue"
     assert known_settings(recorded).depth.min_altitude_m == 4.0
     assert known_settings(recorded, ["depth.min_altitude_m=5"]).depth.min_altitude_m == 5.0
     with pytest.raises(ConfigError):
         known_settings(recorded, ["depth.abolished_m=5"])
+    recorded["depth"]["abolished_m"] = 3.0
+    recorded["endpoints"][0]["colour"] = "blue"
+    with pytest.raises(
+        ReplayError, match=r"depth\.abolished_m = 3\.0, endpoints\.0\.colour = 'blue'|colour.*abolished"
+    ):
+        known_settings(recorded)
 
 
 def changed(run_dir, folder, change):

@@ -11,6 +11,7 @@ import pytest
 from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import DepthGrid, Sounding, build, offset
 from companion.core.guard.depth.guard import DepthGuard
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant.bottom import Flat, Slope
 from sitl.plant.library import load_vessel
@@ -117,7 +118,7 @@ def transitions(hours: float, altitude_m: float, heave_m: float) -> tuple[int, i
     """Count state changes and look-ahead stops of a vessel under way at 1.5 m/s over level ground."""
 
     noise, rng = Noise(), random.Random(11)
-    guard = DepthGuard(DepthGuardConfig())
+    guard = DepthGuard(DepthGuardConfig(), HullGeometry(0.35, 0.2, 1.08))
     states = stops = 0
     before = None
     for i in range(round(hours * 36_000)):

@@ -19,36 +19,38 @@ def output(port=0.0, starboard=0.0, rudder_port=0.0, rudder_starboard=0.0):
 @pytest.mark.parametrize("encoding", ["bipolar", "duty"])
 def test_the_seeds_scale_in_either_encoding(share, pulse, encoding):
     config = ActuatorConfig(thruster_port=ChannelConfig(id="m", encoding=encoding))
-    assert to_pulses(output(port=share), config)[0] == pulse
+    assert to_pulses(output(port=share), config, math.radians(30.0))[0] == pulse
 
 
 @pytest.mark.parametrize("encoding", ["bipolar", "duty"])
 def test_at_rest_every_pin_is_at_1500_not_1750(encoding):
     names = {"thruster_port": "m", "thruster_starboard": "M", "rudder_port": "l", "rudder_starboard": "L"}
     config = ActuatorConfig(**{name: ChannelConfig(id=wire_id, encoding=encoding) for name, wire_id in names.items()})
-    assert to_pulses(output(), config) == (1500, 1500, 1500, 1500)
+    assert to_pulses(output(), config, math.radians(30.0)) == (1500, 1500, 1500, 1500)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_what_is_no_number_stops(bad):
-    assert to_pulses(output(bad, bad, bad, bad), ActuatorConfig()) == (1500, 1500, 1500, 1500)
+    assert to_pulses(output(bad, bad, bad, bad), ActuatorConfig(), math.radians(30.0)) == (1500, 1500, 1500, 1500)
 
 
 @pytest.mark.parametrize("huge", [1.0001, 7.0, 1e300])
 def test_limits_hold_before_rounding(huge):
     config = ActuatorConfig(lower_us=1100, upper_us=1900)
-    assert to_pulses(output(huge, -huge, huge, -huge), config) == (1900, 1100, 1900, 1100)
+    assert to_pulses(output(huge, -huge, huge, -huge), config, math.radians(30.0)) == (1900, 1100, 1900, 1100)
 
 
 def test_rudder_angles():
-    config = ActuatorConfig(rudder_max_deg=30.0)
-    pulses = to_pulses(output(rudder_port=math.radians(15), rudder_starboard=math.radians(-30)), config)
+    config = ActuatorConfig()
+    pulses = to_pulses(
+        output(rudder_port=math.radians(15), rudder_starboard=math.radians(-30)), config, math.radians(30.0)
+    )
     assert pulses == (1500, 1500, 1750, 1000)
 
 
 def test_both_rudders_from_one_command():
     config = ActuatorConfig(rudders="together")
-    assert to_pulses(output(rudder_port=math.radians(30)), config)[2:] == (2000, 2000)
+    assert to_pulses(output(rudder_port=math.radians(30)), config, math.radians(30.0))[2:] == (2000, 2000)
 
 
 def test_trim_reverse_and_uneven_ends():
@@ -56,7 +58,7 @@ def test_trim_reverse_and_uneven_ends():
         thruster_port=ChannelConfig(id="M", reverse=True),
         thruster_starboard=ChannelConfig(id="m", us_minus=1200, us_plus=1800, trim_us=10),
     )
-    assert to_pulses(output(port=1.0, starboard=0.5), config)[:2] == (1660, 1000)
+    assert to_pulses(output(port=1.0, starboard=0.5), config, math.radians(30.0))[:2] == (1660, 1000)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +97,7 @@ def test_level_as_a_number_in_toml():
 
 @pytest.mark.parametrize("pulse", [None, 0.0, 700.0, 2300.0])
 def test_no_usable_pulse_stops(pulse):
-    assert pulses_to_demand((pulse,) * 4, ActuatorConfig()) == (0.0, 0.0, 0.0, 0.0)
+    assert pulses_to_demand((pulse,) * 4, ActuatorConfig(), math.radians(30.0)) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_neutral_keeps_the_rudder_trim():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from companion.core.board import wire
@@ -25,7 +27,7 @@ class Line:
     """Ticks of 50 ms with a scripted board."""
 
     def __init__(self, answers=True, seen=False, **config):
-        self.board = Arduino(ActuatorConfig(**config), seen=seen)
+        self.board = Arduino(ActuatorConfig(**config), math.radians(30.0), seen=seen)
         self.now_us = 0
         self.thrust = 0.0
         self.written = []

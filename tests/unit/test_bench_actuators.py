@@ -10,6 +10,7 @@ import pytest
 from companion.commands.bench_actuators import CHANNELS, LIMIT, Bench, plan
 from companion.commands.bench_keys import FIRST_US, REPEAT_US, Keys
 from companion.core.board.actuator_map import ActuatorConfig
+from companion.core.hull.geometry import HullGeometry
 from companion.io.links.mem import MemLink
 from sitl.board.arduino_twin import ArduinoTwin
 
@@ -42,7 +43,9 @@ class Rig:
             setattr(arguments, name, [value] if name == "only" else (float(value) if value else True))
         near, self.far = MemLink("actuators"), MemLink("board")
         near.connect(self.far)
-        self.bench = Bench(near, ActuatorConfig(**config), list(plan(arguments)))
+        self.bench = Bench(
+            near, ActuatorConfig(**config), list(plan(arguments)), HullGeometry(rudder_max_rad=0.5), 50_000
+        )
         self.keys = self.bench.keys = Fingers()
         self.board = ArduinoTwin(level1=level1)
         self.now_us = 0

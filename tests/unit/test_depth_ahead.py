@@ -11,11 +11,11 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
 from companion.core.guard.depth.guard import DepthGuard
 from companion.core.guard.depth.input import Altitude, DepthInput, DepthInputConfig
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState
 
-CONFIG = DepthGuardConfig(
-    input=DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0, sigma_m=0.0, median_samples=1), good_margin_m=0.3
-)
+HULL = HullGeometry(beam_m=1.1)
+CONFIG = DepthGuardConfig(input=DepthInputConfig(sigma_m=0.0, median_samples=1), good_margin_m=0.3)
 HERE = (0.7188, -0.1519)
 
 
@@ -43,18 +43,18 @@ def approach(guard: DepthGuard, start_m: float, rate_mps: float, seconds: float,
 
 
 def test_an_approach_is_told_once_twenty_seconds_before_and_the_stop_once():
-    told = approach(DepthGuard(CONFIG), 14.0, 0.25, 41.0)
+    told = approach(DepthGuard(CONFIG, HULL), 14.0, 0.25, 41.0)
     assert told[0] == "Bottom closing: depth limit in 20 s"
     assert told[1].startswith("Shallow water ahead (closing 0.2")
     assert len(told) == 2
 
 
 def test_a_vessel_at_rest_tells_of_no_approach():
-    assert approach(DepthGuard(CONFIG), 8.0, 0.05, 40.0, speed_mps=0.2) == []
+    assert approach(DepthGuard(CONFIG, HULL), 8.0, 0.05, 40.0, speed_mps=0.2) == []
 
 
 def test_a_new_approach_is_told_anew():
-    guard = DepthGuard(CONFIG)
+    guard = DepthGuard(CONFIG, HULL)
     assert len([text for text in approach(guard, 8.0, 0.15, 10.0) if text.startswith("Bottom")]) == 1
     for i in range(100, 200):
         guard.measure(Distance(i * 100_000, 6.5 + 0.3 * (i - 100) * 0.1), at(0.0))
@@ -67,8 +67,8 @@ def test_a_new_approach_is_told_anew():
 
 
 def test_the_stop_names_the_good_water_behind():
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     for i in range(6):
         ahead.look(i, at(2.0 * i, 1.0), 5.0, source, None, None)
     assert ahead.last_good == (10.0, 0.0)
@@ -85,16 +85,16 @@ def test_the_stop_names_the_good_water_behind():
 
 
 def test_without_a_position_nothing_is_kept():
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     for state, altitude in ((None, 9.0), (at(0.0, x_m=None), 9.0), (at(0.0), None), (at(0.0), 4.2)):
         ahead.look(0, state, altitude, source, None, None)
     assert ahead.last_good is None
 
 
 def test_a_map_without_position_or_soundings_ahead_says_nothing():
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     ahead.map = build([Sounding(*offset(*HERE, 500.0, 500.0), 2.0)])
     for state in (at(0.0), EstimatedState(0, sog_mps=1.0)):
         look = ahead.look(0, state, 9.0, source, None, lambda speed: 2.0 * speed)
@@ -102,8 +102,8 @@ def test_a_map_without_position_or_soundings_ahead_says_nothing():
 
 
 def test_from_water_that_the_map_calls_shallow_the_way_out_is_open():
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     ahead.map = build(
         [
             Sounding(*offset(*HERE, north, east), 3.0 + 0.02 * north)
@@ -122,8 +122,8 @@ def test_from_water_that_the_map_calls_shallow_the_way_out_is_open():
 
 
 def test_a_confirmed_jump_starts_the_rate_anew():
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     for i in range(50):
         ahead.note((Altitude(i * 100_000, 10.0 - 0.05 * i),))
     assert ahead.look(0, at(0.0), 7.5, source, None, lambda speed: speed).closing_mps > 0.4
@@ -133,8 +133,8 @@ def test_a_confirmed_jump_starts_the_rate_anew():
 
 @pytest.mark.parametrize("speed_mps", [0.0, 0.05])
 def test_drifting_onto_the_shallow_counts_the_reaction_only(speed_mps):
-    ahead = DepthAhead(CONFIG)
-    source = DepthInput(CONFIG.input)
+    ahead = DepthAhead(CONFIG, None, HULL)
+    source = DepthInput(CONFIG.input, HULL)
     for i in range(60):
         ahead.note((Altitude(i * 100_000, 10.0 - 0.05 * i),))
     look = ahead.look(0, at(0.0, speed_mps), 7.0, source, None, lambda speed: 1 / 0)

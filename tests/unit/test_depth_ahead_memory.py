@@ -9,10 +9,12 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
 from companion.core.guard.depth.input import DepthInput, DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import EstimatedState
 
 HERE = (0.7188, -0.1519)
 KEEL_M = 0.35
+HULL = HullGeometry(keel_m=KEEL_M, beam_m=1.1)
 
 
 def at(north_m=0.0, east_m=0.0, speed_mps=2.0, course_rad=0.0, **more):
@@ -33,12 +35,14 @@ def remembered(*shoals, cell_m=1.0):
 
 def look(memory, state=None, altitude_m=9.0, path=None, grid=None, stopping=2.3, **config):
     """One look with a stopping distance of 2.3 s: at 2 m/s it reaches 4.6 + 0.8 * 2 + 1 = 7.2 m, and a cell."""
-    chain = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=KEEL_M)
+    chain = DepthInputConfig()
     settings = DepthGuardConfig(**{"input": chain, "beam_m": 1.0, **config})
-    ahead = DepthAhead(settings, memory)
+    ahead = DepthAhead(settings, memory, HULL)
     ahead.map = grid
     way = None if path is None else lambda reach_m: path
-    return ahead.look(0, state or at(), altitude_m, DepthInput(settings.input), way, lambda speed: stopping * speed)
+    return ahead.look(
+        0, state or at(), altitude_m, DepthInput(settings.input, HULL), way, lambda speed: stopping * speed
+    )
 
 
 @pytest.mark.parametrize(("north_m", "stop"), [(3.5, True), (6.5, True), (8.0, True), (9.5, False), (30.0, False)])
@@ -156,11 +160,11 @@ class TestConfirming:
     """A stop by the closing rate is held back while waiting costs less than 15 mm of water."""
 
     def looks(self, rates_mps, dt_s=0.05):
-        settings = DepthGuardConfig(input=DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0))
-        ahead, now_us, found = DepthAhead(settings), 10_000_000, []
+        settings = DepthGuardConfig()
+        ahead, now_us, found = DepthAhead(settings, None, HullGeometry(beam_m=1.1)), 10_000_000, []
         for rate_mps in rates_mps:
             now_us += round(dt_s * 1e6)
-            source = DepthInput(settings.input)
+            source = DepthInput(settings.input, HullGeometry())
             source._middle_us = now_us
             ahead._closing._closing_mps = rate_mps
             found.append(

@@ -11,10 +11,13 @@ from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Soundin
 from companion.core.guard.depth.guard import DepthGuard, GuardOutput, next_state
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
-RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)
+HULL = HullGeometry(beam_m=1.1)
+OTTER = HullGeometry(keel_m=0.35, transducer_m=0.2, beam_m=1.08)
+RAW = DepthInputConfig(median_samples=1, jump_rate_mps=50.0, stale_s=1.0)
 """Every reading is the altitude: the seed had no chain."""
 SEED = DepthGuardConfig(input=RAW, rate_look_ahead=False, map_look_ahead=False, unknown_policy="ignore")
 STEP_US = 500_000
@@ -24,7 +27,7 @@ class Run:
     """Feeds altitudes half a second apart to a guard."""
 
     def __init__(self, config: DepthGuardConfig = SEED, active: bool = True) -> None:
-        self.guard = DepthGuard(config)
+        self.guard = DepthGuard(config, HULL)
         self.active = active
         self.now_us = 0
         self.texts: list[tuple[Severity, str]] = []
@@ -240,7 +243,7 @@ def test_each_transition_is_told_with_altitude_and_limit():
 
 def test_the_startup_warning_says_what_the_margins_allow():
     """vessel-control §5.4, with its closed form for the stopping distance of the default vessel."""
-    text = DepthGuard(DepthGuardConfig()).startup_warning(lambda u: 85.5 / 17.0 * math.log1p(17.0 * u / 25.0))
+    text = DepthGuard(DepthGuardConfig(), HULL).startup_warning(lambda u: 85.5 / 17.0 * math.log1p(17.0 * u / 25.0))
     assert text == "Depth margin 0.1 m: correction only on slopes below 2.3 % at 1.5 m/s, 1.6 % at 2.5 m/s"
 
 
@@ -395,7 +398,7 @@ def test_soon_after_setting_off_it_brakes_as_well():
 
 
 def test_a_stop_by_the_map_brakes_too():
-    guard = DepthGuard(DepthGuardConfig(input=RAW, brake=True))
+    guard = DepthGuard(DepthGuardConfig(input=RAW, brake=True), HULL)
     guard.set_map(chart(3.0, 60.0))
     out = guard.step(0, at(52.0, 2.0), True, None, stopping)
     assert (out.brake, out.stop_ahead) == (True, False)
@@ -433,7 +436,7 @@ def stopping(speed_mps: float) -> float:
 
 
 def test_the_map_stops_before_the_shallow_and_not_otherwise():
-    guard = DepthGuard(DepthGuardConfig(input=RAW))
+    guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
     guard.set_map(chart(3.0, 60.0))
     out = guard.step(0, at(0.0, 2.0), True, None, stopping)
     assert (out.stop_ahead, out.map_least_m) == (False, 30.0)
@@ -447,9 +450,8 @@ def test_the_map_stops_before_the_shallow_and_not_otherwise():
 
 
 def test_tide_keel_and_uncertainty_shift_the_map():
-    keel = RAW.model_copy(update={"keel_depth_m": 0.5})
-    config = DepthGuardConfig(input=keel, tide_m=1.0, map_sigma_m=0.2)
-    guard = DepthGuard(config)
+    config = DepthGuardConfig(input=RAW, tide_m=1.0, map_sigma_m=0.2)
+    guard = DepthGuard(config, HullGeometry(keel_m=0.5, beam_m=1.1))
     guard.set_map(chart(3.0, 60.0))
     assert guard.step(0, at(58.0, 2.0), True, None, stopping).map_least_m == pytest.approx(3.3)
     leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
@@ -459,7 +461,7 @@ def test_tide_keel_and_uncertainty_shift_the_map():
 
 def test_a_plan_is_held_against_the_map_only_when_there_is_one():
     leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
-    guard = DepthGuard(DepthGuardConfig(input=RAW))
+    guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
     assert guard.check_plan([leg]) is None
     guard.set_map(chart(3.0, 60.0))
     assert guard.check_plan([leg]) == PlanProblem(7, "charted depth 3.0 m, at least 4.0 m needed")
@@ -482,7 +484,7 @@ def falling(guard: DepthGuard, start_m: float, rate_mps: float, seconds: float) 
 
 def test_the_closing_rate_raises_the_limit_slows_and_stops():
     config = DepthGuardConfig(input=RAW.model_copy(update={"sigma_m": 0.0}))
-    guard = DepthGuard(config)
+    guard = DepthGuard(config, HULL)
     now_us = falling(guard, 10.0, 0.5, 8.0)  # now at 6.05 m
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
     # 4 m of way in 2 s of run and 0.6 s of reaction at 0.5 m/s
@@ -490,12 +492,12 @@ def test_the_closing_rate_raises_the_limit_slows_and_stops():
     assert out.closing_mps == pytest.approx(0.5, abs=0.02)
     assert out.limit_m == pytest.approx(4.0 + out.closing_mps * 2.6, abs=1e-6)
     assert (out.stop_ahead, out.slow_to_mps) == (False, None)
-    guard = DepthGuard(config)
+    guard = DepthGuard(config, HULL)
     now_us = falling(guard, 9.6, 0.5, 8.0)  # 5.65 m: a stop would need 1.3 m, one and a half times that is not there
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
     assert out.stop_ahead is False
     assert 1.5 < out.slow_to_mps < 2.0
-    guard = DepthGuard(config)
+    guard = DepthGuard(config, HULL)
     now_us = falling(guard, 9.2, 0.5, 8.0)
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
     assert (out.stop_ahead, out.state, out.abort) == (True, OK, False)
@@ -506,7 +508,7 @@ def test_unknown_and_closing_ask_for_the_slower_of_both():
     config = DepthGuardConfig(
         input=RAW.model_copy(update={"sigma_m": 0.0}), unknown_policy="slow", unknown_speed_mps=0.7
     )
-    guard = DepthGuard(config)
+    guard = DepthGuard(config, HULL)
     now_us = falling(guard, 9.6, 0.5, 8.0)
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
     assert out.slow_to_mps > 1.5
@@ -523,8 +525,9 @@ def test_no_suggestion_while_all_is_well():
 
 def test_the_chain_takes_new_settings_too():
     run = Run()
-    run.guard.configure(SEED.model_copy(update={"input": RAW.model_copy(update={"keel_depth_m": 1.0})}))
-    assert run.feed(5.0).altitude_m == 4.0
+    run.guard.configure(SEED.model_copy(update={"input": RAW.model_copy(update={"range_min_m": 2.0})}))
+    assert run.feed(1.9).altitude_m is None
+    assert run.feed(5.0).altitude_m == 5.0
 
 
 def test_an_output_says_nothing_it_was_not_told():
@@ -537,7 +540,7 @@ def test_an_output_says_nothing_it_was_not_told():
 @pytest.mark.parametrize(("echo_s", "stops"), [(0.1, False), (3.0, False), (7.0, True)], ids=["one", "fish", "bottom"])
 def test_a_false_echo_over_unfathomable_water_does_not_stop_with_the_policy_stop(echo_s, stops):
     """Out in deep water, where losing the bottom is normal; what is heard for long is the bottom, and losing it counts."""
-    guard = DepthGuard(DepthGuardConfig(unknown_policy="stop"))
+    guard = DepthGuard(DepthGuardConfig(unknown_policy="stop"), HULL)
     state = at(0.0, 2.0)
     now_us, out = 0, None
 
@@ -561,7 +564,7 @@ def test_a_false_echo_over_unfathomable_water_does_not_stop_with_the_policy_stop
 
 def test_what_is_sounded_is_remembered_below_datum_where_and_when():
     """Altitude 6 m over a keel 0.35 m deep, at 1.5 m of tide: 4.85 m below datum."""
-    guard = DepthGuard(DepthGuardConfig(tide_m=1.5))
+    guard = DepthGuard(DepthGuardConfig(tide_m=1.5), OTTER)
     guard.measure(Distance(0, 6.15), at(0.0, 2.0))
     guard.measure(Distance(100_000, 6.15), None)
     guard.memory.close_cell()
@@ -573,6 +576,6 @@ def test_what_is_sounded_is_remembered_below_datum_where_and_when():
     guard.measure(Distance(200_000, 6.15), at(0.0, 2.0))
     guard.memory.close_cell()
     assert [cell.last_s for *_, cell in guard.memory.known()] == [1_800_000_000]
-    off = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)))
+    off = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)), OTTER)
     assert off.memory is None
     off.measure(Distance(0, 6.15), at(0.0, 2.0))

@@ -7,9 +7,12 @@ import math
 import pytest
 
 from companion.core.guard.depth.input import DepthInput, DepthInputConfig
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState
 
-PLAIN = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0, stale_s=1.0)
+PLAIN = DepthInputConfig(stale_s=1.0)
+HULL = HullGeometry()
+MOUNTED = HullGeometry(keel_m=0.35, transducer_m=0.2)
 FAST_US = 100_000
 
 
@@ -27,15 +30,25 @@ def feed(
     return now - period_us
 
 
-def one(config: DepthInputConfig, distance: Distance, at: EstimatedState | None = None) -> float | None:
-    chain = DepthInput(config.model_copy(update={"median_samples": 1}))
+def one(
+    config: DepthInputConfig, distance: Distance, at: EstimatedState | None = None, hull: HullGeometry = HULL
+) -> float | None:
+    chain = DepthInput(config.model_copy(update={"median_samples": 1}), hull)
     chain.measure(distance, at)
     return chain.altitude_m(distance.t_us)
 
 
 def test_the_altitude_is_under_the_keel():
-    config = DepthInputConfig(transducer_depth_m=0.2, keel_depth_m=0.35)
-    assert one(config, Distance(0, 5.0)) == pytest.approx(4.85)
+    assert one(DepthInputConfig(), Distance(0, 5.0), hull=MOUNTED) == pytest.approx(4.85)
+
+
+def test_every_sounder_is_measured_from_its_own_place():
+    hull = HullGeometry(keel_m=0.35, transducer_m=0.2, transducers_m=(0.2, 0.9), sent_transducer_m=0.5)
+    for source, expected in ((0, 4.85), (1, 5.55), (2, 4.85), (None, 5.15)):
+        chain = DepthInput(DepthInputConfig(median_samples=1), hull)
+        chain.measure(Distance(0, 5.0), None, source)
+        assert chain.altitude_m(0) == pytest.approx(expected), source
+    assert HullGeometry(transducer_m=0.2).transducer_of(None) == 0.2
 
 
 @pytest.mark.parametrize(
@@ -44,8 +57,8 @@ def test_the_altitude_is_under_the_keel():
 )
 def test_the_sentences_own_offset_only_when_asked_for_and_never_twice(use, offset_m, expected):
     """DPT: positive = transducer to waterline, negative = transducer to keel."""
-    config = DepthInputConfig(transducer_depth_m=0.2, keel_depth_m=0.35, use_sentence_offset=use)
-    assert one(config, Distance(0, 5.0, offset_m=offset_m)) == pytest.approx(expected)
+    config = DepthInputConfig(use_sentence_offset=use)
+    assert one(config, Distance(0, 5.0, offset_m=offset_m), hull=MOUNTED) == pytest.approx(expected)
 
 
 def test_tilt_counts_only_beyond_half_the_cone():
@@ -73,7 +86,7 @@ def test_tilt_counts_only_beyond_half_the_cone():
     ],
 )
 def test_what_cannot_be_a_depth_is_refused(distance):
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     assert chain.measure(distance, None) == ()
     assert (chain.rejected, chain.raw_m, chain.altitude_m(0)) == (1, None, None)
 
@@ -93,7 +106,7 @@ def test_what_just_can_be_a_depth_is_taken(distance):
 
 
 def test_a_fast_sounder_needs_three_readings_and_takes_the_median_of_five():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0, 5.1])
     assert chain.altitude_m(now) is None
     now = feed(chain, [5.2], start=now + FAST_US)
@@ -105,7 +118,7 @@ def test_a_fast_sounder_needs_three_readings_and_takes_the_median_of_five():
 
 
 def test_a_slow_sounder_believes_two_of_three():
-    chain = DepthInput(PLAIN.model_copy(update={"stale_s": 3.0}))
+    chain = DepthInput(PLAIN.model_copy(update={"stale_s": 3.0}), HULL)
     now = feed(chain, [5.0], period_us=1_000_000)
     assert chain.altitude_m(now) is None
     now = feed(chain, [5.1, 4.0], period_us=1_000_000, start=1_000_000)
@@ -115,14 +128,14 @@ def test_a_slow_sounder_believes_two_of_three():
 
 
 def test_an_even_number_of_readings_errs_shallow():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0, 5.1, 5.2, 5.3])
     assert chain.altitude_m(now) == 5.1
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 2.0])
 def test_a_false_echo_is_held_back(share):
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6 + [5.0 * share] * 2 + [5.0])
     assert chain.altitude_m(now) == 5.0
     assert chain.rejected == 2
@@ -130,7 +143,7 @@ def test_a_false_echo_is_held_back(share):
 
 
 def test_three_readings_that_agree_are_a_new_bottom():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6)
     assert chain.measure(Distance(now + FAST_US, 2.0), state()) == ()
     assert chain.measure(Distance(now + 2 * FAST_US, 2.0), state()) == ()
@@ -140,25 +153,25 @@ def test_three_readings_that_agree_are_a_new_bottom():
 
 
 def test_jumps_that_do_not_agree_among_themselves_stay_out():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6 + [2.0, 9.0, 2.0, 9.0, 2.0])
     assert chain.altitude_m(now) == 5.0
 
 
 def test_speed_over_a_steep_bottom_is_no_jump():
-    chain = DepthInput(PLAIN.model_copy(update={"sigma_m": 0.0}))
+    chain = DepthInput(PLAIN.model_copy(update={"sigma_m": 0.0}), HULL)
     feed(chain, [5.0] * 6, sog_mps=4.0)
     now = 600_000
     # 2 m/s + 0.5 of 4 m/s for 0.1 s, and 3 % of 5 m for noise
     assert chain.measure(Distance(now, 5.0 - 0.55), state(sog_mps=4.0)) != ()
-    chain = DepthInput(PLAIN.model_copy(update={"sigma_m": 0.0}))
+    chain = DepthInput(PLAIN.model_copy(update={"sigma_m": 0.0}), HULL)
     feed(chain, [5.0] * 6)
     assert chain.measure(Distance(now, 5.0 - 0.55), state()) == ()
     assert chain.measure(Distance(now + 1, 5.0 - 0.34), state()) != ()
 
 
 def test_after_a_long_gap_the_chain_starts_anew():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6)
     later = now + 5_000_001
     assert chain.measure(Distance(later, 2.0), state()) != ()
@@ -168,32 +181,32 @@ def test_after_a_long_gap_the_chain_starts_anew():
 
 
 def test_a_value_grows_stale():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6)
     assert chain.altitude_m(now + 1_000_000) == 5.0
     assert chain.altitude_m(now + 1_000_001) is None
     assert chain.age_s(now + 2_000_000) == 2.0
-    assert DepthInput(PLAIN).age_s(0) == math.inf
-    assert DepthInput(PLAIN).lag_s(5) == 5e-6
+    assert DepthInput(PLAIN, HULL).age_s(0) == math.inf
+    assert DepthInput(PLAIN, HULL).lag_s(5) == 5e-6
 
 
 def test_a_sounder_of_1_hz_is_not_stale_between_its_readings():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 4, period_us=1_000_000)
     assert chain.altitude_m(now + 2_500_000) == 5.0
     assert chain.altitude_m(now + 2_500_001) is None
-    fast = DepthInput(PLAIN)
+    fast = DepthInput(PLAIN, HULL)
     now = feed(fast, [5.0, 5.0, None, None, None, 5.0, None, None, None, 5.0])
     assert fast.altitude_m(now + 1_000_000) == 5.0
     assert fast.altitude_m(now + 1_000_001) is None, "drop-outs of a fast one buy no time"
-    slow = DepthInput(PLAIN)
+    slow = DepthInput(PLAIN, HULL)
     now = feed(slow, [5.0] * 4, period_us=4_000_000)
     assert slow.altitude_m(now + 5_000_000) == 5.0
     assert slow.altitude_m(now + 5_000_001) is None
 
 
 def test_old_and_repeated_readings_change_nothing():
-    chain = DepthInput(PLAIN)
+    chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6)
     assert chain.measure(Distance(now, 4.0), state()) == ()
     assert chain.measure(Distance(now - 1, 4.0), state()) == ()
@@ -209,7 +222,7 @@ def hear(chain, start_s, seconds, value_m, period_s=0.5):
 
 def test_the_scale_of_a_sounder_that_ranges_by_itself_is_not_the_end_of_its_reach():
     """DPT's third field is the scale in use: on a scale of 5 m, 4.5 m is shallow water and not the edge of hearing."""
-    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}))
+    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}), HULL)
     for number in range(40):
         value_m = 20.0 - 0.4 * number
         scale_m = next(scale for scale in (5.0, 10.0, 25.0) if value_m < scale)
@@ -221,7 +234,7 @@ def test_the_scale_of_a_sounder_that_ranges_by_itself_is_not_the_end_of_its_reac
 
 @pytest.mark.parametrize("period_s", [0.1, 0.5, 1.0])
 def test_out_of_reach_changes_when_the_bottom_has_been_heard_elsewhere_for_five_seconds(period_s):
-    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}))
+    chain = DepthInput(PLAIN.model_copy(update={"median_samples": 1, "jump_rate_mps": 50.0}), HULL)
     assert not chain.out_of_reach
     t_s = hear(chain, 0.0, 1.0, 41.0, period_s)
     assert chain.out_of_reach, "the first that is heard"

@@ -8,16 +8,17 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.guard import DepthGuard
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.lost import LostBottom
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState
 
-INPUT = DepthInputConfig(transducer_depth_m=0.0, keel_depth_m=0.0)
+INPUT = DepthInputConfig()
 
 
 class Approach:
     """Sailing at a speed up a slope, 10 readings a second, until they stop."""
 
     def __init__(self, altitude_m, slope, speed_mps=2.0, **config):
-        self.guard = DepthGuard(DepthGuardConfig(input=INPUT, **config))
+        self.guard = DepthGuard(DepthGuardConfig(input=INPUT, **config), HullGeometry())
         self.altitude_m, self.slope, self.speed_mps = altitude_m, slope, speed_mps
         self.now_us, self.texts, self.out = 0, [], None
 

@@ -111,7 +111,7 @@ def test_keys_named_in_the_hand_written_pages_exist():
 
 
 def test_texts_below_fields_are_read():
-    from companion.settings.schema import SystemConfig
+    from companion.core.vehicle.config import SystemConfig
 
     assert "actuator refresh rate" in texts_of(SystemConfig)["tick_hz"]
 

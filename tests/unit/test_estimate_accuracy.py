@@ -7,6 +7,7 @@ import math
 import pytest
 
 from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.hull.geometry import HullGeometry
 from companion.core.nmea.reader import NmeaConfig
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
 from mavlink_bridge.language.units import wrap_pi
@@ -65,19 +66,12 @@ def rolling(t_s: float) -> Motion:
 
 @pytest.mark.parametrize("motion", [circle(20.0, 1.5), rolling])
 def test_antenna_lever_arm(motion: Motion) -> None:
-    sensors = IDEAL.model_copy(
-        update={
-            "antenna_forward_m": 1.2,
-            "antenna_starboard_m": -0.4,
-            "antenna_up_m": 1.5,
-            "attitude_sentence": "PASHR",
-        }
-    )
-    arm = EstimatorConfig(antenna_forward_m=1.2, antenna_starboard_m=-0.4, antenna_up_m=1.5)
-    made = SensorRig(motion, sensors=sensors, estimate=arm)
+    sensors = IDEAL.model_copy(update={"attitude_sentence": "PASHR"})
+    hull = HullGeometry(antenna=(1.2, -0.4, -1.5))
+    made = SensorRig(motion, sensors=sensors, hull=hull)
     made.run(10.0)
     assert max(errors(made, 10.0)) < 0.05
-    blind = SensorRig(motion, sensors=sensors)
+    blind = SensorRig(motion, sensors=sensors, hull=hull, believed=HullGeometry())
     blind.run(10.0)
     assert rms(errors(blind, 10.0)) > 1.0
 

@@ -33,7 +33,7 @@ class App:
 def test_ticks_sit_on_the_grid():
     clock = ManualClock()
     app = App(clock)
-    assert run(app, clock, StopFlag(), until_us=1_000_000) == 0
+    assert run(app, clock, StopFlag(), period_us=50_000, until_us=1_000_000) == 0
     assert app.ticks == list(range(0, 1_000_000, 50_000))
     assert len(app.stopped) == 1
 
@@ -51,7 +51,7 @@ def test_ticks_follow_the_sensor(phase_us):
         return original(now_us)
 
     app.tick = tick
-    run(app, clock, StopFlag(), until_us=30_000_000)
+    run(app, clock, StopFlag(), period_us=50_000, until_us=30_000_000)
     periods = [after - before for before, after in itertools.pairwise(app.ticks)]
     assert sum(abs(period - 50_000) > 500 for period in periods) <= 1  # the first burst places the grid
     assert all(25_000 <= period <= 75_000 for period in periods)
@@ -63,7 +63,7 @@ def test_a_short_tick_shifts_nothing():
     clock = ManualClock()
     app = App(clock, dict.fromkeys(range(1, 100), 20000))
     stats = LoopStats()
-    run(app, clock, StopFlag(), until_us=1_000_000, stats=stats)
+    run(app, clock, StopFlag(), period_us=50_000, until_us=1_000_000, stats=stats)
     assert app.ticks == list(range(0, 1_000_000, 50_000))
     assert stats.load == 0.4
     assert (stats.overruns, stats.skipped) == (0, 0)
@@ -73,7 +73,7 @@ def test_a_long_tick_is_counted_and_missed_ticks_are_skipped_not_repeated():
     clock = ManualClock()
     app = App(clock, {3: 180_000})
     stats = LoopStats()
-    run(app, clock, StopFlag(), until_us=500_000, stats=stats)
+    run(app, clock, StopFlag(), period_us=50_000, until_us=500_000, stats=stats)
     assert app.ticks == [0, 50_000, 100_000, 280_000, 300_000, 350_000, 400_000, 450_000]
     assert (stats.overruns, stats.skipped) == (1, 2)
     assert max(stats.late_us) == 30_000
@@ -83,7 +83,7 @@ def test_an_exception_in_the_app_writes_neutral_and_is_a_failure():
     clock = ManualClock()
     app = App(clock)
     app.tick = lambda now_us, **of_the_loop: 1 / 0
-    assert run(app, clock, StopFlag()) == 1
+    assert run(app, clock, StopFlag(), period_us=50_000) == 1
     assert len(app.stopped) == 1
 
 
@@ -99,7 +99,7 @@ def test_a_stop_flag_ends_it_with_success():
         return original(now_us)
 
     app.tick = tick
-    assert run(app, clock, stop) == 0
+    assert run(app, clock, stop, period_us=50_000) == 0
     assert app.ticks[-1] == 200_000
     assert len(app.stopped) == 1
 
@@ -120,7 +120,7 @@ def test_row_02_the_watchdog_is_fed_only_while_the_actuators_are(tmp_path):
 
         app.tick = tick
         notifier = Notifier({"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"})
-        run(app, clock, StopFlag(), until_us=5_000_000, notifier=notifier)
+        run(app, clock, StopFlag(), period_us=50_000, until_us=5_000_000, notifier=notifier)
         heard = []
         while True:
             try:
@@ -142,6 +142,6 @@ def test_an_app_that_wants_to_stop_is_shut_down():
         return original(now_us)
 
     app.tick = tick
-    assert run(app, clock, StopFlag(), until_us=1_000_000) == 0
+    assert run(app, clock, StopFlag(), period_us=50_000, until_us=1_000_000) == 0
     assert app.ticks[-1] == 100_000
     assert len(app.stopped) == 1

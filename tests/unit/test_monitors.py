@@ -14,7 +14,7 @@ TICK_US = 50_000
 
 class Watch:
     def __init__(self, **config) -> None:
-        self.monitors = Monitors(MonitorConfig(**config))
+        self.monitors = Monitors(MonitorConfig(**config), math.radians(30.0), TICK_US)
         self.now_us = 0
         self.flags = MonitorFlags()
 

@@ -24,7 +24,7 @@ OLD = NmeaConfig(earliest_year=1980)
 
 
 def measure(*bodies: str, config: NmeaConfig = OLD) -> list[object]:
-    reader = NmeaReader(config)
+    reader = NmeaReader(config, depths_m=(0.2, 0.35))
     found: list[object] = []
     for body in bodies:
         found += reader.receive(frame(body), 1_000_000)

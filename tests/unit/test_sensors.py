@@ -10,6 +10,7 @@ from collections import Counter
 
 import pytest
 
+from companion.core.hull.geometry import HullGeometry
 from companion.core.nmea.line import LineReader
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
@@ -24,7 +25,7 @@ REST = straight(0.0, 0.5)
 def lines(
     seconds: float, config: SensorConfig | None = None, seed: int = 1, step_us: int = 10_000, **faults: object
 ) -> list[bytes]:
-    suite = SensorSuite(config or SensorConfig(), random.Random(seed))
+    suite = SensorSuite(config or SensorConfig(), random.Random(seed), HullGeometry(transducer_m=0.2))
     for name, value in faults.items():
         suite.faults.set(name, value)
     sent: list[bytes] = []
@@ -149,7 +150,7 @@ def test_the_sounder_measures_from_the_transducer_with_drop_outs_and_false_echoe
 
 
 def test_the_sounder_reports_no_bottom_beyond_its_range_and_in_its_blanking() -> None:
-    suite = SensorSuite(SensorConfig(grade="ideal"), random.Random(1))
+    suite = SensorSuite(SensorConfig(grade="ideal"), random.Random(1), HullGeometry(transducer_m=0.2))
     cases = ((150.0, None), (0.4, None), (None, None), (5.0, 4.8))
     for second, (depth_m, expected) in enumerate(cases, start=1):
         (line,) = [

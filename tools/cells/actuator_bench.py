@@ -11,13 +11,17 @@ No vessel and no water: what is watched is the pins. The board is the Python twi
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final, Protocol
 
 from companion.core.board import ActuatorConfig, Arduino
 from companion.core.guard.gate import Evidence, Gate, GateConfig
 from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput
+
+RUDDER_MAX_RAD: Final = math.radians(30.0)
+"""Of the default hull."""
 
 Pulses = tuple[float, float, float, float]
 
@@ -43,8 +47,8 @@ class ActuatorBench:
 
     def __init__(self, board: Board, config: ActuatorConfig | None = None, *, seen: bool = False) -> None:
         self.board = board
-        self.companion = Arduino(config or ActuatorConfig(), seen=seen)
-        self.gate = Gate(GateConfig())
+        self.companion = Arduino(config or ActuatorConfig(), RUDDER_MAX_RAD, seen=seen)
+        self.gate = Gate(GateConfig(), RUDDER_MAX_RAD, self.TICK_US)
         self.now_us = 0
         self.thrust = 0.0
         self.rudder_rad = 0.0

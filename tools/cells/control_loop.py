@@ -103,7 +103,7 @@ class ControlLoop:
         self.source: StateSource = source or IdealState()
         self.controller = make_controller(setup.steering.profile, setup.steering, belief)
         self.guidance = Guidance(setup.guidance, belief)
-        self.gate = Gate(GateConfig(control_period_s=TICK_S, rudder_max_deg=setup.vessel.rudder.max_deg))
+        self.gate = Gate(GateConfig(), setup.vessel.rudder.max_rad, round(TICK_S * 1e6))
         self.frame = LocalFrame(*ORIGIN_RAD)
         self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None

@@ -14,6 +14,7 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import DepthGrid
 from companion.core.guard.depth.guard import DepthGuard
 from companion.core.hull import VesselConfig
+from companion.core.hull.geometry import geometry_of
 from companion.core.hull.stopping import braking_distance_m
 from companion.core.hull.vessel_file import command_for_thrust, drag_n, stopping_distance_m
 from mavlink_bridge.language.messages import Distance, EstimatedState
@@ -71,7 +72,7 @@ class DepthRun:
         hull = SimVessel(self.vessel)
         hull.place(surge_mps=self.speed_mps)
         hull.revs = [self._ahead(self.speed_mps)] * 2
-        guard = DepthGuard(self.guard)
+        guard = DepthGuard(self.guard, geometry_of(self.vessel))
         guard.set_map(self.grid)
         rng = random.Random(self.seed)
         stopping = self._stopping
@@ -83,7 +84,7 @@ class DepthRun:
             altitude_m = self._altitude(hull)
             made.append((hull.north_m, altitude_m))
             if now_us % _SOUNDER_US == 0:
-                distance_m = altitude_m + self.guard.input.keel_depth_m - self.guard.input.transducer_depth_m
+                distance_m = altitude_m + self.vessel.keel_depth_m - self.vessel.transducer_depth_m
                 guard.measure(Distance(now_us, self.noise.read(rng, distance_m)), state)
             out = guard.step(now_us, state, cut_us is None, None, stopping)
             if cut_us is None and (out.abort or out.stop_ahead or out.brake):
@@ -115,7 +116,7 @@ class DepthRun:
 
     def _altitude(self, hull: SimVessel) -> float:
         depth_m = self.bottom.depth_at(hull.north_m, hull.east_m)
-        return (math.inf if depth_m is None else depth_m) - self.guard.input.keel_depth_m
+        return (math.inf if depth_m is None else depth_m) - self.vessel.keel_depth_m
 
     def _state(self, hull: SimVessel, now_us: int) -> EstimatedState:
         # Near the origin the plane is flat enough for a sphere.

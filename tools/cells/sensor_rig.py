@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from companion.core.estimate import Estimator, EstimatorConfig
+from companion.core.hull.geometry import HullGeometry
 from companion.core.nmea import NmeaConfig, NmeaReader
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, Severity
@@ -105,14 +106,16 @@ class SensorRig:
         sensors: SensorConfig | None = None,
         nmea: NmeaConfig | None = None,
         estimate: EstimatorConfig | None = None,
+        hull: HullGeometry | None = None,
+        believed: HullGeometry | None = None,
         seed: int = 1,
         step_us: int = 10_000,
         tick_us: int = 50_000,
     ) -> None:
         self.motion = motion
-        self.suite = SensorSuite(sensors or SensorConfig(), random.Random(seed))
+        self.suite = SensorSuite(sensors or SensorConfig(), random.Random(seed), hull or HullGeometry())
         self.reader = NmeaReader(nmea or NmeaConfig())
-        self.estimator = Estimator(estimate or EstimatorConfig())
+        self.estimator = Estimator(estimate or EstimatorConfig(), believed or hull or HullGeometry())
         self.now_us = 0
         self.state = EstimatedState(0)
         self.truth = truth_at(motion, 0)

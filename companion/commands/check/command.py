@@ -8,6 +8,7 @@ from typing import Any
 
 from ... import security
 from ...configuration import mistakes_of, vessel_settings
+from ...core.hull.geometry import mounted, strangers
 from ...core.hull.vessel_file import stopping_distance_m, top_speed_mps
 from ...doors import vessel_doors
 from ...radio import read_key
@@ -45,8 +46,11 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
     print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
+    print(f"  keel        {vessel.keel_depth_m:g} m below the waterline (hull file)")
     for sensor in settings.sensors:
-        print(f"  sensor      {sensor.name}: {sensor.url}")
+        print(f"  sensor      {sensor.name}: {sensor.url}{mounted(vessel, sensor.name)}")
+    for name in strangers(vessel, [sensor.name for sensor in settings.sensors]):
+        print(f"  NOT USED    hull file: mounts.{name}: no sensor has this name")
     print(f"  actuators   {settings.actuators.url or 'none: the vessel cannot be armed'}")
     for endpoint in settings.endpoints:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")

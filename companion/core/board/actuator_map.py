@@ -106,9 +106,6 @@ class ActuatorConfig(Config):
     )
     rudders: Literal["apart", "together"] = "apart"
     """together: both servos follow the port rudder's command, as in the seed."""
-    rudder_max_deg: float = param(
-        30.0, "ACT_RUD_MAX", "Rudder angle at the servo's outer pulses", unit="deg", ge=5, le=90
-    )
     thruster_port: ChannelConfig = ChannelConfig(id="m")
     thruster_starboard: ChannelConfig = ChannelConfig(id="M")
     rudder_port: ChannelConfig = ChannelConfig(id="l")
@@ -169,9 +166,10 @@ class PulseMap:
         "neutral_us",
     )
 
-    def __init__(self, config: ActuatorConfig) -> None:
+    def __init__(self, config: ActuatorConfig, rudder_max_rad: float) -> None:
+        """``rudder_max_rad``: rudder angle at the servos' outer pulses, of the hull file."""
         self.config = config
-        self._limit_rad = math.radians(config.rudder_max_deg)
+        self._limit_rad = rudder_max_rad
         self._together = config.rudders == "together"
         self._channels = tuple(_Channel(channel, config) for channel in config.channels)
         self._pins = sorted(((c, i) for i, c in enumerate(self._channels)), key=lambda item: item[0].pin)
@@ -263,16 +261,18 @@ def _ends(channel: ChannelConfig, config: ActuatorConfig) -> tuple[float, float,
     return ends[0] + channel.trim_us, ends[1] + channel.trim_us, ends[2] + channel.trim_us
 
 
-def to_pulses(output: ActuatorOutput, config: ActuatorConfig) -> Microseconds:
+def to_pulses(output: ActuatorOutput, config: ActuatorConfig, rudder_max_rad: float) -> Microseconds:
     """``PulseMap.pulses`` for one call."""
-    return PulseMap(config).pulses(output)
+    return PulseMap(config, rudder_max_rad).pulses(output)
 
 
 def neutral_pulses(config: ActuatorConfig) -> Microseconds:
     """Return the pulses of thrusters stopped and rudders amidships, in pin order."""
-    return PulseMap(config).neutral_us
+    return PulseMap(config, 1.0).neutral_us
 
 
-def pulses_to_demand(pulses_us: Sequence[float | None], config: ActuatorConfig) -> tuple[float, float, float, float]:
+def pulses_to_demand(
+    pulses_us: Sequence[float | None], config: ActuatorConfig, rudder_max_rad: float
+) -> tuple[float, float, float, float]:
     """``PulseMap.demand`` for one call; who calls often keeps a ``PulseMap``."""
-    return PulseMap(config).demand(pulses_us)
+    return PulseMap(config, rudder_max_rad).demand(pulses_us)

@@ -49,9 +49,12 @@ _READY: Final = (True, "")
 class Arduino:
     """One actuator board on one port. Every method takes the vessel's monotonic time, µs."""
 
-    def __init__(self, config: ActuatorConfig, *, seen: bool = False) -> None:
-        """``seen``: a person has seen this board's outputs move, or it is a simulated one; counts on level 0 only."""
-        self._seen = seen
+    def __init__(self, config: ActuatorConfig, rudder_max_rad: float, *, seen: bool = False) -> None:
+        """``rudder_max_rad``: rudder angle at the servos' outer pulses, of the hull file.
+
+        ``seen``: a person has seen this board's outputs move, or it is a simulated one; counts on level 0 only.
+        """
+        self._rudder_max_rad, self._seen = rudder_max_rad, seen
         self.overruns = 0
         """Commands that were due and not sent because a cycle came late."""
         self._texts: list[tuple[Severity, str]] = []
@@ -76,9 +79,7 @@ class Arduino:
         self._asked_us: int | None = None
         self._first_asked_us: int | None = None
         self._due_us: int | None = None
-        self._offered = b""
-        self._repair = b""
-        self._repaired = b""
+        self._offered = self._repair = self._repaired = b""
         self._warned_us: int | None = None
         self._shown: tuple[str, ...] = ()
         self._faults: tuple[int, tuple[str, ...]] | None = None
@@ -97,7 +98,7 @@ class Arduino:
     def _work_out(self, config: ActuatorConfig) -> None:
         """What every tick needs of the settings."""
         self.config = config
-        self._map = PulseMap(config)
+        self._map = PulseMap(config, self._rudder_max_rad)
         self._period_us = round(1e6 / config.frequency_hz)
         self._early_us = self._period_us // 4
         self._too_slow = config.too_slow

@@ -66,11 +66,6 @@ class EstimatorConfig(Config):
     )
     roll_offset_deg: float = Field(0.0, ge=-45.0, le=45.0)
     pitch_offset_deg: float = Field(0.0, ge=-45.0, le=45.0)
-    antenna_forward_m: float = param(0.0, "EST_ANT_X", "Antenna ahead of the reference point", unit="m", ge=-50, le=50)
-    antenna_starboard_m: float = param(
-        0.0, "EST_ANT_Y", "Antenna to starboard of the reference point", unit="m", ge=-50, le=50
-    )
-    antenna_up_m: float = param(0.0, "EST_ANT_UP", "Antenna above the reference point", unit="m", ge=-10, le=50)
     variation_deg: float | None = Field(None, ge=-180.0, le=180.0)
     """Magnetic variation, east positive, for HDG and HDM when neither they nor the receiver give one. None: then the
     World Magnetic Model, and without that a magnetic heading is not used."""

@@ -20,6 +20,7 @@ from mavlink_bridge.language.messages import (
 )
 from mavlink_bridge.language.units import wrap_pi
 
+from ..hull.geometry import HullGeometry
 from .config import EstimatorConfig
 from .drift import DriftFilter, FixText
 from .heading import HeadingTrack
@@ -41,12 +42,15 @@ _DEPTH_APART_SHARE = 0.1
 """Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
 _COMPARE_US = 1_000_000
 _COURSE_SIGMA_RAD = math.radians(5.0)
+_AT_THE_POINT = HullGeometry()
 
 
 class Estimator:
     """One vessel's estimator. ``update`` each measurement, then ``predict`` once per tick."""
 
-    def __init__(self, config: EstimatorConfig) -> None:
+    def __init__(self, config: EstimatorConfig, geometry: HullGeometry = _AT_THE_POINT) -> None:
+        """``geometry``: where the antennas are; by default at the vessel's reference point."""
+        self._geometry = geometry
         self._texts: list[tuple[Severity, str]] = []
         self._heading = HeadingTrack(config, self._texts)
         self._heading.model_variation = self._model_variation
@@ -215,7 +219,7 @@ class Estimator:
             self._utc_offset_us = fix.utc_us - t_us
         attitude = self._attitude_at(t_us)
         moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or self._should_move(fix, attitude.psi_rad)
-        self._position.update(fix, t_us, attitude, moving)
+        self._position.update(fix, t_us, attitude, moving, self._geometry.antenna_of(link))
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
         return True

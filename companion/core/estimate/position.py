@@ -10,6 +10,7 @@ from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
 
+from ..hull.geometry import Arm
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
 
@@ -67,6 +68,9 @@ class ClockAligner:
             least += _CLOCK_DRIFT * since_us
         self._least_us = least = offset if offset < least else least
         return round(utc_us + least)
+
+
+_NO_ARM: Final[Arm] = (0.0, 0.0, 0.0)
 
 
 class FrozenWatch:
@@ -135,8 +139,6 @@ class PositionTrack:
         self._jump_m, self._speed_max_mps = config.position_jump_m, config.speed_max_mps
         self._warn_s, self._invalid_s = config.frozen_warn_s, config.frozen_invalid_s
         self._velocity_variance = config.velocity_sigma_mps * config.velocity_sigma_mps
-        x_m, y_m, z_m = config.antenna_forward_m, config.antenna_starboard_m, -config.antenna_up_m
-        self._antenna_m = None if x_m == y_m == z_m == 0.0 else (x_m, y_m, z_m)
 
     def age_s(self, now_us: int) -> float | None:
         return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
@@ -154,8 +156,8 @@ class PositionTrack:
         """Time of validity of a fix by its UTC; call once per fix."""
         return self._aligner.align(fix.t_us, fix.utc_us)
 
-    def update(self, fix: GpsFix, t_us: int, heading: Heading, moving: bool) -> None:
-        """Take a fix that was valid at ``t_us``, with the attitude of that moment."""
+    def update(self, fix: GpsFix, t_us: int, heading: Heading, moving: bool, antenna: Arm) -> None:
+        """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm."""
         self._usable = self._acceptable(fix)
         if not self._usable:
             return
@@ -166,8 +168,8 @@ class PositionTrack:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
         velocity = _velocity(fix)
-        if self._antenna_m is not None and heading.psi_rad is not None:
-            ahead_n, ahead_e = self._lever(self._antenna_m, heading, heading.psi_rad)
+        if antenna != _NO_ARM and heading.psi_rad is not None:
+            ahead_n, ahead_e = self._lever(antenna, heading, heading.psi_rad)
             north_m, east_m = north_m - ahead_n, east_m - ahead_e
             if velocity is not None:
                 velocity = (velocity[0] + heading.r_radps * ahead_e, velocity[1] - heading.r_radps * ahead_n)
@@ -201,9 +203,9 @@ class PositionTrack:
         self._frozen_out = same_s > self._invalid_s
 
     @staticmethod
-    def _lever(antenna_m: tuple[float, float, float], heading: Heading, psi_rad: float) -> tuple[float, float]:
+    def _lever(antenna: Arm, heading: Heading, psi_rad: float) -> tuple[float, float]:
         """Antenna position, north and east of the reference point."""
-        x, y, z = antenna_m
+        x, y, z = antenna
         sin_phi, cos_phi = math.sin(heading.phi_rad), math.cos(heading.phi_rad)
         sin_theta, cos_theta = math.sin(heading.theta_rad), math.cos(heading.theta_rad)
         # Rotation by roll and pitch (Fossen 2021, eq. 2.18), then by heading.

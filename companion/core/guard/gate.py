@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from pydantic import Field
-
 from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput
 from mavlink_bridge.language.value import value
 
@@ -27,8 +25,6 @@ _STALE_PERIODS: Final = 2
 class GateConfig(Config):
     """Limits of the last stage before the actuators."""
 
-    control_period_s: float = Field(0.05, ge=0.001, le=1)
-    """Period of the control tick; a demand older than two of these counts as missing."""
     thruster_min: float = param(-1.0, "GATE_THR_MIN", "Least thruster output (full astern is -1)", ge=-1, le=0)
     thruster_max: float = param(1.0, "GATE_THR_MAX", "Greatest thruster output", ge=0, le=1)
     thruster_rate: float = param(
@@ -39,7 +35,6 @@ class GateConfig(Config):
         ge=0,
         le=100,
     )
-    rudder_max_deg: float = param(30.0, "GATE_RUD_MAX", "Greatest rudder angle to either side", unit="deg", ge=0, le=90)
     rudder_rate_degps: float = param(
         0.0, "GATE_RUD_RATE", "Fastest rudder change away from centre; 0 = not limited", unit="deg/s", ge=0, le=3600
     )
@@ -64,7 +59,10 @@ class Evidence:
 class Gate:
     """Keeps the last output, for the slew limit, and the termination latch. Nothing else."""
 
-    def __init__(self, config: GateConfig) -> None:
+    def __init__(self, config: GateConfig, rudder_max_rad: float, period_us: int) -> None:
+        """``rudder_max_rad``: of the hull. ``period_us``: of the tick; a demand older than two of these counts as missing."""
+        self.rudder_max_rad, self.period_us = rudder_max_rad, period_us
+        self._stale_us = period_us * _STALE_PERIODS
         self._last = _NEUTRAL
         self._last_us: int | None = None
         self._terminated = False
@@ -73,10 +71,8 @@ class Gate:
     def configure(self, config: GateConfig) -> None:
         """Take new limits at once; a tighter range applies to the very next output."""
         self._thruster_min, self._thruster_max = config.thruster_min, config.thruster_max
-        self._rudder_max = math.radians(config.rudder_max_deg)
         self._thruster_rate = config.thruster_rate or math.inf
         self._rudder_rate = math.radians(config.rudder_rate_degps) or math.inf
-        self._stale_us = round(config.control_period_s * 1e6) * _STALE_PERIODS
 
     @property
     def terminated(self) -> bool:
@@ -133,7 +129,12 @@ class Gate:
         return None if finite else "demand is not a number"
 
     def _pass(self, now_us: int, demand: ActuatorDemand, evidence: Evidence) -> ActuatorOutput:
-        share, low, high, rudder_max = evidence.thrust_limit, self._thruster_min, self._thruster_max, self._rudder_max
+        share, low, high, rudder_max = (
+            evidence.thrust_limit,
+            self._thruster_min,
+            self._thruster_max,
+            self.rudder_max_rad,
+        )
         if not share > 0.0:  # mutation: same (Gt -> GtE), both are none
             share = 0.0
         if -share > low:  # mutation: same (Gt -> GtE), both are the same

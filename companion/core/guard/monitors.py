@@ -50,9 +50,6 @@ class MonitorConfig(Config):
     very_late_s: float = Field(0.5, gt=0, le=5)
     jump_s: float = Field(1.0, gt=0, le=60)
     overrun_share: float = Field(0.05, gt=0, le=1)
-    control_period_s: float = Field(0.05, gt=0, le=1)
-    rudder_max_deg: float = Field(30.0, gt=0, le=90)
-    """Full rudder, to weigh a rudder's swing."""
 
 
 @value
@@ -154,14 +151,15 @@ class Battery:
 class Ticks:
     """Lateness of the control tick: single, repeated, and the machine having stood still."""
 
-    def __init__(self) -> None:
+    def __init__(self, period_s: float) -> None:
+        self._period_s = period_s
         self._last_us: int | None = None
         self._late_us: deque[int] = deque(maxlen=512)
 
     def configure(self, config: MonitorConfig) -> None:
-        self._period_s, self._late_s, self._very_late_s = config.control_period_s, config.late_s, config.very_late_s
+        self._late_s, self._very_late_s = config.late_s, config.very_late_s
         self._jump_s = config.jump_s
-        self._allowed = config.overrun_share * _TICK_WINDOW_US / 1e6 / config.control_period_s
+        self._allowed = config.overrun_share * _TICK_WINDOW_US / 1e6 / self._period_s
 
     def step(self, now_us: int, late_s: float) -> tuple[bool, bool, bool, bool]:
         """Return (jump, late, very late, overruns)."""
@@ -198,10 +196,12 @@ class Drift:
 class Monitors:
     """All of them together; one call per tick."""
 
-    def __init__(self, config: MonitorConfig) -> None:
+    def __init__(self, config: MonitorConfig, rudder_max_rad: float, period_us: int) -> None:
+        """``rudder_max_rad``: full rudder of the hull, to weigh a rudder's swing. ``period_us``: of the tick."""
+        self._full_rad, self.period_us = rudder_max_rad, period_us
         self._stuck, self._adrift = Held(), Held()
         self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
-        self._battery, self._ticks, self._drift = Battery(), Ticks(), Drift()
+        self._battery, self._ticks, self._drift = Battery(), Ticks(period_us / 1e6), Drift()
         self._said: tuple[bool, ...] = ()
         self._flags = MonitorFlags()
         self.configure(config)
@@ -212,7 +212,7 @@ class Monitors:
         self._watch_way = config.stuck_s > 0.0
         self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
         self._alarm_m = config.drift_alarm_m
-        self._full_rad, self._bound = math.radians(config.rudder_max_deg), config.oscillation_output
+        self._bound = config.oscillation_output
         self._shares: tuple[float, ...] = ()
         self._at_rest = False
         """No actuator has swung over lately: as long as none moves, none does."""

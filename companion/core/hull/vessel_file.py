@@ -74,6 +74,7 @@ class RudderConfig(Config):
     x_m: float = Field(-1.0, lt=0)
     """Position along the hull, forward positive."""
     max_deg: float = Field(30.0, gt=0, le=60)
+    """Rudder angle at the servo's outer pulses; neither steering nor gate goes beyond."""
     rate_dps: float = Field(60.0, gt=0)
     lag_s: float = Field(0.1, ge=0)
     """First-order lag of the servo; 0 = the rate limit alone."""
@@ -109,8 +110,25 @@ class SeakeepingConfig(Config):
     yaw_nm_per_m: float = Field(26.7, ge=0)
 
 
+class AntennaConfig(Config):
+    """A GNSS antenna, from the vessel's reference point."""
+
+    forward_m: float = Field(0.0, ge=-50, le=50)
+    starboard_m: float = Field(0.0, ge=-50, le=50)
+    up_m: float = Field(0.0, ge=-10, le=50)
+
+
+class MountConfig(Config):
+    """One sensor of several that does not sit where the hull's common keys say."""
+
+    transducer_depth_m: float | None = Field(None, ge=-5, le=20)
+    """Its echo sounder below the waterline, positive down."""
+    antenna: AntennaConfig | None = None
+    """Its antenna."""
+
+
 class VesselConfig(Config):
-    """One vessel, from one file."""
+    """One vessel, from one file: the only home of its geometry."""
 
     name: str
     hull: HullConfig
@@ -118,10 +136,14 @@ class VesselConfig(Config):
     rudder: RudderConfig = RudderConfig(count=0)
     windage: WindageConfig = WindageConfig()
     seakeeping: SeakeepingConfig = SeakeepingConfig()
-    transducer_depth_m: float = 0.2
-    """Echo sounder below the waterline."""
-    keel_depth_m: float = 0.35
-    """Lowest point below the waterline."""
+    transducer_depth_m: float = Field(0.2, ge=-5, le=20)
+    """Echo sounder below the waterline, positive down."""
+    keel_depth_m: float = Field(0.35, ge=0, le=20)
+    """Lowest point of the vessel (keel, rudder, propeller) below the waterline, positive down. The guard measures from here."""
+    antenna: AntennaConfig = AntennaConfig()
+    """GNSS antenna."""
+    mounts: dict[str, MountConfig] = Field(default_factory=dict)
+    """By name of a sensor link of the settings (`mavlink`: what stations send): what of it sits elsewhere."""
 
     def scaled(self, mass: float = 1.0, drag: float = 1.0, thrust: float = 1.0) -> VesselConfig:
         """Return a copy with other inertia, damping or thrust: a wrong belief, or a loaded and fouled hull."""

@@ -56,10 +56,6 @@ class NmeaConfig(Config):
     )
     depth_latency_s: float = Field(0.0, ge=0.0, le=1.0)
     """Age of a depth when it arrives, seconds."""
-    transducer_depth_m: float = Field(0.20, ge=0.0, le=100.0)
-    """Transducer below the waterline; turns DBS (below surface) and DBK (below keel) into distances."""
-    keel_depth_m: float = Field(0.35, ge=0.0, le=100.0)
-    """Keel below the waterline, for DBK."""
     relay: bool = False
     """Keep the good sentences for ``take_relay``: a plotter listens to what the vessel hears."""
     earliest_year: int = Field(2025, ge=1980, le=2200)
@@ -77,8 +73,12 @@ class NmeaConfig(Config):
 class NmeaReader:
     """One link's reader. ``receive`` and ``poll`` never raise, whatever arrives; memory is bounded."""
 
-    def __init__(self, config: NmeaConfig, name: str = "NMEA") -> None:
-        """``name`` begins every operator text."""
+    def __init__(self, config: NmeaConfig, name: str = "NMEA", depths_m: tuple[float, float] = (0.0, 0.0)) -> None:
+        """``name`` begins every operator text. ``depths_m``: this link's transducer and the keel, below the waterline.
+
+        They turn DBS (below surface) and DBK (below keel) into distances from the transducer.
+        """
+        self._transducer_m, self._keel_m = depths_m
         self.name = name
         self._line = LineReader()
         self._watch = NmeaWatch(name)
@@ -236,9 +236,9 @@ class NmeaReader:
 
     def _depth(self, kind: str, source: Source, distance: Distance, now_us: int, found: list[Measurement]) -> None:
         """Say whose it is, and count from the transducer (DBS counts from the surface, DBK from the keel)."""
-        value_m, config = distance.value_m, self.config
+        value_m = distance.value_m
         if value_m is not None and kind == "DBS":
-            value_m = max(0.0, value_m - config.transducer_depth_m)
+            value_m = max(0.0, value_m - self._transducer_m)
         elif value_m is not None and kind == "DBK":
-            value_m = max(0.0, value_m + config.keel_depth_m - config.transducer_depth_m)
+            value_m = max(0.0, value_m + self._keel_m - self._transducer_m)
         found.append(replace(distance, value_m=value_m, source=source))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field
 
+from pydantic import Field
+
 from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
 from mavlink_bridge.language.snapshot import LinkHealth
 from mavlink_bridge.language.value import value
@@ -24,6 +26,24 @@ from .navigator import ModeConfig
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 
 
+class SystemConfig(Config):
+    """Who the vessel is on MAVLink, and how fast it thinks."""
+
+    name: str = Field("usv", max_length=16)
+    """Shown to people."""
+    system_id: int = Field(1, ge=1, le=250)
+    """The vessel's number on MAVLink, different for each vessel that one ground station sees."""
+    tick_hz: int = Field(20, ge=10, le=50)
+    """Control and actuator refresh rate; every part's period follows from it."""
+    entity_label: str = ""
+    """The seed's Entity Label: labels the log."""
+
+    @property
+    def period_us(self) -> int:
+        """Period of the control tick."""
+        return 1_000_000 // self.tick_hz
+
+
 class OperatorConfig(Config):
     """What the vessel expects of ground stations."""
 
@@ -39,6 +59,7 @@ class OperatorConfig(Config):
 class VehicleConfig(Config):
     """Settings of all parts of the core."""
 
+    system: SystemConfig = SystemConfig()
     operator: OperatorConfig = OperatorConfig()
     mission: MissionConfig = MissionConfig()
     modes: ModeConfig = ModeConfig()

@@ -34,6 +34,7 @@ from ..guard.gate import Gate
 from ..guard.monitors import Monitors
 from ..guide import Guidance, GuidanceOutput
 from ..hull import VesselConfig
+from ..hull.geometry import geometry_of
 from ..hull.stopping import braking_distance_m
 from ..hull.vessel_file import Statics
 from ..steer import make_controller
@@ -49,21 +50,23 @@ _STATION: Final = Source("station", "DISTANCE_SENSOR")
 class Controls:
     """Holds the parts and the latest results of each; one method for each thing that an order may change."""
 
-    def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
+    def __init__(self, config: VehicleConfig, vessel: VesselConfig, sources: Sequence[str]) -> None:
         self._adopt(config)
         self.vessel = vessel
+        self.geometry = geometry = geometry_of(vessel, sources)
+        period_us = config.system.period_us
         self.statics = Statics(vessel)
-        self.estimator = Estimator(config.estimate)
+        self.estimator = Estimator(config.estimate, geometry)
         self.mission = Mission(config.mission)
-        self.navigator = Navigator(config.modes, self.mission)
+        self.navigator = Navigator(config.modes, self.mission, config.failsafe.manual_timeout_s)
         self.guidance = Guidance(config.guidance, vessel)
         self.controller = make_controller(config.steering.profile, config.steering, vessel)
-        self.guard = DepthGuard(config.depth)
+        self.guard = DepthGuard(config.depth, geometry)
         self.fence = Fence(config.fence)
         self.plan_fence = PlanFence(self.fence)
         self.plan_reach = PlanReach(config.mission)
-        self.monitors = Monitors(config.monitors)
-        self.gate = Gate(config.gate)
+        self.monitors = Monitors(config.monitors, geometry.rudder_max_rad, period_us)
+        self.gate = Gate(config.gate, geometry.rudder_max_rad, period_us)
         self.armed = False
         self.state = EstimatedState(0)
         self.memory = FailsafeMemory()
@@ -102,7 +105,7 @@ class Controls:
         self._adopt(config)
         self.mission.configure(config.mission)
         self.plan_reach.configure(config.mission)
-        self.navigator.configure(config.modes)
+        self.navigator.configure(config.modes, config.failsafe.manual_timeout_s)
         if config.guidance != old.guidance:
             self.guidance.configure(config.guidance)
         if config.steering != old.steering:
@@ -207,7 +210,7 @@ class Controls:
     def take_sticks(self, sender: int, now_us: int) -> None:
         """Another station orders manual control: it need not wait when the sticks of the one before have stopped."""
         owner = self._owner
-        stopped = owner is not None and now_us - owner[1] > self.config.modes.manual_timeout_s * 1e6
+        stopped = owner is not None and now_us - owner[1] > self.config.failsafe.manual_timeout_s * 1e6
         if sender and stopped:
             self._hand_over(sender, now_us)
 

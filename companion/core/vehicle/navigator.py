@@ -27,14 +27,8 @@ _FOLLOW_M: Final = 6.0
 
 
 class ModeConfig(Config):
-    """Time limits of streamed set-points."""
+    """What a mode sails by when nothing else is said."""
 
-    manual_timeout_s: float = param(
-        0.5, "MANUAL_TIMEOUT", "Sticks older than this are neutral", unit="s", ge=0.2, le=5.0
-    )
-    guided_timeout_s: float = param(
-        3.0, "GUIDED_TIMEOUT", "A streamed set-point older than this ends in station keeping", unit="s", ge=0.5, le=30.0
-    )
     return_speed_mps: float = param(
         0.0, "RTL_SPEED", "Speed of the return; 0 = cruise speed", unit="m/s", ge=0.0, le=20.0
     )
@@ -63,8 +57,9 @@ Intent = Leg | Steer | Sticks | None
 class Navigator:
     """The mode machine. ``enter`` refuses with a reason and then changes nothing."""
 
-    def __init__(self, config: ModeConfig, mission: Mission) -> None:
-        self.config = config
+    def __init__(self, config: ModeConfig, mission: Mission, manual_timeout_s: float) -> None:
+        """``manual_timeout_s``: sticks older than this are neutral; the failsafe stops at the same age."""
+        self.configure(config, manual_timeout_s)
         self.mission = mission
         self.mode = Mode.HOLD
         self._generation = -1
@@ -77,8 +72,9 @@ class Navigator:
         self._speed_mps: float | None = None
         self._texts: list[tuple[Severity, str]] = []
 
-    def configure(self, config: ModeConfig) -> None:
-        self.config = config
+    def configure(self, config: ModeConfig, manual_timeout_s: float) -> None:
+        """Take new settings."""
+        self.config, self._manual_timeout_s = config, manual_timeout_s
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
         if not self._texts:
@@ -228,10 +224,6 @@ class Navigator:
                 return self._station(state)
             self._hold = None  # where an earlier plan ended
             return leg
-        if self._steer_us is not None and now_us - self._steer_us > self.config.guided_timeout_s * 1e6:
-            self._texts.append((Severity.WARNING, "guided set-points stopped: holding here"))
-            self._steer = self._steer_us = self._leg = None
-            self._hold = _here(state) if state.position_valid else None
         if self._steer is not None and mode is _GUIDED:
             return self._steer
         return self._leg or self._station(state)
@@ -289,7 +281,7 @@ class Navigator:
 
     def _manual(self, now_us: int) -> Sticks | None:
         age_s = self.stick_age_s(now_us)
-        if self._sticks is None or age_s is None or age_s > self.config.manual_timeout_s:
+        if self._sticks is None or age_s is None or age_s > self._manual_timeout_s:
             return None
         return Sticks(self._sticks.surge, self._sticks.yaw)
 

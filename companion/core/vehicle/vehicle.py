@@ -50,8 +50,9 @@ _GROUND_LINK: Final = 99
 class Vehicle(Controls):
     """The vessel's decisions. One call of ``tick`` per control period; ``handle`` in between."""
 
-    def __init__(self, config: VehicleConfig, vessel: VesselConfig) -> None:
-        super().__init__(config, vessel)
+    def __init__(self, config: VehicleConfig, vessel: VesselConfig, sources: Sequence[str] = ()) -> None:
+        """``sources``: names of the sensor links, in the order of their numbers."""
+        super().__init__(config, vessel, sources)
         self.orders = Orders(self)
         self._view = View(self)
 
@@ -87,11 +88,11 @@ class Vehicle(Controls):
         estimator, guard = self.estimator, self.guard
         for item, source in measurements:
             if estimator.update(item, source) and isinstance(item, Distance):
-                guard.measure(item, self.state)
+                guard.measure(item, self.state, source)
         if self._depth_inputs:
             for reading in self._depth_inputs:
                 if estimator.update(reading, _GROUND_LINK):
-                    guard.measure(reading, self.state)
+                    guard.measure(reading, self.state, None)
             self._depth_inputs.clear()
         estimator.note_water_speed(self.controller.water_speed_mps())
         self.state = estimator.predict(now_us, self.guard_out.altitude_m)

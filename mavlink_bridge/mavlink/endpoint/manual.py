@@ -15,7 +15,7 @@ _FULL: Final = 1000.0
 _RELEASED: Final = 0
 _LEFT_ALONE: Final = 0xFFFF
 _KEPT_US: Final = 500_000
-"""An axis that is left alone is neutral after this, as sticks are (MANUAL_TIMEOUT)."""
+"""An axis that is left alone is neutral after this, as sticks are (FS_MAN_TIMEOUT)."""
 
 
 def _axis(value: int) -> float | None:

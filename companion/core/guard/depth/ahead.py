@@ -15,6 +15,7 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState, Severity
 from mavlink_bridge.language.value import value
 
+from ...hull.geometry import HullGeometry
 from .config import DepthGuardConfig
 from .grid import DepthGrid
 from .input import Altitude, DepthInput, reading_sigma_m
@@ -61,7 +62,8 @@ class Look:
 class DepthAhead:
     """Holds the closing rate, the map, the memory and the track sailed over good water."""
 
-    def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None = None) -> None:
+    def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None, geometry: HullGeometry) -> None:
+        self._keel_m, self._beam_m = geometry.keel_m, geometry.beam_m
         self.map: DepthGrid | None = None
         self._memory = memory
         self.configure(config)
@@ -78,6 +80,8 @@ class DepthAhead:
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings."""
         self._config = config
+        self._datum_offset_m = config.datum_offset_m(self._keel_m)
+        self._map_offset_m = config.map_offset_m(self._keel_m)
         self._sigma_m = config.input.sigma_m
         self._least_m, self._good_m = config.min_altitude_m, config.min_altitude_m + config.good_margin_m
         self._by_rate_too, self._by_map_too = config.rate_look_ahead, config.map_look_ahead
@@ -138,7 +142,7 @@ class DepthAhead:
         speed_mps = state.sog_mps or 0.0
         reach_m = stopping_distance_fn(speed_mps) + (self._config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
         if memory is not None:
-            cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._config.datum_offset_m
+            cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._datum_offset_m
             if memory.shoals_near(state, reach_m + cell_m + _REST_S * speed_mps, floor_m):
                 look = self._by_memory(
                     look, memory, state, altitude_m=altitude_m, path_ahead=path_ahead, reach_m=reach_m
@@ -226,10 +230,10 @@ class DepthAhead:
         if plane is None:
             return look
         for way in _ways(state, path_ahead, reach_m, 0.5 * grid.pitch_m):
-            ahead = sample(plane, way, config.beam_m)
+            ahead = sample(plane, way, self._beam_m)
             if ahead.least_m is None:
                 continue
-            least_m = ahead.least_m + config.map_offset_m
+            least_m = ahead.least_m + self._map_offset_m
             # From water that the map already calls shallow, the way to deeper water must stay open.
             leaving = ahead.here_m is not None and ahead.least_m >= ahead.here_m
             look = self._known(look, least_m, "map", stop=least_m < config.min_altitude_m and not leaving)
@@ -244,8 +248,8 @@ class DepthAhead:
         path_ahead: PathAhead | None,
         reach_m: float,
     ) -> Look:
-        config, cell_m = self._config, memory.geometry.cell_m
-        around, exact = memory.plane(state, math.ceil(config.beam_m / cell_m)), memory.plane(state, 0)
+        cell_m = memory.geometry.cell_m
+        around, exact = memory.plane(state, math.ceil(self._beam_m / cell_m)), memory.plane(state, 0)
         for way in _ways(state, path_ahead, reach_m, cell_m):
             near = sample(around, way, 0.0)
             if near.least_m is None:
@@ -253,9 +257,9 @@ class DepthAhead:
             # The cells around each place err shallow; beside a shoal that must not bar every turn away from it, but what
             # lies on the way itself does.
             stop = not self._leaving(near, altitude_m) or not self._leaving(
-                sample(exact, way, config.beam_m), altitude_m
+                sample(exact, way, self._beam_m), altitude_m
             )
-            look = self._known(look, near.least_m + config.datum_offset_m, "sounded before", stop=stop)
+            look = self._known(look, near.least_m + self._datum_offset_m, "sounded before", stop=stop)
         return look
 
     def _leaving(self, ahead: Ahead, altitude_m: float | None) -> bool:
@@ -263,9 +267,9 @@ class DepthAhead:
         config = self._config
         if ahead.least_m is None:
             return True
-        here = (altitude_m, None if ahead.here_m is None else ahead.here_m + config.datum_offset_m)
+        here = (altitude_m, None if ahead.here_m is None else ahead.here_m + self._datum_offset_m)
         here_m = min((known_m for known_m in here if known_m is not None), default=math.inf)
-        return here_m < config.min_altitude_m and ahead.least_m + config.datum_offset_m >= here_m - _NO_WORSE_M
+        return here_m < config.min_altitude_m and ahead.least_m + self._datum_offset_m >= here_m - _NO_WORSE_M
 
     @staticmethod
     def _known(look: Look, least_m: float, source: str, *, stop: bool) -> Look:

@@ -79,18 +79,14 @@ class DepthGuardConfig(Config):
     )
     map_sigma_m: float = Field(0.0, ge=0, le=20)
     """Stated uncertainty of the depth map; taken off its depths."""
-    beam_m: float = Field(1.1, ge=0, le=50)
-    """Width of the vessel; the map is looked at one width to either side."""
     input: DepthInputConfig = Field(default_factory=DepthInputConfig)
     map: DepthMapConfig = Field(default_factory=DepthMapConfig)
     memory: DepthMemoryConfig = Field(default_factory=DepthMemoryConfig)
 
-    @property
-    def datum_offset_m(self) -> float:
+    def datum_offset_m(self, keel_m: float) -> float:
         """From depth below chart datum to altitude under the keel, m."""
-        return self.tide_m - self.input.keel_depth_m
+        return self.tide_m - keel_m
 
-    @property
-    def map_offset_m(self) -> float:
+    def map_offset_m(self, keel_m: float) -> float:
         """The same for a charted depth, whose uncertainty comes off."""
-        return self.datum_offset_m - self.map_sigma_m
+        return self.datum_offset_m(keel_m) - self.map_sigma_m

@@ -14,6 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
 from mavlink_bridge.language.value import value
 
+from ...hull.geometry import HullGeometry
 from .ahead import DepthAhead
 from .config import DepthGuardConfig
 from .grid import DepthGrid, Leg, PlanProblem, check_plan
@@ -90,9 +91,10 @@ def next_state(
 class DepthGuard:
     """Holds the input chain and the state. Call ``measure`` for each reading and ``step`` each tick."""
 
-    def __init__(self, config: DepthGuardConfig) -> None:
+    def __init__(self, config: DepthGuardConfig, geometry: HullGeometry) -> None:
         self.state = UNKNOWN
-        self.input = DepthInput(config.input)
+        self.input = DepthInput(config.input, geometry)
+        self._keel_m = geometry.keel_m
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
         self._brake_until_us = -_BRAKE_REST_US
@@ -100,7 +102,7 @@ class DepthGuard:
         """What has been sounded, now and on earlier voyages."""
         self.utc_s = 0
         """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
-        self._ahead = DepthAhead(config, self.memory)
+        self._ahead = DepthAhead(config, self.memory, geometry)
         self.configure(config)
 
     def configure(self, config: DepthGuardConfig) -> None:
@@ -109,14 +111,14 @@ class DepthGuard:
         self._enabled, self._brakes_astern = config.enabled, config.brake
         self._min_m, self._good_margin_m = config.min_altitude_m, config.good_margin_m
         self._minimum_margin_m = config.minimum_margin_m
-        self._datum_offset_m = config.datum_offset_m
+        self._datum_offset_m = config.datum_offset_m(self._keel_m)
         self._slows_when_lost = config.unknown_policy == "slow"
         self.input.configure(config.input)
         self._ahead.configure(config)
 
-    def measure(self, distance: Distance, state: EstimatedState | None) -> None:
-        """Take one echo-sounder reading."""
-        passed = self.input.measure(distance, state)
+    def measure(self, distance: Distance, state: EstimatedState | None, source: int | None = 0) -> None:
+        """Take one echo-sounder reading of the sensor link ``source``; None: it came over MAVLink."""
+        passed = self.input.measure(distance, state, source)
         self._ahead.note(passed)
         if self.memory is not None and state is not None:
             for reading in passed:
@@ -132,7 +134,7 @@ class DepthGuard:
         grid, config = self._ahead.map, self._config
         if grid is None or not config.enabled:
             return None
-        return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m)
+        return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m(self._keel_m))
 
     def unlock_once(self) -> None:
         """An operator on the spot lifts the lock until the altitude has been good again."""

@@ -1,7 +1,7 @@
 """From echo-sounder readings to the altitude of the keel above the bottom: offsets, validity, jump gate, median, age.
 
 The chain of vessel-control §5.3. Raw, gated and filtered values are all kept, so that a stop can be explained afterwards.
-An altitude is under the keel: distance + transducer depth - keel depth, both configured, positive down.
+An altitude is under the keel: distance + transducer depth - keel depth, both of the hull file, positive down.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from mavlink_bridge.language.messages import Distance, EstimatedState
 from mavlink_bridge.language.value import value
 
 from ...config import Config, param
+from ...hull.geometry import HullGeometry
 
 _FAST_SPAN_US: Final = 1_000_000
 _CONSISTENT: Final = 3
@@ -30,16 +31,10 @@ _BREAK_US: Final = 2_500_000
 
 
 class DepthInputConfig(Config):
-    """Where the transducer is and which readings to believe."""
+    """Which readings to believe."""
 
-    transducer_depth_m: float = param(
-        0.20, "SNDR_DEPTH", "Transducer below the waterline, positive down", unit="m", ge=-5, le=20
-    )
-    keel_depth_m: float = param(
-        0.35, "KEEL_DEPTH", "Lowest point of the vessel below the waterline, positive down", unit="m", ge=0, le=20
-    )
     use_sentence_offset: bool = False
-    """Take DPT's own offset instead of the two depths above; never both."""
+    """Take DPT's own offset instead of the hull file's `transducer_depth_m`; never both."""
     beam_half_angle_deg: float = Field(7.5, ge=0, le=45)
     """Half the sounder's cone; a tilt inside it costs nothing, since the shallowest return is reported."""
     range_min_m: float = param(0.3, "SNDR_MIN", "Nearest credible distance (blanking)", unit="m", ge=0, le=10)
@@ -81,7 +76,8 @@ def reading_sigma_m(least_m: float, value_m: float) -> float:
 class DepthInput:
     """The chain. ``measure`` each reading, ``altitude_m(now)`` for the filtered value."""
 
-    def __init__(self, config: DepthInputConfig) -> None:
+    def __init__(self, config: DepthInputConfig, geometry: HullGeometry) -> None:
+        self._geometry, self._keel_m = geometry, geometry.keel_m
         self.raw_m: float | None = None
         """The last reading as an altitude, believed or not."""
         self.gated: Altitude | None = None
@@ -104,18 +100,20 @@ class DepthInput:
         self._config = config
         self._cone = math.cos(math.radians(config.beam_half_angle_deg))
         self._range_min_m, self._range_max_m = config.range_min_m, config.range_max_m
-        self._transducer_m, self._keel_m = config.transducer_depth_m, config.keel_depth_m
         self._sigma_m = config.sigma_m
         self._jump_rate_mps, self._jump_slope = config.jump_rate_mps, config.jump_slope
         self._median_samples = config.median_samples
         self._limit_us = round(config.stale_s * 1e6)
 
-    def measure(self, distance: Distance, state: EstimatedState | None) -> tuple[Altitude, ...]:
-        """Judge one reading; return the altitudes it adds (several when a held jump is confirmed, else one or none)."""
+    def measure(self, distance: Distance, state: EstimatedState | None, source: int | None = 0) -> tuple[Altitude, ...]:
+        """Judge one reading of the sensor link ``source`` (None: it came over MAVLink).
+
+        Returns the altitudes that it adds (several when a held jump is confirmed, else one or none).
+        """
         limit_m, stated_m = self._range_max_m, distance.range_max_m
         if stated_m is not None and 0.0 < stated_m < limit_m:
             limit_m = stated_m
-        reading = self._convert(distance, state, limit_m)
+        reading = self._convert(distance, state, limit_m, self._geometry.transducer_of(source))
         if reading is None:
             self.rejected += 1
             return ()
@@ -158,7 +156,9 @@ class DepthInput:
         """
         return self._reach.far
 
-    def _convert(self, distance: Distance, state: EstimatedState | None, range_max_m: float) -> Altitude | None:
+    def _convert(
+        self, distance: Distance, state: EstimatedState | None, range_max_m: float, transducer_m: float
+    ) -> Altitude | None:
         value_m, quality = distance.value_m, distance.signal_quality
         if value_m is None or value_m <= 0.0 or not self._range_min_m <= value_m <= range_max_m:
             return None
@@ -170,7 +170,7 @@ class DepthInput:
         if offset_m is not None and self._config.use_sentence_offset:
             # A positive offset reaches up to the waterline, a negative one down to the keel.
             return Altitude(distance.t_us, value_m + offset_m - (self._keel_m if offset_m >= 0.0 else 0.0))
-        return Altitude(distance.t_us, value_m + self._transducer_m - self._keel_m)
+        return Altitude(distance.t_us, value_m + transducer_m - self._keel_m)
 
     def _tilt(self, phi_rad: float, theta_rad: float) -> float:
         cosine = math.cos(phi_rad) * math.cos(theta_rad)
