@@ -1,5 +1,6 @@
-"""The checksums on the wires: CRC-16/MCRF4XX of MAVLink frames, CRC-8/SMBUS of the actuator line. fastcrc reckons them;
-on PyPy a table does, because there a call into an extension costs more than the whole compiled loop.
+"""The checksums on the wires: CRC-16/MCRF4XX of MAVLink frames, CRC-8/SMBUS of the actuator line, CRC-24Q of RTCM frames.
+
+fastcrc reckons the first two; on PyPy a table does, because there a call into an extension costs more than the whole compiled loop.
 """
 
 from __future__ import annotations
@@ -37,6 +38,29 @@ def table_smbus(data: bytes) -> int:
     crc = 0
     for byte in data:
         crc = _TABLE_8[crc ^ byte]
+    return crc
+
+
+_POLYNOMIAL_24Q: Final = 0x1864CFB
+
+
+def _stepped_24q(value: int) -> int:
+    """One byte, already at the top, through the shift register."""
+    for _ in range(8):
+        value <<= 1
+        if value & 1 << 24:
+            value ^= _POLYNOMIAL_24Q
+    return value
+
+
+_TABLE_24Q: Final = tuple(_stepped_24q(byte << 16) for byte in range(256))
+
+
+def crc24q(data: bytes) -> int:
+    """CRC-24Q (RTCM 10403.3, 4.2): polynomial 0x1864CFB, start 0; 0xCDE703 for b'123456789', 0 over a frame with its CRC."""
+    crc = 0
+    for byte in data:
+        crc = (crc << 8 & 0xFFFFFF) ^ _TABLE_24Q[crc >> 16 ^ byte]
     return crc
 
 

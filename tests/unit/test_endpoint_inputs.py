@@ -153,19 +153,6 @@ def test_another_components_sounder(bench):
     assert readings == [(4.5, None), (None, None), (3.0, 1.0), (None, 0.0)]
 
 
-def rtcm(flags, data):
-    return dialect.MAVLink_gps_rtcm_data_message(flags, len(data), list(data.ljust(180, b"\0")))
-
-
-def test_corrections_are_put_together(bench):
-    whole = bytes(range(256)) + bytes(150)
-    bench.send(rtcm(0, b"short"))
-    for part in (2, 0, 1):
-        bench.send(rtcm(1 | part << 1 | 5 << 3, whole[180 * part : 180 * part + 180]))
-    bench.send(rtcm(1 | 0 << 1 | 6 << 3, whole[:180]))
-    assert [body.data for body in got(bench, ask.RtcmData)] == [b"short", whole]
-
-
 def test_a_station_that_does_not_count_its_frames_stays_present():
     bench = Bench()
     for _ in range(40):

@@ -34,12 +34,12 @@ from ..wire.codec import Codec
 from ..wire.framing import SIGNATURE_LEN
 from ..wire.payload import Packed, message_id, packed
 from ..wire.signing import POLICIES, Signer, SigningState, Verifier, setup_refusal
-from . import timesync
+from . import rtcm, timesync
 from .asking import FULL, Asking, is_stream
 from .guided import attitude_target, local_target, position_target
 from .inbound import Counters, Inbound
 from .manual import RcOverride, manual_control
-from .sensor_input import RtcmAssembler, distance
+from .sensor_input import distance
 from .stations import Peer, Stations
 
 _MISSION_CURRENT: Final = message_id("MISSION_CURRENT")
@@ -96,7 +96,7 @@ class Endpoint:
             locks=locks,
             timing=timing,
         )
-        self._rtcm, self._rc = RtcmAssembler(), RcOverride()
+        self._rtcm, self._rc = rtcm.RtcmAssembler(self._explain), RcOverride()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
         self._asking = Asking()
@@ -229,7 +229,7 @@ class Endpoint:
 
     @property
     def bad_frames(self) -> int:
-        return self._inbound.bad_frames
+        return self._inbound.bad_frames + self._rtcm.refused
 
     @property
     def peers(self) -> dict[int, Peer]:
