@@ -53,7 +53,7 @@ def gateway_settings(path: Path, overrides: Sequence[str], *, to_serve: bool = F
 
 def vessel_mistakes(settings: Settings) -> list[str]:
     """What of a vessel's settings cannot be meant, though each value is of the right kind."""
-    found = link_mistakes(settings) + security.mistakes(settings)
+    found = link_mistakes(settings) + security.mistakes(settings) + security.device_mistakes(settings)
     found += [mistake for number in range(len(settings.sensors)) for mistake in _sentence_mistakes(settings, number)]
     if settings.radio.url:
         found += mistakes_of(lambda: load_radio(settings.radio.profile))

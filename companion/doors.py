@@ -72,12 +72,6 @@ def served_doors(links: Iterable[tuple[str, str]]) -> list[Door]:
     return [door for door in found if door is not None]
 
 
-def is_open_listener(url: str) -> bool:
-    """True when other machines can speak to the link uninvited. Raises LinkConfigError."""
-    scheme = parse_link_url(url).scheme
-    return scheme in ("udp-listen", "udp-broadcast", "tcp-listen") and not is_local(url)
-
-
 def _stations(endpoints: Iterable[EndpointSettings]) -> Iterator[Door | None]:
     for item in endpoints:
         yield _door(item.name, item.url, item.link_class, _MAY[item.link_class])

@@ -23,7 +23,7 @@ from .io.keeping.content import SaveStamp, Together
 from .io.keeping.keys import KeyFileError, fingerprint, read_key, write_key
 from .io.links import LinkConfigError, check_link, parse_link_url
 from .settings import ConfigError
-from .settings.schema import EndpointSettings, SecurityConfig
+from .settings.schema import EndpointSettings, SecurityConfig, Settings
 
 SAVE_US: Final = 10_000_000
 LEAP: Final = UNITS_PER_S
@@ -37,6 +37,8 @@ FLOOR: Final = "floor"
 CLEAN: Final = "clean"
 """1: the stamps were saved at shutdown, nothing was accepted after them."""
 _ON_THIS_MACHINE: Final = frozenset({"serial", "pty", "mem", "file"})
+_SIMULATED: Final = frozenset({"pty", "mem"})
+"""Links that end on this computer: what hangs on them transmits nowhere."""
 
 log = logging.getLogger(__name__)
 
@@ -66,6 +68,11 @@ def is_local(url: str) -> bool:
         return False
 
 
+def is_open_listener(url: str) -> bool:
+    """True when other machines can speak to the link uninvited. Raises LinkConfigError."""
+    return parse_link_url(url).scheme in ("udp-listen", "udp-broadcast", "tcp-listen") and not is_local(url)
+
+
 def mistakes(settings: Secured) -> list[str]:
     """What must be mended before the links may be opened, each with its key and the mend."""
     found: list[str] = []
@@ -77,6 +84,34 @@ def mistakes(settings: Secured) -> list[str]:
         if problem:
             found.append(f"endpoints.{number} ({item.name}): {problem}")
     return found
+
+
+def open_devices(settings: Settings) -> list[tuple[str, str, bool]]:
+    """What of a vessel's devices anybody may speak as: key, what that means, whether the owner has said that he knows."""
+    found = [
+        (f"sensors.{number}", f"{item.url} ({item.name}) believes whoever sends where the boat is", item.insecure)
+        for number, item in enumerate(settings.sensors)
+        if is_open_listener(item.url)
+    ]
+    radio = settings.radio
+    if radio.url and radio.protocol != "compact" and parse_link_url(radio.url).scheme not in _SIMULATED:
+        told = f'protocol = "{radio.protocol}" has no key: whoever transmits on the channel commands the boat'
+        found.append(("radio", told, radio.insecure))
+    return found
+
+
+def device_mistakes(settings: Settings) -> list[str]:
+    """Devices that others may pretend to be, without the owner's word for it."""
+    mends = {"radio": 'protocol = "compact" with a key_file', "sensors": "a serial or tcp:// link"}
+    try:
+        found = open_devices(settings)
+    except LinkConfigError:
+        return []  # told by the check of links
+    return [
+        f"{key}: {told}; use {mends[key.partition('.')[0]]}, or set insecure = true"
+        for key, told, known in found
+        if not known
+    ]
 
 
 def _key_problem(settings: Secured) -> str:

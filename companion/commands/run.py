@@ -8,6 +8,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from .. import security
 from ..build import build_app, in_run_dir
 from ..configuration import vessel_settings
 from ..doors import vessel_doors
@@ -62,6 +63,8 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     for door in vessel_doors(settings):
         log.info("socket: %s", door.line)
+    for name, told, _ in security.open_devices(settings):
+        log.warning("%s: %s (insecure = true)", name, told)
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)

@@ -45,6 +45,8 @@ class SensorConfig(Config):
     """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'."""
     baud: int | None = None
     """For a bare device path."""
+    insecure: bool = False
+    """Needed to listen where other machines can send: whoever does is believed where the boat is."""
     nmea: NmeaConfig = NmeaConfig()
 
 
@@ -80,6 +82,8 @@ class RadioSettings(Config):
     """Name of a file in config/radio, or a path."""
     key_file: str = ""
     """32-byte key of the compact link; made by 'companion keys'."""
+    insecure: bool = False
+    """Needed for the protocols without a key, mavlink and json: whoever transmits on the channel commands the boat."""
 
 
 class RecordConfig(Config):

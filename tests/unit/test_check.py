@@ -63,3 +63,44 @@ def test_a_door_that_others_reach_says_so(url, told, capsys):
         said = capsys.readouterr().out
         assert f"socket      lan: {told}" in said
         assert ("WARNING     endpoint lan takes orders from anybody" in said) == ("::1" not in url)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "told"),
+    [
+        (
+            ['sensors=[{name="nmea",url="udp-listen://:10110"%s}]'],
+            "sensors.0",
+            "believes whoever sends where the boat is",
+        ),
+        (['sensors=[{name="nmea",url="tcp-listen://0.0.0.0:10110"%s}]'], "sensors.0", "believes whoever sends"),
+        (
+            ['radio={url="serial:/dev/ttyUSB0",protocol="mavlink"%s}'],
+            "radio",
+            "whoever transmits on the channel commands the boat",
+        ),
+        (['radio={url="serial:/dev/ttyUSB0",protocol="json"%s}'], "radio", "has no key"),
+    ],
+)
+def test_what_anybody_may_pretend_to_be_needs_the_owners_word(changes, key, told, capsys):
+    boat = str(shipped.path("boat.toml"))
+    assert main(["check", boat, *[word for item in changes for word in ("--set", item % "")]]) == 2
+    said = capsys.readouterr().err
+    assert f"{key}: " in said
+    assert told in said
+    assert "insecure = true" in said
+    assert main(["check", boat, *[word for item in changes for word in ("--set", item % ",insecure=true")]]) == 0
+    assert f"WARNING     {key}: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        'sensors=[{name="nmea",url="udp-listen://127.0.0.1:10110"}]',
+        'sensors=[{name="nmea",url="tcp://192.168.1.20:10110"}]',
+        'radio={url="serial:/dev/ttyUSB0",protocol="compact",key_file="none-yet.key"}',
+    ],
+)
+def test_what_nobody_else_reaches_needs_none(change, capsys):
+    assert main(["check", str(shipped.path("boat.toml")), "--set", change]) == 0
+    assert "WARNING" not in capsys.readouterr().out

@@ -39,6 +39,7 @@ EXPECTED = (
     "endpoints.0 (open): udp-listen://0.0.0.0:14550 can be reached by other machines",
     "endpoints.1.url = 'udq://10.0.0.1:1'",
     "endpoints.2.link_class = 'sigend'",
+    'radio: protocol = "mavlink" has no key',
     "radio.profile = 'smoke-signals'",
     "vessel = 'submarine'",
 )

@@ -64,6 +64,8 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  socket      {door.line}")
     for name in security.open_doors(settings):
         print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
+    for name, told, _ in security.open_devices(settings):
+        print(f"  WARNING     {name}: {told} (insecure = true)")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
     print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")
