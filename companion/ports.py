@@ -93,6 +93,8 @@ class NmeaPort(_Counted):
         for event in self.events(now_us):
             if isinstance(event, Received):
                 found += reader.receive(event.data, now_us)
+            elif isinstance(event, Closed) and not self.open_channels:
+                reader.closed(event.reason, now_us)
         found += reader.poll(now_us)
 
     def take(self) -> list[Measurement]:

@@ -48,9 +48,11 @@ class Source:
     link: str = ""
     """The sensor link's name in the settings."""
     address: str = ""
-    """Talker and sentence, ``HEHDT``; of a fix the talker of its receiver, ``GN``."""
+    """Talker and sentence, ``HEHDT``; of a fix the receiver on its link, whose talkers may change."""
     rank: tuple[int, ...] = (0,)
     """Order of preference; lower comes first. The first figure counts across links, the others within one."""
+    name: str = ""
+    """What the operator reads instead of the address, when that is given."""
 
 
 @value

@@ -21,7 +21,8 @@ def log_lines(path: Path) -> list[bytes]:
 def timed_lines(
     path: Path, gap_us: int = 2_000, line_us: float = 100_000.0, *, spread: bool = False
 ) -> Iterator[tuple[int, bytes]]:
-    """Yield (time, line): by the log's own stamps or UTC; lines of one moment come ``gap_us`` after each other, as over a wire.
+    """Yield (time, line): by the log's own stamps or UTC; lines of one moment come ``gap_us`` after each other, as over a wire
+    that is fast enough for them.
 
     ``spread``: evenly until the next moment, as on a network of many talkers.
     """
@@ -30,9 +31,10 @@ def timed_lines(
         (at_us, [line for _, line in group]) for at_us, group in groupby(timed(log_lines(path), line_us), itemgetter(0))
     ]
     for (at_us, lines), (next_us, _) in zip(moments, [*moments[1:], (moments[-1][0] + 1e6, [])], strict=True):
+        room_us = (next_us - at_us) / len(lines)
+        step_us = room_us if spread else min(gap_us, 0.9 * room_us)
         for number, line in enumerate(lines):
-            due_us = at_us + (number * (next_us - at_us) / len(lines) if spread else 0.0)
-            now_us = max(round(due_us), now_us + (0 if spread else gap_us))
+            now_us = max(round(at_us + number * step_us), now_us)
             yield now_us, line
 
 

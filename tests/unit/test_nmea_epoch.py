@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 
 import pytest
 
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
 from companion.core.nmea.line import frame
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from mavlink_bridge.language.messages import EulerAngles, FixType, GpsFix, Severity
@@ -17,10 +18,11 @@ START_US = 1_767_268_800_000_000
 
 
 class Talker:
-    """A receiver on a line: writes one epoch at a time, remembers the fixes."""
+    """A receiver on a line: writes one epoch at a time, remembers the fixes that count."""
 
     def __init__(self, **options: object) -> None:
         self.reader = NmeaReader(NmeaConfig(**options))
+        self.estimator = Estimator(EstimatorConfig())
         self.now_us = 10_000_000
         self.fixes: list[GpsFix] = []
         self.others: list[object] = []
@@ -40,6 +42,8 @@ class Talker:
 
     def _keep(self, found: list) -> None:
         for item in found:
+            if not self.estimator.update(item):
+                continue
             (self.fixes if isinstance(item, GpsFix) else self.others).append(item)
 
 

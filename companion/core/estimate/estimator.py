@@ -219,7 +219,8 @@ class Estimator:
             self._utc_offset_us = fix.utc_us - t_us
         attitude = self._attitude_at(t_us)
         moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or self._should_move(fix, attitude.psi_rad)
-        self._position.update(fix, t_us, attitude, moving, self._geometry.antenna_of(link))
+        antenna = self._geometry.antenna_of(link)
+        self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
         return True

@@ -156,8 +156,13 @@ class PositionTrack:
         """Time of validity of a fix by its UTC; call once per fix."""
         return self._aligner.align(fix.t_us, fix.utc_us)
 
-    def update(self, fix: GpsFix, t_us: int, heading: Heading, moving: bool, antenna: Arm) -> None:
-        """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm."""
+    def update(
+        self, fix: GpsFix, t_us: int, heading: Heading, moving: bool, antenna: Arm, *, anew: bool = False
+    ) -> None:
+        """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm.
+
+        ``anew``: of another receiver than before.
+        """
         self._usable = self._acceptable(fix)
         if not self._usable:
             return
@@ -175,7 +180,7 @@ class PositionTrack:
                 velocity = (velocity[0] + heading.r_radps * ahead_e, velocity[1] - heading.r_radps * ahead_n)
         since_us = t_us - self._received_us
         self._received_us = t_us
-        if self.accepted_us is None:
+        if self.accepted_us is None or anew:
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
             return
         since_s = since_us * 1e-6

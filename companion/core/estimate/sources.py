@@ -19,8 +19,8 @@ Key = tuple[int, str]
 """A source: number of its link in the settings, address."""
 Texts = list[tuple[Severity, str]]
 
-_SETTLE_US: Final = 2_000_000
-"""After the first sentence the others of the same line have this long to show that a better source is there."""
+_SETTLE_US: Final = 5_000_000
+"""After the first value of a quantity the other sources have this long to show that there is a better one."""
 _STEADY_US: Final = 30_000_000
 """A source that comes and goes never takes over from one that stays."""
 _SAY_EVERY_US: Final = 60_000_000
@@ -33,19 +33,25 @@ _AGREE_SHARE: Final = 0.6
 _SOURCES_MAX: Final = 16
 _SIGMAS: Final = 3.0
 _FRESH_US: Final = 2_000_000
+_EARTH_M: Final = 6_371_000.0
 _UNLABELLED: Final = Source()
 
 
 class _Heard:
     """How a source has been heard."""
 
-    __slots__ = ("last_us", "name", "order", "period_us", "since_us")
+    __slots__ = ("label", "last_us", "name", "order", "period_us", "since_us")
 
-    def __init__(self, name: str, order: tuple[int, ...], t_us: int) -> None:
-        self.name = name
-        self.order = order
+    def __init__(self, label: Source, link: int, t_us: int) -> None:
+        self.relabel(label, link)
         self.since_us = self.last_us = t_us
         self.period_us = 0.0
+
+    def relabel(self, label: Source, link: int) -> None:
+        """Take a source's name and rank, which may change while it stays the same source."""
+        self.label = label
+        self.name = f"{label.link} {label.name or label.address}".strip() or f"sensor {link + 1}"
+        self.order = (label.rank[0], link, *label.rank[1:])
 
 
 class _Apart:
@@ -101,9 +107,10 @@ class Choice:
         if heard is None:
             if len(self._heard) >= _SOURCES_MAX:
                 return False
-            name = f"{label.link} {label.address}".strip() or f"sensor {link + 1}"
-            heard = self._heard[key] = _Heard(name, (label.rank[0], link, *label.rank[1:]), t_us)
+            heard = self._heard[key] = _Heard(label, link, t_us)
         else:
+            if label is not heard.label:
+                heard.relabel(label, link)
             self._note(heard, t_us)
         if key == self.chosen:
             return True
@@ -176,10 +183,12 @@ class Choice:
             heard.since_us = t_us
         if 0 < since_us < self._most_us:
             # What comes twice at one moment, as one datagram, is no rhythm.
-            heard.period_us += (0.2 if heard.period_us else 1.0) * (since_us - heard.period_us)
+            heard.period_us += (0.2 if since_us < heard.period_us else 1.0) * (since_us - heard.period_us)
         heard.last_us = t_us
 
     def _patience_us(self, heard: _Heard) -> float:
+        if not heard.period_us:
+            return self._most_us  # heard once: its rhythm is not known
         return min(max(self._least_us, 2.0 * heard.period_us + 100_000.0), self._most_us)
 
     def _is_silent(self, heard: _Heard, t_us: int) -> bool:
@@ -234,12 +243,17 @@ class FixChoice:
         """Whether a receiver has been away from the one used for 5 s and more."""
         return bool(self._apart)
 
+    @property
+    def moved(self) -> bool:
+        """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
+        return self._choice.moved
+
     def leads(self, link: int, fix: GpsFix) -> bool:
         """Note a fix; True when its receiver is the one that counts."""
         if not fix.has_position:
             return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
-        lead = self._choice.leads(fix.source, link, fix.t_us)
         key = (link, "" if fix.source is None else fix.source.address)
+        lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
         if key in self._fixes or len(self._fixes) < _SOURCES_MAX:
             self._fixes[key] = fix
         if len(self._fixes) > 1:
@@ -283,11 +297,20 @@ class FixChoice:
 
 
 def _apart_m(first: GpsFix, second: GpsFix) -> float | None:
-    """Distance of two fixes when it is more than their accuracy and their ages explain, m."""
-    distance_m, _ = inverse(*_place(first), *_place(second))
-    between_s = abs(first.t_us - second.t_us) * 1e-6
-    moved_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
-    return distance_m if distance_m > _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + moved_m else None
+    """Distance of two fixes at the time of the first, when it is more than their accuracy explains, m."""
+    lat_rad, lon_rad = _place(second)
+    later_us = first.t_us - second.t_us
+    if first.utc_us is not None and second.utc_us is not None and abs(first.utc_us - second.utc_us) <= _FRESH_US:
+        later_us = first.utc_us - second.utc_us  # one receiver may tell later than the other
+    if second.sog_mps is not None and second.cog_rad is not None:
+        moved_m = second.sog_mps * later_us * 1e-6
+        lat_rad += moved_m * math.cos(second.cog_rad) / _EARTH_M
+        lon_rad += moved_m * math.sin(second.cog_rad) / (_EARTH_M * max(math.cos(lat_rad), 1e-6))
+    distance_m, _ = inverse(*_place(first), lat_rad, lon_rad)
+    between_s = abs(later_us) * 1e-6
+    slack_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
+    allowed_m = _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + slack_m
+    return distance_m if distance_m > allowed_m else None
 
 
 def _place(fix: GpsFix) -> tuple[float, float]:

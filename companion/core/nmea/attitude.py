@@ -49,6 +49,42 @@ SATHPR: Final = type(
         )
     },
 )
+STI036: Final = type(
+    "STI036",
+    (pynmea2.ProprietarySentence,),
+    {
+        "fields": (
+            ("Blank", "_blank"),
+            ("Subtype", "subtype"),
+            ("UTC", "timestamp"),
+            ("Date", "datestamp"),
+            ("Heading", "heading", float),
+            ("Pitch", "pitch", float),
+            ("Roll", "roll", float),
+            ("Mode indicator", "mode_indicator"),
+        )
+    },
+)
+TNTHTM: Final = type(
+    "TNTHTM",
+    (pynmea2.ProprietarySentence,),
+    {
+        "fields": (
+            ("Blank", "_blank"),
+            ("Heading", "heading"),
+            ("Magnetometer status", "heading_status"),
+            ("Pitch", "pitch"),
+            ("Pitch status", "pitch_status"),
+            ("Roll", "roll"),
+            ("Roll status", "roll_status"),
+            ("Dip", "dip"),
+            ("Horizontal field", "field"),
+        )
+    },
+)
+_TNT_GOOD: Final = frozenset("MNO")
+"""Normal, and warned of as low or high; the others are alarms (True North Revolution manual)."""
+_TNT_COUNT_DEG: Final = 360.0 / 65_536.0
 
 
 def hdt(t_us: int, heading: str) -> EulerAngles | None:
@@ -176,3 +212,27 @@ def ptnl(t_us: int, s: Any) -> EulerAngles | None:
     return _roll_pitch_heading(
         t_us, s.roll_angle if s.roll == "Roll" else "", s.tilt_angle if s.tilt == "Tilt" else "", s.yaw_angle
     )
+
+
+def psti(t_us: int, s: Any) -> EulerAngles | None:
+    """SkyTraq 036: heading and pitch of the antenna baseline; a single baseline has no roll, and says 0.00."""
+    if s.subtype != "036":
+        raise PassedOverError
+    if s.mode_indicator not in ("A", "D", "F", "R"):
+        return None
+    return _roll_pitch_heading(t_us, s.roll if number(s.roll, -180.0, 180.0) else "", s.pitch, s.heading)
+
+
+def ptnthtm(t_us: int, s: Any) -> EulerAngles | None:
+    """True North Revolution: heading with the deviation and variation that the compass was set to, pitch and roll."""
+    texts = ((s.roll, s.roll_status), (s.pitch, s.pitch_status), (s.heading, s.heading_status))
+    roll, pitch, heading = (value if status in _TNT_GOOD else "" for value, status in texts)
+    if heading and "." not in heading:  # set to counts instead of degrees, 65 536 to the turn
+        roll, pitch = _counts_deg(roll), _counts_deg(pitch)
+        heading = _counts_deg(heading) % 360.0
+    return _roll_pitch_heading(t_us, roll, pitch, heading)
+
+
+def _counts_deg(value: Any) -> Any:
+    counts = number(value, -65_536.0, 65_536.0)
+    return "" if counts is None else counts * _TNT_COUNT_DEG

@@ -2,7 +2,7 @@
 
 Sentences are grouped by their UTC time. An epoch closes on the sentence that is learned to come last, on a new UTC,
 on a repeated sentence, or after a time limit; what came until then is published with its validity. Late sentences
-of a published epoch only feed the calendar. Two receivers on one line are told apart by talker and never mixed.
+of a published epoch only feed the calendar. Each receiver of a line has a builder of its own (``nmea_receivers``).
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.messages import FixType, GpsFix
+from mavlink_bridge.language.messages import FixType, GpsFix, Source
 
 from .fields import DAY_US, EpochPart, Measurement, day_number
-from .wanted import Wanted
 
-_BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
+BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
 """Sentences that may end an epoch. ZDA, GST and GSA come more slowly on many receivers, so they never do."""
 _FIX_RANK: Final = {"GGA": 0, "GNS": 1, "RMC": 2, "GLL": 3}
 _RANK_OF_GNS: Final = _FIX_RANK["GNS"]
@@ -28,13 +27,14 @@ _ERA_DAYS: Final = 1024 * 7
 """GPS counts weeks modulo 1024: a receiver that takes the wrong turn is so far off, backwards or forwards."""
 _LATEST_DAY: Final = day_number(2026 + 19, 1, 1)
 """Less than one such turn after this program was released (2026): a date from here on is rather a wrong turn than true."""
-_RIVAL_MEMORY_US: Final = 5_000_000
-_HOLD_US: Final = 3_000_000
 _LEARN_AFTER: Final = 2
 _SAME_PLACE_M: Final = 1.0
 _EARTH_M: Final = 6_371_000.0
+SAME_MOMENT_US: Final = 6_000
+"""Some receivers round the time of one sentence to hundredths of a second and of the next to thousandths; none measures at 100 Hz."""
 _PAUSE_US: Final = 100_000
 """A sentence without a time and one with a time, so far apart, are not one epoch."""
+_SPAN_MAX_US: Final = 1_500_000
 _QUALITY_HOLD_US: Final = 5_000_000
 
 
@@ -86,7 +86,6 @@ class _Open:
     tod_us: int | None = None
     day: int | None = None
     kinds: tuple[str, ...] = ()
-    talkers: tuple[str, ...] = ()
     rank: int = _NO_RANK
     fix_type: FixType | None = None
     lat_rad: float | None = None
@@ -109,55 +108,6 @@ class _Open:
     velocity_kind: str = ""
 
 
-class TalkerChoice:
-    """Which talker's position sentences count: the configured ones, else one receiver at a time.
-
-    One receiver may use several talkers (GP for one sentence, GN for another) and may change them; but the same
-    formatter from two talkers in turn is two receivers, and then the first one is kept until silent for 3 s.
-    """
-
-    def __init__(self, wanted: Wanted) -> None:
-        self._wanted = wanted
-        self.conflict: tuple[str, str] | None = None
-        """(kept, refused) while two receivers are heard."""
-        self._last: dict[str, tuple[str, int, int]] = {}
-        self._kept_at_us = 0
-        self.strict_until_us = 0
-        """Before this time it may be two receivers: then an epoch takes sentences of one talker only."""
-
-    def accepts(self, part: EpochPart, now_us: int) -> bool:
-        """Judge a position, speed or time sentence."""
-        if self._wanted.receivers is not None:
-            return part.talker in self._wanted.receivers
-        if self.conflict is None:
-            last = self._last.get(part.kind)
-            if last is not None and last[0] == part.talker:
-                return True
-        elif part.talker != self.conflict[0] and now_us - self._kept_at_us > _HOLD_US:
-            self.conflict = None
-            self._last.clear()
-            self.strict_until_us = 0
-        if self.conflict is None:
-            self.conflict = self._rivals(part, now_us)
-        if self.conflict is None:
-            return True
-        if part.talker != self.conflict[0]:
-            return False
-        self._kept_at_us = now_us
-        return True
-
-    def _rivals(self, part: EpochPart, now_us: int) -> tuple[str, str] | None:
-        talker, changes, since_us = self._last.get(part.kind, (part.talker, 0, now_us))
-        if talker != part.talker:
-            if now_us - since_us > _RIVAL_MEMORY_US:
-                changes, since_us = 0, now_us
-            changes += 1
-            self.strict_until_us = max(self.strict_until_us, since_us + _RIVAL_MEMORY_US)
-        self._last[part.kind] = (part.talker, changes, since_us)
-        # The talker that comes back is the one that was there first.
-        return (part.talker, talker) if changes >= 2 and talker != part.talker else None
-
-
 class EpochBuilder:
     """Collects ``EpochPart``s and returns finished fixes. Times are microseconds of the vessel's clock."""
 
@@ -165,6 +115,8 @@ class EpochBuilder:
         self.limit_us = limit_us
         self.latency_us = latency_us
         self.calendar = calendar
+        self.source: Source | None = None
+        """Whose fixes they are."""
         self.late = 0
         self.partial = 0
         self._open: _Open | None = None
@@ -172,26 +124,30 @@ class EpochBuilder:
         self._ender = last_kind
         self._candidate = ("", 0)
         self._quality: tuple[FixType, int] | None = None
+        self._mode: tuple[int | None, int] = (None, 0)
+        """Dimensions that the last GSA says are solved for, and when it said so."""
+        self._span_us = 0.0
+        """How long the sentences of one moment take: a line of 4800 bit/s may need most of a second."""
 
-    def add(self, part: EpochPart, now_us: int, found: list[Measurement], *, strict: bool = False) -> None:
-        """Take one sentence; append the fixes it finished (none, one, or two). ``strict``: one talker per epoch."""
+    def add(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
+        """Take one sentence; append the fixes it finished (none, one, or two)."""
+        if part.dimensions is not None:
+            self._mode = (part.dimensions, now_us)
         current = self._open
         if current is None:
             if self._is_late(part, now_us):
                 return
-        else:
-            foreign = strict and part.talker not in current.talkers and part.kind != "GSA"
-            if foreign and part.tod_us is None:
-                return
-            if foreign or _starts_new(current, part, now_us):
-                self._finish(found, ended_by_kind=False)
-                current = None
+        elif _starts_new(current, part, now_us):
+            self._finish(found, ended_by_kind=False)
+            current = None
         if current is None:
             if part.tod_us is None and part.kind in ("GSA", self._ender):
                 self.late += 1
                 return  # the tail of an epoch that was lost belongs to no other one
             current = self._open = _Open(now_us)
         current.last_us = now_us
+        if part.kind in BODY_KINDS:
+            self._note_span(now_us - current.first_us)
         _merge(current, part)
         if part.kind == self._ender and current.rank < _NO_RANK:
             self._finish(found, ended_by_kind=True)
@@ -199,26 +155,39 @@ class EpochBuilder:
     def poll(self, now_us: int) -> list[Measurement]:
         """Close an epoch whose time limit has passed."""
         fixes: list[Measurement] = []
-        if self._open is not None and now_us - self._open.first_us >= self.limit_us:
+        if self._open is not None and now_us - self._open.first_us >= self._patience_us():
             self._finish(fixes, ended_by_kind=False)
         return fixes
 
+    def _patience_us(self) -> float:
+        """How long an epoch waits for its last sentence: the configured time, on a slow line what it has taken so far and a quarter."""
+        learned_us = 1.25 * self._span_us + _PAUSE_US
+        return learned_us if learned_us > self.limit_us and self._span_us > 0.5 * self.limit_us else self.limit_us
+
+    def _note_span(self, span_us: int) -> None:
+        self._span_us = min(max(0.99 * self._span_us, span_us), _SPAN_MAX_US)
+
     def _is_late(self, part: EpochPart, now_us: int) -> bool:
         closed = self._closed
-        if closed is None or now_us - closed.first_us > self.limit_us:
+        if closed is None:
+            return False
+        since_us = now_us - closed.first_us
+        if since_us > (self._patience_us() if part.tod_us is None else _SPAN_MAX_US):
             return False
         if part.tod_us is None:
             # VTG or GSA after the epoch was closed without them.
             late = part.kind == "GSA" or (part.kind == "VTG" and self._ender not in (None, "VTG"))
         else:
-            late = part.tod_us == closed.tod_us and part.kind not in closed.kinds and not _elsewhere(closed, part)
+            same = _same_moment(part.tod_us, closed.tod_us)
+            late = same and part.kind not in closed.kinds and not _elsewhere(closed, part)
         if not late:
             return False
         self.late += 1
         if part.day is not None and part.tod_us is not None:
             self.calendar.utc_us(part.tod_us, part.day, now_us)
-        if part.kind in _BODY_KINDS:
+        if part.kind in BODY_KINDS:
             self._ender = part.kind
+            self._note_span(since_us)
         return True
 
     def _finish(self, found: list[Measurement], *, ended_by_kind: bool) -> None:
@@ -235,21 +204,31 @@ class EpochBuilder:
             self._keep_quality(current)
             complete = ended_by_kind or self._ender is None
             self.partial += not complete
-            found.append(_publish(current, utc_us, current.first_us - self.latency_us, complete))
+            found.append(_publish(current, utc_us, current.first_us - self.latency_us, complete, self.source))
 
     def _keep_quality(self, current: _Open) -> None:
-        """RMC and GLL without a mode letter cannot tell 2-D from RTK: the last GGA's quality stands for 5 s."""
-        if current.fix_type is None:
+        """RMC and GLL without a mode letter cannot tell 2-D from RTK: the last GGA's quality stands for 5 s, or the last GSA's mode."""
+        fix_type = current.fix_type
+        if fix_type is None:
             return
         if current.rank <= _RANK_OF_GNS:
-            self._quality = (current.fix_type, current.first_us)
-        elif current.fix_type == FixType.FIX_2D and not current.dead_reckoning and self._quality is not None:
-            quality, at_us = self._quality
+            if fix_type is FixType.FIX_3D and current.height_msl_m is None:
+                fix_type = FixType.FIX_2D
+            self._quality = (fix_type, current.first_us)
+        elif fix_type is FixType.FIX_2D and not current.dead_reckoning:
+            quality, at_us = self._quality or (_NONE, -_QUALITY_HOLD_US)
             if current.first_us - at_us < _QUALITY_HOLD_US:
-                current.fix_type = max(quality, FixType.FIX_2D)
+                fix_type = max(quality, fix_type)
+            elif self._solves_3d(current.first_us) and not current.simulated:
+                fix_type = FixType.FIX_3D
+        current.fix_type = fix_type
+
+    def _solves_3d(self, now_us: int) -> bool:
+        """Whether the last GSA, when there is one of the last 5 s, says that the receiver solves for three dimensions."""
+        return self._mode[0] == 3 and now_us - self._mode[1] < _QUALITY_HOLD_US
 
     def _learn(self, current: _Open) -> None:
-        body = [kind for kind in current.kinds if kind in _BODY_KINDS]
+        body = [kind for kind in current.kinds if kind in BODY_KINDS]
         if not body:
             return
         last = body[-1]
@@ -262,10 +241,14 @@ class EpochBuilder:
 
 def _starts_new(current: _Open, part: EpochPart, now_us: int) -> bool:
     """True when a sentence does not belong to the epoch being collected."""
-    other_time = part.tod_us is not None and part.tod_us != current.tod_us
+    other_time = part.tod_us is not None and not _same_moment(part.tod_us, current.tod_us)
     if other_time and (current.tod_us is not None or now_us - current.last_us > _PAUSE_US):
         return True
     return (part.kind in current.kinds and part.kind != "GSA") or _elsewhere(current, part)
+
+
+def _same_moment(tod_us: int, other_us: int | None) -> bool:
+    return other_us is not None and -SAME_MOMENT_US <= tod_us - other_us <= SAME_MOMENT_US
 
 
 def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
@@ -283,8 +266,7 @@ def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
 def _merge(epoch: _Open, part: EpochPart) -> None:
     kind = part.kind
     epoch.kinds += (kind,)
-    epoch.talkers += (part.talker,)
-    if part.tod_us is not None:
+    if part.tod_us is not None and not _same_moment(part.tod_us, epoch.tod_us):
         epoch.tod_us = part.tod_us
     if part.day is not None:
         epoch.day = part.day
@@ -334,7 +316,7 @@ def _merge_velocity(epoch: _Open, part: EpochPart) -> None:
         epoch.velocity_kind = part.kind
 
 
-def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> GpsFix:
+def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool, source: Source | None) -> GpsFix:
     void = epoch.no_fix or epoch.fix_type is None or (epoch.doubtful and not epoch.vouched)
     if void or epoch.fix_type is None:
         return GpsFix(
@@ -349,6 +331,7 @@ def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> Gps
             dead_reckoning=epoch.dead_reckoning,
             simulated=epoch.simulated,
             complete=complete,
+            source=source,
         )
     ellipsoid_m = None
     if epoch.height_msl_m is not None and epoch.geoid_separation_m is not None:
@@ -371,4 +354,5 @@ def _publish(epoch: _Open, utc_us: int | None, t_us: int, complete: bool) -> Gps
         dead_reckoning=epoch.dead_reckoning,
         simulated=epoch.simulated,
         complete=complete,
+        source=source,
     )

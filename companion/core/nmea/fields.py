@@ -56,6 +56,8 @@ class EpochPart:
     sog_mps: float | None = None
     cog_rad: float | None = None
     variation_rad: float | None = None
+    dimensions: int | None = None
+    """2 or 3, as GSA says that the receiver solves for."""
     dead_reckoning: bool = False
     simulated: bool = False
     doubtful: bool = False

@@ -161,7 +161,9 @@ def gst(talker: str, fields: tuple[str, ...]) -> EpochPart:
     return part
 
 
-def gsa(talker: str, vdop: str) -> EpochPart:
+def gsa(talker: str, fields: tuple[str, ...]) -> EpochPart:
+    mode, vdop = fields
     part = EpochPart("GSA", talker)
+    part.dimensions = int(mode) if mode in ("2", "3") else None
     part.vdop = number(vdop, 0.0, 1000.0)
     return part

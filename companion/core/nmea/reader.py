@@ -13,9 +13,10 @@ from pydantic import Field, field_validator
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
 
 from ..config import Config, param
-from .epoch import Calendar, EpochBuilder, TalkerChoice
+from .epoch import BODY_KINDS, Calendar, EpochBuilder
 from .fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
 from .line import LineReader, frame
+from .receivers import Receivers
 from .sentences import DEPTH_KINDS, EPOCH_KINDS, decoder_of, kind_of
 from .wanted import Wanted
 from .watch import NmeaWatch, Rhythm
@@ -96,17 +97,19 @@ class NmeaReader:
         self._line.checksum_required = config.checksum_required
         self._wanted = Wanted(config.sentences, config.talkers)
         self._routes.clear()
-        self._talkers = TalkerChoice(self._wanted)
-        self._calendar = Calendar(day_number(config.earliest_year, 1, 1))
-        bodies = [kind for kind in self._wanted.order if kind in ("GGA", "GNS", "GLL", "RMC", "VTG")]
-        self._epochs = EpochBuilder(
-            limit_us=round(config.epoch_limit_s * 1e6),
-            latency_us=round(config.position_latency_s * 1e6),
-            calendar=self._calendar,
-            last_kind=bodies[-1] if bodies else None,
-        )
+        self._receivers = Receivers(self._wanted, self.name, self._builder)
         self._heading_latency_us = round(config.heading_latency_s * 1e6)
         self._depth_latency_us = round(config.depth_latency_s * 1e6)
+
+    def _builder(self) -> EpochBuilder:
+        config = self.config
+        bodies = [kind for kind in self._wanted.order if kind in BODY_KINDS]
+        return EpochBuilder(
+            limit_us=round(config.epoch_limit_s * 1e6),
+            latency_us=round(config.position_latency_s * 1e6),
+            calendar=Calendar(day_number(config.earliest_year, 1, 1)),
+            last_kind=bodies[-1] if bodies else None,
+        )
 
     def receive(self, data: bytes, now_us: int) -> list[Measurement]:
         """Take bytes as they came; return what they completed, oldest first."""
@@ -129,7 +132,10 @@ class NmeaReader:
         if now_us - self._checked_us >= _CHECK_US:
             self._checked_us = now_us
             self._check(now_us)
-        return self._epochs.poll(now_us)
+        receivers = self._receivers.all
+        if len(receivers) == 1:
+            return receivers[0].epochs.poll(now_us)
+        return [fix for receiver in receivers for fix in receiver.epochs.poll(now_us)]
 
     @property
     def damaged(self) -> int:
@@ -140,7 +146,10 @@ class NmeaReader:
     @property
     def counters(self) -> dict[str, int]:
         """Good sentences per address (``GPGGA``), and what was dropped by cause in lower case."""
-        epochs = {"late": self._epochs.late, "partial_epochs": self._epochs.partial}
+        epochs = {"late": 0, "partial_epochs": 0}
+        for receiver in self._receivers.all:
+            epochs["late"] += receiver.epochs.late
+            epochs["partial_epochs"] += receiver.epochs.partial
         return {
             **self._watch.counts(),
             **self._line.counters.as_dict(),
@@ -160,14 +169,19 @@ class NmeaReader:
             self._watch.texts = []
         return texts
 
+    def closed(self, reason: str, now_us: int) -> None:
+        """The link lost its device or peer."""
+        self._watch.gone(now_us, reason)
+
     def _check(self, now_us: int) -> None:
         self._watch.check(now_us, self._line.counters.sentences, self.damaged, self._bytes)
-        conflict = self._talkers.conflict
-        text = "" if conflict is None else f"two receivers; using {conflict[0]}, ignoring {conflict[1]}"
-        self._watch.set_condition("talkers", conflict is not None, text, "one receiver again")
-        self._watch.set_condition(
-            "date", self._calendar.refused, "receiver's date is wrong (week roll-over?); time not used", "date is good"
-        )
+        several = self._receivers.several
+        names = " and ".join("+".join(receiver.talkers) for receiver in several)
+        text = f"two receivers on one line, {names}: compared, not mixed"
+        self._watch.set_condition("talkers", bool(several), text, "one receiver again")
+        refused = any(receiver.epochs.calendar.refused for receiver in self._receivers.all)
+        text = "receiver's date is wrong (week roll-over?); time not used"
+        self._watch.set_condition("date", refused, text, "date is good")
 
     def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
         fields = body.split(",")
@@ -211,13 +225,14 @@ class NmeaReader:
         return partial(self._measured, source), self._heading_latency_us
 
     def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
-        # Satellite lists come under each constellation's own talker.
-        if part.kind != "GSA" and not self._talkers.accepts(part, now_us):
+        receiver = self._receivers.of(part, now_us)
+        if receiver is None or receiver is not self._receivers.all[0]:
             self._dropped["other_talker"] += 1
+        if receiver is None:
             return
         if part.variation_rad is not None:
             self._variation = (part.variation_rad, now_us)
-        self._epochs.add(part, now_us, found, strict=now_us < self._talkers.strict_until_us)
+        receiver.epochs.add(part, now_us, found)
 
     def _measured(
         self, source: Source, part: EulerAngles | AngularVelocity | None, now_us: int, found: list[Measurement]

@@ -28,7 +28,7 @@ _EPOCH: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
     ),
     "VTG": (position.vtg, "true_track true_track_sym spd_over_grnd_kts spd_over_grnd_kmph faa_mode"),
     "GST": (position.gst, "timestamp std_dev_latitude std_dev_longitude std_dev_altitude"),
-    "GSA": (position.gsa, "vdop"),
+    "GSA": (position.gsa, "mode_fix_type vdop"),
 }
 """What reads a sentence, given its talker and the fields that it names: one as it is, several as a tuple."""
 _MEASURED: Final[dict[str, tuple[Callable[[int, Any], Part | None], str]]] = {
@@ -51,6 +51,8 @@ _PROPRIETARY: Final[dict[str, tuple[Any, Callable[[int, Any], Part | None]]]] = 
     "PSAT": (attitude.SATHPR, attitude.psat),
     "PSXN": (pynmea2.sxn.SXN, attitude.psxn),
     "PTNL": (pynmea2.tnl.TNL, attitude.ptnl),
+    "PSTI": (attitude.STI036, attitude.psti),
+    "PTNTHTM": (attitude.TNTHTM, attitude.ptnthtm),
 }
 
 KINDS: Final = frozenset(_EPOCH) | frozenset(_MEASURED) | frozenset(_PROPRIETARY)

@@ -6,6 +6,8 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Severity
 
+from .sentences import EPOCH_KINDS
+
 _WINDOW_US: Final = 5_000_000
 _SILENT_MIN_US: Final = 3_000_000
 _SILENT_PERIODS: Final = 5
@@ -18,9 +20,11 @@ _NAMES_MAX: Final = 64
 class Rhythm:
     """How often one sentence has come, when last, and how regularly."""
 
-    __slots__ = ("count", "last_us", "period_us", "silent")
+    __slots__ = ("count", "group", "last_us", "period_us", "silent")
 
-    def __init__(self) -> None:
+    def __init__(self, group: str) -> None:
+        self.group = group
+        """Addresses that stand in for each other: the sentence of a receiver, whatever its talker is just now."""
         self.count = 0
         self.last_us = 0
         self.period_us = 0.0
@@ -42,6 +46,8 @@ class NmeaWatch:
         self.texts: list[tuple[Severity, str]] = []
         self._rhythms: dict[str, Rhythm] = {}
         self._conditions: dict[str, bool] = {}
+        self._away_us: int | None = None
+        """Since when the whole line is silent, as far as the operator knows."""
         self._window_us: int | None = None
         self._good_before = 0
         self._bad_before = 0
@@ -51,7 +57,7 @@ class NmeaWatch:
         """The rhythm of an address, e.g. ``GPGGA``; more than 64 addresses are not followed."""
         rhythm = self._rhythms.get(address)
         if rhythm is None:
-            rhythm = Rhythm()
+            rhythm = Rhythm(address[2:] if address[2:] in EPOCH_KINDS else address)
             # A stranger could invent addresses for ever.
             if len(self._rhythms) < _NAMES_MAX:
                 self._rhythms[address] = rhythm
@@ -74,15 +80,7 @@ class NmeaWatch:
 
     def check(self, now_us: int, good: int, bad: int, received_bytes: int) -> None:
         """Look for silence at once, and for damage once per window. Totals since the start."""
-        for address, rhythm in self._rhythms.items():
-            quiet_us = now_us - rhythm.last_us
-            if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
-                continue
-            limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
-            silent = rhythm.count >= _SEEN_MIN and quiet_us > limit_us
-            if silent != rhythm.silent:
-                rhythm.silent = silent
-                self._say_silence(address, silent, limit_us)
+        self._check_silence(now_us)
         if self._window_us is None:
             self._window_us = now_us
         if now_us - self._window_us < _WINDOW_US:
@@ -92,6 +90,44 @@ class NmeaWatch:
         self._good_before, self._bad_before, self._bytes_before = good, bad, received_bytes
         self._window_us = now_us
         self._judge(new_good, new_bad, new_bytes)
+
+    def gone(self, now_us: int, reason: str) -> None:
+        """The port is closed: one text for it, not one for each sentence that it had brought."""
+        if self._away_us is None and any(rhythm.count for rhythm in self._rhythms.values()):
+            self._away_us = now_us
+            self._say(Severity.WARNING, f"port gone: {reason}")
+
+    def _check_silence(self, now_us: int) -> None:
+        """One text for a silent line; a sentence that is missing from a line that speaks is told by itself."""
+        heard = [rhythm for rhythm in self._rhythms.values() if rhythm.count]
+        if not heard:
+            return
+        newest_us = max(rhythm.last_us for rhythm in heard)
+        if self._away_us is not None:
+            if newest_us <= self._away_us:
+                return
+            self._away_us = None
+            self._say(Severity.INFO, "sentences again")
+        seen = [rhythm.period_us for rhythm in heard if rhythm.count >= _SEEN_MIN]
+        limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * min(seen, default=0.0))
+        if seen and now_us - newest_us > limit_us:
+            self._away_us = now_us
+            self._say(Severity.WARNING, f"nothing heard for {limit_us / 1e6:.0f} s")
+            return
+        groups: dict[str, int] = {}
+        for rhythm in heard:
+            groups[rhythm.group] = max(groups.get(rhythm.group, 0), rhythm.last_us)
+        for address, rhythm in self._rhythms.items():
+            self._check_sentence(address, rhythm, newest_us - groups.get(rhythm.group, newest_us))
+
+    def _check_sentence(self, address: str, rhythm: Rhythm, quiet_us: int) -> None:
+        if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
+            return
+        limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
+        silent = rhythm.count >= _SEEN_MIN and quiet_us > limit_us
+        if silent != rhythm.silent:
+            rhythm.silent = silent
+            self._say_silence(address, silent, limit_us)
 
     def _judge(self, good: int, bad: int, received_bytes: int) -> None:
         damaged = bad >= _BAD_MIN and bad > _BAD_SHARE * (good + bad)

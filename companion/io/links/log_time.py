@@ -86,18 +86,18 @@ class LogClock:
                 self._at_us += self._line_us
             return
         lacks_us = self._clocks.get(found[1])
+        new = lacks_us is None
         if lacks_us is None:
-            if len(self._clocks) < _ADDRESSES_MAX:
-                self._clocks[found[1]] = self._at_us - time_us
-            return
+            # Until a device has shown that it lags, its time counts as all others' do: a log may begin amid an epoch.
+            lacks_us = min(self._clocks.values(), default=self._at_us - time_us)
         ahead_us = (time_us + lacks_us - self._at_us + _HALF_DAY_US) % _DAY_US - _HALF_DAY_US
         if ahead_us > _LONGEST_GAP_US:
             skipped_us = ahead_us - _STEP_US
             self._clocks = {address: lacks - skipped_us for address, lacks in self._clocks.items()}
             ahead_us = _STEP_US
-        elif ahead_us < -_BACK_US:
-            self._clocks[found[1]] = self._at_us - time_us
         self._at_us += max(ahead_us, 0.0)
+        if (new and len(self._clocks) < _ADDRESSES_MAX) or ahead_us < -_BACK_US:
+            self._clocks[found[1]] = self._at_us - time_us
 
 
 def timed(lines: Iterable[bytes], line_us: float) -> Iterator[tuple[float, bytes]]:
