@@ -21,6 +21,7 @@ from mavlink_bridge.mavlink.wire.signing import UNITS_PER_S, SigningState, units
 from .io.keeping import AnyStore
 from .io.keeping.content import SaveStamp, Together
 from .io.keeping.keys import KeyFileError, fingerprint, read_key, write_key
+from .io.keeping.mark import WorldKind
 from .io.links import LinkConfigError, check_link, parse_link_url
 from .settings import ConfigError
 from .settings.schema import EndpointSettings, SecurityConfig, Settings
@@ -201,6 +202,10 @@ class Keeper:
     def take_key(self, key: bytes) -> None:
         """A new key from a station whose right to it has been checked; kept in the file first."""
         if self._path is None:
+            return
+        if self._store.snapshot().world == WorldKind.SIMULATED:
+            self.state.key = key
+            self._say(Severity.WARNING, f"New signing key for this simulation, fingerprint {fingerprint(key)}")
             return
         try:
             write_key(self._path, key, replace=True)

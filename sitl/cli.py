@@ -19,12 +19,12 @@ from companion.configuration import link_mistakes, mistakes_of, radio_key_mistak
 from companion.doors import gateway_doors, served_doors, vessel_doors
 from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
-from companion.io.keeping import AnyStore, MemoryStore, Store
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.recording import new_run_dir
 from companion.settings import ConfigError, load, load_vessel
+from companion.worlds import apart, check_run_dir
 
-from . import cli_scenario
+from . import cli_scenario, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .scenario.autostart import AutoStart, PlanError, read_plan_file
 from .world import SimSettings, World
@@ -61,6 +61,7 @@ def register(subparsers: Any) -> None:
         "--gateway", action="store_true", help="start the shore side of the radio too: stations at UDP 14560"
     )
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
+    rehearsal.add_arguments(parser)
     cli_scenario.add_arguments(parser)
     parser.set_defaults(run=command)
 
@@ -70,8 +71,10 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.scenario or arguments.list_scenarios or arguments.campaign or arguments.cluster:
         return cli_scenario.command(arguments)
     arguments.seed = arguments.seed or 0
-    settings, speed = _settings(arguments)
+    boat, speed = _settings(arguments)
+    settings = at_speed(apart(boat, arguments.set), speed)
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
+    check_run_dir(run_dir)
     run_dir.mkdir(parents=True, exist_ok=True)
     if arguments.gateway:
         settings = with_gateway(settings, run_dir)
@@ -85,7 +88,7 @@ def command(arguments: argparse.Namespace) -> int:
         arguments.seed,
         run_dir=run_dir,
         real_links=speed is not None,
-        store=_store(settings),
+        store=rehearsal.store_of(boat, arguments, run_dir, in_memory=speed is None),
         about=describe(settings, seed=arguments.seed),
     )
     starter = AutoStart(world, plan, start=arguments.start) if plan is not None else None
@@ -93,6 +96,8 @@ def command(arguments: argparse.Namespace) -> int:
     gateway = shore_gateway(world.settings, arguments.instance, run_dir) if arguments.gateway else None
     if not arguments.json:
         _greet(world, run_dir, speed, gateway)
+        if boat.store:
+            print(f"  store    the simulation's own; {boat.store} of {arguments.config} is left alone", flush=True)
     began = time.monotonic()
     driven: LoopApp = starter or world
     if gateway is not None:
@@ -133,10 +138,13 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
     def placed(settings: SimSettings) -> SimSettings:
         if not arguments.world_only:  # a separate vessel looks for its world where its own file says
             settings = on_this_computer(settings)
-        return move_instance(settings, arguments.instance)
+        return move_instance(rehearsal.placed(settings, arguments), arguments.instance)
 
     def misplaced(settings: SimSettings) -> list[str]:
         try:
+            away = rehearsal.mistakes(settings, arguments)
+            if away:
+                return away
             if arguments.world_only:
                 return link_mistakes(placed(settings)) + _hull_mistakes(settings.world.vessel)
             no_key = [] if arguments.gateway else radio_key_mistakes(settings)  # the simulated gateway brings its own
@@ -151,7 +159,7 @@ def _settings(arguments: argparse.Namespace) -> tuple[SimSettings, float | None]
         raise ConfigError(error.source, [*error.mistakes, *mistakes]) from None
     if mistakes:
         raise ConfigError(str(arguments.config), mistakes)
-    return at_speed(placed(settings), speed), speed
+    return placed(settings), speed
 
 
 def _hull_mistakes(name: str) -> list[str]:
@@ -191,10 +199,6 @@ def _plan(arguments: argparse.Namespace) -> Any:
         raise ConfigError(str(arguments.plan), error.mistakes) from None
 
 
-def _store(settings: SimSettings) -> AnyStore:
-    return Store(Path(settings.store)) if settings.store else MemoryStore()
-
-
 class WorldOnly:
     """Surroundings driven by the loop. What the board's pins do is written to ``board.csv``, a row for each tick."""
 
@@ -225,7 +229,8 @@ def _serve_world(
     hull = load_vessel(settings.world.vessel or settings.vessel)
     surroundings = Surroundings(placed, hull, arguments.seed, shore_url=f"pty:{run_dir}/lora")
     print(
-        f"serving the world in {run_dir}; start the vessel with: companion run CONFIG --run-dir {run_dir}", flush=True
+        f"serving the world in {run_dir}; start the vessel with: companion run CONFIG --simulated --run-dir {run_dir}",
+        flush=True,
     )
     for link in surroundings.links:
         print(f"  {link.name:16} {link.describe()}", flush=True)

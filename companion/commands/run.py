@@ -14,13 +14,15 @@ from ..configuration import vessel_settings
 from ..doors import vessel_doors
 from ..facade import made_by
 from ..io.clock import SystemClock
-from ..io.keeping import AnyStore, MemoryStore, Store
+from ..io.keeping import AnyStore, MemoryStore, Store, StoreContent
+from ..io.keeping.mark import WorldKind, new_vessel_id
 from ..io.loop import LoopApp, LoopStats, StopFlag, run
 from ..io.recording import Recorder, Recording, new_run_dir
 from ..io.recording.run_folders import free_bytes, make_room
 from ..io.writer import Writer
 from ..settings import Settings
 from ..settings.schema import RecordConfig
+from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
 from .numbers import positive
 from .status import LinkNotes, StatusView, View, Watched, airtime_of
 
@@ -37,12 +39,22 @@ def register(subparsers: Any) -> None:
     )
     parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--status", action="store_true", help="show a status on the terminal")
+    parser.add_argument(
+        "--simulated",
+        action="store_true",
+        help="the world is 'companion sim --world-only': a store beside the run, runs apart from real ones",
+    )
     parser.set_defaults(run=command)
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM; neutral is written last."""
     settings = vessel_settings(arguments.config, arguments.set, to_sail=True)
+    world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
+    if arguments.simulated:
+        settings = apart(settings, arguments.set)
+        if arguments.run_dir:
+            check_run_dir(arguments.run_dir)
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
@@ -50,8 +62,8 @@ def command(arguments: argparse.Namespace) -> int:
         _make_room(settings.record)
     settings = in_run_dir(settings, run_dir)
     writer = Writer()
-    store: AnyStore = Store(Path(settings.store), writer) if settings.store else MemoryStore()
-    about = describe(settings)
+    store = _store(settings, world, run_dir, writer)
+    about = describe(settings, world_kind=world.value, vessel_id=store.snapshot().vessel)
     recording = None
     if settings.record.enabled:
         limits = settings.record
@@ -61,6 +73,8 @@ def command(arguments: argparse.Namespace) -> int:
         recording = Recording(recorder, clock.utc_us)
     app = build_app(settings, store=store, recording=recording, about=about)
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
+    for text in app.storage.standing:
+        log.warning("%s", text)
     for door in vessel_doors(settings):
         log.info("socket: %s", door.line)
     for name, told, _ in security.open_devices(settings):
@@ -74,6 +88,14 @@ def command(arguments: argparse.Namespace) -> int:
         return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
     finally:
         writer.close()
+
+
+def _store(settings: Settings, world: WorldKind, run_dir: Path, writer: Writer) -> AnyStore:
+    if world is WorldKind.SIMULATED:
+        return simulated_store(run_dir / STORE_NAME, simulated_content(0), writer)
+    if not settings.store:
+        return MemoryStore(StoreContent(meta={"world": world.value, "vessel": new_vessel_id()}))
+    return Store(Path(settings.store), writer, world=world, memory_ok=not settings.operator.store_required)
 
 
 def _recorded(recording: Recording | None, run_dir: Path) -> str:

@@ -14,12 +14,15 @@ from typing import Any
 from ..io.keeping import StoreContent
 from ..io.keeping.content import SECTIONS, Entry, content_of, from_json, rows_of, to_json
 from ..io.keeping.file import make_new
+from ..io.keeping.look import look
 from ..io.keeping.mark import WorldKind, marks, new_vessel_id, settle
 from ..io.keeping.store import check, migrate, read_entries, write_entries
 from ..io.recording.recorder import write_json
 from ..settings import ConfigError
 
 FORMAT = "usv-companion store 1"
+_OF_A_SIMULATION = ("plan", "param")
+"""Soundings, counters and stamps of a simulation are none of a boat's."""
 
 
 def register(subparsers: Any) -> None:
@@ -38,6 +41,9 @@ def register(subparsers: Any) -> None:
     load.add_argument("file", type=Path)
     load.add_argument("--replace", action="store_true", help="forget everything else that the store holds")
     load.set_defaults(run=_import)
+    from .store_adopt import add_action
+
+    add_action(actions)
 
 
 def read_store(path: Path) -> StoreContent:
@@ -45,15 +51,12 @@ def read_store(path: Path) -> StoreContent:
     if not path.is_file():
         raise ConfigError(str(path), ["no such store; the configuration's key store names it"])
     try:
-        uri = f"{path.resolve().as_uri()}?mode=ro"
-        with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
-            check(connection)
-            _ours(connection)
-            rows, damaged = read_entries(connection)
+        content, texts = look(path)
+    except OSError as error:
+        raise ConfigError(str(path), [f"cannot be read: {error.strerror or error}"]) from None
     except sqlite3.Error as error:
         raise ConfigError(str(path), [_no_store(error)]) from None
-    content, strange = content_of(rows)
-    for text in [*damaged, *(f"{name} is not understood" for name in strange)]:
+    for text in texts:
         print(f"{path}: {text}", file=sys.stderr)
     return content
 
@@ -75,6 +78,7 @@ def _no_store(error: sqlite3.Error) -> str:
 
 def _show(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
+    print(f"world      {content.world or 'not known (first release)'}, vessel {content.vessel or 'not known'}")
     for kind, items in content.plans.items():
         print(f"{kind.name.lower():10} {len(items)} items")
     for name, value in content.params.items():
@@ -87,6 +91,10 @@ def _show(arguments: argparse.Namespace) -> int:
         print(f"counter    {name} = {number}")
     for key, text in content.values.items():
         print(f"value      {key} = {text[:60]}")
+    for name, record in content.records.items():
+        print(f"record     {name} = {json.dumps(record.data)[:60]}")
+    if content.old_plans or content.old_depth:
+        print(f"waits      {len(content.old_plans)} plans, {len(content.old_depth)} tiles; see 'companion store adopt'")
     if content.depth:
         print(f"depth      {len(content.depth)} tiles; see 'companion depth'")
     return 0
@@ -120,12 +128,16 @@ def _import(arguments: argparse.Namespace) -> int:
         raise ConfigError(
             str(arguments.file), [f"{wanted - len(rows)} entries are not understood; nothing was changed"]
         )
-    entries = [Entry(section, key, body) for (section, key), body in rows.items()]
+    taken = SECTIONS if data.get("meta", {}).get("world") != WorldKind.SIMULATED else _OF_A_SIMULATION
+    entries = [Entry(section, key, body) for (section, key), body in rows.items() if section in taken]
+    entries = [entry for entry in entries if entry.section != "meta"]
+    if len(taken) < len(SECTIONS):
+        print(f"{arguments.file}: of a simulation: only its parameters and plans are taken", file=sys.stderr)
     if arguments.replace:
-        entries = [Entry(section, "", None) for section in SECTIONS] + entries
+        entries = [Entry(section, "", None) for section in SECTIONS if section != "meta"] + entries
     if not write_store(arguments.store, entries):
         return 1
-    print(f"{arguments.store}: {len(rows)} entries taken over")
+    print(f"{arguments.store}: {sum(entry.body is not None for entry in entries)} entries taken over")
     return 0
 
 

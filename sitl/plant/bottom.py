@@ -15,7 +15,7 @@ from typing import Literal, Protocol
 from pydantic import Field
 
 from companion.core.config import Config
-from companion.core.guard.depth.grid import Sounding, metres_per_radian
+from companion.core.guard.depth.grid import DepthGrid, Sounding, metres_per_radian
 from companion.core.guard.depth.soundings import parse
 from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, LocalFrame
 
@@ -48,7 +48,8 @@ class SlopeConfig(Config):
 class BottomConfig(Config):
     """Which bottom. The default: 20 m, rising eastward at 1:20 from 150 m on, a shoal 120 m north, a hole 120 m west."""
 
-    kind: Literal["synthetic", "flat", "file"] = "synthetic"
+    kind: Literal["synthetic", "flat", "file", "chart"] = "synthetic"
+    """``file``: soundings; ``chart``: the vessel's own depth.map.file is the real bottom."""
     depth_m: float = Field(20.0, gt=0, le=12000)
     """Water depth of the flat part, m."""
     slope: SlopeConfig | None = SlopeConfig()
@@ -56,6 +57,8 @@ class BottomConfig(Config):
         MoundConfig(north_m=120.0, east_m=0.0, radius_m=30.0, height_m=17.5),
         MoundConfig(north_m=0.0, east_m=-120.0, radius_m=30.0, height_m=-10.0),
     )
+    beyond: bool = False
+    """Of kind ``chart``: where the chart knows nothing the water is ``depth_m`` deep; else no echo comes back there."""
     file: Path | None = None
     """Soundings (XYZ, CSV or DUNE ini) for kind ``file``."""
     tide_m: float = Field(0.0, ge=-20, le=20)
@@ -173,9 +176,27 @@ class Soundings:
         return math.floor(north_m / self._radius_m), math.floor(east_m / self._radius_m)
 
 
-def make_bottom(config: BottomConfig, frame: LocalFrame | None = None) -> Bottom:
-    """Build the configured bottom. ``frame``: the simulation's plane, needed for kind ``file``."""
+class Charted:
+    """A depth chart as the real bottom; ``beyond`` where it knows nothing."""
+
+    def __init__(self, chart: DepthGrid, frame: LocalFrame, beyond: Bottom | None) -> None:
+        self._chart, self._frame, self._beyond = chart, frame, beyond
+
+    def depth_at(self, north_m: float, east_m: float) -> float | None:
+        """Water depth, m; None where neither knows."""
+        depth_m = self._chart.depth_at(*self._frame.to_geodetic(north_m, east_m))
+        if depth_m is None and self._beyond is not None:
+            return self._beyond.depth_at(north_m, east_m)
+        return depth_m
+
+
+def make_bottom(config: BottomConfig, frame: LocalFrame | None = None, chart: DepthGrid | None = None) -> Bottom:
+    """Build the configured bottom. ``frame``: the simulation's plane, needed for kinds ``file`` and ``chart``."""
     bottom: Bottom = Flat(config.depth_m)
+    if config.kind == "chart":
+        if chart is None or frame is None:
+            raise ValueError("a bottom of kind 'chart' needs depth.map.file and a place on earth")
+        bottom = Charted(chart, frame, bottom if config.beyond else None)
     if config.kind == "file":
         if config.file is None or frame is None:
             raise ValueError("a bottom of kind 'file' needs a file of soundings and a place on earth")

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from companion.core.guide.paths import Segment, figure_eight, racetrack
+from companion.core.guide.paths import Arc, Line, Segment, figure_eight, racetrack
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Goto, Loiter, LoiterDirection, LoiterKind, Maneuver, Mode, PlanState
 from mavlink_bridge.language.snapshot import Snapshot
-from tools.cells.control_cells import distance_m
 
 from ..plant import Truth
 
@@ -115,3 +114,12 @@ def _figure(item: Loiter, centre: Point, radius_m: float) -> tuple[Segment, ...]
     length_m, bearing_rad = item.length_m or 2.0 * radius_m, item.bearing_rad or 0.0
     draw = racetrack if item.kind is LoiterKind.RACETRACK else figure_eight
     return draw(centre, radius_m, length_m, bearing_rad, sense)
+
+
+def distance_m(segments: tuple[Line | Arc, ...], north_m: float, east_m: float) -> float:
+    """Distance to the nearest point of a chain of segments."""
+    best = math.inf
+    for segment in segments:
+        along = min(max(segment.project(north_m, east_m).along_m, 0.0), segment.length_m)
+        best = min(best, math.dist((north_m, east_m), segment.point(along)))
+    return best

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from companion.core.board import ActuatorConfig
 from companion.core.board.arduino import PulseMap
+from companion.core.guard.depth.grid import DepthGrid
 from companion.core.hull import VesselConfig
 from companion.core.hull.geometry import geometry_of
 from mavlink_bridge.language.geodesy import LocalFrame
@@ -43,12 +44,13 @@ class Plant:
         seed: int,
         board: Board | None = None,
         sensor: str = "",
+        chart: DepthGrid | None = None,
     ) -> None:
         """``sensor``: the sensor link whose place on the hull the talkers have."""
         self._step_us = config.step_us
         self.frame = LocalFrame(*config.start_rad)
         self.board: Board = board or make_board(config.arduino)
-        self.bottom = make_bottom(config.bottom, self.frame)
+        self.bottom = make_bottom(config.bottom, self.frame, chart)
         self.water = Water(config.water, _generator(seed, "water"))
         self.vessel = SimVessel(vessel)
         self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))

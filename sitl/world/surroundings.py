@@ -10,6 +10,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from companion.configuration import depth_map
 from companion.core.hull import VesselConfig
 from companion.io.links import Link, LinkConfigError, Received, open_link
 from companion.radio import load_radio
@@ -71,7 +72,8 @@ class Surroundings:
         board: Board | None = None,
     ) -> None:
         first = settings.sensors[0].name if settings.sensors else ""
-        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board, sensor=first)
+        chart = depth_map(settings.depth.map) if settings.world.bottom.kind == "chart" else None
+        self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board, sensor=first, chart=chart)
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
         self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from companion.build import build_app, in_run_dir
-from companion.io.keeping import AnyStore
+from companion.io.keeping import AnyStore, MemoryStore
+from companion.io.keeping.mark import WorldKind
 from companion.io.links import Link, open_link
 from companion.io.links.mem import MemLink
 from companion.io.log_file import LogFile
@@ -24,6 +25,7 @@ from companion.io.loop import LoopApp
 from companion.io.recording import Recorder, Recording
 from companion.io.recording.truth import TRUTH_COLUMNS, truth_row
 from companion.settings import load_vessel
+from companion.worlds import simulated_content
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.snapshot import Snapshot
 
@@ -81,8 +83,10 @@ class World:
         self._mode: Mode | None = None
         self._mode_text = b""
         """The mode of the newest row, as the row shows it."""
+        store = store or MemoryStore(simulated_content(seed))
+        whose = {"world_kind": WorldKind.SIMULATED.value, "vessel_id": store.snapshot().vessel}
         if run_dir is not None and settings.record.enabled:
-            self._record(run_dir, about or {})
+            self._record(run_dir, whose | (about or {}))
         self.app = build_app(
             self.settings,
             make_link=open_link if real_links else self._near_end,

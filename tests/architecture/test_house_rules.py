@@ -53,6 +53,17 @@ def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
     assert not wrong
 
 
+def test_what_ships_needs_nothing_of_the_workshop() -> None:
+    """The wheel holds neither ``tools`` nor ``tests``: it would work in a checkout's folder and nowhere else."""
+    wrong = [
+        f"{path}: {name}"
+        for path, tree in modules()
+        for name in imported(tree)
+        if name.startswith(("tools.", "tests."))
+    ]
+    assert not wrong
+
+
 def test_pymavlink_enters_at_one_point_and_never_as_mavutil() -> None:
     users = {str(path) for path, tree in modules() for name in imported(tree) if name.startswith("pymavlink")}
     assert users <= {

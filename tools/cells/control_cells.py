@@ -12,12 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.core.guide import GuidanceConfig
-from companion.core.guide.paths import Arc, Line, Point, figure_eight, racetrack
+from companion.core.guide.paths import Line, Point, figure_eight, racetrack
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from mavlink_bridge.language.messages import Desired, EstimatedState, Loiter, LoiterKind
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, WaterConfig
+from sitl.scenario.log import distance_m
 from tools.cells.control_loop import TICK_S, ControlLoop, Setup, StateSource
 
 CALM = WaterConfig()
@@ -205,15 +206,6 @@ def pattern(case: Case, kind: LoiterKind, radius_m: float, speed_mps: float, lap
         if turns > 1.0:
             values.append(distance_m(segments, run.vessel.north_m, run.vessel.east_m))
     return errors(values, run, finished=turns >= 1.0 + laps)
-
-
-def distance_m(segments: tuple[Line | Arc, ...], north_m: float, east_m: float) -> float:
-    """Distance to the nearest point of a chain of segments."""
-    best = math.inf
-    for segment in segments:
-        along = min(max(segment.project(north_m, east_m).along_m, 0.0), segment.length_m)
-        best = min(best, math.dist((north_m, east_m), segment.point(along)))
-    return best
 
 
 def hover(case: Case, seconds: float = 400.0, settle_s: float = 100.0) -> Errors:

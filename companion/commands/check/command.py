@@ -15,6 +15,7 @@ from ...radio import read_key
 from ...settings import load_vessel
 from ..numbers import positive
 from .live_data import watch
+from .store import store_lines
 
 
 def register(subparsers: Any) -> None:
@@ -68,7 +69,8 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  WARNING     {name}: {told} (insecure = true)")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
-    print(f"  store       {settings.store or 'memory only: plans and parameters are lost at every stop'}")
+    for what, text in store_lines(settings):
+        print(f"  {what:11} {text}")
     if arguments.live is None:
         return 0
     return 0 if watch(settings, arguments.live) else 1
