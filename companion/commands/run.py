@@ -73,7 +73,7 @@ def command(arguments: argparse.Namespace) -> int:
         recording = Recording(recorder, clock.utc_us)
     app = build_app(settings, store=store, recording=recording, about=about)
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
-    for text in app.storage.standing:
+    for text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
         log.warning("%s", text)
     for door in vessel_doors(settings):
         log.info("socket: %s", door.line)

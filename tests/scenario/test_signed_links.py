@@ -196,7 +196,8 @@ def test_after_a_loss_of_power_a_station_that_heard_us_gets_through_at_once_and_
     assert armed(third)
 
 
-def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(world: World) -> None:
+def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(tmp_path: Path) -> None:
+    world, _ = started(tmp_path, MemoryStore())  # as on a boat: a simulation's store would leave the key file alone
     new = bytes(range(100, 132))
     genuine = Station(world, "gcs")
     order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
