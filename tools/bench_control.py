@@ -23,7 +23,8 @@ from mavlink_bridge.language.messages import LoiterKind
 from sitl.plant import SimVessel, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.cells import control_cells as cells, pursuit_cells
-from tools.cells.control_cells import CALM, WATERS, Case, Errors
+from tools.cells.control_cells import BLOW, CALM, WATERS, Case, Errors
+from tools.cells.foreign_hulls import bare
 from tools.cells.sensed import SensedState
 
 SEEDS = (1, 2, 3, 4, 5)
@@ -206,6 +207,27 @@ def _robust(name: str, seed: int) -> Figures:
     return {"times nominal": result.rms / _nominal(seed) if result.finished else math.inf}
 
 
+def _bare_legs(name: str, munk: float, speed: float, seed: int) -> Figures:
+    hull = replace(case(water=BLOW, seed=seed), vessel=bare(name, munk))
+    return _plain(cells.legs(hull, speed)[0])
+
+
+def _bare_ring(name: str, munk: float, speed: float, seed: int) -> Figures:
+    hull = replace(case(water=BLOW, seed=seed), vessel=bare(name, munk))
+    return _plain(cells.ring(hull, 20.0, speed))
+
+
+def _rows_of_hulls() -> list[Row]:
+    """Hulls without rudders that turn away by themselves, with their exact file."""
+    part, table = functools.partial, []
+    for munk in (0.5, 1.0):
+        for speed, bar in ((1.5, 0.12), (2.5, 0.3)):
+            name = f"otter without rudders, munk {munk}, {speed} m/s, 0.5 m/s + 8 m/s"
+            table.append(Row(f"legs, {name}", part(_bare_legs, "otter", munk, speed), {"rms": bar}))
+            table.append(Row(f"circle R 20, {name}", part(_bare_ring, "otter", munk, speed), {"rms": 0.3}))
+    return table
+
+
 def rows() -> list[Row]:
     """The whole table."""
     table = []
@@ -223,7 +245,7 @@ def rows() -> list[Row]:
     for water in WATERS:
         bars = {"rms": 0.5, "p95": 0.9} if water == "0.5 m/s + 8 m/s" else {}
         table.append(Row(f"hover, {water}", part(_hover, water), bars))
-    return table + _rows_against_peer() + _rows_of_loops()
+    return table + _rows_against_peer() + _rows_of_loops() + _rows_of_hulls()
 
 
 def _rows_against_peer() -> list[Row]:

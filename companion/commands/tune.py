@@ -84,7 +84,8 @@ def _read(path: Path) -> tuple[SteeringConfig, str]:
 
 def margins(arguments: argparse.Namespace) -> int:
     """Print the margins; 0 when all hold."""
-    from ..tuning.margins import GAIN_BAR_DB, PHASE_BAR_DEG, heading_margins
+    from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
+    from ..tuning.margins import heading_margins
 
     steering, vessel, profile = _chosen(arguments)
     if profile == "seed" and steering.seed.heading_gains is None:

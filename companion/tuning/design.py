@@ -5,7 +5,8 @@ from __future__ import annotations
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
 from ..core.steer.pid import PidGains
-from .margins import DELAY_S, SPEEDS_MPS, each_margin
+from ..core.steer.yaw_loop import DELAY_S
+from .margins import SPEEDS_MPS, each_margin
 
 _PROPORTIONAL = (0.3, 0.45, 0.6, 0.9, 1.2, 1.5, 1.8, 2.2, 2.7)
 _DERIVATIVE = (0.0, 0.1, 0.2, 0.4, 0.6)

@@ -14,14 +14,13 @@ from mavlink_bridge.language.units import knots_to_mps
 
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
+from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.model import ModelController
 from ..core.steer.pid import PidGains
+from ..core.steer.yaw_loop import DELAY_S
 from .plants import moment_plant, reachable, share_plant
 
 SPEEDS_MPS = (0.5, 1.0, 1.5, 2.0, 2.5)
-DELAY_S = 0.15
-GAIN_BAR_DB = 8.0
-PHASE_BAR_DEG = 45.0
 _PADE_ORDER = 5
 
 
@@ -104,7 +103,7 @@ def heading_margins(
     delay_s: float = DELAY_S,
     speeds: tuple[float, ...] = SPEEDS_MPS,
 ) -> list[Margins]:
-    """Return the margins over the speeds that the vessel can sail. ``profile`` is 'model' or 'seed'."""
+    """Return the margins over the speeds that the vessel is sailed at. ``profile`` is 'model' or 'seed'."""
     return list(each_margin(config, vessel, profile, delay_s, speeds))
 
 
@@ -113,7 +112,10 @@ def each_margin(
 ) -> Iterator[Margins]:
     """Yield the margins speed by speed, so that a search can stop at the first that fails."""
     gains = config.seed.heading_gains
+    fastest = ModelController(config, vessel).steady_mps if profile != "seed" else math.inf
     for speed in reachable(vessel, speeds):
+        if speed > fastest:
+            continue
         if profile != "seed":
             loop = model_loop(config, vessel, speed)
         elif gains is not None:

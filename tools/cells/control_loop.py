@@ -16,6 +16,7 @@ from companion.core.guard.gate import Evidence, Gate, GateConfig
 from companion.core.guide import Guidance, GuidanceConfig, GuidanceOutput
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig, make_controller
+from companion.core.steer.law import steady_speed_mps
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
 from mavlink_bridge.language.snapshot import ControlTrace
@@ -104,6 +105,9 @@ class ControlLoop:
         self.controller = make_controller(setup.steering.profile, setup.steering, belief)
         self.guidance = Guidance(setup.guidance, belief)
         self.gate = Gate(GateConfig(), setup.vessel.rudder.max_rad, round(TICK_S * 1e6))
+        steady_mps = steady_speed_mps(self.controller)
+        if steady_mps is not None:
+            self.guidance.limit_speed(steady_mps)
         self.frame = LocalFrame(*ORIGIN_RAD)
         self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None

@@ -15,6 +15,7 @@ from ...radio import read_key
 from ...settings import load_vessel
 from ..numbers import positive
 from .live_data import watch
+from .steering import heading_loop
 from .store import store_lines
 
 
@@ -46,6 +47,8 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"{arguments.config}: good")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
+    for line in heading_loop(settings.steering, vessel):
+        print(line)
     print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
     print(f"  keel        {vessel.keel_depth_m:g} m below the waterline (hull file)")
     for sensor in settings.sensors:

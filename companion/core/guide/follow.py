@@ -36,6 +36,8 @@ class FollowConfig(Config):
     """Steer by the triangle of velocities; off leaves drift to the integral."""
 
 
+SPARED = 0.96
+"""Share of the top speed that is sailed: the rest is what steering needs."""
 _AFTER_CORNER_S = 3.0
 _TURN_TAU_S = 0.3
 _NO_DRIFT = (0.0, 0.0)
@@ -50,8 +52,7 @@ class Follower:
 
     def __init__(self, config: FollowConfig, handling: Handling) -> None:
         self._handling = handling
-        self._fast_mps = 0.96 * handling.top_mps
-        """Less than top speed by what steering needs."""
+        self._fast_mps = SPARED * handling.top_mps
         self.integrator = Integrator()
         self.motion = SmoothMotion()
         self._early = EarlySwing()
@@ -70,6 +71,10 @@ class Follower:
         self._turn_least_m = 0.0
         """Radius by which a path is joined at the speed ``_turn_mps``."""
         self._measure_bends()
+
+    def limit(self, fast_mps: float) -> None:
+        """Sail no faster than this through the water, m/s."""
+        self._fast_mps = min(fast_mps, SPARED * self._handling.top_mps)
 
     def bend_speed_mps(self, curvature: float) -> float:
         """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability.

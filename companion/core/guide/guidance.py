@@ -105,6 +105,11 @@ class Guidance:
         self._follower.configure(config.follow)
         self._station.configure(config.station)
 
+    def limit_speed(self, fast_mps: float) -> None:
+        """Ask for no more than this through the water, m/s: faster, the steering law does not keep its margins."""
+        self._follower.limit(fast_mps)
+        self._station.limit(fast_mps)
+
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
         if not self._texts:
             return ()

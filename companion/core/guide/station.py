@@ -37,7 +37,8 @@ class StationKeeper:
     """Holds one anchor point at a time."""
 
     def __init__(self, config: StationConfig, handling: Handling) -> None:
-        self._able_mps = 0.96 * handling.top_mps
+        self._top_mps = handling.top_mps
+        self._able_mps = 0.96 * self._top_mps
         """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
         self.anchor = (0.0, 0.0)
@@ -45,6 +46,10 @@ class StationKeeper:
         self._returning = False
         self._facing = False
         self.configure(config)
+
+    def limit(self, fast_mps: float) -> None:
+        """Sail no faster than this through the water, m/s."""
+        self._able_mps = min(fast_mps, 0.96 * self._top_mps)
 
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"

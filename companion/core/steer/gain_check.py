@@ -1,7 +1,8 @@
 """Whether steering gains fit together and fit the vessel: refused before they reach the water (fault row 59).
 
-Each gain alone has a range; together they may still leave a loop no margin. Both loops of the law ``model`` are scanned in
-frequency, behind the actuators' lag and the stated delay. A law with free gains (``seed``, one's own) is not judged here;
+Each gain alone has a range; together they may still leave a loop no margin. Both loops of the law ``model`` are judged
+behind the actuators' lag and the stated delay, with the settings as they are: what the schedule mends for a hull that is
+unstable by itself is no excuse for settings that fit no hull. A law with free gains (``seed``, one's own) is not judged here;
 the oscillation monitor watches all of them.
 """
 
@@ -14,16 +15,16 @@ from typing import Final
 
 from ..hull import VesselConfig
 from ..hull.vessel_file import drag_n
-from .bandwidth import DELAY_S
 from .law import SteeringConfig
 from .model import ModelController
+from .yaw_loop import DELAY_S
 
 PHASE_DEG: Final = 20.0
 GAIN_DB: Final = 4.0
 """Less than either, and the loop oscillates on a boat that is a little different from its file."""
 _FREQUENCIES: Final = tuple(0.03 * 1.06**k for k in range(120))
 _SPEEDS: Final = (0.0, 0.5, 1.0)
-"""Shares of the top speed at which the heading loop is looked at."""
+"""Shares of the greatest speed at which the heading loop is looked at."""
 
 Loop = Callable[[complex], complex]
 
@@ -33,27 +34,16 @@ def gains_problem(config: SteeringConfig, vessel: VesselConfig) -> str:
     if config.profile != "model":
         return ""
     model = config.model
-    lag_s = max(vessel.thruster.lag_s, vessel.rudder.lag_s)
     controller = ModelController(config, vessel)
+    names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
     for share in _SPEEDS:
-        speed_mps = share * controller.top_mps
-        kp, ki, kd = controller.heading_gains(speed_mps)
-        loop = _heading(kp, ki, kd, inertia=controller.inertia, damping=controller.yaw_damping(speed_mps), lag_s=lag_s)
-        names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
-        problem = _problem(loop, f"heading loop ({names})")
-        if problem:
-            return problem
+        found = controller.plain_margins(share * controller.schedule.steady_mps)
+        if found.gain_db < GAIN_DB or found.phase_deg < PHASE_DEG:
+            return _told(f"heading loop ({names})", found.gain_db, found.phase_deg)
     gain = model.speed_gain
     damping = drag_n(vessel, 0.5) / 0.5 / vessel.hull.m11_kg
     loop = _speed(gain, gain * model.speed_integral, damping, vessel.thruster.lag_s)
     return _problem(loop, f"speed loop (SPEED_P {gain:g}, SPEED_I {model.speed_integral:g})")
-
-
-def _heading(kp: float, ki: float, kd: float, inertia: float, damping: float, lag_s: float) -> Loop:
-    def loop(s: complex) -> complex:
-        return (kp + ki / s + kd * s) / (s * (inertia * s + damping)) / (1.0 + s * lag_s) * cmath.exp(-s * DELAY_S)
-
-    return loop
 
 
 def _speed(gain: float, integral: float, damping: float, lag_s: float) -> Loop:
@@ -67,6 +57,10 @@ def _problem(loop: Loop, name: str) -> str:
     gain_db, phase_deg = margins(loop)
     if gain_db >= GAIN_DB and phase_deg >= PHASE_DEG:
         return ""
+    return _told(name, gain_db, phase_deg)
+
+
+def _told(name: str, gain_db: float, phase_deg: float) -> str:
     return f"the {name} would be unstable or nearly so: margins {gain_db:.0f} dB and {phase_deg:.0f} degrees"
 
 

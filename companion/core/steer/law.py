@@ -135,6 +135,22 @@ def mix(common: float, differential: float, limit: float) -> tuple[float, float]
     return common + differential, common - differential
 
 
+def steady_speed_mps(controller: Controller) -> float | None:
+    """Return the greatest speed through the water at which a law keeps its margins; None when it does not say.
+
+    A law says it by an attribute ``steady_mps``.
+    """
+    found = getattr(controller, "steady_mps", None)
+    return None if found is None else float(found)
+
+
+def lowered_text(steady_mps: float, top_mps: float) -> str:
+    """Say that the vessel is not sailed as fast as it could go; empty when it is."""
+    if steady_mps > 0.995 * top_mps:
+        return ""
+    return f"Top speed lowered from {top_mps:.1f} to {steady_mps:.1f} m/s: faster, this hull cannot be steered with safe margins"
+
+
 class SteeringError(ValueError):
     """The configuration names no usable controller."""
 

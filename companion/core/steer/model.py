@@ -15,15 +15,15 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..hull import Handling, VesselConfig
 from .allocation import Allocation, Allocator
-from .bandwidth import heading_bandwidth
+from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver
+from .yaw_loop import LoopMargins
 
 _SATURATED_RAD = 0.3
 """Heading error at which a good bandwidth just uses up the yaw authority."""
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
-_POINTS = 8
 _KICKED_RATE = 0.15
 _REFERENCE_RATE = 2.4
 _GENTLE = 0.6
@@ -72,30 +72,27 @@ class ModelController:
         authority = handling.authority(0.5 * handling.top_mps)
         reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
         most = min(config.heading_bandwidth, reach)
-        lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
-        self._step_mps, self._attainable_mps = handling.top_mps / _POINTS, 1.05 * handling.top_mps
-        self._omegas = [
-            heading_bandwidth(
-                self._inertia,
-                handling.yaw_damping(k * self._step_mps)[0],
-                lag_s,
-                zeta=config.heading_damping,
-                integral=config.heading_integral,
-                most=most,
-            )
-            for k in range(_POINTS + 1)
-        ]
+        self._wishes = Wishes(most, config.heading_damping, config.heading_integral)
+        self._schedule = schedule = heading_schedule(vessel, self._wishes)
+        self._step_mps = schedule.step_mps
+        self._attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
+        self._omegas = [gain.omega_radps for gain in schedule.gains]
+        self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
+        self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
-        self._rate_limit, self._damping = config.yaw_rate_limit, config.heading_damping
-        self._heading_integral, self._speed_integral = config.heading_integral, config.speed_integral
+        self._rate_limit = config.yaw_rate_limit
+        self._speed_integral = config.speed_integral
         self._surge_most, self._speed_gain = config.acceleration, config.speed_gain
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
-        place = clamp(speed_mps / self._step_mps, 0.0, _POINTS - 1e-9)
+        return self._at(self._omegas, speed_mps)
+
+    def _at(self, table: list[float], speed_mps: float) -> float:
+        place = clamp(speed_mps / self._step_mps, 0.0, len(table) - 1 - 1e-9)
         k = int(place)
-        return self._omegas[k] + (place - k) * (self._omegas[k + 1] - self._omegas[k])
+        return table[k] + (place - k) * (table[k + 1] - table[k])
 
     def reset(self, state: EstimatedState, dt_s: float = 0.0, sent: ActuatorOutput | None = None) -> None:
         self._clear()
@@ -116,22 +113,27 @@ class ModelController:
         linear, _ = self._handling.yaw_damping(speed_mps)
         omega = self._omega(speed_mps)
         kp = self._inertia * omega * omega
-        damping = 2.0 * self._config.heading_damping * omega * self._inertia
-        return kp, self._config.heading_integral * kp, max(damping - linear, 0.0)
-
-    @property
-    def inertia(self) -> float:
-        """Yaw inertia that the law reckons with, kg m^2."""
-        return self._inertia
+        damping = 2.0 * self._at(self._zetas, speed_mps) * omega * self._inertia
+        return kp, self._at(self._integrals, speed_mps) * kp, max(damping - max(linear, 0.0), 0.0)
 
     @property
     def top_mps(self) -> float:
         """Top speed through the water."""
         return self._handling.top_mps
 
-    def yaw_damping(self, speed_mps: float) -> float:
-        """Linear yaw damping at a speed, Nm/(rad/s)."""
-        return self._handling.yaw_damping(speed_mps)[0]
+    @property
+    def schedule(self) -> Schedule:
+        """The heading loop's gains over speed, what they leave, and how fast the vessel may be sailed with them."""
+        return self._schedule
+
+    def plain_margins(self, speed_mps: float) -> LoopMargins:
+        """Return what the bandwidth at a speed leaves with the settings' own damping and integral."""
+        return plain_margins(self._handling, self._wishes, self._omega(speed_mps), speed_mps)
+
+    @property
+    def steady_mps(self) -> float:
+        """Greatest speed through the water at which the heading loop keeps its margins."""
+        return self._schedule.steady_mps
 
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps()
@@ -193,7 +195,9 @@ class ModelController:
         self._heading_error = error = wrap_pi(reference - psi)
         if desired.brake:
             omega *= _GENTLE
-        r_ref, damping = self._r_ref, 2.0 * self._damping * omega * inertia - linear
+        r_ref, damping = self._r_ref, 2.0 * self._at(self._zetas, speed) * omega * inertia
+        if linear > 0.0:  # the hull's own share; a hull that has none takes all of it from the law
+            damping -= linear
         p = inertia * omega * omega * error
         d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
         forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
@@ -256,7 +260,7 @@ class ModelController:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
         if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
-            gain = self._heading_integral * self._inertia * omega * omega
+            gain = self._at(self._integrals, self._observer.u_mps) * self._inertia * omega * omega
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -36,8 +37,9 @@ from ..guide import Guidance, GuidanceOutput
 from ..hull import VesselConfig
 from ..hull.geometry import geometry_of
 from ..hull.stopping import braking_distance_m
-from ..hull.vessel_file import Statics
+from ..hull.vessel_file import Statics, top_speed_mps
 from ..steer import make_controller
+from ..steer.law import lowered_text, steady_speed_mps
 from .config import TickInputs, VehicleConfig
 from .mission import Mission, Point
 from .navigator import Navigator
@@ -98,6 +100,8 @@ class Controls:
         self._texts: list[LogText] = []
         self._depth_inputs: list[Distance] = []
         self.say(Severity.INFO, self.guard.startup_warning(self._stopping))
+        self._steady_mps = math.inf
+        self._limit_speed()
 
     def configure(self, config: VehicleConfig) -> None:
         """Take new live settings; a change of gains does not bump the actuators."""
@@ -110,6 +114,7 @@ class Controls:
             self.guidance.configure(config.guidance)
         if config.steering != old.steering:
             self.controller.configure(config.steering)
+            self._limit_speed()
         if config.estimate != old.estimate:
             self.estimator.configure(config.estimate)
         if config.depth != old.depth:
@@ -262,6 +267,17 @@ class Controls:
         state = self.state
         if not self._home_by_operator and state.lat_rad is not None and state.lon_rad is not None:
             self.mission.home = (state.lat_rad, state.lon_rad)
+
+    def _limit_speed(self) -> None:
+        """Keep to the speed up to which the steering law has its margins on this hull, and tell it when it is lowered."""
+        steady_mps = steady_speed_mps(self.controller)
+        if steady_mps is None or steady_mps == self._steady_mps:
+            return
+        self._steady_mps = steady_mps
+        self.guidance.limit_speed(steady_mps)
+        told = lowered_text(steady_mps, top_speed_mps(self.vessel))
+        if told:
+            self.say(Severity.WARNING, told)
 
     def _stopping(self, speed_mps: float) -> float:
         if self._brakes:
