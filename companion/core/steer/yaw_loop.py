@@ -74,7 +74,15 @@ def yaw_plant(vessel: VesselConfig, speed_mps: float) -> YawPlant:
     each_n = 0.5 * drag_n(vessel, speed_mps)
 
     def rates(v: float, r: float, rudder_rad: float, half_n: float) -> tuple[float, float]:
-        _, dv, dr = model.rates(speed_mps, v, r, each_n + half_n, each_n - half_n, rudder_rad, rudder_rad)
+        _, dv, dr = model.rates(
+            speed_mps,
+            v,
+            r,
+            thrust_port_n=each_n + half_n,
+            thrust_starboard_n=each_n - half_n,
+            rudder_port_rad=rudder_rad,
+            rudder_starboard_rad=rudder_rad,
+        )
         return dv, dr
 
     def slope(v: float, r: float, rudder_rad: float, half_n: float) -> tuple[float, float]:
