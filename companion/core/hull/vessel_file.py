@@ -145,6 +145,10 @@ class VesselConfig(Config):
     mounts: dict[str, MountConfig] = Field(default_factory=dict)
     """By name of a sensor link of the settings (`mavlink`: what stations send): what of it sits elsewhere."""
 
+    def __hash__(self) -> int:
+        """By what moves: gains and plants are worked out once per vessel; ``mounts``, a dict, has no hash."""
+        return hash((self.name, self.hull, self.thruster, self.rudder))
+
     def scaled(self, mass: float = 1.0, drag: float = 1.0, thrust: float = 1.0) -> VesselConfig:
         """Return a copy with other inertia, damping or thrust: a wrong belief, or a loaded and fouled hull."""
         inertia = ("mass_kg", "m11_kg", "m22_kg", "m23_kgm", "m33_kgm2")
