@@ -47,8 +47,7 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"{arguments.config}: good")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
-    for line in heading_loop(settings.steering, vessel):
-        print(line)
+    print("\n".join(heading_loop(settings.steering, vessel)))
     print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
     print(f"  keel        {vessel.keel_depth_m:g} m below the waterline (hull file)")
     for sensor in settings.sensors:
