@@ -19,7 +19,7 @@ from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from companion.core.steer.law import SeedConfig
 from companion.core.steer.pid import PidGains
-from mavlink_bridge.language.messages import LoiterKind
+from mavlink_bridge.language.figures import FigureEight, Racetrack
 from sitl.plant import SimVessel, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.cells import control_cells as cells, pursuit_cells
@@ -94,7 +94,7 @@ def _ring(water: str, radius: float, speed: float, seed: int) -> Figures:
     return _plain(cells.ring(case(water=WATERS[water], seed=seed), radius, speed))
 
 
-def _pattern(kind: LoiterKind, water: str, radius: float, speed: float, seed: int) -> Figures:
+def _pattern(kind: type[Racetrack | FigureEight], water: str, radius: float, speed: float, seed: int) -> Figures:
     return _plain(cells.pattern(case(water=WATERS[water], seed=seed), kind, radius, speed))
 
 
@@ -238,9 +238,9 @@ def rows() -> list[Row]:
             for radius in (10, 20, 50):
                 bars = {"rms": 0.25, "max": 0.7, "bias": 0.05}
                 table.append(Row(f"circle R {radius}, {speed} m/s, {water}", part(_ring, water, radius, speed), bars))
-            for kind in (LoiterKind.RACETRACK, LoiterKind.FIGURE_EIGHT):
+            for kind in (Racetrack, FigureEight):
                 for radius in (15, 25):
-                    name = f"{kind.value} R {radius}, {speed} m/s, {water}"
+                    name = f"{kind.name} R {radius}, {speed} m/s, {water}"
                     table.append(Row(name, part(_pattern, kind, water, radius, speed), {"rms": 0.25, "max": 0.75}))
     for water in WATERS:
         bars = {"rms": 0.5, "p95": 0.9} if water == "0.5 m/s + 8 m/s" else {}

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.language.figures import outline
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import Goto, Loiter
+from mavlink_bridge.language.units import e7_to_deg
+from mavlink_bridge.mavlink.missions.fence_mapping import compile_fence
+from mavlink_bridge.mavlink.missions.plan_mapping import compile_item
+from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS
 
 from .flight import Flight
 
@@ -32,10 +39,10 @@ STATE_COLOURS: Final = {
     "no plan": "#d0d7de",
     "not started": "#d0d7de",
 }
-_FENCE_POLYGON_IN, _FENCE_POLYGON_OUT, _FENCE_CIRCLE_IN, _FENCE_CIRCLE_OUT = 5001, 5002, 5003, 5004
-_LOITERS: Final = {17: 3, 18: 3, 19: 3, 31: 2, 34: 1}
-"""Command -> parameter that holds the radius."""
-_PLACES: Final = (16, 17, 18, 19, 21, 22, 31, 34, 35, 82, 94)
+_USUAL_RADIUS_M: Final = 20.0
+"""For the picture of a loiter that leaves its radius to the vessel: the shipped LOIT_RADIUS."""
+_NAV_LAST: Final = 95
+"""MAV_CMD_NAV_LAST: what is below it, of another vehicle's plan too, is a place to go to."""
 
 
 @dataclass(slots=True)
@@ -43,7 +50,10 @@ class Shapes:
     """Plan and fence in degrees and metres."""
 
     points: list[tuple[float, float, str]] = field(default_factory=list)
-    circles: list[tuple[float, float, float, str]] = field(default_factory=list)
+    loiters: list[list[tuple[float, float]]] = field(default_factory=list)
+    """The closed line of each loiter's figure."""
+    circles: list[tuple[float, float, float, bool]] = field(default_factory=list)
+    """Fence circles: centre, radius in m, inclusion."""
     polygons: list[tuple[list[tuple[float, float]], bool]] = field(default_factory=list)
 
 
@@ -51,38 +61,30 @@ def plan_shapes(flight: Flight) -> Shapes:
     """Turn the items of plan and fence into shapes."""
     shapes = Shapes()
     for number, item in enumerate(flight.plan):
-        if item.command in _PLACES and (item.x or item.y):
-            lat, lon = item.x * 1e-7, item.y * 1e-7
-            shapes.points.append((lat, lon, str(number)))
-            radius = _radius(item)
-            if radius:
-                shapes.circles.append((lat, lon, radius, "loiter"))
-    _fence(flight.fence, shapes)
+        maneuver = compile_item(number, item, DEFAULT_LIMITS)
+        if (isinstance(maneuver, Goto | Loiter) or item.command < _NAV_LAST) and (item.x or item.y):
+            shapes.points.append((e7_to_deg(item.x), e7_to_deg(item.y), str(number)))
+        if isinstance(maneuver, Loiter):
+            shapes.loiters += _figure(maneuver)
+    for area in compile_fence(flight.fence)[0]:
+        if area.centre_rad is not None and area.radius_m is not None:
+            lat, lon = _degrees(area.centre_rad)
+            shapes.circles.append((lat, lon, area.radius_m, area.inclusion))
+        else:
+            shapes.polygons.append(([_degrees(corner) for corner in area.vertices_rad], area.inclusion))
     for item in flight.rally:
-        shapes.points.append((item.x * 1e-7, item.y * 1e-7, "rally"))
+        shapes.points.append((e7_to_deg(item.x), e7_to_deg(item.y), "rally"))
     return shapes
 
 
-def _radius(item: PlanItem) -> float:
-    index = _LOITERS.get(item.command)
-    if index is None:
-        return 0.0
-    value = (item.param1, item.param2, item.param3, item.param4)[index - 1]
-    return abs(value) if value == value and abs(value) < 1e5 else 0.0
+def _figure(loiter: Loiter) -> list[list[tuple[float, float]]]:
+    frame = LocalFrame(loiter.lat_rad, loiter.lon_rad)
+    line = [_degrees(frame.to_geodetic(*point)) for point in outline(loiter.figure, (0.0, 0.0), _USUAL_RADIUS_M)]
+    return [line] if line else []
 
 
-def _fence(items: tuple[PlanItem, ...], shapes: Shapes) -> None:
-    corners: list[tuple[float, float]] = []
-    for item in items:
-        lat, lon = item.x * 1e-7, item.y * 1e-7
-        if item.command in (_FENCE_POLYGON_IN, _FENCE_POLYGON_OUT):
-            corners.append((lat, lon))
-            if len(corners) >= max(3, int(item.param1)):
-                shapes.polygons.append((corners, item.command == _FENCE_POLYGON_IN))
-                corners = []
-        elif item.command in (_FENCE_CIRCLE_IN, _FENCE_CIRCLE_OUT):
-            kind = "inclusion" if item.command == _FENCE_CIRCLE_IN else "exclusion"
-            shapes.circles.append((lat, lon, item.param1, kind))
+def _degrees(place_rad: tuple[float, float]) -> tuple[float, float]:
+    return math.degrees(place_rad[0]), math.degrees(place_rad[1])
 
 
 def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:

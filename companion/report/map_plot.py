@@ -50,17 +50,13 @@ def draw_map(flight: Flight) -> Any | None:
 def _extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, float]]:
     """What the picture must hold, m: the track and the plan; a fence far around it may lie outside."""
     found = [place(lat, lon) for lat, lon, _ in shapes.points]
-    for lat, lon, radius, kind in shapes.circles:
-        if kind == "loiter":
-            x, y = place(lat, lon)
-            found += [(x - radius, y - radius), (x + radius, y + radius)]
+    found += [place(*point) for line in shapes.loiters for point in line]
     for track in flight.tracks.values():
         found += [place(min(track.lat), min(track.lon)), place(max(track.lat), max(track.lon))]
     fence = [place(*corner) for polygon, _ in shapes.polygons for corner in polygon]
-    for lat, lon, radius, kind in shapes.circles:
-        if kind != "loiter":
-            x, y = place(lat, lon)
-            fence += [(x - radius, y - radius), (x + radius, y + radius)]
+    for lat, lon, radius, _ in shapes.circles:
+        x, y = place(lat, lon)
+        fence += [(x - radius, y - radius), (x + radius, y + radius)]
     return found + fence if _size(found + fence) <= WIDE * _size(found) else found
 
 
@@ -105,8 +101,11 @@ def _draw_plan(ax: Any, shapes: Shapes, place: Place) -> None:
             linewidth=1.3,
             label="fence, stay inside" if inclusion else "fence, keep out",
         )
-    for lat, lon, radius, kind in shapes.circles:
-        colour = {"inclusion": "#1a7f37", "exclusion": "#cf222e"}.get(kind, "#8250df")
+    for line in shapes.loiters:
+        points = [place(*point) for point in line]
+        ax.plot([x for x, _ in points], [y for _, y in points], color="#8250df", linestyle="--", linewidth=1.2)
+    for lat, lon, radius, inclusion in shapes.circles:
+        colour = "#1a7f37" if inclusion else "#cf222e"
         ax.add_patch(Circle(place(lat, lon), radius, fill=False, edgecolor=colour, linestyle="--", linewidth=1.2))
     route = [place(lat, lon) for lat, lon, _ in shapes.points]
     if route:

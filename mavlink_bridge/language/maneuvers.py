@@ -8,23 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from .figures import Circle, Figure
+
 
 class LoiterKind(Enum):
-    """IMC Loiter.type; never silently another one."""
+    """IMC Loiter.type, as an order names a figure; the figures themselves are ``figures.py``'s."""
 
     CIRCULAR = "circular"
     RACETRACK = "racetrack"
     FIGURE_EIGHT = "figure-eight"
     HOVER = "hover"
-
-
-class LoiterDirection(Enum):
-    """IMC Loiter.direction."""
-
-    CW = "cw"
-    CCW = "ccw"
-    INTO_DRIFT = "into-drift"
-    VESSEL = "vessel"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,20 +35,12 @@ class Goto:
 
 @dataclass(frozen=True, slots=True)
 class Loiter:
-    """Circle, racetrack, figure-eight or hover about a point (IMC Loiter).
-
-    Duration counts from reaching the path. With neither duration nor turns the loiter is unlimited. ``length_m`` is the
-    straight part of a racetrack or the distance between an eight's loop centres; ``bearing_rad`` the long axis, from north.
-    """
+    """A figure about a point (IMC Loiter). Duration counts from reaching the path; with neither duration nor turns it is unlimited."""
 
     seq: int
     lat_rad: float
     lon_rad: float
-    kind: LoiterKind = LoiterKind.CIRCULAR
-    radius_m: float | None = None
-    length_m: float | None = None
-    bearing_rad: float | None = None
-    direction: LoiterDirection = LoiterDirection.CW
+    figure: Figure = Circle()  # noqa: RUF009 - frozen
     duration_s: float | None = None
     turns: float | None = None
     speed_mps: float | None = None

@@ -11,6 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
+from .figures import (
+    Circle as Circle,
+    Figure as Figure,
+    FigureEight as FigureEight,
+    Hover as Hover,
+    LoiterDirection as LoiterDirection,
+    Racetrack as Racetrack,
+)
 from .maneuvers import (
     ChangeSpeed as ChangeSpeed,
     Delay as Delay,
@@ -19,7 +27,6 @@ from .maneuvers import (
     Goto as Goto,
     Jump as Jump,
     Loiter as Loiter,
-    LoiterDirection as LoiterDirection,
     LoiterKind as LoiterKind,
     Maneuver as Maneuver,
     Noted as Noted,

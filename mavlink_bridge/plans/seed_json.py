@@ -18,7 +18,8 @@ from typing import Any, Final
 
 from mavlink_bridge.language.units import KNOT_MPS
 
-from ..language.messages import Loiter, LoiterDirection, LoiterKind
+from ..language.figures import FIGURES, Circle, Figure, FigureEight, Hover, LoiterDirection, Racetrack, figure_of
+from ..language.messages import Loiter
 from ..mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
 
 MAX_BYTES: Final = 65_536
@@ -36,17 +37,15 @@ _KEYS: Final = {
     "version": ("v", "version"),
 }
 _NAMES: Final = {name: key for key, names in _KEYS.items() for name in names}
-_KINDS: Final = {
-    "circular": LoiterKind.CIRCULAR,
-    "racetrack": LoiterKind.RACETRACK,
-    "hover": LoiterKind.HOVER,
-    "figureeight": LoiterKind.FIGURE_EIGHT,
-    "eight": LoiterKind.FIGURE_EIGHT,
-    "ltcircular": LoiterKind.CIRCULAR,
-    "ltracetrack": LoiterKind.RACETRACK,
-    "lthover": LoiterKind.HOVER,
-    "lteight": LoiterKind.FIGURE_EIGHT,
+_KINDS: Final[dict[str, type[Figure]]] = {
+    **{name.replace("-", ""): figure for name, figure in FIGURES.items()},
+    "eight": FigureEight,
+    "ltcircular": Circle,
+    "ltracetrack": Racetrack,
+    "lthover": Hover,
+    "lteight": FigureEight,
 }
+"""A type's name in plain letters, the original installation's own spellings included."""
 _DIRECTIONS: Final = {"cw": LoiterDirection.CW, "ccw": LoiterDirection.CCW}
 _MISSING: Final = object()
 
@@ -110,19 +109,21 @@ def _plan(seq: int, entry: Any, limits: PlanLimits) -> SeedPlan:
     speed_kn = _number(fields, "speed", 0.0, limits.max_speed_mps / KNOT_MPS, None)
     if speed_kn == 0.0:
         raise SeedJsonError("speed 0 would never get there")
-    if kind in (LoiterKind.RACETRACK, LoiterKind.FIGURE_EIGHT) and not (length and radius):
-        raise SeedJsonError(f"{kind.value} needs length and radius")
-    if kind is LoiterKind.FIGURE_EIGHT and length < 2.0 * radius:
+    if kind in (Racetrack, FigureEight) and not (length and radius):
+        raise SeedJsonError(f"{kind.name} needs length and radius")
+    if kind is FigureEight and length < 2.0 * radius:
         raise SeedJsonError(f"length {length:g} m is below twice the radius {radius:g} m")
     loiter = Loiter(
         seq,
         math.radians(_number(fields, "latitude", -90.0, 90.0)),
         math.radians(_number(fields, "longitude", -180.0, 180.0)),
-        kind=kind,
-        radius_m=(radius or None) if kind is not LoiterKind.HOVER else None,
-        length_m=length if kind in (LoiterKind.RACETRACK, LoiterKind.FIGURE_EIGHT) else None,
-        bearing_rad=math.radians(_number(fields, "bearing", 0.0, 360.0)) if "bearing" in fields else None,
-        direction=_direction(fields.get("direction", "cw")),
+        figure=figure_of(
+            kind.name,
+            radius_m=radius or None,
+            length_m=length,
+            bearing_rad=math.radians(_number(fields, "bearing", 0.0, 360.0)) if "bearing" in fields else None,
+            direction=_direction(fields.get("direction", "cw")),
+        ),
         duration_s=duration or None,
         speed_mps=speed_kn * KNOT_MPS,
     )
@@ -156,11 +157,11 @@ def _number(fields: dict[str, Any], key: str, low: float, high: float, default: 
     return float(value)
 
 
-def _kind(value: Any) -> LoiterKind:
+def _kind(value: Any) -> type[Figure]:
     plain = "".join(letter for letter in value.lower() if letter.isalnum()) if isinstance(value, str) else ""
     kind = _KINDS.get(plain)
     if kind is None:
-        raise SeedJsonError(f"loiter type {str(value)[:40]!r} is none of circular, racetrack, hover, figure-eight")
+        raise SeedJsonError(f"loiter type {str(value)[:40]!r} is none of {', '.join(FIGURES)}")
     return kind
 
 
@@ -177,20 +178,23 @@ def write(name: str, loiter: Loiter, speed_mps: float | None = None) -> str:
     Raises SeedJsonError for what the format cannot say: turns, a direction chosen aboard, no speed.
     """
     speed = loiter.speed_mps if loiter.speed_mps is not None else speed_mps
-    if loiter.turns is not None or loiter.direction not in _DIRECTIONS.values() or speed is None:
+    figure = loiter.figure
+    said = {key: getattr(figure, key, None) for key in ("radius_m", "length_m", "bearing_rad")}
+    direction = LoiterDirection.CW if isinstance(figure, Hover) else figure.direction
+    if loiter.turns is not None or direction not in _DIRECTIONS.values() or speed is None:
         raise SeedJsonError("the format has no turns and no direction chosen aboard, and needs a speed")
     entry: dict[str, Any] = {
         "id": name,
         "latitude": round(math.degrees(loiter.lat_rad), 7),
         "longitude": round(math.degrees(loiter.lon_rad), 7),
         "duration_s": loiter.duration_s or 0,
-        "loiter_type": loiter.kind.value,
+        "loiter_type": figure.name,
         "speed_kn": round(speed / KNOT_MPS, 3),
-        "length_m": loiter.length_m or 0,
-        "radius_m": loiter.radius_m or 0,
+        "length_m": said["length_m"] or 0,
+        "radius_m": said["radius_m"] or 0,
     }
-    if loiter.direction is LoiterDirection.CCW:
+    if direction is LoiterDirection.CCW:
         entry["direction"] = "ccw"
-    if loiter.bearing_rad is not None:
-        entry["bearing_deg"] = round(math.degrees(loiter.bearing_rad) % 360.0, 2)
+    if said["bearing_rad"] is not None:
+        entry["bearing_deg"] = round(math.degrees(said["bearing_rad"]) % 360.0, 2)
     return json.dumps(entry, separators=(",", ":"))

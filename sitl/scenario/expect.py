@@ -15,7 +15,8 @@ from typing import Any, Final, Literal
 from pydantic import Field, model_validator
 
 from companion.core.config import Config
-from mavlink_bridge.language.messages import Action, GuardState, LoiterKind, Mode, PlanState
+from mavlink_bridge.language.figures import Circle
+from mavlink_bridge.language.messages import Action, GuardState, Mode, PlanState
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.units import wrap_pi
 
@@ -204,7 +205,7 @@ def _worst(errors: Iterator[float]) -> float | None:
 
 def _circles(rows: Rows) -> Iterator[float]:
     for row in rows:
-        if row.loiter is not None and row.loiter.kind is LoiterKind.CIRCULAR and row.path_error_m is not None:
+        if row.loiter is not None and isinstance(row.loiter.figure, Circle) and row.path_error_m is not None:
             yield row.path_error_m
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from companion.core.guide.paths import Arc, Line, Segment, figure_eight, racetrack
+from mavlink_bridge.language.figures import Circle, radius_of, sense_of
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import Goto, Loiter, LoiterDirection, LoiterKind, Maneuver, Mode, PlanState
+from mavlink_bridge.language.messages import Goto, Loiter, Maneuver, Mode, PlanState
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..plant import Truth
@@ -94,32 +94,13 @@ class Logbook:
         return self.frame.to_local(item.lat_rad, item.lon_rad)
 
     def _bearing_rad(self, item: Loiter, here: Point) -> float | None:
-        if item.kind is not LoiterKind.CIRCULAR:
+        if not isinstance(item.figure, Circle):
             return None
         north_m, east_m = self._point(item)
         return math.atan2(here[1] - east_m, here[0] - north_m)
 
     def _path_error_m(self, item: Loiter, here: Point, snapshot: Snapshot) -> float:
         centre = self._point(item)
-        if item.kind is LoiterKind.HOVER:
-            return math.dist(here, centre)
-        radius_m = abs(snapshot.path.orbit_radius_m or item.radius_m or 0.0)
-        if item.kind is LoiterKind.CIRCULAR:
-            return math.dist(here, centre) - radius_m
-        return distance_m(_figure(item, centre, abs(item.radius_m or radius_m)), *here)
-
-
-def _figure(item: Loiter, centre: Point, radius_m: float) -> tuple[Segment, ...]:
-    sense = -1 if item.direction is LoiterDirection.CCW else 1
-    length_m, bearing_rad = item.length_m or 2.0 * radius_m, item.bearing_rad or 0.0
-    draw = racetrack if item.kind is LoiterKind.RACETRACK else figure_eight
-    return draw(centre, radius_m, length_m, bearing_rad, sense)
-
-
-def distance_m(segments: tuple[Line | Arc, ...], north_m: float, east_m: float) -> float:
-    """Distance to the nearest point of a chain of segments."""
-    best = math.inf
-    for segment in segments:
-        along = min(max(segment.project(north_m, east_m).along_m, 0.0), segment.length_m)
-        best = min(best, math.dist((north_m, east_m), segment.point(along)))
-    return best
+        figure, flown_m = item.figure, abs(snapshot.path.orbit_radius_m or 0.0)
+        radius_m = flown_m or radius_of(figure, 0.0) if isinstance(figure, Circle) else radius_of(figure, flown_m)
+        return figure.error_m(centre, radius_m, here, sense_of(figure))

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from companion.core.config import Config
 from mavlink_bridge.language import messages as imc
+from mavlink_bridge.language.figures import figure_of
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 from mavlink_bridge.language.units import rad_to_e7
@@ -171,11 +172,13 @@ def _loiter(seq: int, text: LoiterText, frame: LocalFrame) -> imc.Loiter:
     return imc.Loiter(
         seq,
         *text.position_rad(frame),
-        kind=imc.LoiterKind[text.kind.upper()],
-        radius_m=text.radius_m,
-        length_m=text.length_m,
-        bearing_rad=None if text.bearing_deg is None else math.radians(text.bearing_deg),
-        direction=imc.LoiterDirection[text.direction.upper()],
+        figure=figure_of(
+            text.kind.replace("_", "-"),
+            radius_m=text.radius_m,
+            length_m=text.length_m,
+            bearing_rad=None if text.bearing_deg is None else math.radians(text.bearing_deg),
+            direction=imc.LoiterDirection[text.direction.upper()],
+        ),
         duration_s=text.duration_s,
         turns=text.turns,
     )

@@ -9,8 +9,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import Goto, Loiter, LoiterKind, Mode, PlanSpecification
+from mavlink_bridge.language.messages import Goto, Loiter, Mode, PlanSpecification
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..plant import Truth
@@ -100,9 +101,9 @@ class Metrics:
         return errors
 
     def _loiter(self, item: Loiter, here: tuple[float, float], cross_m: float, radius_m: float | None) -> None:
-        errors = self._errors(item.seq, item.kind.value)
+        errors = self._errors(item.seq, item.figure.name)
         errors.estimate.add(cross_m)
-        if item.kind is LoiterKind.CIRCULAR and radius_m is not None:
+        if isinstance(item.figure, Circle) and radius_m is not None:
             errors.truth.add(math.dist(here, self._points[item.seq]) - abs(radius_m))
 
     def _leg(self, item: Goto, here: tuple[float, float], cross_m: float) -> None:

@@ -176,9 +176,9 @@ def test_check_20_turns_and_direction(bench):
     assert upload(bench, [item(18, 2, 0, -20, 1), item(18, 2, 0, 0, 1), item(18, 2, 0, NAN, 1)]) == ACCEPTED
     plan = next(request.body for request in bench.vessel.handled if isinstance(request.body, LoadPlan)).plan
     first, second, third = (maneuver for maneuver in plan.maneuvers if isinstance(maneuver, Loiter))
-    assert (first.radius_m, first.direction, first.turns) == (20.0, LoiterDirection.CCW, 2.0)
-    assert second.radius_m is None
-    assert third.radius_m is None
+    assert (first.figure.radius_m, first.figure.direction, first.turns) == (20.0, LoiterDirection.CCW, 2.0)
+    assert second.figure.radius_m is None
+    assert third.figure.radius_m is None
 
 
 def test_check_21_jumps_count_as_the_wire_counts(bench):

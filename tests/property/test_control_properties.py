@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.guide.field import approach, triangle
-from companion.core.guide.paths import Line, Track, circle, figure_eight, fillet, racetrack
+from companion.core.guide.paths import Line, Track, fillet
 from companion.core.hull.forces import ForceModel
 from companion.core.steer.allocation import Allocator
 from companion.core.steer.law import mix
+from mavlink_bridge.language.figures import Circle, FigureEight, Racetrack
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant.library import load_vessel, vessel_names
 
@@ -22,9 +23,9 @@ sense = st.sampled_from((1, -1))
 
 
 @SHORT
-@given(radius, st.floats(0.0, 200.0), angle, sense, st.sampled_from((racetrack, figure_eight)))
+@given(radius, st.floats(0.0, 200.0), angle, sense, st.sampled_from((Racetrack, FigureEight)))
 def test_patterns_are_closed_and_smooth(r, length, bearing, turn, shape):
-    segments = shape((10.0, -5.0), r, max(length, 0.1), bearing, turn)
+    segments = shape(length_m=max(length, 0.1), bearing_rad=bearing).segments((10.0, -5.0), r, turn)
     for one, after in zip(segments, segments[1:] + segments[:1], strict=True):
         end, start = one.point(one.length_m), after.point(0.0)
         assert math.dist(end, start) < 1e-6 * max(1.0, r)
@@ -49,7 +50,7 @@ def test_a_rounded_corner_leaves_its_legs_by_no_more_than_the_cut(bn, be, cn, ce
 @SHORT
 @given(metres, metres, radius, sense)
 def test_projection_on_a_circle_has_the_distance_and_a_tangent_course(north, east, r, turn):
-    (arc,) = circle((0.0, 0.0), r, turn)
+    (arc,) = Circle().segments((0.0, 0.0), r, turn)
     here = arc.project(north, east)
     assert here.cross_m == pytest.approx(turn * (r - math.hypot(north, east)), abs=1e-9)
     outward = math.atan2(east, north)
@@ -59,7 +60,7 @@ def test_projection_on_a_circle_has_the_distance_and_a_tangent_course(north, eas
 @SHORT
 @given(st.lists(st.floats(-0.4, 0.6), min_size=1, max_size=60), sense)
 def test_laps_of_a_circle_are_counted_through_the_seam(steps, turn):
-    track = Track(circle((0.0, 0.0), 20.0, turn), closed=True)
+    track = Track(Circle().segments((0.0, 0.0), 20.0, turn), closed=True)
     start = track.locate(20.0, 0.0).along_m
     swept = 0.0
     for step in steps:

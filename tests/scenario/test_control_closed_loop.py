@@ -7,7 +7,8 @@ import pytest
 from companion.core.guide.paths import Line
 from companion.core.steer.law import SeedConfig, SteeringConfig
 from companion.core.steer.pid import PidGains
-from mavlink_bridge.language.messages import Loiter, LoiterDirection, LoiterKind
+from mavlink_bridge.language.figures import Circle, Hover
+from mavlink_bridge.language.messages import Loiter, LoiterDirection
 from sitl.plant.library import load_vessel
 from sitl.plant.water import WaterConfig
 from tools.cells.control_loop import ControlLoop, Setup
@@ -49,7 +50,7 @@ def test_goto_arrives_and_stays():
 def test_circle_is_joined_and_held_in_the_ordered_direction(direction, steering):
     run = loop(steering)
     run.place(40.0, 0.0, math.pi)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), radius_m=20.0, direction=direction), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0, direction=direction)), 1.5)
     run.run(1.5, 60.0, lambda output: output.on_path)
     run.run(1.5, 60.0, lambda output: output.turns > 0.5)
     errors, turned, last = [], 0.0, math.atan2(run.vessel.east_m, run.vessel.north_m)
@@ -66,7 +67,7 @@ def test_circle_is_joined_and_held_in_the_ordered_direction(direction, steering)
 def test_hover_faces_the_drift_and_holds():
     run = loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), kind=LoiterKind.HOVER), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
     errors = []
     for tick in range(20 * 200):
         run.tick(1.5)

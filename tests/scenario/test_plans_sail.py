@@ -9,8 +9,9 @@ import pytest
 
 import config
 from companion.settings.schema import load
+from mavlink_bridge.language.figures import figure_of
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import Delay, Goto, Loiter, LoiterDirection, LoiterKind
+from mavlink_bridge.language.messages import Delay, Goto, Loiter, LoiterDirection
 from mavlink_bridge.language.requests import PlanKind
 from mavlink_bridge.mavlink.missions.plan_export import items_from_maneuvers
 from mavlink_bridge.mavlink.missions.wire import item_to_message, with_home
@@ -156,21 +157,19 @@ def test_jumps_are_counted_and_delays_hold():
 @pytest.mark.parametrize(
     ("kind", "direction"),
     [
-        (LoiterKind.CIRCULAR, LoiterDirection.CCW),
-        (LoiterKind.RACETRACK, LoiterDirection.CW),
-        (LoiterKind.RACETRACK, LoiterDirection.CCW),
-        (LoiterKind.FIGURE_EIGHT, LoiterDirection.CW),
-        (LoiterKind.HOVER, LoiterDirection.CW),
+        ("circular", LoiterDirection.CCW),
+        ("racetrack", LoiterDirection.CW),
+        ("racetrack", LoiterDirection.CCW),
+        ("figure-eight", LoiterDirection.CW),
+        ("hover", LoiterDirection.CW),
     ],
-    ids=lambda value: value.value,
+    ids=str,
 )
 def test_every_kind_of_loiter_is_sailed_as_itself(kind, direction):
-    hover = kind is LoiterKind.HOVER
+    hover = kind == "hover"
     loiter = Loiter(
-        *(0, LAT, LON, kind, None if hover else 10.0),
-        length_m=None if hover or kind is LoiterKind.CIRCULAR else 30.0,
-        bearing_rad=None if hover else math.radians(90.0),
-        direction=direction,
+        *(0, LAT, LON),
+        figure=figure_of(kind, radius_m=10.0, length_m=30.0, bearing_rad=math.radians(90.0), direction=direction),
         duration_s=30.0 if hover else 80.0,
         speed_mps=2.0,
     )
@@ -180,14 +179,14 @@ def test_every_kind_of_loiter_is_sailed_as_itself(kind, direction):
     path = voyage.track[-20 * (20 if hover else 70) :]
     north = [point[0] for point in path]
     east = [point[1] for point in path]
-    half_east = {LoiterKind.CIRCULAR: 10.0, LoiterKind.HOVER: 0.0}.get(kind, 25.0)
+    half_east = {"circular": 10.0, "hover": 0.0}.get(kind, 25.0)
     half_north = 0.0 if hover else 10.0
     assert max(east) == pytest.approx(half_east, abs=2.5)
     assert min(east) == pytest.approx(-half_east, abs=2.5)
     assert max(north) == pytest.approx(half_north, abs=2.5)
     assert min(north) == pytest.approx(-half_north, abs=2.5)
     if not hover:
-        eight = kind is LoiterKind.FIGURE_EIGHT
+        eight = kind == "figure-eight"
         turned = _turned(path, centre=(0.0, 15.0) if eight else (0.0, 0.0), eastern_only=eight)
         assert turned * (1.0 if direction is LoiterDirection.CW else -1.0) > 0.0
 

@@ -12,6 +12,7 @@ from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Soundin
 from companion.core.guard.depth.soundings import dune_reference, parse, parse_csv, parse_dune, parse_xyz
 from companion.core.vehicle.plan_depth import plan_legs
 from companion.io.depth_map import load_depth_map
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
     ChangeSpeed,
@@ -20,7 +21,6 @@ from mavlink_bridge.language.messages import (
     Jump,
     Loiter,
     LoiterDirection,
-    LoiterKind,
 )
 from sitl.plant.bottom import Soundings
 
@@ -154,40 +154,39 @@ def test_plans_are_laid_out_leg_by_leg():
 
 
 def test_a_loiter_is_its_whole_figure():
-    circle = metres(plan_legs([Loiter(0, **at(0, 0), radius_m=20.0)], HERE, 5.0)[0])[1:]
+    circle = metres(plan_legs([Loiter(0, figure=Circle(radius_m=20.0), **at(0, 0))], HERE, 5.0)[0])[1:]
     assert circle[0] == circle[-1], "all the way round"
     assert all(math.hypot(*point) == pytest.approx(20.0, abs=0.2) for point in circle)
     assert len(circle) > 24
     default = metres(plan_legs([Loiter(0, **at(0, 0))], HERE, 5.0)[0])[1:]
     assert max(math.hypot(*point) for point in default) == pytest.approx(5.0, abs=0.2)
     track = Loiter(
-        0,
-        **at(0, 0),
-        kind=LoiterKind.RACETRACK,
-        radius_m=10.0,
-        length_m=60.0,
-        bearing_rad=0.0,
-        direction=LoiterDirection.CCW,
+        0, figure=Racetrack(length_m=60.0, radius_m=10.0, bearing_rad=0.0, direction=LoiterDirection.CCW), **at(0, 0)
     )
     north = [point[0] for point in metres(plan_legs([track], HERE, 5.0)[0])]
     assert (max(north), min(north)) == pytest.approx((40.0, -40.0), abs=0.3)
-    eight = Loiter(0, **at(0, 0), kind=LoiterKind.FIGURE_EIGHT, radius_m=10.0, length_m=40.0, bearing_rad=math.pi / 2)
+    eight = Loiter(0, figure=FigureEight(length_m=40.0, radius_m=10.0, bearing_rad=math.pi / 2), **at(0, 0))
     east = [point[1] for point in metres(plan_legs([eight], HERE, 5.0)[0])]
     assert (max(east), min(east)) == pytest.approx((30.0, -30.0), abs=0.3)
-    hover = Loiter(0, **at(7, 0), kind=LoiterKind.HOVER)
+    hover = Loiter(0, figure=Hover(), **at(7, 0))
     assert metres(plan_legs([hover], HERE, 5.0)[0]) == [(0, 0), (7, 0)]
 
 
 def test_a_leg_behind_a_loiter_begins_where_the_vessel_leaves_it_or_is_not_guessed():
     """The centre, where no boat goes, may be a rock."""
-    round_it = Loiter(1, **at(60, 0), radius_m=40.0, turns=1.0)
+    round_it = Loiter(1, figure=Circle(radius_m=40.0), **at(60, 0), turns=1.0)
     legs = plan_legs([Goto(0, **at(10, 0)), round_it, Goto(2, **at(60, 120))], HERE, 20.0)
     assert metres(legs[1])[:2] == [(10, 0), (20, 0)], "joined on the near side"
     assert metres(legs[2]) == [(20, 0), (60, 120)], "left where it was joined, after whole laps"
     for other in ({"duration_s": 60.0}, {"turns": 1.5}, {"turns": 1.0, "exit_toward_next": True}, {}):
-        legs = plan_legs([Loiter(1, **at(60, 0), radius_m=40.0, **other), Goto(2, **at(60, 120))], HERE, 20.0)
+        legs = plan_legs(
+            [Loiter(1, **at(60, 0), figure=Circle(radius_m=40.0), **other), Goto(2, **at(60, 120))], HERE, 20.0
+        )
         assert metres(legs[1]) == [(60, 120)], "left somewhere on the circle"
-    inner, outer = Loiter(0, **at(60, 0), radius_m=25.0, turns=1.0), Loiter(1, **at(60, 0), radius_m=35.0, turns=1.0)
+    inner, outer = (
+        Loiter(0, figure=Circle(radius_m=25.0), **at(60, 0), turns=1.0),
+        Loiter(1, figure=Circle(radius_m=35.0), **at(60, 0), turns=1.0),
+    )
     assert metres(plan_legs([inner, outer], HERE, 20.0)[1])[:2] == [(35, 0), (25, 0)], "from circle to circle"
 
 

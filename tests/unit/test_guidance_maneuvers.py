@@ -6,6 +6,7 @@ import pytest
 
 from companion.core.guide.guidance import Guidance, GuidanceConfig
 from companion.core.guide.station import StationConfig
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
     ActuatorDemand,
@@ -14,7 +15,6 @@ from mavlink_bridge.language.messages import (
     Goto,
     Loiter,
     LoiterDirection,
-    LoiterKind,
     Severity,
 )
 from mavlink_bridge.language.snapshot import ControlTrace
@@ -71,14 +71,16 @@ def course_at(maneuver, north, east, psi_deg=0.0):
 )
 def test_on_the_ring_it_steers_along_it(direction, course):
     """North of the centre clockwise is east. The bow looks into the bend by the slip of the turn, a few degrees."""
-    assert course_at(loiter(radius_m=20.0, direction=direction), 20.0, 0.0, course) == pytest.approx(course, abs=6.0)
+    assert course_at(loiter(figure=Circle(radius_m=20.0, direction=direction)), 20.0, 0.0, course) == pytest.approx(
+        course, abs=6.0
+    )
 
 
 def test_vessels_choice_is_the_side_it_already_turns_to():
     """Sailing east with the centre to starboard: clockwise; to port: counter-clockwise."""
-    east_of_north = course_at(loiter(radius_m=20.0, direction=LoiterDirection.VESSEL), 20.0, 0.0, 90.0)
+    east_of_north = course_at(loiter(figure=Circle(radius_m=20.0, direction=LoiterDirection.VESSEL)), 20.0, 0.0, 90.0)
     assert east_of_north == pytest.approx(90.0, abs=6.0)
-    east_of_south = course_at(loiter(radius_m=20.0, direction=LoiterDirection.VESSEL), -20.0, 0.0, 90.0)
+    east_of_south = course_at(loiter(figure=Circle(radius_m=20.0, direction=LoiterDirection.VESSEL)), -20.0, 0.0, 90.0)
     assert east_of_south == pytest.approx(90.0, abs=6.0)
 
 
@@ -86,7 +88,7 @@ def test_into_the_drift_joins_with_the_bow_to_it():
     """At the north of the ring, drift from the east: sail east (clockwise); from the west: counter-clockwise."""
     for drift_e, sign in ((-0.3, 1), (0.3, -1)):
         where = state(20.0, 0.0, 0.0, 1.5, (0.0, drift_e))
-        guidance = begun(loiter(radius_m=20.0, direction=LoiterDirection.INTO_DRIFT), where)
+        guidance = begun(loiter(figure=Circle(radius_m=20.0, direction=LoiterDirection.INTO_DRIFT)), where)
         assert math.copysign(1, guidance.step(0, 0.05, where, 1.5).desired.psi_rad) == sign
 
 
@@ -102,7 +104,7 @@ def sail(maneuver, seconds, start=(0.0, 0.0, 0.0), speed=1.5, water=None, guidan
 
 
 def test_figure_eight_crosses_itself_and_turns_both_ways():
-    _, track = sail(loiter(kind=LoiterKind.FIGURE_EIGHT, radius_m=10.0, length_m=40.0, bearing_rad=0.0), 240.0)
+    _, track = sail(loiter(figure=FigureEight(radius_m=10.0, length_m=40.0, bearing_rad=0.0)), 240.0)
     norths, easts = [point[1] for point in track], [point[2] for point in track]
     assert max(norths) == pytest.approx(30.0, abs=1.0)
     assert min(norths) == pytest.approx(-30.0, abs=1.0)
@@ -114,7 +116,7 @@ def test_figure_eight_crosses_itself_and_turns_both_ways():
 
 def test_racetrack_has_its_length_along_the_compass_bearing():
     bearing = math.radians(90.0)
-    _, track = sail(loiter(kind=LoiterKind.RACETRACK, radius_m=10.0, length_m=50.0, bearing_rad=bearing), 300.0)
+    _, track = sail(loiter(figure=Racetrack(radius_m=10.0, length_m=50.0, bearing_rad=bearing)), 300.0)
     late = [point for point in track if point[0] > 60.0]
     assert max(point[2] for point in late) == pytest.approx(35.0, abs=1.0)
     assert min(point[2] for point in late) == pytest.approx(-35.0, abs=1.0)
@@ -122,7 +124,7 @@ def test_racetrack_has_its_length_along_the_compass_bearing():
 
 
 def test_too_tight_a_ring_is_slowed_down_for_and_told():
-    run, track = sail(loiter(radius_m=4.0), 60.0, (20.0, 0.0, math.pi), 2.5)
+    run, track = sail(loiter(figure=Circle(radius_m=4.0)), 60.0, (20.0, 0.0, math.pi), 2.5)
     texts = run.guidance.drain_texts()
     assert any("slowing to" in text for _, text in texts)
     late = [math.hypot(point[1], point[2]) for point in track if point[0] > 40.0]
@@ -132,7 +134,7 @@ def test_too_tight_a_ring_is_slowed_down_for_and_told():
 
 def test_a_ring_tighter_than_the_vessel_can_turn_is_widened_and_told():
     where = state(20.0)
-    guidance = begun(loiter(radius_m=1.0), where)
+    guidance = begun(loiter(figure=Circle(radius_m=1.0)), where)
     severity, text = guidance.drain_texts()[0]
     assert severity is Severity.WARNING
     assert "loiter radius raised from 1.0" in text
@@ -141,7 +143,7 @@ def test_a_ring_tighter_than_the_vessel_can_turn_is_widened_and_told():
 
 def test_speed_is_restored_when_the_bend_allows_it():
     config = GuidanceConfig()
-    guidance = begun(loiter(radius_m=4.0), state(4.0, 0.0, 90.0, 1.0), 2.5, config)
+    guidance = begun(loiter(figure=Circle(radius_m=4.0)), state(4.0, 0.0, 90.0, 1.0), 2.5, config)
     for speed in (2.5, 0.5):
         where = state(4.0, 0.0, 90.0, speed)
         guidance.step(0, 0.05, where, speed)
@@ -171,7 +173,7 @@ def test_the_last_point_is_stopped_at():
 def test_drift_mode_lets_go_inside_its_radius():
     config = GuidanceConfig(station=StationConfig(mode="drift", radius_m=3.0))
     current = WaterConfig(current_mps=0.3, current_to_deg=0.0)
-    _, track = sail(loiter(kind=LoiterKind.HOVER), 200.0, water=current, guidance=config)
+    _, track = sail(loiter(figure=Hover()), 200.0, water=current, guidance=config)
     idle = sum(1 for *_, output in track if output.desired.speed_mps is None)
     assert idle > 0.2 * len(track)
     # drift-and-return overshoots: the study measured up to 2.6 times the radius
@@ -180,7 +182,7 @@ def test_drift_mode_lets_go_inside_its_radius():
 
 def test_water_faster_than_the_vessel_is_a_stop_with_the_reason():
     where = state(10.0, 0.0, 0.0, 1.0, (0.0, 3.5))
-    for maneuver in (goto(50.0, 0.0), loiter(radius_m=20.0), loiter(kind=LoiterKind.HOVER)):
+    for maneuver in (goto(50.0, 0.0), loiter(figure=Circle(radius_m=20.0)), loiter(figure=Hover())):
         output = begun(maneuver, where).step(0, 0.05, where, 1.5)
         assert output.desired.psi_rad is None
         assert output.desired.speed_mps is None
@@ -188,7 +190,7 @@ def test_water_faster_than_the_vessel_is_a_stop_with_the_reason():
 
 
 def test_without_a_position_nothing_is_steered():
-    guidance = begun(loiter(radius_m=20.0), state(20.0))
+    guidance = begun(loiter(figure=Circle(radius_m=20.0)), state(20.0))
     output = guidance.step(0, 0.05, EstimatedState(0, psi_rad=0.0), 1.5)
     assert output.desired.psi_rad is None
     assert output.desired.speed_mps is None

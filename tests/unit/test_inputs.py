@@ -14,6 +14,7 @@ from companion.io.recording import request_json
 from companion.io.recording.input_recorder import InputRecorder, RecordingLink, RecordingStore, links_meta
 from companion.io.recording.input_replay import ReplayLinks, ReplayStore
 from companion.io.recording.inputs import InputReader
+from mavlink_bridge.language.figures import Hover
 from mavlink_bridge.language.messages import (
     FenceArea,
     Goto,
@@ -196,7 +197,7 @@ def test_a_change_finishes_in_the_same_step_as_recorded(tmp_path):
         LoadPlan(
             PlanKind.MISSION,
             (PlanItem(16, 6, 0, 2.0, 0, 0, 1, 2, 3.5),),
-            PlanSpecification((Goto(0, 0.7, -0.15), Loiter(1, 0.7, -0.15, LoiterKind.HOVER, duration_s=3.0)), 77),
+            PlanSpecification((Goto(0, 0.7, -0.15), Loiter(1, 0.7, -0.15, figure=Hover(), duration_s=3.0)), 77),
             (FenceArea(True, ((0.1, 0.2), (0.3, 0.4), (0.5, 0.6))),),
         ),
         RtcmData(b"\xd3\x00"),

@@ -10,9 +10,10 @@ import pytest
 
 from companion.core.guard.depth.input import Altitude
 from companion.core.guard.depth.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
-from companion.core.guide.paths import Line, Track, circle, fillet, racetrack
+from companion.core.guide.paths import Line, Track, fillet
 from companion.core.hull.stopping import braking_distance_m
 from companion.core.hull.vessel_file import stopping_distance_m
+from mavlink_bridge.language.figures import Circle, Racetrack
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant.library import load_vessel
 
@@ -209,7 +210,12 @@ def test_the_way_along_a_track_is_on_it_as_long_as_asked_and_ends_with_it():
 
 
 @pytest.mark.parametrize(
-    "shape", [circle((0.0, 0.0), 10.0, 1), racetrack((0.0, 0.0), 5.0, 20.0, 0.3, -1)], ids=["circle", "racetrack"]
+    "shape",
+    [
+        Circle().segments((0.0, 0.0), 10.0, 1),
+        Racetrack(length_m=20.0, bearing_rad=0.3).segments((0.0, 0.0), 5.0, -1),
+    ],
+    ids=["circle", "racetrack"],
 )
 def test_the_way_round_a_closed_track_goes_on_and_on(shape):
     track = Track(shape, closed=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hypothesis import given, settings, strategies as st
 
 from companion.core.vehicle.mission import Leg, Mission, MissionConfig, nearest
+from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import (
     ChangeSpeed,
     Delay,
@@ -16,7 +17,6 @@ from mavlink_bridge.language.messages import (
     Goto,
     Jump,
     Loiter,
-    LoiterKind,
     Maneuver,
     PlanSpecification,
     PlanState,
@@ -83,7 +83,7 @@ def test_a_point_is_held_for_its_time() -> None:
 
 
 def test_duration_counts_from_reaching_the_circle() -> None:
-    made = mission(Loiter(0, LAT, LON, radius_m=20.0, duration_s=60.0))
+    made = mission(Loiter(0, LAT, LON, figure=Circle(radius_m=20.0), duration_s=60.0))
     leg_of(made, 0)
     finish(made, 30, Report())
     finish(made, 40, Report(on_path=True))
@@ -94,7 +94,7 @@ def test_duration_counts_from_reaching_the_circle() -> None:
 
 
 def test_an_approach_that_never_gets_there_is_capped_and_told() -> None:
-    made = mission(Loiter(0, LAT + 75 * METRE, LON, radius_m=20.0, duration_s=60.0))
+    made = mission(Loiter(0, LAT + 75 * METRE, LON, figure=Circle(radius_m=20.0), duration_s=60.0))
     leg_of(made, 0)
     nominal_s = 75 / 1.5
     finish(made, 4 * nominal_s + 119, Report())
@@ -105,13 +105,13 @@ def test_an_approach_that_never_gets_there_is_capped_and_told() -> None:
 
 
 def test_turns_end_a_loiter_and_an_unlimited_one_never_ends() -> None:
-    made = mission(Loiter(0, LAT, LON, radius_m=20.0, turns=2.0))
+    made = mission(Loiter(0, LAT, LON, figure=Circle(radius_m=20.0), turns=2.0))
     leg_of(made, 0)
     finish(made, 1, Report(on_path=True, turns=1.99))
     assert leg_of(made, 1) is not None
     finish(made, 2, Report(on_path=True, turns=2.0))
     assert leg_of(made, 2) is None
-    endless = mission(Loiter(0, LAT, LON, radius_m=20.0))
+    endless = mission(Loiter(0, LAT, LON, figure=Circle(radius_m=20.0)))
     leg_of(endless, 0)
     finish(endless, 1e6, Report(on_path=True, turns=1e4))
     assert leg_of(endless, 1e6) is not None
@@ -142,7 +142,7 @@ def test_a_delay_keeps_station_where_the_plan_stands() -> None:
     finish(made, 1)
     waiting = leg_of(made, 2)
     assert isinstance(waiting.maneuver, Loiter)
-    assert waiting.maneuver.kind is LoiterKind.HOVER
+    assert waiting.maneuver.figure == Hover()
     assert waiting.maneuver.lat_rad == point(0).lat_rad
     finish(made, 3, Report(on_path=True))
     finish(made, 33, Report(on_path=True))

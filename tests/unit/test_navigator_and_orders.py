@@ -8,7 +8,8 @@ import pytest
 
 import config
 from companion.settings.schema import load
-from mavlink_bridge.language.messages import GuardState, Loiter, LoiterKind, Mode
+from mavlink_bridge.language.figures import Hover
+from mavlink_bridge.language.messages import GuardState, Loiter, Mode
 from mavlink_bridge.language.requests import (
     Arm,
     GuidedHeading,
@@ -125,7 +126,7 @@ def test_an_orbit_circles_and_ends_after_its_turns(world: World) -> None:
     leg = world.app.vehicle.navigator.intent(world.now_us, world.snapshot.state)
     assert leg is not None
     assert isinstance(leg.maneuver, Loiter)
-    assert leg.maneuver.kind is LoiterKind.HOVER
+    assert leg.maneuver.figure == Hover()
 
 
 def test_a_heading_is_steered_and_a_stream_that_stops_ends_in_station_keeping(world: World) -> None:
@@ -137,7 +138,7 @@ def test_a_heading_is_steered_and_a_stream_that_stops_ends_in_station_keeping(wo
     accept(world, GuidedTarget(LAT, LON))
     world.run(8.0)
     leg = world.app.vehicle.navigator.intent(world.now_us, world.snapshot.state)
-    assert leg is None or leg.maneuver.kind is LoiterKind.HOVER
+    assert leg is None or leg.maneuver.figure == Hover()
 
 
 def test_sticks_belong_to_one_station_and_time_out(world: World) -> None:

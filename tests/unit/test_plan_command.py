@@ -87,7 +87,7 @@ def test_plans_convert_between_formats(tmp_path):
         assert plan("convert", source, tmp_path / name) == 0
         found = read_plan((tmp_path / name).read_bytes())
         loiter = compile_items(found.mission).plan.maneuvers[-1]
-        assert (loiter.radius_m, loiter.duration_s) == (20.0, 300.0)
+        assert (loiter.figure.radius_m, loiter.duration_s) == (20.0, 300.0)
     assert json.loads((tmp_path / "again.json").read_text())["speed_kn"] == pytest.approx(2.916, abs=1e-3)
     route = tmp_path / "route.plan"
     plan("make", route, PLACE, "41.19,-8.7")

@@ -8,6 +8,7 @@ import pytest
 
 from companion.core.guard.fence import Fence, FenceConfig
 from companion.core.vehicle.plan_fence import LEGS_A_TICK, SETTLE_US, PlanFence
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
     EstimatedState,
@@ -16,7 +17,6 @@ from mavlink_bridge.language.messages import (
     Goto,
     Jump,
     Loiter,
-    LoiterKind,
     Noted,
     PlanSpecification,
 )
@@ -71,11 +71,11 @@ def test_inside_is_fine_and_the_edge_too():
 
 def test_two_circles_round_a_rock_are_sailed_and_a_way_past_it_is_seen():
     rock, pond = circle(10, 60, inclusion=False), circle(200, 60)
-    inner = Loiter(0, *at(60), radius_m=25.0, turns=1.0)
-    outer = Loiter(1, *at(60), radius_m=35.0, turns=1.0)
+    inner = Loiter(0, *at(60), figure=Circle(radius_m=25.0), turns=1.0)
+    outer = Loiter(1, *at(60), figure=Circle(radius_m=35.0), turns=1.0)
     assert ask([pond, rock], inner, outer) == ""
     ahead = circle(5, 40, 60, inclusion=False)
-    left = Loiter(1, *at(60), radius_m=40.0, turns=1.0)
+    left = Loiter(1, *at(60), figure=Circle(radius_m=40.0), turns=1.0)
     assert ask([pond, ahead], goto(0, 10), left, goto(2, 60, 120)) == "item 2 leads out of the fence"
     assert ask([pond], goto(0, 10), left, goto(2, 60, 120)) == ""
 
@@ -96,13 +96,13 @@ def test_a_leg_that_cuts_through_an_exclusion_counts_and_one_round_it_does_not()
 
 def test_a_loiter_may_circle_what_it_must_not_enter():
     rock = circle(10, 50, 0, inclusion=False)
-    assert ask([rock], goto(0, 0), Loiter(1, *at(50), radius_m=30.0, turns=1.0)) == ""
-    assert ask([rock], goto(0, 0), Loiter(1, *at(50), radius_m=8.0)) == "item 1 leads out of the fence"
-    assert ask([circle(60)], Loiter(0, *at(50), radius_m=15.0)) == "item 0 leads out of the fence"
-    assert ask([circle(60)], Loiter(0, *at(50), radius_m=9.0)) == ""
-    eight = Loiter(0, *at(40), kind=LoiterKind.FIGURE_EIGHT, radius_m=8.0, length_m=40.0, bearing_rad=0.0)
+    assert ask([rock], goto(0, 0), Loiter(1, *at(50), figure=Circle(radius_m=30.0), turns=1.0)) == ""
+    assert ask([rock], goto(0, 0), Loiter(1, *at(50), figure=Circle(radius_m=8.0))) == "item 1 leads out of the fence"
+    assert ask([circle(60)], Loiter(0, *at(50), figure=Circle(radius_m=15.0))) == "item 0 leads out of the fence"
+    assert ask([circle(60)], Loiter(0, *at(50), figure=Circle(radius_m=9.0))) == ""
+    eight = Loiter(0, *at(40), figure=FigureEight(length_m=40.0, radius_m=8.0, bearing_rad=0.0))
     assert ask([circle(60)], eight) == "item 0 leads out of the fence"
-    assert ask([circle(60)], Loiter(0, *at(70), kind=LoiterKind.HOVER)) == "item 0 is 10 m outside the fence"
+    assert ask([circle(60)], Loiter(0, *at(70), figure=Hover())) == "item 0 is 10 m outside the fence"
 
 
 def test_what_is_sailed_while_the_fence_is_off_does_not_count():

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
 from mavlink_bridge.language.messages import (
     ChangeSpeed,
     Delay,
@@ -15,7 +16,6 @@ from mavlink_bridge.language.messages import (
     Jump,
     Loiter,
     LoiterDirection,
-    LoiterKind,
     Noted,
     ReturnHome,
     SetHome,
@@ -51,34 +51,41 @@ MEANINGS = [
     (at(16), Goto(0, *HERE)),
     (at(16, 5.0, 3.0), Goto(0, *HERE, hold_s=5.0, acceptance_m=3.0)),
     (at(16, NAN, NAN, NAN), Goto(0, *HERE)),
-    (at(17, p3=50.0), Loiter(0, *HERE, radius_m=50.0)),
+    (at(17, p3=50.0), Loiter(0, *HERE, figure=Circle(radius_m=50.0))),
     (at(17, p3=NAN), Loiter(0, *HERE)),
-    (at(17, p3=0.0), Loiter(0, *HERE, kind=LoiterKind.HOVER)),
-    (at(18, 2.5, 1.0, -20.0, 1.0), Loiter(0, *HERE, radius_m=20.0, direction=CCW, turns=2.5, exit_toward_next=True)),
-    (at(19, 600.0, 0.0, 20.0, 1.0), Loiter(0, *HERE, radius_m=20.0, duration_s=600.0)),
-    (at(19, 600.0, 1.0, 0.0, 1.0), Loiter(0, *HERE, kind=LoiterKind.HOVER, duration_s=600.0, exit_toward_next=True)),
-    (at(31, 1.0, -30.0), Loiter(0, *HERE, radius_m=30.0, direction=CCW, duration_s=0.0, exit_toward_next=True)),
-    (at(34, -25.0, 1.5, 3.0, 0.0), Loiter(0, *HERE, radius_m=25.0, direction=CCW, speed_mps=1.5)),
-    (at(34, 25.0, NAN, 3.0, math.tau * 3), Loiter(0, *HERE, radius_m=25.0, turns=3.0)),
+    (at(17, p3=0.0), Loiter(0, *HERE, figure=Hover())),
+    (
+        at(18, 2.5, 1.0, -20.0, 1.0),
+        Loiter(0, *HERE, figure=Circle(radius_m=20.0, direction=CCW), turns=2.5, exit_toward_next=True),
+    ),
+    (at(19, 600.0, 0.0, 20.0, 1.0), Loiter(0, *HERE, figure=Circle(radius_m=20.0), duration_s=600.0)),
+    (at(19, 600.0, 1.0, 0.0, 1.0), Loiter(0, *HERE, figure=Hover(), duration_s=600.0, exit_toward_next=True)),
+    (
+        at(31, 1.0, -30.0),
+        Loiter(0, *HERE, figure=Circle(radius_m=30.0, direction=CCW), duration_s=0.0, exit_toward_next=True),
+    ),
+    (at(34, -25.0, 1.5, 3.0, 0.0), Loiter(0, *HERE, figure=Circle(radius_m=25.0, direction=CCW), speed_mps=1.5)),
+    (at(34, 25.0, NAN, 3.0, math.tau * 3), Loiter(0, *HERE, figure=Circle(radius_m=25.0), turns=3.0)),
     (
         at(35, -60.0, 20.0, 90.0, 0.5),
         Loiter(
-            *(0, *HERE, LoiterKind.FIGURE_EIGHT),
-            radius_m=20.0,
-            length_m=80.0,
-            bearing_rad=0.5,
-            direction=CCW,
+            *(0, *HERE),
+            figure=FigureEight(length_m=80.0, radius_m=20.0, bearing_rad=0.5, direction=CCW),
             duration_s=90.0,
         ),
     ),
     (
         at(31_000, 300.0, 100.0, 15.0, 90.0),
-        Loiter(
-            *(0, *HERE, LoiterKind.RACETRACK), radius_m=15.0, length_m=100.0, bearing_rad=math.pi / 2, duration_s=300.0
-        ),
+        Loiter(*(0, *HERE), figure=Racetrack(length_m=100.0, radius_m=15.0, bearing_rad=math.pi / 2), duration_s=300.0),
     ),
-    (at(31_001, 0.0, 3.0, 20.0, 1.0), Loiter(0, *HERE, radius_m=20.0, direction=LoiterDirection.INTO_DRIFT, turns=3.0)),
-    (at(31_001, 60.0, 0.0, 0.0, 0.0), Loiter(0, *HERE, direction=LoiterDirection.VESSEL, duration_s=60.0)),
+    (
+        at(31_001, 0.0, 3.0, 20.0, 1.0),
+        Loiter(0, *HERE, figure=Circle(radius_m=20.0, direction=LoiterDirection.INTO_DRIFT), turns=3.0),
+    ),
+    (
+        at(31_001, 60.0, 0.0, 0.0, 0.0),
+        Loiter(0, *HERE, figure=Circle(direction=LoiterDirection.VESSEL), duration_s=60.0),
+    ),
     (plain(20), ReturnHome(0)),
     (plain(93, 12.0, -1.0, -1.0, -1.0), Delay(0, duration_s=12.0)),
     (plain(93, 60.0), Delay(0, duration_s=60.0)),
@@ -118,11 +125,11 @@ def _close(left, right):
 
 
 def test_check_20_loiter_turns_takes_the_default_radius_for_0_and_nan():
-    assert compile_item(0, at(18, 1.0, 0.0, 0.0)).radius_m is None
-    assert compile_item(0, at(18, 1.0, 0.0, NAN)).radius_m is None
-    assert compile_item(0, at(18, 1.0, 0.0, 0.0)).kind is LoiterKind.CIRCULAR
+    assert compile_item(0, at(18, 1.0, 0.0, 0.0)).figure.radius_m is None
+    assert compile_item(0, at(18, 1.0, 0.0, NAN)).figure.radius_m is None
+    assert compile_item(0, at(18, 1.0, 0.0, 0.0)).figure == Circle()
     left = compile_item(0, at(18, 1.0, 0.0, -20.0))
-    assert (left.radius_m, left.direction) == (20.0, CCW)
+    assert (left.figure.radius_m, left.figure.direction) == (20.0, CCW)
 
 
 @pytest.mark.parametrize("frame", [0, 3, 5, 6, 10, 11])

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge.language import messages as imc
-from mavlink_bridge.language.messages import LoiterDirection, LoiterKind
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
+from mavlink_bridge.language.messages import LoiterDirection
 from mavlink_bridge.language.requests import PlanItem, PlanKind
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
@@ -198,7 +199,9 @@ LOITER = {
 def test_the_seeds_loiter_becomes_a_speed_and_a_loiter():
     (plan,) = seed_json.parse(json.dumps(LOITER))
     assert plan.name == "loiter-1"
-    assert plan.loiter == imc.Loiter(0, LAT, LON, radius_m=20.0, duration_s=600.0, speed_mps=3.0 * KNOT)
+    assert plan.loiter == imc.Loiter(
+        0, LAT, LON, figure=imc.Circle(radius_m=20.0), duration_s=600.0, speed_mps=3.0 * KNOT
+    )
     items = read_plan(json.dumps(LOITER)).mission
     assert [item.command for item in items] == [178, 19]
     assert (items[0].param2, items[1].param1, items[1].param3) == (3.0 * KNOT, 600.0, 20.0)
@@ -220,22 +223,23 @@ def test_short_keys_and_the_seeds_labels_mean_the_same(text):
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("racetrack", LoiterKind.RACETRACK),
-        ("HOVER", LoiterKind.HOVER),
-        ("Figure-Eight", LoiterKind.FIGURE_EIGHT),
-        ("LT_EIGHT", LoiterKind.FIGURE_EIGHT),
-        ("LT_CIRCULAR", LoiterKind.CIRCULAR),
+        ("racetrack", Racetrack),
+        ("HOVER", Hover),
+        ("Figure-Eight", FigureEight),
+        ("LT_EIGHT", FigureEight),
+        ("LT_CIRCULAR", Circle),
     ],
 )
 def test_every_kind_of_loiter_compiles_to_itself(name, kind):
     items = read_plan(json.dumps(LOITER | {"loiter_type": name, "bearing_deg": 30, "direction": "ccw"})).mission
     loiter = compile_items(items).plan.maneuvers[1]
-    assert loiter.kind is kind
-    if kind is not LoiterKind.HOVER:
-        assert (loiter.radius_m, loiter.direction) == (20.0, LoiterDirection.CCW)
-    if kind in (LoiterKind.RACETRACK, LoiterKind.FIGURE_EIGHT):
-        assert loiter.length_m == pytest.approx(40.0)
-        assert math.degrees(loiter.bearing_rad) == pytest.approx(30.0)
+    figure = loiter.figure
+    assert type(figure) is kind
+    if kind is not Hover:
+        assert (figure.radius_m, figure.direction) == (20.0, LoiterDirection.CCW)
+    if kind in (Racetrack, FigureEight):
+        assert figure.length_m == pytest.approx(40.0)
+        assert math.degrees(figure.bearing_rad) == pytest.approx(30.0)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +285,7 @@ def test_seed_json_written_reads_back():
     (plan,) = seed_json.parse(json.dumps(LOITER | {"direction": "ccw", "bearing_deg": 12.5}))
     (back,) = seed_json.parse(seed_json.write(plan.name, plan.loiter))
     assert back.loiter.speed_mps == pytest.approx(plan.loiter.speed_mps, abs=1e-3)
-    assert (back.loiter.duration_s, back.loiter.direction) == (600.0, LoiterDirection.CCW)
+    assert (back.loiter.duration_s, back.loiter.figure.direction) == (600.0, LoiterDirection.CCW)
     with pytest.raises(seed_json.SeedJsonError):
         seed_json.write("x", imc.Loiter(0, LAT, LON, turns=3.0, speed_mps=1.0))
 
@@ -297,34 +301,46 @@ MANOEUVRES = st.one_of(
     st.builds(
         imc.Goto, st.just(0), angle, angle, hold_s=st.integers(0, 60).map(float), acceptance_m=st.none() | metres
     ),
-    st.builds(imc.Loiter, st.just(0), angle, angle, radius_m=metres, direction=circling, duration_s=seconds),
-    st.builds(
-        imc.Loiter, st.just(0), angle, angle, radius_m=metres, direction=circling, turns=st.integers(1, 9).map(float)
-    ),
-    st.builds(imc.Loiter, st.just(0), angle, angle, kind=st.just(LoiterKind.HOVER), duration_s=seconds),
     st.builds(
         imc.Loiter,
-        *(st.just(0), angle, angle, st.just(LoiterKind.RACETRACK)),
-        radius_m=metres,
-        length_m=metres,
-        bearing_rad=st.floats(0.0, 6.28),
-        direction=circling,
-        duration_s=seconds,
-    ),
-    st.builds(
-        imc.Loiter,
-        *(st.just(0), angle, angle, st.just(LoiterKind.FIGURE_EIGHT)),
-        radius_m=st.just(20.0),
-        length_m=st.integers(40, 500).map(float),
-        bearing_rad=st.floats(-3.14, 3.14),
-        direction=circling,
+        *(st.just(0), angle, angle),
+        figure=st.builds(Circle, radius_m=metres, direction=circling) | st.just(Hover()),
         duration_s=seconds,
     ),
     st.builds(
         imc.Loiter,
         *(st.just(0), angle, angle),
-        radius_m=metres,
-        direction=st.sampled_from([LoiterDirection.INTO_DRIFT, LoiterDirection.VESSEL]),
+        figure=st.builds(Circle, radius_m=metres, direction=circling),
+        turns=st.integers(1, 9).map(float),
+    ),
+    st.builds(
+        imc.Loiter,
+        *(st.just(0), angle, angle),
+        figure=st.builds(
+            Racetrack, radius_m=metres, length_m=metres, bearing_rad=st.floats(0.0, 6.28), direction=circling
+        ),
+        duration_s=seconds,
+    ),
+    st.builds(
+        imc.Loiter,
+        *(st.just(0), angle, angle),
+        figure=st.builds(
+            FigureEight,
+            radius_m=st.just(20.0),
+            length_m=st.integers(40, 500).map(float),
+            bearing_rad=st.floats(-3.14, 3.14),
+            direction=circling,
+        ),
+        duration_s=seconds,
+    ),
+    st.builds(
+        imc.Loiter,
+        *(st.just(0), angle, angle),
+        figure=st.builds(
+            Circle,
+            radius_m=metres,
+            direction=st.sampled_from([LoiterDirection.INTO_DRIFT, LoiterDirection.VESSEL]),
+        ),
         duration_s=seconds,
     ),
     st.builds(imc.Delay, st.just(0), duration_s=st.integers(1, 999).map(float)),
@@ -339,10 +355,13 @@ MANOEUVRES = st.one_of(
 def same(left, right):
     """Equal but for what an item rounds: positions to 1e-7 degree."""
     pairs = [(getattr(left, name), getattr(right, name)) for name in type(right).__slots__]
-    return type(left) is type(right) and all(
-        math.isclose(a, b, rel_tol=1e-9, abs_tol=2e-9) if isinstance(a, float) and isinstance(b, float) else a == b
-        for a, b in pairs
-    )
+    return type(left) is type(right) and all(alike(a, b) for a, b in pairs)
+
+
+def alike(left, right):
+    if isinstance(left, float) and isinstance(right, float):
+        return math.isclose(left, right, rel_tol=1e-9, abs_tol=2e-9)
+    return same(left, right) if isinstance(left, imc.Figure) else left == right
 
 
 @settings(max_examples=300, deadline=None)
@@ -360,7 +379,7 @@ def test_speeds_of_manoeuvres_become_items_and_jumps_follow():
         imc.Goto(0, LAT, LON, speed_mps=2.0),
         imc.Goto(1, LAT, LON),
         imc.ChangeSpeed(2, 3.0),
-        imc.Loiter(3, LAT, LON, radius_m=10.0, speed_mps=1.0),
+        imc.Loiter(3, LAT, LON, figure=imc.Circle(radius_m=10.0), speed_mps=1.0),
         imc.Goto(4, LAT, LON),
         imc.Jump(5, 3, 1),
     ]
@@ -381,10 +400,10 @@ def test_speeds_of_manoeuvres_become_items_and_jumps_follow():
     "maneuver",
     [
         imc.Loiter(0, LAT, LON, duration_s=5.0, turns=2.0),
-        imc.Loiter(0, LAT, LON, kind=LoiterKind.RACETRACK),
-        imc.Loiter(0, LAT, LON, kind=LoiterKind.RACETRACK, length_m=9.0, direction=LoiterDirection.INTO_DRIFT),
-        imc.Loiter(0, LAT, LON, kind=LoiterKind.FIGURE_EIGHT, radius_m=9.0, length_m=40.0, turns=2.0),
-        imc.Loiter(0, LAT, LON, direction=LoiterDirection.CCW),
+        imc.Loiter(0, LAT, LON, figure=imc.Racetrack()),
+        imc.Loiter(0, LAT, LON, figure=imc.Racetrack(length_m=9.0, direction=LoiterDirection.INTO_DRIFT)),
+        imc.Loiter(0, LAT, LON, figure=imc.FigureEight(length_m=40.0, radius_m=9.0), turns=2.0),
+        imc.Loiter(0, LAT, LON, figure=imc.Circle(direction=LoiterDirection.CCW)),
         imc.Jump(0, 5, 1),
     ],
 )

@@ -15,12 +15,16 @@ import config as shipped
 from companion.cli import main
 from companion.io.clock import EARLIEST_UTC_US
 from companion.report import map_plot, page, plots, story
+from companion.report.chart import plan_shapes
 from companion.report.flight import Event, Flight, Series, Track, percentile, rms, thin
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
 from companion.report.verdicts import Limits, clock, judge, offset_m
 from companion.settings.schema import load
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack
+from mavlink_bridge.language.messages import Loiter
 from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.mavlink.missions.plan_export import items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
@@ -402,3 +406,21 @@ def test_our_own_log_is_read_by_its_links(run_dir, tmp_path, capsys):
     ours = capsys.readouterr().out
     assert "missing on link 1" in ours
     assert all("0.00 %" in line and line.endswith("holds") for line in ours.splitlines() if "missing on" in line)
+
+
+def test_the_map_shows_every_figure_of_a_loiter():
+    """A racetrack, an eight and a circle whose direction is chosen on the water; a hover is a point."""
+    frame = (1.0, 0.5)
+    figures = [
+        Racetrack(length_m=60.0, radius_m=10.0, bearing_rad=0.0),
+        FigureEight(length_m=40.0, radius_m=10.0, bearing_rad=1.0),
+        Circle(radius_m=15.0, direction=LoiterDirection.INTO_DRIFT),
+        Hover(),
+    ]
+    items = items_from_maneuvers([Loiter(seq, *frame, figure=figure) for seq, figure in enumerate(figures)])
+    shapes = plan_shapes(Flight("", "", plan=tuple(items)))
+    assert len(shapes.points) == 4
+    sizes_m = [
+        6_371_000.0 * math.radians(max(lat for lat, _ in line) - min(lat for lat, _ in line)) for line in shapes.loiters
+    ]
+    assert sizes_m == pytest.approx([80.0, 20.0 + 40.0 * math.cos(1.0), 30.0], rel=0.02)

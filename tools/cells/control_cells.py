@@ -12,13 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.core.guide import GuidanceConfig
-from companion.core.guide.paths import Line, Point, figure_eight, racetrack
+from companion.core.guide.paths import Line, Point
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
-from mavlink_bridge.language.messages import Desired, EstimatedState, Loiter, LoiterKind
+from mavlink_bridge.language.figures import Circle, Figure, FigureEight, Hover, Racetrack, distance_m
+from mavlink_bridge.language.messages import Desired, EstimatedState, Loiter
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, WaterConfig
-from sitl.scenario.log import distance_m
 from tools.cells.control_loop import TICK_S, ControlLoop, Setup, StateSource
 
 CALM = WaterConfig()
@@ -167,15 +167,15 @@ def legs(case: Case, speed_mps: float, side_m: float = 80.0) -> tuple[Errors, fl
     return errors(flat, run, finished=route.finished), sum(standing) / max(1, len(standing))
 
 
-def _loiter(run: ControlLoop, kind: LoiterKind, radius_m: float | None, length_m: float | None = None) -> Loiter:
-    return Loiter(0, *run.frame.to_geodetic(0.0, 0.0), kind=kind, radius_m=radius_m, length_m=length_m, bearing_rad=0.0)
+def _loiter(run: ControlLoop, figure: Figure) -> Loiter:
+    return Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure)
 
 
 def ring(case: Case, radius_m: float, speed_mps: float, laps: float = 3.0) -> Errors:
     """Circle joined from 8 m outside; radius error after the first lap."""
     run = case.loop()
     run.place(radius_m + 8.0, 0.0, math.pi / 2.0, speed_mps)
-    run.sail(_loiter(run, LoiterKind.CIRCULAR, radius_m), speed_mps)
+    run.sail(_loiter(run, Circle(radius_m=radius_m)), speed_mps)
     swept, last, values = 0.0, 0.0, []
     end_s = ((laps + 1.0) * 2.0 * math.pi * radius_m + 60.0) / speed_mps * 1.6
     while run.t_s < end_s and abs(swept) < 2.0 * math.pi * (laps + 1.0):
@@ -188,16 +188,17 @@ def ring(case: Case, radius_m: float, speed_mps: float, laps: float = 3.0) -> Er
     return errors(values, run, finished=abs(swept) >= 2.0 * math.pi * (laps + 1.0))
 
 
-def pattern(case: Case, kind: LoiterKind, radius_m: float, speed_mps: float, laps: float = 2.0) -> Errors:
+def pattern(
+    case: Case, kind: type[Racetrack | FigureEight], radius_m: float, speed_mps: float, laps: float = 2.0
+) -> Errors:
     """Racetrack with 60 m straights or figure-eight of touching loops; distance to the path after the first lap."""
     run = case.loop()
-    length_m = 60.0 if kind is LoiterKind.RACETRACK else 2.0 * radius_m
-    shape = racetrack if kind is LoiterKind.RACETRACK else figure_eight
-    segments = shape((0.0, 0.0), radius_m, length_m, 0.0, 1)
+    figure = kind(length_m=60.0 if kind is Racetrack else 2.0 * radius_m, radius_m=radius_m, bearing_rad=0.0)
+    segments = figure.segments((0.0, 0.0), radius_m, 1)
     north, east = segments[0].point(0.0)
     course = segments[0].project(north, east).course_rad
     run.place(north, east, course, speed_mps)
-    run.sail(_loiter(run, kind, radius_m, length_m), speed_mps)
+    run.sail(_loiter(run, figure), speed_mps)
     lap_s = sum(segment.length_m for segment in segments) / speed_mps
     values: list[float] = []
     turns = 0.0
@@ -212,7 +213,7 @@ def hover(case: Case, seconds: float = 400.0, settle_s: float = 100.0) -> Errors
     """Station keeping from the point itself; distance after 100 s."""
     run = case.loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(_loiter(run, LoiterKind.HOVER, None), 1.5)
+    run.sail(_loiter(run, Hover()), 1.5)
     values = []
     while run.t_s < seconds:
         run.tick(1.5)
@@ -285,7 +286,7 @@ def ring_entry(case: Case, radius_m: float, speed_mps: float) -> float:
     """Circle ordered at rest at its centre: greatest distance outside the ring in the first lap, m."""
     run = case.loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(_loiter(run, LoiterKind.CIRCULAR, radius_m), speed_mps)
+    run.sail(_loiter(run, Circle(radius_m=radius_m)), speed_mps)
     outside = 0.0
     end_s = (2.0 * math.pi + 1.0) * radius_m / speed_mps + 30.0
     touched = False

@@ -14,7 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from mavlink_bridge.language.messages import ChangeSpeed, Goto, Loiter, LoiterDirection, LoiterKind
+from mavlink_bridge.language.figures import FIGURES, Circle, LoiterDirection, figure_of
+from mavlink_bridge.language.messages import ChangeSpeed, Goto, Loiter
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
@@ -63,7 +64,7 @@ def _register_files(actions: Any) -> None:
     make.add_argument("out", type=Path)
     make._negative_number_matcher = re.compile(r"-[\d.]")  # argparse takes -41.5,8.7 for an option
     make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
-    make.add_argument("--kind", choices=[kind.value for kind in LoiterKind], help="of a loiter; circular")
+    make.add_argument("--kind", choices=list(FIGURES), help="of a loiter; circular")
     make.add_argument("--radius", type=positive, metavar="M")
     make.add_argument("--length", type=positive, metavar="M")
     make.add_argument("--bearing", type=number(), metavar="DEG", help="long axis, from north")
@@ -298,16 +299,16 @@ def _make(arguments: argparse.Namespace) -> int:
 
 
 def _loiter(arguments: argparse.Namespace, point: tuple[float, float]) -> Loiter:
-    kind = LoiterKind(arguments.kind or LoiterKind.CIRCULAR)
-    hover = kind is LoiterKind.HOVER
     return Loiter(
         0,
         *point,
-        kind=kind,
-        radius_m=None if hover else arguments.radius or 20.0,
-        length_m=arguments.length,
-        bearing_rad=None if arguments.bearing is None else math.radians(arguments.bearing % 360.0),
-        direction=LoiterDirection.CCW if arguments.ccw else LoiterDirection.CW,
+        figure=figure_of(
+            arguments.kind or Circle.name,
+            radius_m=arguments.radius or 20.0,
+            length_m=arguments.length,
+            bearing_rad=None if arguments.bearing is None else math.radians(arguments.bearing % 360.0),
+            direction=LoiterDirection.CCW if arguments.ccw else LoiterDirection.CW,
+        ),
         duration_s=arguments.duration,
         speed_mps=arguments.speed,
     )

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language import messages as imc
+from mavlink_bridge.language.figures import outline
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.mavlink.missions.fence_mapping import compile_fence, compile_rally
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
@@ -38,7 +39,7 @@ class Shapes:
             ring
             for stop in stops
             if isinstance(stop, imc.Loiter)
-            for ring in _loiter(stop, frame.to_local(stop.lat_rad, stop.lon_rad))
+            if (ring := outline(stop.figure, frame.to_local(stop.lat_rad, stop.lon_rad), _USUAL_RADIUS_M))
         ]
         self.fences = [(area.inclusion, _outline(area, frame)) for area in areas]
         self.rally = [frame.to_local(*point) for point in rally]
@@ -58,27 +59,6 @@ def _outline(area: imc.FenceArea, frame: LocalFrame) -> Points:
         return []
     north, east = frame.to_local(*area.centre_rad)
     return _ring((north, east), area.radius_m)
-
-
-def _loiter(loiter: imc.Loiter, centre: tuple[float, float]) -> list[Points]:
-    """The closed lines that a loiter follows: a circle, an oval, two circles, nothing for a hover."""
-    radius = loiter.radius_m or _USUAL_RADIUS_M
-    if loiter.kind is imc.LoiterKind.HOVER:
-        return []
-    if loiter.kind is imc.LoiterKind.CIRCULAR:
-        return [_ring(centre, radius)]
-    half = (loiter.length_m or 3.0 * radius) / 2.0
-    bearing = loiter.bearing_rad or 0.0
-    along = (half * math.cos(bearing), half * math.sin(bearing))
-    ends = [(centre[0] + sign * along[0], centre[1] + sign * along[1]) for sign in (1.0, -1.0)]
-    if loiter.kind is imc.LoiterKind.FIGURE_EIGHT:
-        return [_ring(end, radius) for end in ends]
-    turns = [
-        (end, bearing + offset + math.pi * step / 24 - math.pi / 2.0)
-        for end, offset in zip(ends, (0.0, math.pi), strict=True)
-        for step in range(25)
-    ]
-    return [[(end[0] + radius * math.cos(angle), end[1] + radius * math.sin(angle)) for end, angle in turns]]
 
 
 def _ring(centre: tuple[float, float], radius: float, count: int = 48) -> Points:
@@ -105,8 +85,8 @@ def ascii_map(plan: PlanFile) -> str:
         column = min(columns - 1, max(0, round((place[1] - west) / metres)))
         sheet[row][column] = letter
 
-    for _, outline in shapes.fences:
-        _line(put, [*outline, *outline[:1]], metres, "#")
+    for _, corners in shapes.fences:
+        _line(put, [*corners, *corners[:1]], metres, "#")
     for ring in shapes.rings:
         _line(put, [*ring, *ring[:1]], metres, "o")
     _line(put, [place for _, place in shapes.stops], metres, ".")

@@ -99,12 +99,7 @@ def sentence(maneuver: imc.Maneuver) -> str:
 
 
 def _loiter(loiter: imc.Loiter) -> str:
-    parts = [f"{loiter.kind.value} loiter about {_place(loiter)}"]
-    if loiter.kind is not imc.LoiterKind.HOVER:
-        parts.append("default radius" if loiter.radius_m is None else f"radius {loiter.radius_m:g} m")
-        parts.append(loiter.direction.value)
-    if loiter.length_m is not None:
-        parts.append(f"length {loiter.length_m:g} m on {math.degrees(loiter.bearing_rad or 0.0) % 360.0:03.0f}")
+    parts = [f"{loiter.figure.name} loiter about {_place(loiter)}", *loiter.figure.words()]
     if loiter.turns is not None:
         parts.append(f"{loiter.turns:g} turns")
     elif loiter.duration_s is not None:

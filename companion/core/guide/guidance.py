@@ -8,17 +8,17 @@ operator is told.
 from __future__ import annotations
 
 import math
+from typing import assert_never
 
 from pydantic import Field
 
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack, Round
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
     Desired,
     EstimatedState,
     Goto,
     Loiter,
-    LoiterDirection,
-    LoiterKind,
     PathControlState,
     Severity,
 )
@@ -28,7 +28,7 @@ from mavlink_bridge.language.value import value
 from ..config import Config, param
 from ..hull import Handling, VesselConfig
 from .follow import FollowConfig, Follower
-from .paths import Arc, Line, Point, Projection, Track, circle, figure_eight, fillet, racetrack
+from .paths import Arc, Line, Point, Projection, Track, fillet
 from .station import StationConfig, StationKeeper
 
 
@@ -143,10 +143,14 @@ class Guidance:
             self._begin_leg(
                 state, maneuver, start, corner=corner, following=following, onward=onward, speed_mps=speed_mps
             )
-        elif maneuver.kind is LoiterKind.HOVER:
-            self._station.begin(self._target)
-        else:
-            self._begin_loiter(state, maneuver, speed_mps)
+            return
+        match maneuver.figure:
+            case Hover():
+                self._station.begin(self._target)
+            case Circle() | Racetrack() | FigureEight() as figure:
+                self._begin_figure(state, figure)
+            case _ as never:
+                assert_never(never)
 
     def hold(self, now_us: int, state: EstimatedState) -> None:
         """Keep station here."""
@@ -214,38 +218,31 @@ class Guidance:
         self._track = Track(tuple(segments), closed=False)
         self._follower.integrator.z_m *= 1.0 if entry else 0.0
 
-    def _begin_loiter(self, state: EstimatedState, loiter: Loiter, speed_mps: float) -> None:
-        self._about_it = loiter.kind is LoiterKind.CIRCULAR
-        radius = loiter.radius_m or self._config.loiter_radius_m
+    def _begin_figure(self, state: EstimatedState, figure: Round) -> None:
+        self._about_it = isinstance(figure, Circle)
+        radius = figure.radius_m or self._config.loiter_radius_m
         tightest = self._follower.tightest_m()
         if radius < tightest:
             self._say(
                 Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
             )
             radius = tightest
-        sense = self._sense(state, loiter)
-        bearing, length = loiter.bearing_rad or 0.0, loiter.length_m or 2.0 * radius
-        if loiter.kind is LoiterKind.RACETRACK:
-            segments = racetrack(self._target, radius, length, bearing, sense)
-        elif loiter.kind is LoiterKind.FIGURE_EIGHT:
-            segments = figure_eight(self._target, radius, length, bearing, sense)
-        else:
-            segments = circle(self._target, radius, sense)
-        eight = loiter.kind is LoiterKind.FIGURE_EIGHT
-        self._eight = (sense * radius, length, bearing) if eight else None
-        self._track = Track(segments, closed=True)
+        sense = self._sense(state, figure.direction)
+        if isinstance(figure, FigureEight):
+            self._eight = (sense * radius, figure.length_m or 2.0 * radius, figure.bearing_rad or 0.0)
+        self._track = Track(figure.segments(self._target, radius, sense), closed=True)
         self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
         self._follower.integrator.z_m = 0.0
 
-    def _sense(self, state: EstimatedState, loiter: Loiter) -> int:
+    def _sense(self, state: EstimatedState, direction: LoiterDirection) -> int:
         """1 clockwise, -1 counter-clockwise."""
-        if loiter.direction is LoiterDirection.CW:
+        if direction is LoiterDirection.CW:
             return 1
-        if loiter.direction is LoiterDirection.CCW:
+        if direction is LoiterDirection.CCW:
             return -1
         north, east = self._target[0] - (state.x_m or 0.0), self._target[1] - (state.y_m or 0.0)
         ahead_n, ahead_e = math.cos(state.psi_rad or 0.0), math.sin(state.psi_rad or 0.0)
-        if loiter.direction is LoiterDirection.INTO_DRIFT:
+        if direction is LoiterDirection.INTO_DRIFT:
             drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
             if math.hypot(*drift) > 0.05:
                 ahead_n, ahead_e = -drift[0], -drift[1]
@@ -360,7 +357,7 @@ class Guidance:
 
 
 def _stops(following: Goto | Loiter) -> bool:
-    return isinstance(following, Loiter) and following.kind is LoiterKind.HOVER
+    return isinstance(following, Loiter) and isinstance(following.figure, Hover)
 
 
 def _straight_on(begin: Point, corner: Point, onward: Point) -> bool:

@@ -1,4 +1,4 @@
-"""Paths on the local plane: straight lines and arcs, joined tangentially into legs, corners and loiter patterns.
+"""Paths on the local plane: corners between straight lines, and the track that is being sailed.
 
 Metres north and east; courses in radians from north; curvature 1/m, positive to starboard; cross-track positive to
 starboard of the path, as everywhere.
@@ -8,85 +8,17 @@ from __future__ import annotations
 
 import math
 
+from mavlink_bridge.language.segments import (
+    Arc as Arc,
+    Line as Line,
+    Place as Place,
+    Point as Point,
+    Projection as Projection,
+    Segment as Segment,
+)
 from mavlink_bridge.language.units import wrap_pi
-from mavlink_bridge.language.value import value
-
-Point = tuple[float, float]
-"""North and east, m."""
 
 _WAY_POINTS = 200
-
-
-@value
-class Projection:
-    """Where a point is relative to a segment: run along it, offset, and the path's course and curvature there."""
-
-    along_m: float
-    cross_m: float
-    course_rad: float
-    curvature: float
-
-
-Place = tuple[float, float, float]
-"""The first three of them: along, cross, course."""
-
-
-class Line:
-    """A straight segment. A line of no length points north."""
-
-    curvature = 0.0
-    round_m = 0.0
-    """No bearing of its ends starts anew."""
-
-    def __init__(self, start: Point, end: Point) -> None:
-        self.start, self.end = start, end
-        north, east = end[0] - start[0], end[1] - start[1]
-        self.length_m = math.hypot(north, east)
-        self.course_rad = math.atan2(east, north)
-        self._cos, self._sin = math.cos(self.course_rad), math.sin(self.course_rad)
-
-    def place(self, north_m: float, east_m: float) -> Place:
-        north, east = north_m - self.start[0], east_m - self.start[1]
-        cos, sin = self._cos, self._sin
-        return north * cos + east * sin, east * cos - north * sin, self.course_rad
-
-    def project(self, north_m: float, east_m: float) -> Projection:
-        return Projection(*self.place(north_m, east_m), 0.0)
-
-    def point(self, along_m: float) -> Point:
-        return self.start[0] + along_m * self._cos, self.start[1] + along_m * self._sin
-
-
-class Arc:
-    """A circular segment from ``start_rad`` (bearing from the centre), turning to starboard when ``sense`` is 1."""
-
-    def __init__(self, centre: Point, radius_m: float, start_rad: float, sense: int, sweep_rad: float) -> None:
-        self.centre, self.radius_m, self.start_rad, self.sense = centre, radius_m, start_rad, sense
-        self.sweep_rad = sweep_rad
-        """Positive; a full circle or more is allowed."""
-        self.length_m = radius_m * sweep_rad
-        self.curvature = sense / radius_m
-        self.round_m = 2.0 * math.pi * radius_m
-        """Once round the whole circle."""
-        self._half_sweep = 0.5 * sweep_rad
-        self._quarter = sense * 0.5 * math.pi
-
-    def place(self, north_m: float, east_m: float) -> Place:
-        north, east = north_m - self.centre[0], east_m - self.centre[1]
-        bearing = math.atan2(east, north)
-        radius, sense, half = self.radius_m, self.sense, self._half_sweep
-        swept = wrap_pi((bearing - self.start_rad) * sense - half) + half
-        return swept * radius, sense * (radius - math.hypot(north, east)), wrap_pi(bearing + self._quarter)
-
-    def project(self, north_m: float, east_m: float) -> Projection:
-        return Projection(*self.place(north_m, east_m), self.curvature)
-
-    def point(self, along_m: float) -> Point:
-        bearing = self.start_rad + self.sense * along_m / self.radius_m
-        return self.centre[0] + self.radius_m * math.cos(bearing), self.centre[1] + self.radius_m * math.sin(bearing)
-
-
-Segment = Line | Arc
 
 
 def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float, reach_m: float) -> Arc | None:
@@ -108,54 +40,6 @@ def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float
     to_centre = inbound.course_rad + sense * 0.5 * math.pi
     centre = begin[0] + radius * math.cos(to_centre), begin[1] + radius * math.sin(to_centre)
     return Arc(centre, radius, wrap_pi(to_centre + math.pi), sense, abs(turn))
-
-
-def circle(centre: Point, radius_m: float, sense: int) -> tuple[Segment, ...]:
-    return (Arc(centre, radius_m, 0.0, sense, 2.0 * math.pi),)
-
-
-def racetrack(centre: Point, radius_m: float, length_m: float, bearing_rad: float, sense: int) -> tuple[Segment, ...]:
-    """Two straights of ``length_m`` along ``bearing_rad`` joined by half circles; sails the first straight along the bearing."""
-    ahead = (math.cos(bearing_rad), math.sin(bearing_rad))
-    side = (-ahead[1] * -sense, ahead[0] * -sense)
-
-    def at(along: float, across: float) -> Point:
-        return centre[0] + along * ahead[0] + across * side[0], centre[1] + along * ahead[1] + across * side[1]
-
-    half = 0.5 * length_m
-    outward = math.atan2(side[1], side[0])
-    return (
-        Line(at(-half, radius_m), at(half, radius_m)),
-        Arc(at(half, 0.0), radius_m, outward, sense, math.pi),
-        Line(at(half, -radius_m), at(-half, -radius_m)),
-        Arc(at(-half, 0.0), radius_m, wrap_pi(outward + math.pi), sense, math.pi),
-    )
-
-
-def figure_eight(
-    centre: Point, radius_m: float, length_m: float, bearing_rad: float, sense: int
-) -> tuple[Segment, ...]:
-    """Two loops of opposite sense, their centres ``length_m`` apart along ``bearing_rad``, joined by crossing tangents.
-
-    ``length_m`` below twice the radius is raised to it (the loops touch). The loop at the bearing's end turns by ``sense``.
-    """
-    half = max(0.5 * length_m, radius_m)
-    ahead = (math.cos(bearing_rad), math.sin(bearing_rad))
-    far = (centre[0] + half * ahead[0], centre[1] + half * ahead[1])
-    near = (centre[0] - half * ahead[0], centre[1] - half * ahead[1])
-    opening = math.acos(min(1.0, radius_m / half))
-    sweep = 2.0 * (math.pi - opening)
-    # the tangent points lie at +-opening from the line to the other loop's centre
-    back = bearing_rad + math.pi
-    far_arc = Arc(far, radius_m, wrap_pi(back + sense * opening), sense, sweep)
-    near_arc = Arc(near, radius_m, wrap_pi(bearing_rad - sense * opening), -sense, sweep)
-    segments: list[Segment] = []
-    for arc, other in ((far_arc, near_arc), (near_arc, far_arc)):
-        segments.append(arc)
-        link = Line(arc.point(arc.length_m), other.point(0.0))
-        if link.length_m > 1e-6:
-            segments.append(link)
-    return tuple(segments)
 
 
 class Track:

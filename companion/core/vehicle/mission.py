@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from mavlink_bridge.language.figures import Hover
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import (
     ChangeSpeed,
@@ -19,7 +20,6 @@ from mavlink_bridge.language.messages import (
     Goto,
     Jump,
     Loiter,
-    LoiterKind,
     Maneuver,
     Noted,
     PlanSpecification,
@@ -287,7 +287,7 @@ class Mission:
         here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
         if isinstance(item, Delay) and here is not None:
             lat, lon = self._sailed_to or here
-            return Loiter(item.seq, lat, lon, kind=LoiterKind.HOVER, duration_s=item.duration_s)
+            return Loiter(item.seq, lat, lon, figure=Hover(), duration_s=item.duration_s)
         if isinstance(item, ReturnHome):
             target = nearest(here, self.rally, self.home)
             return None if target is None else Goto(item.seq, *target)

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.figures import Circle, Figure, Hover, figure_of
 from mavlink_bridge.language.geodesy import inverse
-from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, LoiterKind, Mode, PlanState, Severity
+from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
 
 from ..config import Config, param
@@ -117,9 +118,9 @@ class Navigator:
             return refusal
         self._speed_mps = request.speed_mps
         if request.radius_m:
-            self._sail(Loiter(-1, *target, radius_m=request.radius_m))
+            self._sail(Loiter(-1, *target, figure=Circle(radius_m=request.radius_m)))
         elif request.lat_rad is None:
-            self._sail(Loiter(-1, *target, kind=LoiterKind.HOVER))
+            self._sail(Loiter(-1, *target, figure=Hover()))
         else:
             self._sail(Goto(-1, *target, leg_from_here=True))
         return ""
@@ -133,18 +134,7 @@ class Navigator:
             _here(state) if request.lat_rad is None or request.lon_rad is None else (request.lat_rad, request.lon_rad)
         )
         self._speed_mps = request.speed_mps
-        self._sail(
-            Loiter(
-                -1,
-                *point,
-                kind=request.kind,
-                radius_m=request.radius_m,
-                length_m=request.length_m,
-                bearing_rad=request.bearing_rad,
-                direction=request.direction,
-                turns=request.turns,
-            )
-        )
+        self._sail(Loiter(-1, *point, figure=_figure_of(request), turns=request.turns))
         return ""
 
     def steer(self, request: GuidedHeading, speed_mps: float, state: EstimatedState, now_us: int) -> str:
@@ -175,10 +165,10 @@ class Navigator:
         self._steer = None
         self._speed_mps = request.speed_mps
         point, old = (request.lat_rad, request.lon_rad), None if self._leg is None else self._leg.maneuver
-        stays = isinstance(old, Loiter) and old.kind is LoiterKind.HOVER
+        stays = isinstance(old, Loiter) and isinstance(old.figure, Hover)
         if old is None or not (stays or isinstance(old, Goto)) or point != (old.lat_rad, old.lon_rad):
             near = stays and inverse(*_here(state), *point)[0] < _FOLLOW_M
-            self._sail(Loiter(-1, *point, kind=LoiterKind.HOVER) if near else Goto(-1, *point, leg_from_here=True))
+            self._sail(Loiter(-1, *point, figure=Hover()) if near else Goto(-1, *point, leg_from_here=True))
         self._steer_us = now_us
         return ""
 
@@ -237,7 +227,7 @@ class Navigator:
         if leg is None:
             return
         if isinstance(leg.maneuver, Goto) and report.arrived:
-            self._sail(Loiter(-1, leg.maneuver.lat_rad, leg.maneuver.lon_rad, kind=LoiterKind.HOVER))
+            self._sail(Loiter(-1, leg.maneuver.lat_rad, leg.maneuver.lon_rad, figure=Hover()))
         elif isinstance(leg.maneuver, Loiter) and leg.maneuver.turns is not None and report.turns >= leg.maneuver.turns:
             self._leg = None
             self._hold = _here(state) if state.position_valid else None
@@ -276,7 +266,7 @@ class Navigator:
             return None
         leg = self._leg
         if leg is None or (leg.maneuver.lat_rad, leg.maneuver.lon_rad) != self._hold:
-            self._sail(Loiter(-1, *self._hold, kind=LoiterKind.HOVER))
+            self._sail(Loiter(-1, *self._hold, figure=Hover()))
         return self._leg
 
     def _manual(self, now_us: int) -> Sticks | None:
@@ -290,3 +280,13 @@ def _here(state: EstimatedState) -> Point:
     assert state.lat_rad is not None
     assert state.lon_rad is not None
     return state.lat_rad, state.lon_rad
+
+
+def _figure_of(order: Orbit) -> Figure:
+    return figure_of(
+        order.kind.value,
+        radius_m=order.radius_m,
+        length_m=order.length_m,
+        bearing_rad=order.bearing_rad,
+        direction=order.direction,
+    )

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
 
-from mavlink_bridge.language.messages import Goto, Loiter, LoiterDirection, LoiterKind, Maneuver
+from mavlink_bridge.language.figures import outline
+from mavlink_bridge.language.messages import Goto, Loiter, Maneuver
 from mavlink_bridge.language.units import wrap_pi
 
 from ..guard.depth.grid import Leg, offset
-from ..guide.paths import Segment, circle, figure_eight, racetrack
 
 Position = tuple[float, float]
-
-_CORNERS_PER_TURN: Final = 32
 
 
 def plan_legs(maneuvers: Sequence[Maneuver], start_rad: Position | None, loiter_radius_m: float) -> list[Leg]:
@@ -71,20 +68,5 @@ def _jump_target(item: Maneuver, maneuvers: Sequence[Maneuver]) -> Goto | Loiter
 
 def _figure(loiter: Loiter, default_radius_m: float) -> tuple[Position, ...]:
     """Corner points of a loiter's figure; nothing for a hover."""
-    radius_m = abs(loiter.radius_m or default_radius_m)
-    sense = -1 if loiter.direction is LoiterDirection.CCW else 1
-    bearing_rad, length_m = loiter.bearing_rad or 0.0, loiter.length_m or 2.0 * radius_m
-    centre = (0.0, 0.0)
-    segments: tuple[Segment, ...] = ()
-    if loiter.kind is LoiterKind.CIRCULAR:
-        segments = circle(centre, radius_m, sense)
-    elif loiter.kind is LoiterKind.RACETRACK:
-        segments = racetrack(centre, radius_m, length_m, bearing_rad, sense)
-    elif loiter.kind is LoiterKind.FIGURE_EIGHT:
-        segments = figure_eight(centre, radius_m, length_m, bearing_rad, sense)
-    points: list[Position] = []
-    for segment in segments:
-        turns = abs(segment.curvature) * segment.length_m / (2.0 * math.pi)
-        count = max(1, math.ceil(_CORNERS_PER_TURN * turns))
-        points += [segment.point(segment.length_m * i / count) for i in range(count + 1)]
+    points = outline(loiter.figure, (0.0, 0.0), default_radius_m)
     return tuple(offset(loiter.lat_rad, loiter.lon_rad, north, east) for north, east in points)

@@ -20,7 +20,6 @@ from mavlink_bridge.language.messages import (
     Goto,
     Jump,
     Loiter,
-    LoiterKind,
     Maneuver,
     PlanSpecification,
     Severity,
@@ -145,7 +144,7 @@ class PlanFence:
     ) -> Iterator[Trespass | None]:
         """Yield for each leg what is wrong with it."""
         switches = [(item.seq, item.enable) for item in maneuvers if isinstance(item, FenceEnable)]
-        round_it = {item.seq for item in maneuvers if isinstance(item, Loiter) and item.kind is not LoiterKind.HOVER}
+        round_it = {item.seq for item in maneuvers if isinstance(item, Loiter) and item.figure.goes_round}
         at_start = self._fence.enabled
         for leg in plan_legs(maneuvers, None, loiter_radius_m):
             on = next((enable for seq, enable in reversed(switches) if seq < leg.seq), at_start)

@@ -13,8 +13,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, inverse
-from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, LoiterKind, Maneuver, PlanSpecification
+from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, Maneuver, PlanSpecification
 
 from .mission import MissionConfig, Point
 
@@ -169,8 +170,8 @@ def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, 
 def _away_m(item: Goto | Loiter, here: Point) -> float:
     """How far a waypoint, or a circle's line, is away."""
     distance_m = inverse(*here, item.lat_rad, item.lon_rad)[0]
-    if isinstance(item, Loiter) and item.kind is LoiterKind.CIRCULAR:
-        return abs(distance_m - abs(item.radius_m or 0.0))
+    if isinstance(item, Loiter) and isinstance(item.figure, Circle):
+        return abs(distance_m - abs(item.figure.radius_m or 0.0))
     return distance_m
 
 

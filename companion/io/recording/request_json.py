@@ -12,6 +12,7 @@ import json
 from typing import Any, Final, cast
 
 from mavlink_bridge.language import messages as imc, requests
+from mavlink_bridge.language.figures import figure_of
 from mavlink_bridge.language.requests import RequestBody
 from mavlink_bridge.mavlink.missions.plan_rules import Cmd
 
@@ -64,4 +65,13 @@ def _object(value: Any) -> Any:
         return bytes.fromhex(value["bytes"])
     if "enum" in value:
         return _KNOWN[value["enum"]][value["name"]]  # type: ignore[index]
-    return _KNOWN[value["class"]](**{name: _object(item) for name, item in value["fields"].items()})
+    fields = {name: _object(item) for name, item in value["fields"].items()}
+    if value["class"] == "Loiter" and "kind" in fields:
+        fields = _loiter_of_the_first_release(fields)
+    return _KNOWN[value["class"]](**fields)
+
+
+def _loiter_of_the_first_release(fields: dict[str, Any]) -> dict[str, Any]:
+    """A loiter had the fields of all figures then."""
+    named = {name: fields.pop(name) for name in ("radius_m", "length_m", "bearing_rad", "direction")}
+    return {"figure": figure_of(fields.pop("kind").value, **named), **fields}

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, assert_never
 
 from ...language import messages as imc
+from ...language.figures import Circle, FigureEight, Hover, Racetrack
 from ...language.requests import PlanItem
 from ..wire.mapping import NAN, rad_to_degE7
 from .plan_rules import MISSION_FRAME, Cmd
@@ -144,32 +145,43 @@ def _set_home(home: imc.SetHome) -> PlanItem:
 
 
 def _loiter(loiter: imc.Loiter) -> PlanItem:
-    kind = loiter.kind
-    if loiter.duration_s is not None and loiter.turns is not None and loiter.direction in _CIRCLING:
-        raise InexpressibleError(f"item {loiter.seq}: a loiter ends by time or by turns, not by both")
-    if kind is imc.LoiterKind.CIRCULAR:
-        return _circle(loiter)
+    figure = loiter.figure
+    if isinstance(figure, Circle):
+        return _circle(loiter, figure)
     if loiter.turns is not None:
-        raise InexpressibleError(f"item {loiter.seq}: {kind.value} cannot be counted in turns")
-    if kind is imc.LoiterKind.HOVER:
-        return _circle_by_time(loiter, 0.0)
-    if loiter.direction not in _CIRCLING:
-        raise InexpressibleError(f"item {loiter.seq}: {kind.value} needs a direction, cw or ccw")
-    return _figure_eight(loiter) if kind is imc.LoiterKind.FIGURE_EIGHT else _racetrack(loiter)
+        raise InexpressibleError(f"item {loiter.seq}: {figure.name} cannot be counted in turns")
+    match figure:
+        case Hover():
+            return _circle_by_time(loiter, 0.0)
+        case FigureEight():
+            return _figure_eight(loiter, figure)
+        case Racetrack():
+            return _racetrack(loiter, figure)
+        case _ as never:
+            assert_never(never)
 
 
 _CIRCLING: Final = {imc.LoiterDirection.CW: 1.0, imc.LoiterDirection.CCW: -1.0}
 
 
-def _circle(loiter: imc.Loiter) -> PlanItem:
-    sign = _CIRCLING.get(loiter.direction)
+def _sign(loiter: imc.Loiter, figure: Racetrack | FigureEight) -> float:
+    sign = _CIRCLING.get(figure.direction)
     if sign is None:
-        choice = float(loiter.direction is imc.LoiterDirection.INTO_DRIFT)
-        times = (_or_zero(loiter.duration_s), _or_zero(loiter.turns), _or_zero(loiter.radius_m))
+        raise InexpressibleError(f"item {loiter.seq}: {figure.name} needs a direction, cw or ccw")
+    return sign
+
+
+def _circle(loiter: imc.Loiter, circle: Circle) -> PlanItem:
+    sign = _CIRCLING.get(circle.direction)
+    if sign is None:
+        choice = float(circle.direction is imc.LoiterDirection.INTO_DRIFT)
+        times = (_or_zero(loiter.duration_s), _or_zero(loiter.turns), _or_zero(circle.radius_m))
         return _at(loiter, Cmd.LOITER_CHOICE, *times, choice)
-    if loiter.radius_m is None and sign < 0.0:
+    if loiter.duration_s is not None and loiter.turns is not None:
+        raise InexpressibleError(f"item {loiter.seq}: a loiter ends by time or by turns, not by both")
+    if circle.radius_m is None and sign < 0.0:
         raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
-    radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
+    radius = NAN if circle.radius_m is None else sign * circle.radius_m
     if loiter.turns is not None:
         return _at(
             loiter, Cmd.LOITER_TURNS, loiter.turns, param2=float(loiter.exit_toward_next), param3=radius, param4=1.0
@@ -185,30 +197,28 @@ def _circle_by_time(loiter: imc.Loiter, radius: float) -> PlanItem:
     )
 
 
-def _figure_eight(loiter: imc.Loiter) -> PlanItem:
-    sign = _CIRCLING[loiter.direction]
-    minor = NAN if loiter.radius_m is None else loiter.radius_m
+def _figure_eight(loiter: imc.Loiter, eight: FigureEight) -> PlanItem:
+    sign = _sign(loiter, eight)
+    minor = NAN if eight.radius_m is None else eight.radius_m
     major = NAN
-    if loiter.radius_m is not None and loiter.length_m is not None:
+    if eight.radius_m is not None and eight.length_m is not None:
         # shorter than two radii the loops would overlap: raised to it, as DUNE does
-        major = sign * (max(loiter.length_m, 2.0 * loiter.radius_m) / 2.0 + loiter.radius_m)
-    elif sign < 0.0 or loiter.length_m is not None:
+        major = sign * (max(eight.length_m, 2.0 * eight.radius_m) / 2.0 + eight.radius_m)
+    elif sign < 0.0 or eight.length_m is not None:
         raise InexpressibleError(f"item {loiter.seq}: an eight needs a radius to have a length or go ccw")
-    bearing = math.remainder(loiter.bearing_rad or 0.0, math.tau)
+    bearing = math.remainder(eight.bearing_rad or 0.0, math.tau)
     return _at(loiter, Cmd.DO_FIGURE_EIGHT, major, param2=minor, param3=_or_zero(loiter.duration_s), param4=bearing)
 
 
-def _racetrack(loiter: imc.Loiter) -> PlanItem:
-    if loiter.length_m is None:
+def _racetrack(loiter: imc.Loiter, track: Racetrack) -> PlanItem:
+    sign = _sign(loiter, track)
+    if track.length_m is None:
         raise InexpressibleError(f"item {loiter.seq}: a racetrack needs a length")
-    sign = _CIRCLING[loiter.direction]
-    if loiter.radius_m is None and sign < 0.0:
+    if track.radius_m is None and sign < 0.0:
         raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
-    radius = NAN if loiter.radius_m is None else sign * loiter.radius_m
-    bearing = math.degrees(loiter.bearing_rad or 0.0) % 360.0
-    return _at(
-        loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), param2=loiter.length_m, param3=radius, param4=bearing
-    )
+    radius = NAN if track.radius_m is None else sign * track.radius_m
+    bearing = math.degrees(track.bearing_rad or 0.0) % 360.0
+    return _at(loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), param2=track.length_m, param3=radius, param4=bearing)
 
 
 def _or_zero(value: float | None) -> float:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from ...language import messages as imc
+from ...language.figures import Circle, Hover
 from ...language.requests import LoadPlan, PlanItem, PlanKind
 from .fence_mapping import compile_fence, compile_rally
 from .plan_rules import (
@@ -72,14 +73,11 @@ def _loiter(
     """A circle by radius, or station keeping when the radius is exactly 0."""
     latitude, longitude = position(item)
     radius, direction = signed_radius(item, 3, limits)
-    hover = radius == 0.0
     return imc.Loiter(
         seq,
         latitude,
         longitude,
-        kind=imc.LoiterKind.HOVER if hover else imc.LoiterKind.CIRCULAR,
-        radius_m=None if hover else radius,
-        direction=direction,
+        figure=Hover() if radius == 0.0 else Circle(radius_m=radius, direction=direction),
         duration_s=duration_s,
         exit_toward_next=exit_toward_next,
     )
@@ -102,8 +100,7 @@ def _loiter_turns(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
         seq,
         latitude,
         longitude,
-        radius_m=radius or None,
-        direction=direction,
+        figure=imc.Circle(radius_m=radius or None, direction=direction),
         turns=turns,
         exit_toward_next=toward_next(item, 2),
     )
@@ -116,8 +113,7 @@ def _loiter_to_altitude(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Man
         seq,
         latitude,
         longitude,
-        radius_m=radius or None,
-        direction=direction,
+        figure=imc.Circle(radius_m=radius or None, direction=direction),
         duration_s=0.0,
         exit_toward_next=toward_next(item, 1),
     )
@@ -132,8 +128,7 @@ def _orbit(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
         seq,
         latitude,
         longitude,
-        radius_m=radius or None,
-        direction=direction,
+        figure=imc.Circle(radius_m=radius or None, direction=direction),
         speed_mps=speed or None,
         turns=orbits_rad / math.tau if orbits_rad else None,
     )
@@ -153,11 +148,12 @@ def _figure_eight(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
         seq,
         latitude,
         longitude,
-        kind=imc.LoiterKind.FIGURE_EIGHT,
-        radius_m=minor,
-        length_m=None if major is None or minor is None else 2.0 * (major - minor),
-        bearing_rad=bearing,
-        direction=direction,
+        figure=imc.FigureEight(
+            length_m=None if major is None or minor is None else 2.0 * (major - minor),
+            radius_m=minor,
+            bearing_rad=bearing,
+            direction=direction,
+        ),
         duration_s=duration or None,
     )
 
@@ -172,11 +168,9 @@ def _racetrack(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
         seq,
         latitude,
         longitude,
-        kind=imc.LoiterKind.RACETRACK,
-        radius_m=radius or None,
-        length_m=length,
-        bearing_rad=math.radians(bearing),
-        direction=direction,
+        figure=imc.Racetrack(
+            length_m=length, radius_m=radius or None, bearing_rad=math.radians(bearing), direction=direction
+        ),
         duration_s=duration or None,
     )
 
@@ -193,8 +187,9 @@ def _loiter_choice(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver
         seq,
         latitude,
         longitude,
-        radius_m=radius or None,
-        direction=imc.LoiterDirection.INTO_DRIFT if choice else imc.LoiterDirection.VESSEL,
+        figure=imc.Circle(
+            radius_m=radius or None, direction=imc.LoiterDirection.INTO_DRIFT if choice else imc.LoiterDirection.VESSEL
+        ),
         duration_s=duration or None,
         turns=turns or None,
     )
