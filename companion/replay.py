@@ -29,6 +29,7 @@ from .io.interpreter import compile_early
 from .io.links import Link
 from .io.log_file import parts_of
 from .io.recording import InputReader, InputsError, request_json
+from .io.recording.frame_log import FrameClock
 from .io.recording.input_replay import Difference, ReplayLinks, ReplayStore
 from .io.recording.inputs import Step
 from .io.recording.log_archive import Fetched, ReplayArchive
@@ -145,6 +146,7 @@ class _Replay:
         self._links = ReplayLinks(reader)
         self._store = ReplayStore(reader)
         self._archive = ReplayArchive()
+        self._clock = FrameClock()
         self._next_link = iter(self._links.links)
         self.outcome = Outcome()
         self.app = self._build(reader.meta, changes)
@@ -187,6 +189,7 @@ class _Replay:
         outcome = self.outcome
         for step in self._reader.steps():
             self._step = step
+            self._clock.move(step.utc_us, step.now_us)
             self._links.load(step)
             self._store.load(step)
             self._archive.load([Fetched(*each) for each in step.fetched])
@@ -264,7 +267,7 @@ class _Replay:
         if self._sent is None:
             system_id = int(self._reader.meta["settings"]["system"]["system_id"])
             self._sent = SentFrames(self._run_dir, system_id)
-        before = self._sent.of(self._telemetry.index(found.link), step)
+        before = self._sent.of(self._telemetry.index(found.link), self._clock.stamp_us)
         worded = [(f"{found.link}: {what}", was, now) for what, was, now in tell(before, found.data)]
         return worded or plain
 

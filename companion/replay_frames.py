@@ -15,9 +15,7 @@ from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode
 from mavlink_bridge.mavlink.wire.framing import Deframer, Frame
 
-from .io.clock import EARLIEST_UTC_US
 from .io.log_file import parts_of
-from .io.recording.inputs import Step
 
 
 class SentFrames:
@@ -30,9 +28,8 @@ class SentFrames:
                 if record.frame.system == system_id:
                     self._found.setdefault((record.link & 3, record.t_us), []).append(record.frame)
 
-    def of(self, number: int, step: Step) -> list[Frame]:
-        """Frames sent on the telemetry link ``number`` in a step."""
-        stamp_us = EARLIEST_UTC_US + step.now_us if step.utc_us is None else step.utc_us
+    def of(self, number: int, stamp_us: int) -> list[Frame]:
+        """Frames sent on the telemetry link ``number`` at a stamp of the log (``FrameClock``)."""
         return self._found.get((number & 3, stamp_us & ~3), [])
 
 

@@ -8,6 +8,8 @@ import importlib.util
 from pathlib import Path
 from typing import Any
 
+from mavlink_bridge.mavlink.wire import tlog
+
 from ..report.flight import Flight
 from ..report.from_run import read_run
 from ..report.from_tlog import read_tlog
@@ -60,6 +62,9 @@ def read(source: Path) -> Flight:
             if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
                 raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
             return read_run(source)
+        what = tlog.not_a_log(source.read_bytes())
+        if what:
+            raise ConfigError(str(source), [f"{what}; give a run directory or a telemetry log"])
         ours = source.name.startswith("mavlink") and (source.parent / "run.json").is_file()
         flight = read_tlog(source, numbered=ours)
     except OSError as error:

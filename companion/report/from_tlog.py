@@ -15,9 +15,11 @@ from mavlink_bridge.mavlink.missions.wire import item_from_message
 from mavlink_bridge.mavlink.persona.modes import FACES
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode, dialect
+from mavlink_bridge.mavlink.wire.framing import Frame
 
 from .flight import Event, Flight, LinkStats, Track
 
+Found = tlog.Record | tlog.Unread
 LONGEST_GAP_S: Final = 86_400.0
 """A longer time between two lines or frames is damage, not a pause."""
 SET_BACK_S: Final = 1.0
@@ -30,19 +32,20 @@ def read_tlog(path: Path, *more: Path, numbered: bool = False) -> Flight:
 
     ``numbered``: the log is one of ours, whose stamps carry link numbers; others have noise there.
     """
-    records = plausible([record for part in (path, *more) for record in tlog.iterate(part.read_bytes())])
+    found = plausible([record for part in (path, *more) for record in tlog.scan(part.read_bytes())])
+    records = [record for record in found if isinstance(record, tlog.Record)]
     vehicle = find_vehicle(records)
     flight = Flight(path.stem, path.name)
     if not records:
         flight.notes.append("the log holds no whole MAVLink frame")
         return flight
-    _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(records)
+    _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(found)
     return flight
 
 
-def plausible(records: list[tlog.Record]) -> list[tlog.Record]:
+def plausible(records: list[Found]) -> list[Found]:
     """Leave out records with a damaged stamp (nothing guards it): far from the one before and from the one after."""
-    kept: list[tlog.Record] = []
+    kept: list[Found] = []
     for number, record in enumerate(records):
         before = kept[-1].t_us if kept else None
         after = records[number + 1].t_us if number + 1 < len(records) else before
@@ -90,14 +93,22 @@ class _Reader:
             name.removeprefix("_on_").upper(): getattr(self, name) for name in dir(self) if name.startswith("_on_")
         }
 
-    def read(self, records: list[tlog.Record]) -> None:
+    def read(self, records: list[Found]) -> None:
+        strange: Counter[int] = Counter()
         for record, after in zip(records, [*records[1:], records[-1]], strict=True):
             self._go_on(record.t_us, after.t_us)
-            self._count(record)
+            if isinstance(record, tlog.Unread):
+                self._count(record.link, record, record.size)
+                strange[record.message_id] += 1
+                continue
+            self._count(record.link, record.frame, len(record.frame.raw))
             message = decode(record.frame)
             if message is not None:
                 self._take(record, message)
         flight = self.flight
+        if strange:
+            ids = ", ".join(f"{number} ({count})" for number, count in strange.most_common(6))
+            flight.notes.append(f"{sum(strange.values())} frames of messages that are not known here, by id: {ids}")
         flight.duration_s = self.t_s
         flight.links = [self._links[number] for number in sorted(self._links)]
         flight.plan, flight.fence, flight.rally = (self._plan(kind) for kind in range(3))
@@ -106,7 +117,7 @@ class _Reader:
             flight.about["start"] = start.strftime("%Y-%m-%d %H:%M:%S UTC")
         except (ValueError, OverflowError, OSError):
             flight.notes.append("the log's stamps are no microseconds since 1970: when it was is not known")
-        flight.about["frames"] = str(len(records))
+        flight.about["frames"] = str(len(records) - sum(strange.values()))
         for kind in flight.spans.values():
             kind[-1].end = max(kind[-1].end, kind[-1].start)
 
@@ -119,14 +130,14 @@ class _Reader:
         else:
             self.t_s = max(self.t_s, t_s)
 
-    def _count(self, record: tlog.Record) -> None:
-        frame = record.frame
-        number = record.link if self._numbered else 0
+    def _count(self, number: int, frame: Frame | tlog.Unread, size: int) -> None:
+        """Traffic, and what is missing of it; a frame that is not understood was heard all the same."""
+        number = number if self._numbered else 0
         link = self._links.get(number)
         if link is None:
             link = self._links[number] = LinkStats(f"link {number}")
         outgoing = self.vehicle is not None and frame.system == self.vehicle[0]
-        link.add(self.t_s, len(frame.raw), outgoing)
+        link.add(self.t_s, size, outgoing)
         key = (number, frame.system, frame.component)
         before = self._sequence.get(key)
         self._sequence[key] = frame.sequence

@@ -117,7 +117,7 @@ def test_what_holds_no_frame_gives_no_report(name, tmp_path, capsys):
     before = sorted(tmp_path.iterdir())
     assert main(["report", str(tmp_path / name)]) == 2
     said = capsys.readouterr()
-    assert ("No such file" if content is None else "holds no MAVLink frame") in said.err
+    assert ("No such file" if content is None else "no telemetry log") in said.err
     assert said.out == ""
     assert sorted(tmp_path.iterdir()) == before
 

@@ -19,6 +19,7 @@ from mavlink_bridge.language.messages import ChangeSpeed, Goto, Loiter
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
+from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
 from mavlink_bridge.plans.files import write_wpl
 
@@ -249,11 +250,22 @@ def _extract(arguments: argparse.Namespace) -> int:
 
 
 def _transferred(source: Path) -> PlanFile:
-    return plan_from_run(source) if source.is_dir() else plan_from_tlog(source.read_bytes())
+    return plan_from_run(source) if source.is_dir() else plan_from_tlog(_log(source))
+
+
+def _log(source: Path) -> bytes:
+    """The bytes of a telemetry log. Raises ConfigError for a file that is none, OSError."""
+    data = source.read_bytes()
+    what = tlog.not_a_log(data)
+    if what:
+        raise ConfigError(str(source), [f"{what}; give a telemetry log or a run directory"])
+    return data
 
 
 def _params(source: Path) -> str:
-    parts = parts_of(source / "mavlink.tlog") if source.is_dir() else [source]
+    if source.is_file():
+        return params_from_tlog(_log(source))
+    parts = parts_of(source / "mavlink.tlog")
     if not parts:
         raise ConfigError(str(source), ["holds no telemetry log"])
     return params_from_tlog(b"".join(part.read_bytes() for part in parts))

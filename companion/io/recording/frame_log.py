@@ -12,8 +12,11 @@ from typing import Final
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.framing import Deframer
 
+from ..clock import EARLIEST_UTC_US
 from ..links import Closed, LinkEvent, Received
 
+_WAITED_FOR_US: Final = 1_000_000
+"""As a time server slews a clock; more is a clock that was set."""
 _LOG_DATA: Final = b"\x78\x00\x00"
 """Message id of LOG_DATA: what is downloaded is a log already, and would push this run's own out."""
 
@@ -48,10 +51,23 @@ class FrameLog:
 
 
 class FrameClock:
-    """UTC of the present step for the telemetry log; one for all links of a run."""
+    """UTC of the present step for the telemetry log; one for all links of a run. It never goes back.
 
-    __slots__ = ("stamp_us",)
+    A clock that is set forward is followed. One that is set back by less than a second is waited for; by more, the log's time runs on
+    from where it was: every program that reads a log takes its stamps for growing.
+    """
 
-    def __init__(self, stamp_us: int) -> None:
-        self.stamp_us = stamp_us
+    __slots__ = ("_now_us", "stamp_us")
+
+    def __init__(self) -> None:
+        self.stamp_us = 0
         """Microseconds since 1970."""
+        self._now_us = 0
+
+    def move(self, utc_us: int | None, now_us: int) -> None:
+        """Go to a step: ``utc_us`` by the computer's calendar (None = it has none), ``now_us`` by the loop's clock."""
+        wanted_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
+        passed_us = max(0, now_us - self._now_us)
+        if wanted_us < self.stamp_us - _WAITED_FOR_US:
+            wanted_us = self.stamp_us + passed_us
+        self._now_us, self.stamp_us = now_us, max(self.stamp_us, wanted_us)

@@ -21,7 +21,6 @@ from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import RequestBody
 from mavlink_bridge.language.snapshot import Snapshot
 
-from ..clock import EARLIEST_UTC_US
 from ..keeping import AnyStore
 from ..keeping.content import to_json
 from ..links import Link
@@ -45,7 +44,7 @@ class Recording:
         self._taps = 0
         self._submitted: list[str] = []
         self._inputs = recorder.inputs
-        self._clock = FrameClock(EARLIEST_UTC_US)
+        self._clock = FrameClock()
         self.tick: Callable[[Snapshot], None] = recorder.tick
         """The app's recorder: keep one tick."""
 
@@ -79,7 +78,7 @@ class Recording:
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""
         utc_us = self._utc_us()
-        self._clock.stamp_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
+        self._clock.move(utc_us, now_us)
         self._inputs.begin(kind, now_us, utc_us=utc_us, load=load, late_s=late_s)
         if self._submitted:
             for text in self._submitted:

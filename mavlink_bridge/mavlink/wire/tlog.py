@@ -85,18 +85,116 @@ def _unsigned(raw: bytes) -> bytes:
     return raw[:1] + bytes(body) + crc.to_bytes(2, "little")
 
 
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """A whole record whose frame cannot be judged: its message is not known here, or differs in the sender's dialect."""
+
+    t_us: int
+    link: int
+    system: int
+    component: int
+    sequence: int
+    message_id: int
+    size: int
+    """Of the frame, bytes."""
+
+
 def iterate(data: bytes | mmap.mmap) -> Iterator[Record]:
     """Records of a log, oldest first, damaged pieces left out. Frames of unknown ids are passed over."""
-    at = 0
+    return (found for found in scan(data) if isinstance(found, Record))
+
+
+def scan(data: bytes | mmap.mmap) -> Iterator[Record | Unread]:
+    """All records of a log, oldest first, those that cannot be judged too; damaged pieces are left out.
+
+    What stands between two good records counts as unread records when it is cut into whole ones without a rest.
+    """
+    at = gap = 0
     end = len(data)
     while at + 8 < end:
         frame = _frame_at(data, at + 8)
         if frame is not None:
+            if gap < at:
+                yield from _unread(data, gap, at)
             (stamp,) = _STAMP.unpack(data[at : at + 8])
             yield Record(stamp & ~_LINK_MASK, stamp & _LINK_MASK, frame)
             at += 8 + len(frame.raw)
+            gap = at
             continue
         at = _skip_to(data, at)
+    if gap < end:
+        yield from _unread(data, gap, end)
+
+
+def _unread(data: bytes | mmap.mmap, at: int, end: int) -> list[Unread]:
+    """The records from ``at`` to ``end``; none when they do not fill it to the byte."""
+    found: list[Unread] = []
+    while at < end:
+        head = data[at + 8 : min(at + 18, end)]
+        if len(head) < 8 or head[0] not in (MARKER_V1, MARKER_V2):
+            return []
+        new = head[0] == MARKER_V2
+        if new and len(head) < 10:
+            return []
+        size = head[1] + (12 + (SIGNATURE_LEN if head[2] & INCOMPAT_SIGNED else 0) if new else 8)
+        sequence, system, component = head[4:7] if new else head[2:5]
+        message_id = int.from_bytes(head[7:10], "little") if new else head[5]
+        (stamp,) = _STAMP.unpack(data[at : at + 8])
+        found.append(
+            Unread(
+                t_us=stamp & ~_LINK_MASK,
+                link=stamp & _LINK_MASK,
+                system=system,
+                component=component,
+                sequence=sequence,
+                message_id=message_id,
+                size=size,
+            )
+        )
+        at += 8 + size
+    return found if at == end else []
+
+
+_LOOKED_AT: Final = 1 << 20
+_ENOUGH: Final = 50
+"""Neighbours that tell what a file is."""
+_SIGNS: Final = (
+    (b"ULog", "a PX4 log (ULog)"),
+    (b"\xa3\x95", "an ArduPilot data-flash log (.BIN)"),
+    (b"SQLite format 3", "a database"),
+    (b"PK\x03\x04", "a packed archive"),
+    (b"\x1f\x8b", "a packed archive"),
+    (b"\xfd7zXZ", "a packed archive"),
+)
+
+
+def not_a_log(data: bytes | mmap.mmap) -> str:
+    """What a file is that is no telemetry log, in words; empty for one that is (damage and an end cut off do not matter)."""
+    piece = bytes(data[:_LOOKED_AT])
+    stamped, bare = _neighbours(piece)
+    if bare > stamped:
+        return "MAVLink frames without time stamps, as in MAVProxy's .tlog.raw: give the .tlog beside it"
+    if stamped or _frame_at(piece, 8) is not None or _unread(piece, 0, len(piece)):
+        return ""
+    for sign, words in _SIGNS:
+        if piece.startswith(sign):
+            return f"{words}, no telemetry log"
+    kind = "an empty file" if not piece else "text" if piece.isascii() else "not one MAVLink frame in it"
+    return f"{kind}: no telemetry log"
+
+
+def _neighbours(piece: bytes) -> tuple[int, int]:
+    """How often a frame is followed by another after 8 bytes, and how often at once."""
+    stamped = bare = at = 0
+    while stamped + bare < _ENOUGH and (found := _MARKERS.search(piece, at)) is not None:
+        frame = _frame_at(piece, found.start())
+        if frame is None:
+            at = found.start() + 1
+            continue
+        at = found.start() + len(frame.raw)
+        stamped += _frame_at(piece, at + 8) is not None
+        bare += _frame_at(piece, at) is not None
+    return stamped, bare
 
 
 def _skip_to(data: bytes | mmap.mmap, at: int) -> int:
