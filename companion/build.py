@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.witness import Witness
 from mavlink_bridge.mavlink.endpoint import Endpoint
 from mavlink_bridge.mavlink.persona import Budget, EndpointConfig, Identity
 
@@ -53,14 +54,18 @@ def build_app(
     identity: Identity | None = None,
     archive: AnyArchive | None = None,
     board_seen: bool | None = None,
+    witness: Witness | None = None,
 ) -> App:
     """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header.
 
     ``archive``: where stations' log downloads come from; a recorded run has one of its own.
     ``board_seen``: whether a person has seen the outputs of a level-0 board move; None: as the store remembers.
+    ``witness``: through whom keys are used; a replay's has none, and key files are left alone.
     ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
     """
-    not_safe = mistakes(settings)
+    if witness is None:
+        witness = Witness() if recording is None else recording.witness()
+    not_safe = mistakes(settings, keys=witness.placeholder is None)
     if not_safe:
         raise ConfigError("security", not_safe)
     vessel = vessel or load_vessel(settings.vessel)
@@ -97,7 +102,7 @@ def build_app(
     app.recorder = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
     _load_map(app)
-    app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us)
+    app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us, witness)
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
     if radio is not None:
         app.grounds.append(_radio(app, radio))
@@ -117,6 +122,7 @@ def _header(settings: Settings, vessel: VesselConfig, identity: Identity) -> dic
         "settings": settings.model_dump(mode="json"),
         "vessel": vessel.model_dump(mode="json"),
         "identity": dataclasses.asdict(identity),
+        "witness": True,
     }
 
 

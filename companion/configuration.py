@@ -7,6 +7,7 @@ key, its value and the mend, before anything opens.
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -20,7 +21,7 @@ from .core.nmea.wanted import unknown_names
 from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.links import LinkConfigError, check_link, parse_link_url
-from .radio import load_radio, read_key
+from .radio import SIMULATION_KEY, load_radio, read_key
 from .settings import ConfigError, Settings, load, load_vessel
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def gateway_settings(path: Path, overrides: Sequence[str], *, to_serve: bool = F
     from .gateway import GatewaySettings
 
     def found(settings: GatewaySettings) -> list[str]:
-        return gateway_mistakes(settings) + _key_mistakes(settings.key_file, must_be=to_serve, table="")
+        return gateway_mistakes(settings) + _key_mistakes(settings.key_file, settings.url, must_be=to_serve, table="")
 
     return load(path, overrides, GatewaySettings, further=found)
 
@@ -86,14 +87,29 @@ def link_mistakes(settings: Settings) -> list[str]:
 def radio_key_mistakes(settings: Settings, *, must_be: bool = True) -> list[str]:
     """What is wrong with the key of a vessel's compact radio."""
     radio = settings.radio
-    return _key_mistakes(radio.key_file, must_be=must_be) if radio.url and radio.protocol == "compact" else []
+    return (
+        _key_mistakes(radio.key_file, radio.url, must_be=must_be) if radio.url and radio.protocol == "compact" else []
+    )
 
 
-def _key_mistakes(key_file: str, *, must_be: bool, table: str = "radio.") -> list[str]:
+def _key_mistakes(key_file: str, url: str, *, must_be: bool, table: str = "radio.") -> list[str]:
     """What is wrong with a radio's key. ``must_be`` False: one that is named may be made later."""
     if key_file and not must_be and not Path(key_file).exists():
         return []
-    return [table + mistake.removeprefix("radio.") for mistake in mistakes_of(lambda: read_key(key_file))]
+    found = mistakes_of(lambda: read_key(key_file))
+    if not found and not _is_simulated(url) and read_key(key_file) == SIMULATION_KEY:
+        told = "the simulator's key, which everybody has; make one of your own: companion keys make FILE"
+        found = [f"radio.key_file = {key_file!r}: {told}"]
+    return [table + mistake.removeprefix("radio.") for mistake in found]
+
+
+def _is_simulated(url: str) -> bool:
+    """Whether a radio's link ends on this computer: in memory, or at a pty, as the simulator's modems do."""
+    try:
+        parsed = parse_link_url(url)
+        return parsed.scheme in ("mem", "pty") or os.path.realpath(parsed.path()).startswith("/dev/pts/")
+    except LinkConfigError:
+        return True  # told by the check of links
 
 
 def steering_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:

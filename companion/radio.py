@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from hashlib import blake2s
 from pathlib import Path
 
 import config as shipped
@@ -28,6 +29,8 @@ MEMORY_KEY = "radio"
 """Counters and answers of the compact link."""
 AIRTIME_KEY = "radio-airtime"
 """Airtime of the hour, whatever protocol used it."""
+SIMULATION_KEY = blake2s(b"simulated radio, not for a boat").digest()
+"""The key of every simulated radio: everybody has it."""
 Converse = Callable[[int, str], Conversation]
 
 

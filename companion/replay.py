@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import io
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -27,23 +27,18 @@ from .core.hull import VesselConfig
 from .facade import made_by
 from .io.interpreter import compile_early
 from .io.links import Link
-from .io.log_file import parts_of
 from .io.recording import InputReader, InputsError, request_json
 from .io.recording.frame_log import FrameClock
-from .io.recording.input_replay import Difference, ReplayLinks, ReplayStore
+from .io.recording.input_replay import Difference, ReplayLinks, ReplayStore, ReplayWitness
 from .io.recording.inputs import Step
 from .io.recording.log_archive import Fetched, ReplayArchive
-from .io.recording.recorder import CONTROL_COLUMNS, control_row
+from .io.recording.recorder import control_row
 from .replay_frames import SentFrames, tell
+from .replay_rows import COLUMNS, control_rows, fields_of, nearly
 from .settings import ConfigError, Settings, explain
 from .settings.moved import carry_over
 from .settings.schema import override
 
-COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
-_COMMAS: Final = len(COLUMNS) - 1
-_NEAR: Final = 1e-4
-_NEAR_DEG: Final = 1.01e-8
-"""Of a position: the last digit that is written, 1 mm."""
 MAX_DIFFERENCES: Final = 200
 WORDED_DIFFERENCES: Final = 20
 _SIMULATOR_S: Final = "world"
@@ -85,6 +80,8 @@ class Outcome:
     """Differences in all, kept or not."""
     fault: str = ""
     """The app gave up."""
+    unproven: int = 0
+    """Signatures, tags and verdicts that were taken from the recording: a replay has no key, and checks no cryptography."""
     versions: str = ""
     """Who recorded and who replayed it, when it was not the same version."""
     moved: list[str] = field(default_factory=list)
@@ -147,6 +144,7 @@ class _Replay:
         self._store = ReplayStore(reader)
         self._archive = ReplayArchive()
         self._clock = FrameClock()
+        self._witness = ReplayWitness() if reader.meta.get("witness") else None
         self._next_link = iter(self._links.links)
         self.outcome = Outcome()
         self.app = self._build(reader.meta, changes)
@@ -163,6 +161,7 @@ class _Replay:
                 make_link=self._make_link,
                 store=self._store,
                 archive=self._archive,
+                witness=self._witness,
                 vessel=_vessel(hull),
                 identity=_identity(meta["identity"]),
                 board_seen=bool(meta.get("board_seen", True)),
@@ -192,6 +191,8 @@ class _Replay:
             self._clock.move(step.utc_us, step.now_us)
             self._links.load(step)
             self._store.load(step)
+            if self._witness is not None:
+                self._witness.load(step)
             self._archive.load([Fetched(*each) for each in step.fetched])
             try:
                 self._perform(step)
@@ -206,6 +207,7 @@ class _Replay:
             outcome.writes_compared += sum(len(writes) for writes in step.writes.values())
             self._take_write_differences(step)
         outcome.cut = self._reader.cut
+        outcome.unproven = 0 if self._witness is None else self._witness.said
         if _maker(made_by() | self._reader.meta) != _maker(made_by()):
             outcome.versions = self.versions
         return outcome
@@ -232,7 +234,7 @@ class _Replay:
         self.outcome.rows_compared += 1
         after = control_row(snapshot)
         if before != after:
-            self._compare(snapshot, _fields(before), _fields(after))
+            self._compare(snapshot, fields_of(before), fields_of(after))
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         return [(Severity(severity), text) for severity, text in self._step.told] if self._step else []
@@ -275,37 +277,6 @@ class _Replay:
         self.outcome.different += 1
         if len(self.outcome.differences) < MAX_DIFFERENCES:
             self.outcome.differences.append(difference)
-
-
-def nearly(name: str, was: str, now: str) -> bool:
-    """Whether two fields differ no more than another machine's or another Python's arithmetic makes them.
-
-    The last bit of a coordinate is a nanometre, and feedback makes more of it: 1e-4 of a field or of its unit (0.1 mm,
-    0.0001 degrees, Nm or m/s) is below all that matters.
-    """
-    try:
-        a, b = float(was), float(now)
-    except ValueError:
-        return False
-    if name.startswith("us_"):
-        return abs(a - b) <= 1.0
-    if name in {"lat_deg", "lon_deg"}:
-        return abs(a - b) <= _NEAR_DEG
-    return abs(a - b) <= _NEAR * max(abs(a), abs(b), 1.0)
-
-
-def control_rows(run_dir: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield (tick, line) of control.csv and its parts; what was cut, damaged or written by another version is left out."""
-    for path in parts_of(run_dir / "control.csv"):
-        with path.open("rb") as file:
-            for line in itertools.islice(file, 1, None):
-                tick = line.split(b",", 2)[1:2]
-                if line.count(b",") == _COMMAS and tick[0].isdigit() and line.endswith(b"\n"):
-                    yield int(tick[0]), line
-
-
-def _fields(line: bytes) -> list[str]:
-    return line.decode(errors="replace").rstrip("\n").split(",")
 
 
 def known_settings(data: Mapping[str, Any], overrides: Sequence[str] = ()) -> Settings:
@@ -377,6 +348,11 @@ def summary(outcome: Outcome, wall_s: float) -> str:
         f"{outcome.rows_compared} control rows and {outcome.writes_compared} writes compared",
         file=out,
     )
+    if outcome.unproven:
+        print(
+            f"{outcome.unproven} signatures, tags and verdicts on them as recorded: cryptography was not checked",
+            file=out,
+        )
     if outcome.versions:
         print(f"{outcome.versions}: a difference may be a change of the program or of its Python", file=out)
     for text in outcome.moved:

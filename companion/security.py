@@ -16,6 +16,7 @@ from typing import Final, Protocol
 
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.language.witness import Witness
 from mavlink_bridge.mavlink.wire.signing import UNITS_PER_S, SigningState, units_from_utc
 
 from .io.keeping import AnyStore
@@ -74,10 +75,10 @@ def is_open_listener(url: str) -> bool:
     return parse_link_url(url).scheme in ("udp-listen", "udp-broadcast", "tcp-listen") and not is_local(url)
 
 
-def mistakes(settings: Secured) -> list[str]:
-    """What must be mended before the links may be opened, each with its key and the mend."""
+def mistakes(settings: Secured, *, keys: bool = True) -> list[str]:
+    """What must be mended before the links may be opened, each with its key and the mend. ``keys`` False: none is needed."""
     found: list[str] = []
-    key = _key_problem(settings)
+    key = _key_problem(settings) if keys else ""
     if key:
         found.append(f"security.key_file = {settings.security.key_file!r}: {key}")
     for number, item in enumerate(settings.endpoints):
@@ -154,13 +155,21 @@ class Keeper:
     """Holds the signing state of a vessel or a gateway, keeps its stamps in the store, and takes a new key."""
 
     def __init__(
-        self, settings: Secured, store: AnyStore, say: Callable[[Severity, str], None], started_utc_us: int
+        self,
+        settings: Secured,
+        store: AnyStore,
+        say: Callable[[Severity, str], None],
+        started_utc_us: int,
+        witness: Witness | None = None,
     ) -> None:
-        found = mistakes(settings)
+        witness = witness or Witness()
+        found = mistakes(settings, keys=witness.placeholder is None)
         if found:
             raise ConfigError("security", found)
         self._path = Path(settings.security.key_file) if settings.security.key_file else None
-        self.state = SigningState(read_key(self._path) if self._path else None)
+        self.state = SigningState(
+            (witness.placeholder or read_key(self._path)) if self._path else None, witness=witness
+        )
         self._store = store
         self._say = say
         self._doors = tuple(open_doors(settings))
@@ -203,17 +212,23 @@ class Keeper:
         """A new key from a station whose right to it has been checked; kept in the file first."""
         if self._path is None:
             return
-        if self._store.snapshot().world == WorldKind.SIMULATED:
-            self.state.key = key
-            self._say(Severity.WARNING, f"New signing key for this simulation, fingerprint {fingerprint(key)}")
-            return
-        try:
-            write_key(self._path, key, replace=True)
-        except KeyFileError as error:
-            self._say(Severity.ERROR, f"New signing key not taken: {error}")
+        path, witness = self._path, self.state.witness
+        simulated = self._store.snapshot().world == WorldKind.SIMULATED
+
+        def keep() -> bytes:
+            try:
+                write_key(path, key, replace=True)
+            except KeyFileError as error:
+                return str(error).encode()
+            return b""
+
+        problem = witness.made(bytes if simulated or witness.placeholder is not None else keep).decode()
+        if problem:
+            self._say(Severity.ERROR, f"New signing key not taken: {problem}")
             return
         self.state.key = key
-        self._say(Severity.WARNING, f"New signing key, fingerprint {fingerprint(key)}")
+        told = witness.made(lambda: fingerprint(key).encode()).decode()
+        self._say(Severity.WARNING, f"New signing key{' for this simulation' * simulated}, fingerprint {told}")
 
     def _warn(self) -> None:
         for name in self._doors:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import config as shipped
+from companion.io.log_file import make_run_folder
 from companion.settings import ConfigError
 
 from .campaign import make_page, read_campaign, run_campaign
@@ -61,7 +62,7 @@ def command(arguments: argparse.Namespace) -> int:
     base: Path = arguments.config
     scenario = read_scenario(arguments.scenario, base=base, overrides=tuple(overrides))
     if arguments.run_dir is not None:
-        arguments.run_dir.mkdir(parents=True, exist_ok=True)
+        make_run_folder(arguments.run_dir)
     began = time.monotonic()
     outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir)
     wall_s = time.monotonic() - began

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from hashlib import blake2s
 from pathlib import Path
 from typing import TypeVar
 
 from companion.gateway import Gateway, GatewaySettings
 from companion.io.links import Link
 from companion.io.loop import LoopApp
+from companion.radio import SIMULATION_KEY
 from companion.settings import Settings
 from companion.settings.schema import EndpointSettings
 
@@ -24,7 +24,7 @@ def simulation_key(run_dir: Path) -> Path:
     path = run_dir / KEY_NAME
     if not path.exists():
         path.touch(mode=0o600)
-        path.write_bytes(blake2s(b"simulated radio, not for a boat").digest())
+        path.write_bytes(SIMULATION_KEY)
     return path
 
 

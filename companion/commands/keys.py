@@ -10,7 +10,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..io.keeping.keys import KEY_BYTES, KeyFileError, fingerprint, from_passphrase, read_key, write_key
+from ..io.keeping.keys import (
+    KEY_BYTES,
+    KeyFileError,
+    fingerprint,
+    from_passphrase,
+    radio_key_from_passphrase,
+    read_key,
+    write_key,
+)
 
 
 def register(subparsers: Any) -> None:
@@ -20,6 +28,11 @@ def register(subparsers: Any) -> None:
     make = actions.add_parser("make", help="make a new random key, readable by its owner only")
     make.add_argument("file", type=Path)
     make.add_argument("--passphrase", action="store_true", help="from a passphrase, as ground stations do (asked for)")
+    make.add_argument(
+        "--radio",
+        action="store_true",
+        help="with --passphrase: a key for the radio, made so that guessing costs memory",
+    )
     make.add_argument("--replace", action="store_true", help="overwrite a key; the other side then needs the new one")
     make.set_defaults(run=_make)
     check = actions.add_parser("check", help="say whether key files are good, with fingerprints to compare")
@@ -33,21 +46,23 @@ def register(subparsers: Any) -> None:
 
 def _make(arguments: argparse.Namespace) -> int:
     try:
-        key = _passphrase_key() if arguments.passphrase else os.urandom(KEY_BYTES)
+        key = _passphrase_key(radio=arguments.radio) if arguments.passphrase else os.urandom(KEY_BYTES)
         write_key(arguments.file, key, replace=arguments.replace)
     except KeyFileError as error:
         print(error, file=sys.stderr)
         return 1 if isinstance(error.__cause__, OSError) else 2
     print(f"{arguments.file}: made, fingerprint {fingerprint(key)}")
+    if arguments.passphrase:
+        print("a key for the radio" if arguments.radio else "a key for MAVLink signing; for the radio add --radio")
     print("copy it to the other side by a way that you trust; its fingerprint there must be the same")
     return 0
 
 
-def _passphrase_key() -> bytes:
+def _passphrase_key(*, radio: bool) -> bytes:
     words = getpass.getpass("passphrase: ") if sys.stdin.isatty() else sys.stdin.readline().rstrip("\n")
     if len(words) < 12:
         raise KeyFileError("a passphrase of fewer than 12 characters can be guessed; take a longer one")
-    return from_passphrase(words)
+    return radio_key_from_passphrase(words) if radio else from_passphrase(words)
 
 
 def _check(arguments: argparse.Namespace) -> int:

@@ -21,6 +21,9 @@ CLOSE_WAIT_S: Final = 1.0
 """How long the end of a run waits for a slow disk, for each file."""
 MAX_BUFFER: Final = 8 << 20
 EAGER_FLUSH: Final = 256 << 10
+FILE_MODE: Final = 0o640
+FOLDER_MODE: Final = 0o750
+"""A run tells where a boat goes, and who commands it: its owner's and his group's affair, not every account's of the computer."""
 ENDS_HERE: Final = "it ends here, a replay goes no further"
 
 
@@ -29,6 +32,11 @@ def parts_of(path: Path) -> list[Path]:
     numbered = re.compile(rf"{re.escape(path.stem)}-(\d{{3,}}){re.escape(path.suffix)}")
     found = [(int(name[1]), part) for part in path.parent.glob("*") if (name := numbered.fullmatch(part.name))]
     return [part for part in (path, *(part for _, part in sorted(found))) if part.is_file()]
+
+
+def make_run_folder(folder: Path) -> None:
+    """Make the folder of a run, unless it is there. Raises OSError."""
+    folder.mkdir(mode=FOLDER_MODE, parents=True, exist_ok=True)
 
 
 def sync_folder(folder: Path) -> None:
@@ -178,7 +186,7 @@ class LogFile:
         self._header_due = False
 
     def _open(self, sync: bool) -> None:
-        self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, FILE_MODE)
         if sync:
             sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes
         self._take_back()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 import config as shipped
 from companion.cli import main
+from sitl.gateway import simulation_key
 
 
 @pytest.mark.parametrize("name", ["boat.toml", "sim.toml", "replay-nmea.toml", "gateway.toml"])
@@ -104,3 +107,24 @@ def test_what_anybody_may_pretend_to_be_needs_the_owners_word(changes, key, told
 def test_what_nobody_else_reaches_needs_none(change, capsys):
     assert main(["check", str(shipped.path("boat.toml")), "--set", change]) == 0
     assert "WARNING" not in capsys.readouterr().out
+
+
+def test_the_simulators_key_is_no_key_for_a_boat_or_its_gateway(tmp_path, capsys):
+    key = simulation_key(tmp_path)
+    boat = [
+        "check",
+        str(shipped.path("boat.toml")),
+        "--set",
+        "radio.protocol=compact",
+        "--set",
+        f"radio.key_file={key}",
+    ]
+    assert main([*boat, "--set", "radio.url=serial:/dev/ttyUSB0"]) == 2
+    assert "radio.key_file" in capsys.readouterr().err
+    assert main(["check", str(shipped.path("gateway.toml")), "--set", f"key_file={key}"]) == 2
+    assert "the simulator's key, which everybody has" in capsys.readouterr().err
+    ours, theirs = os.openpty()
+    (tmp_path / "lora-vessel").symlink_to(os.ttyname(theirs))
+    assert main([*boat, "--set", f"radio.url=serial:{tmp_path}/lora-vessel"]) == 0, "its modem is the simulator's"
+    os.close(ours)
+    os.close(theirs)

@@ -136,6 +136,10 @@ def test_a_passphrase_gives_the_ground_stations_key(tmp_path, monkeypatch):
     assert read_key(tmp_path / "a") == from_passphrase("correct horse battery")
     monkeypatch.setattr("sys.stdin", io.StringIO("short\n"))
     assert main(["keys", "make", str(tmp_path / "b"), "--passphrase"]) == 2
+    monkeypatch.setattr("sys.stdin", io.StringIO("correct horse battery\n"))
+    assert main(["keys", "make", str(tmp_path / "c"), "--passphrase", "--radio"]) == 0
+    # reckoned by OpenSSL 3: kdf SCRYPT (RFC 7914), n 32768, r 8, p 1
+    assert read_key(tmp_path / "c").hex() == "595085676ff3810756bbb79e989b44b71211dfba9c6c080f1fa63daa8a2c299e"
     assert not (tmp_path / "b").exists()
 
 

@@ -70,6 +70,16 @@ def from_passphrase(passphrase: str) -> bytes:
     return hashlib.sha256(passphrase.encode("utf-8")).digest()
 
 
+def radio_key_from_passphrase(passphrase: str) -> bytes:
+    """The radio's key of a passphrase: scrypt (RFC 7914) with 32 MB, because recorded radio frames test guesses off line.
+
+    The salt is the same everywhere: both ends have nothing in common but the passphrase. So it must be a long one all the same.
+    """
+    return hashlib.scrypt(
+        passphrase.encode("utf-8"), salt=b"usv-companion radio", n=1 << 15, r=8, p=1, maxmem=1 << 26, dklen=KEY_BYTES
+    )
+
+
 def fingerprint(key: bytes) -> str:
     """Eight characters by which people can compare two copies without showing the key."""
     return hashlib.sha256(b"fingerprint" + key).hexdigest()[:8]

@@ -14,6 +14,7 @@ from mavlink_bridge.mavlink.wire.framing import Deframer
 
 from ..clock import EARLIEST_UTC_US
 from ..links import Closed, LinkEvent, Received
+from .key_blanker import SETUP_SIGNING, blank_frame
 
 _WAITED_FOR_US: Final = 1_000_000
 """As a time server slews a clock; more is a clock that was set."""
@@ -39,7 +40,8 @@ class FrameLog:
                 if deframer is None:
                     deframer = self._deframers[event.channel] = Deframer(datagrams=self._datagrams)
                 for frame in deframer.receive(event.data, now_us):
-                    self._sink(tlog.pack(self._clock.stamp_us, self._number, frame.raw))
+                    raw = blank_frame(frame.raw) if frame.message_id == SETUP_SIGNING else frame.raw
+                    self._sink(tlog.pack(self._clock.stamp_us, self._number, raw))
             elif isinstance(event, Closed):
                 self._deframers.pop(event.channel, None)
 

@@ -7,6 +7,8 @@ import zlib
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from mavlink_bridge.language.witness import Witness
+
 from ..keeping import AnyStore, Completion, StoreContent, StoreOp
 from ..links import Link, LinkEvent, Opened, Received
 from ..links.link import Guarded
@@ -18,6 +20,7 @@ from .inputs import (
     EVENT,
     FETCHED,
     KINDS,
+    MADE,
     MAGIC,
     OPENED,
     RECEIVED,
@@ -27,11 +30,13 @@ from .inputs import (
     STEP_HEAD,
     SUBMITTED,
     TOLD,
+    VERDICT,
     WRITE,
     WROTE,
     StepKind,
     pack_record,
 )
+from .key_blanker import EventBlanker
 
 _KIND_NUMBERS: Final = {kind: number for number, kind in enumerate(KINDS)}
 
@@ -112,6 +117,17 @@ class InputRecorder:
             self._parts.append(DONE.pack(FETCHED, ok, ticket, len(body)))
             self._parts.append(body)
 
+    def verdict(self, ok: bool) -> None:
+        """Keep what a check of a signature or tag found."""
+        if self._parts:
+            self._parts.append(DONE.pack(VERDICT, ok, 0, 0))
+
+    def made(self, data: bytes) -> None:
+        """Keep a signature, a tag or a random number."""
+        if self._parts:
+            self._parts.append(DONE.pack(MADE, True, 0, len(data)))
+            self._parts.append(data)
+
     def told(self, severity: int, text: str) -> None:
         if not self._parts:
             return
@@ -140,6 +156,7 @@ class RecordingLink:
         self._recorder = recorder
         self._index = index
         self._frames = frames
+        self._keys = None if frames is None else EventBlanker()
         self.keep = keep
         self._step = 0
         self._polls = 0
@@ -154,7 +171,8 @@ class RecordingLink:
         else:
             self._step, self._polls = recorder.number, 0
         if events:
-            recorder.events(self._index, min(self._polls, 255), events)
+            kept = events if self._keys is None else self._keys.blank(events)
+            recorder.events(self._index, min(self._polls, 255), kept)
             if self._frames is not None:
                 self._frames.heard(events, now_us)
         return events
@@ -182,6 +200,23 @@ class RecordingLink:
 
     def close(self) -> None:
         self._link.close()
+
+
+class RecordingWitness(Witness):
+    """Writes down what keys proved and made."""
+
+    def __init__(self, recorder: InputRecorder) -> None:
+        self._recorder = recorder
+
+    def verdict(self, check: Callable[[], bool]) -> bool:
+        ok = check()
+        self._recorder.verdict(ok)
+        return ok
+
+    def made(self, make: Callable[[], bytes]) -> bytes:
+        data = make()
+        self._recorder.made(data)
+        return data
 
 
 class RecordingStore:

@@ -3,13 +3,39 @@
 from __future__ import annotations
 
 import zlib
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+
+from mavlink_bridge.language.witness import PLACEHOLDER, Witness
 
 from ..keeping import Completion, StoreContent, StoreOp
 from ..keeping.content import from_json
 from ..links import LinkEvent
 from .inputs import InputReader, Step, Write
+
+
+class ReplayWitness(Witness):
+    """Says what was written down, and has no key. What was not written down is reckoned with the placeholder: a difference."""
+
+    placeholder = PLACEHOLDER
+
+    def __init__(self) -> None:
+        self.said = 0
+        """How much was taken from the recording instead of being reckoned."""
+        self._verdicts: deque[bool] = deque()
+        self._made: deque[bytes] = deque()
+
+    def load(self, step: Step) -> None:
+        self._verdicts, self._made = deque(step.verdicts), deque(step.made)
+
+    def verdict(self, check: Callable[[], bool]) -> bool:
+        self.said += 1
+        return self._verdicts.popleft() if self._verdicts else check()
+
+    def made(self, make: Callable[[], bytes]) -> bytes:
+        self.said += 1
+        return self._made.popleft() if self._made else make()
 
 
 class ReplayStore:

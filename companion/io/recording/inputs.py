@@ -3,7 +3,8 @@
 ``inputs.bin`` is a header and then records, each ``length u32, kind u8, body, crc u32`` (little-endian; CRC-32 of kind
 and body). A cut at any byte costs at most the record it falls into. One record is one *step*: a pump, a tick or the
 shutdown, with the time it was called with, what every poll of every link returned, what every write was offered and
-took, the store's completions, what was fetched of earlier logs, and the requests of the vessel's own people. The first
+took, the store's completions, what was fetched of earlier logs, the requests of the vessel's own people, and what keys proved
+and made (never a key: a new signing key that comes over a link is blanked). The first
 record is the run's description (JSON), the second the store's content (JSON). Written output is kept as length and
 CRC-32, or whole for a link that asks (the actuators' line), so that a replay can compare.
 """
@@ -36,7 +37,7 @@ WRITE: Final = struct.Struct("<BBHIIII")
 """what, whole?, link, channel, offered, accepted, crc of the offered bytes."""
 DONE: Final = struct.Struct("<BBqI")
 """what, ok, ticket, length of the text."""
-OPENED, RECEIVED, CLOSED, WROTE, COMPLETED, SUBMITTED, TOLD, FETCHED = 1, 2, 3, 4, 5, 6, 7, 8
+OPENED, RECEIVED, CLOSED, WROTE, COMPLETED, SUBMITTED, TOLD, FETCHED, VERDICT, MADE = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 _LONGEST: Final = 1 << 26
 
 
@@ -72,6 +73,10 @@ class Step:
     """The recorder's own texts: severity, text."""
     fetched: list[tuple[int, bool, bytes]] = field(default_factory=list)
     """What the archive of logs gave: ticket, success, body."""
+    verdicts: list[bool] = field(default_factory=list)
+    """What checks of signatures and tags found."""
+    made: list[bytes] = field(default_factory=list)
+    """Signatures, tags and random numbers."""
 
 
 _SEEDS: Final = tuple(zlib.crc32(bytes((kind,))) for kind in range(RECORD_STEP + 1))
@@ -162,9 +167,15 @@ def unpack_step(body: bytes) -> Step:
             data = body[at : at + offered] if keep else None
             at += offered if keep else 0
             step.writes.setdefault(link, []).append(Write(channel, offered, accepted, crc, data))
-        elif what in (COMPLETED, SUBMITTED, TOLD, FETCHED):
+        elif what in (COMPLETED, SUBMITTED, TOLD, FETCHED, VERDICT, MADE):
             _, ok, ticket, length = DONE.unpack_from(body, at)
             at += DONE.size + length
+            if what == VERDICT:
+                step.verdicts.append(bool(ok))
+                continue
+            if what == MADE:
+                step.made.append(body[at - length : at])
+                continue
             if what == FETCHED:
                 step.fetched.append((ticket, bool(ok), body[at - length : at]))
                 continue

@@ -19,7 +19,7 @@ from typing import Any, Final
 from mavlink_bridge.language.messages import ActuatorDemand, Severity
 from mavlink_bridge.language.snapshot import Snapshot
 
-from ..log_file import EAGER_FLUSH, LogFile, sync_folder
+from ..log_file import EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
 from ..writer import Writer
 from .input_recorder import InputRecorder
 
@@ -74,7 +74,7 @@ class Recorder:
         self._low_found = False
         self._gone_found = False
         with self._guarded():
-            run_dir.mkdir(parents=True, exist_ok=True)
+            make_run_folder(run_dir)
             set_aside(run_dir)
             write_json(run_dir / "run.json", self._about)
         limit = self._max_bytes // _SHARES
@@ -179,7 +179,7 @@ class Recorder:
         for file in self._files:
             lost |= file.begin_again()
         if lost:
-            self.run_dir.mkdir(parents=True, exist_ok=True)
+            make_run_folder(self.run_dir)
             write_json(about, self._about)
             self._gone_found = True
 
@@ -214,7 +214,7 @@ def set_aside(run_dir: Path) -> None:
     number = 1
     while (place := run_dir / f"earlier-{number}").exists():
         number += 1
-    place.mkdir()
+    make_run_folder(place)
     for path in found:
         path.rename(place / path.name)
 
@@ -327,7 +327,7 @@ def _row(s: Snapshot, labels: str) -> bytes:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Replace a small JSON file so that a power cut leaves the old or the new one. Raises OSError."""
     temporary = path.with_name(f".{path.name}.new")
-    with temporary.open("wb") as file:
+    with open(temporary, "wb", opener=lambda name, flags: os.open(name, flags, FILE_MODE)) as file:
         file.write(json.dumps(content, indent=2, sort_keys=True, default=str).encode() + b"\n")
         file.flush()
         os.fsync(file.fileno())

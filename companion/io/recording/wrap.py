@@ -20,6 +20,7 @@ from typing import Any
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import RequestBody
 from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.language.witness import Witness
 
 from ..keeping import AnyStore
 from ..keeping.content import to_json
@@ -27,7 +28,7 @@ from ..links import Link
 from ..loop import LoopApp
 from . import request_json
 from .frame_log import FrameClock, FrameLog
-from .input_recorder import RecordingLink, RecordingStore
+from .input_recorder import RecordingLink, RecordingStore, RecordingWitness
 from .inputs import StepKind
 from .log_archive import AnyArchive, RecordingArchive
 from .recorder import Recorder
@@ -62,6 +63,10 @@ class Recording:
         """Wrap the store."""
         self._store = store
         return RecordingStore(store, self._inputs)
+
+    def witness(self) -> Witness:
+        """What keys are used through."""
+        return RecordingWitness(self._inputs)
 
     def archive(self, archive: AnyArchive) -> AnyArchive:
         """Wrap the archive of logs."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
+from ...language.witness import Witness
 from .framing import SIGNATURE_LEN, Frame
 
 KEY_LEN: Final = 32
@@ -54,6 +55,9 @@ class SigningState:
     """Newest accepted time stamp of each stream, at most MAX_STREAMS."""
     floor: int = 0
     """Nothing up to this time stamp is accepted: it may have been, before a restart that nobody could prepare for."""
+
+    witness: Witness = field(default_factory=Witness)
+    """Through whom the key is used."""
 
     def __post_init__(self) -> None:
         if self.key is not None and len(self.key) != KEY_LEN:
@@ -101,7 +105,7 @@ class Signer:
         stamp = state.timestamp
         state.streams[unsigned[5], unsigned[6], self.link_id] = stamp
         tail = bytes((self.link_id,)) + stamp.to_bytes(6, "little")
-        return tail + signature(key, unsigned, self.link_id, stamp)
+        return tail + state.witness.made(lambda: signature(key, unsigned, self.link_id, stamp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,8 +150,12 @@ def judge(state: SigningState, frame: Frame) -> Verdict:
     """What a frame's signature is worth, remembering nothing: a look at who stands before the door."""
     if state.key is None or frame.link_id is None or frame.timestamp is None:
         return Verdict.UNSIGNED
-    expected = signature(state.key, frame.raw[:-SIGNATURE_LEN], frame.link_id, frame.timestamp)
-    if not hmac.compare_digest(expected, frame.raw[-6:]):
+    key, link_id, timestamp = state.key, frame.link_id, frame.timestamp
+
+    def is_right() -> bool:
+        return hmac.compare_digest(signature(key, frame.raw[:-SIGNATURE_LEN], link_id, timestamp), frame.raw[-6:])
+
+    if not state.witness.verdict(is_right):
         return Verdict.FORGED
     newest = state.streams.get((frame.system, frame.component, frame.link_id))
     if frame.timestamp <= max(newest or 0, state.floor):
