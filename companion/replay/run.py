@@ -21,23 +21,23 @@ from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.mavlink.persona import Identity
 
-from .app import App, AppFaultError
-from .build import build_app
-from .core.hull import VesselConfig
-from .facade import made_by
-from .io.interpreter import compile_early
-from .io.links import Link
-from .io.recording import InputReader, InputsError, request_json
-from .io.recording.frame_log import FrameClock
-from .io.recording.input_replay import Difference, ReplayLinks, ReplayStore, ReplayWitness
-from .io.recording.inputs import Step
-from .io.recording.log_archive import Fetched, ReplayArchive
-from .io.recording.recorder import control_row
-from .replay_frames import SentFrames, tell
-from .replay_rows import COLUMNS, control_rows, fields_of, nearly
-from .settings import ConfigError, Settings, explain
-from .settings.moved import carry_over
-from .settings.schema import override
+from ..app import App, AppFaultError
+from ..build import build_app
+from ..core.hull import VesselConfig
+from ..facade import made_by
+from ..io.interpreter import compile_early
+from ..io.links import Link
+from ..io.recording import InputReader, InputsError, request_json
+from ..io.recording.frame_log import FrameClock
+from ..io.recording.input_replay import Difference, ReplayLinks, ReplayStore, ReplayWitness
+from ..io.recording.inputs import Step
+from ..io.recording.log_archive import Fetched, ReplayArchive
+from ..io.recording.recorder import control_row
+from ..settings import ConfigError, Settings, explain
+from ..settings.moved import carry_over
+from ..settings.schema import override
+from .frames import SentFrames, tell
+from .rows import COLUMNS, control_rows, fields_of, nearly
 
 MAX_DIFFERENCES: Final = 200
 WORDED_DIFFERENCES: Final = 20

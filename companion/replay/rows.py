@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from .io.log_file import parts_of
-from .io.recording.recorder import CONTROL_COLUMNS
+from ..io.log_file import parts_of
+from ..io.recording.recorder import CONTROL_COLUMNS
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _COMMAS: Final = len(COLUMNS) - 1

@@ -15,7 +15,7 @@ from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode
 from mavlink_bridge.mavlink.wire.framing import Deframer, Frame
 
-from .io.log_file import parts_of
+from ..io.log_file import parts_of
 
 
 class SentFrames:
