@@ -224,7 +224,6 @@ class App:
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
             self._say(board.drain_texts())
-        gcs_age_s, radio_age_s = self._heard_s(now_us)
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
             actuator=_NO_BOARD if board is None else board.status,
@@ -233,8 +232,7 @@ class App:
             actuator_faults=() if board is None else board.faults(now_us),
             commanded_us=None if board is None else board.commanded_us,
             links=self._health,
-            gcs_age_s=gcs_age_s,
-            radio_age_s=radio_age_s,
+            heard=[each for ground in self.grounds for each in ground.heard()],
             storage_fault=self.storage.fault,
             barred=self.storage.barred,
             task_failing=self._watched.failing(now_us),
@@ -242,20 +240,6 @@ class App:
             load=load,
             plan_ids=self.facade.plans.ids,
         )
-
-    def _heard_s(self, now_us: int) -> tuple[float | None, float | None]:
-        """Ages of the newest HEARTBEAT over an ordinary link and over the radio, s; None = never heard."""
-        gcs_s = radio_s = None
-        for ground in self.grounds:
-            for _, talk in ground.talks:
-                if (stamp := talk.last_heartbeat_us) is None:
-                    continue
-                age_s = (now_us - stamp) * 1e-6
-                if ground.kind == "radio":
-                    radio_s = age_s if radio_s is None or age_s < radio_s else radio_s
-                else:
-                    gcs_s = age_s if gcs_s is None or age_s < gcs_s else gcs_s
-        return gcs_s, radio_s
 
     def _say(self, texts: Sequence[tuple[Severity, str]]) -> None:
         for severity, text in texts:
@@ -283,9 +267,9 @@ class App:
             for answer, body in own:
                 self._carry_out(Request(0, body, sender=0), answer, now_us)
         for ground in self.grounds:
-            for _, talk in ground.talks:
+            for channel, talk in ground.talks:
                 if talk.asked:
-                    for request in self._watched.call(ground.name, now_us, talk.requests) or ():
+                    for _, request in self._watched.call(ground.name, now_us, ground.requests_of, channel, talk) or ():
                         self._carry_out(request, self._replying(talk, request), now_us)
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:

@@ -17,7 +17,7 @@ from typing import Final
 from pydantic import Field
 
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.language.requests import LoadPlan, Reply, Request, Result, SetParameter
+from mavlink_bridge.language.requests import LoadPlan, Reply, Request, Result, SetParameter, TakeCommand
 from mavlink_bridge.mavlink.endpoint import Endpoint
 from mavlink_bridge.mavlink.missions.service import MissionTiming
 from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
@@ -29,6 +29,8 @@ from mavlink_bridge.radio.shore.memory import Picture, read as read_picture, wri
 
 from .core.config import Config
 from .core.guard.gate import Gate, GateConfig
+from .core.vehicle.config import OperatorIds
+from .core.vehicle.operators import Operators, leads
 from .facade import Parameters, software_version
 from .io.keeping import AnyStore, MemoryStore
 from .io.keeping.content import SaveValue
@@ -85,6 +87,8 @@ class GatewaySettings(Config):
     """Counters and airtime; must survive a restart. Empty = memory only."""
     entity_label: str = ""
     """The original's Entity Label: labels the log."""
+    operator_ids: OperatorIds = ()
+    """Who may command through this gateway, as the vessel's ``operator.ids``; empty: whoever orders."""
     endpoints: tuple[EndpointSettings, ...] = (EndpointSettings(name="gcs", url="udp://127.0.0.1:14550"),)
     security: SecurityConfig = SecurityConfig()
     """Signing between gateway and ground stations; its key has nothing to do with the radio's."""
@@ -132,6 +136,7 @@ class Gateway:
         self.grounds: list[GroundPort] = []
         for number, item in enumerate(settings.endpoints):
             self.grounds.append(self._ground(number, item, make_link(item.name, item.url)))
+        self.operators = Operators(settings.operator_ids, gcs_s=_PRESENT_US / 1e6, radio_s=_PRESENT_US / 1e6)
         self._owners: dict[tuple[int, int], tuple[Conversation, Request]] = {}
         self._ticks = 0
         self._local_us: int | None = None
@@ -211,6 +216,8 @@ class Gateway:
         for ground in self.grounds:
             if snapshot is not None:
                 ground.tick(now_us, snapshot)
+        for severity, text in self.operators.drain_texts():
+            self._say(severity.value, text)
         self._say_freshness(snapshot is not None)
         self._note_modem(now_us)
         if self._local_us is None or now_us - self._local_us >= _LOCAL_US:
@@ -267,7 +274,13 @@ class Gateway:
             log.info("modem is there: %s", self.modem.describe())
 
     def _take_up(self, talk: Conversation, request: Request, now_us: int) -> None:
-        if isinstance(request.body, LoadPlan) or crosses(request.body):
+        if isinstance(request.body, TakeCommand):
+            talk.reply(request.id, self.operators.asked(request.body, request.station, now_us), now_us)
+            return
+        refusal = self.operators.refusal(request.station, now_us) if leads(request.body, manual=False) else ""
+        if refusal:
+            talk.reply(request.id, Reply(Result.REJECTED_NOW, refusal), now_us)
+        elif isinstance(request.body, LoadPlan) or crosses(request.body):
             owner = (id(talk), request.id)
             self._owners[owner] = (talk, request)
             self.twin.submit(owner, request.body, now_us, request.origin)
@@ -283,6 +296,8 @@ class Gateway:
             if talk is None or request is None:
                 continue
             talk.reply(request.id, reply, now_us)
+            if reply.result is Result.ACCEPTED:
+                self.operators.obeyed(request.body, request.station, now_us, manual=False)
             if isinstance(request.body, SetParameter) and reply.result is Result.ACCEPTED:
                 self.twin.changed_params.append(request.body.name)
         changed, self.twin.changed_params = self.twin.changed_params, []
@@ -294,8 +309,10 @@ class Gateway:
         return [talk for ground in self.grounds for talk in ground.conversations.values()]
 
     def _station_present(self, now_us: int) -> bool:
-        heard = (talk.last_heartbeat_us for talk in self._conversations())
-        return any(stamp is not None and now_us - stamp < _PRESENT_US for stamp in heard)
+        """Whether the station that commands through this gateway is alive: no observer and no forwarder is told to the vessel."""
+        heard = [each for ground in self.grounds for each in ground.heard()]
+        age_s = self.operators.ages(heard, now_us).gcs_s
+        return age_s is not None and age_s * 1e6 < _PRESENT_US
 
     def _say_freshness(self, fresh: bool) -> None:
         """Tell the stations when the vessel falls silent and when it is back."""

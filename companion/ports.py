@@ -6,12 +6,14 @@ peer has not taken, within bounds.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from mavlink_bridge.language.messages import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
 from mavlink_bridge.language.requests import Reply, Request
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 
 from .core.board import Arduino
@@ -172,7 +174,7 @@ class Conversation(Protocol):
     @property
     def bad_frames(self) -> int: ...
     @property
-    def last_heartbeat_us(self) -> int | None: ...
+    def heard(self) -> Mapping[tuple[int, int], int]: ...
 
 
 class GroundPort(_Counted):
@@ -237,7 +239,28 @@ class GroundPort(_Counted):
             talk.receive(proof, now_us)
 
     def requests(self) -> list[tuple[Conversation, Request]]:
-        return [(talk, request) for talk in self.conversations.values() for request in talk.requests()]
+        """What all ask, each with who asks."""
+        return [item for channel, talk in self.talks for item in self.requests_of(channel, talk)]
+
+    def requests_of(self, channel: int, talk: Conversation) -> list[tuple[Conversation, Request]]:
+        return [
+            (talk, replace(request, station=self._station(channel, talk, request.sender, request.component)))
+            for request in talk.requests()
+        ]
+
+    def heard(self) -> list[Heard]:
+        """Every ground station heard on this link."""
+        return [
+            Heard(self._station(channel, talk, *who), t_us)
+            for channel, talk in self.talks
+            for who, t_us in talk.heard.items()
+        ]
+
+    def _station(self, channel: int, talk: Conversation, system: int, component: int) -> Station:
+        if ONE_VOICE in talk.heard:
+            system, component = ONE_VOICE
+        host = self.open_channels.get(channel, "").rpartition(":")[0]
+        return Station(system, component, self.name, host, self.kind == "radio")
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Let every conversation speak of this tick."""

@@ -6,12 +6,12 @@ the endpoint turns that into COMMAND_ACK, MISSION_ACK or PARAM_VALUE. SI units a
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final
 
 from .messages import FenceArea, LoiterDirection, LoiterKind, Mode, PlanSpecification
+from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
+from .stations import Station
 
 
 class Result(Enum):
@@ -58,39 +58,6 @@ class PlanItem:
     y: int
     z: float
     autocontinue: int = 1
-
-
-Aim = tuple[Mode | None, bool | None]
-"""The mode that a request brings and whether the vessel is then armed; None for what it leaves as it is."""
-
-
-@dataclass(frozen=True, slots=True)
-class Nature:
-    """What a request means to the boat's safety, whatever it is about. Links, copies, failsafe and refusals all ask this."""
-
-    stops: bool = False
-    """Goes before everything else, is obeyed each time it comes, and may use what is kept of the air's hour."""
-    moves: bool = False
-    """Sets the boat under way by its own steering: refused while it must not."""
-    decides: bool = False
-    """A person has decided what the boat does: a failsafe whose cause is gone ends. A stream goes on by itself and is none."""
-    yields: bool = True
-    """A stop that was given later makes it void, as it could set the boat going again."""
-    aim: Aim = (None, None)
-
-
-_SETTING: Final = Nature(yields=False)
-_OTHER: Final = Nature()
-
-
-class Ask(ABC):
-    """What all requests have. Each says its nature itself, so that no new one gets another's in silence."""
-
-    __slots__ = ()
-
-    @property
-    @abstractmethod
-    def nature(self) -> Nature: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -341,6 +308,17 @@ class UnlockGuard(Ask):
         return _OTHER
 
 
+@dataclass(frozen=True, slots=True)
+class TakeCommand(Ask):
+    """A station asks to command the vessel from now on, or gives it up; nothing moves by it."""
+
+    take: bool = True
+
+    @property
+    def nature(self) -> Nature:
+        return _OTHER
+
+
 RequestBody = (
     Arm
     | SetMode
@@ -363,6 +341,7 @@ RequestBody = (
     | RtcmData
     | RunPrearmChecks
     | UnlockGuard
+    | TakeCommand
 )
 
 
@@ -389,3 +368,7 @@ class Request:
     reply: bool = True
     origin: Origin | None = None
     """Of a COMMAND_LONG or COMMAND_INT."""
+    component: int = 0
+    """Component id of the ground station."""
+    station: Station | None = None
+    """Who asks, where; None = the vessel's own people."""

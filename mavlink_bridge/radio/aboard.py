@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -23,6 +23,7 @@ from ..language.requests import (
     SetParameter,
 )
 from ..language.snapshot import Snapshot
+from ..language.stations import ONE_VOICE
 from ..mavlink.commands.table import Context
 from ..mavlink.missions.plan_mapping import load_plan
 from ..mavlink.missions.plan_rules import PlanError, plan_id
@@ -155,6 +156,12 @@ class VesselRadio:
         if self.profile.link.beacon_s == 0.0 and self.link.heard_us is not None and self._snapshot is not None:
             return self._snapshot.t_us
         return self._beacon_us
+
+    @property
+    def heard(self) -> Mapping[tuple[int, int], int]:
+        """The gateway speaks for its own commanding station, whoever that is ashore."""
+        stamp_us = self.last_heartbeat_us
+        return {} if stamp_us is None else {ONE_VOICE: stamp_us}
 
     # ---- what comes ---------------------------------------------------------------------------------------------
 

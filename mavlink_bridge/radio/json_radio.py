@@ -12,6 +12,7 @@ import json
 import math
 import zlib
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final
@@ -105,9 +106,9 @@ class JsonRadio:
         return self._stream.bad
 
     @property
-    def last_heartbeat_us(self) -> int | None:
+    def heard(self) -> Mapping[tuple[int, int], int]:
         """Plans come when they come: silence does not mean that nobody is there."""
-        return None
+        return {}
 
     def param_changed(self, name: str) -> None:
         """The format has no parameters."""

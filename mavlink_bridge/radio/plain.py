@@ -9,7 +9,7 @@ says by itself slows down as the hour's airtime is used up, and never stops.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
 from ..language.requests import Reply, Request
@@ -50,6 +50,8 @@ class PlainEndpoint(Protocol):
     asked: list[Request]
     has_timers: bool
 
+    @property
+    def heard(self) -> Mapping[tuple[int, int], int]: ...
     def receive(self, data: bytes, now_us: int) -> None: ...
     def requests(self) -> list[Request]: ...
     def reply(self, request_id: int, reply: Reply, now_us: int) -> None: ...
@@ -58,8 +60,6 @@ class PlainEndpoint(Protocol):
     def param_changed(self, name: str) -> None: ...
     @property
     def bad_frames(self) -> int: ...
-    @property
-    def last_heartbeat_us(self) -> int | None: ...
 
 
 def _may_stop(reply: Packed | None) -> bool:
@@ -138,8 +138,8 @@ class PlainRadio:
         return self.endpoint.bad_frames
 
     @property
-    def last_heartbeat_us(self) -> int | None:
-        return self.endpoint.last_heartbeat_us
+    def heard(self) -> Mapping[tuple[int, int], int]:
+        return self.endpoint.heard
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return one packet's bytes when the air is ours, b"" otherwise."""

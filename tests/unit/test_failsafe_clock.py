@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from companion.core.guard.failsafe import FailsafeConfig, Flags
+from companion.core.guard.failsafe_orders import Order
 from companion.core.guard.failsafe_table import TABLE
 from companion.core.guard.failsafe_words import BACK, DOING, WAYS
 from mavlink_bridge.language.messages import Action, Severity
@@ -37,7 +38,9 @@ class Link:
             if up and (self.now_s % BEAT_S) < STEP_S / 2:
                 self.heard_s = self.now_s
             age_s = round(self.now_s - self.heard_s, 3)
-            seen = replace(WELL, **{"gcs_age_s": None, self.over: age_s}, operator_order=order, **flags)
+            seen = replace(
+                WELL, **{"gcs_age_s": None, self.over: age_s}, operator_order=Order.GUIDED if order else None, **flags
+            )
             order = False
             before = self.actions[-1][1] if self.actions else Action.NONE
             action = self.run.step(seen, STEP_S)
@@ -160,7 +163,7 @@ def test_thrust_without_speed_that_ends_is_forgotten_and_what_stopped_the_boat_i
     assert run.step(stuck, 5.0) is Action.STOP, "and goes on"
     run.step(WELL)
     assert run.step(WELL, 60.0) is Action.STOP
-    assert run.step(replace(WELL, operator_order=True)) is Action.NONE
+    assert run.step(replace(WELL, operator_order=Order.GUIDED)) is Action.NONE
     run.step(stuck)
     run.step(WELL)
     assert run.step(WELL, 10.0) is Action.NONE, "a mere warning ends by itself"

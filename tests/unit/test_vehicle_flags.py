@@ -10,9 +10,11 @@ import pytest
 
 from companion.core.guard.depth.guard import GuardOutput
 from companion.core.guard.failsafe_flags import ALARMS, Flags
+from companion.core.guard.failsafe_orders import Order
 from companion.core.guard.monitors import MonitorFlags
 from companion.core.vehicle.config import TickInputs
 from companion.core.vehicle.flags import gather
+from companion.core.vehicle.operators import Ages
 from mavlink_bridge.language.messages import ActuatorStatus, EstimatedState, GuardState, Mode
 from mavlink_bridge.language.snapshot import FenceStatus
 
@@ -44,8 +46,10 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
         fence_status=FenceStatus(),
         guided=None,
         returns_by_order=False,
+        ordered=None,
+        ages=Ages(),
         interrupted=None,
-        **dict.fromkeys(("armed", "ordered", "rearmed", "terminating", "aborting", "gcs_required"), False),
+        **dict.fromkeys(("armed", "rearmed", "terminating", "aborting", "gcs_required"), False),
     )
     vars(vessel).update(parts)
     return gather(vessel, 0, seen or MonitorFlags(), fence_ahead)
@@ -53,15 +57,15 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
 
 BY_CAUSE: dict[str, dict[str, Any]] = {
     "armed": {"armed": True},
-    "operator_order": {"ordered": True},
+    "operator_order": {"ordered": Order.AUTO},
     "return_ordered": {"returns_by_order": True, "navigator": Helm(Mode.RTL)},
     "resume": {"interrupted": Mode.AUTO},
     "operator_arm": {"rearmed": True},
     "terminate": {"terminating": True},
     "emergency_stop": {"aborting": True},
     "gcs_required": {"gcs_required": True},
-    "gcs_age_s": {"inputs": TickInputs(gcs_age_s=1.5)},
-    "radio_age_s": {"inputs": TickInputs(radio_age_s=1.5)},
+    "gcs_age_s": {"ages": Ages(gcs_s=1.5)},
+    "radio_age_s": {"ages": Ages(radio_s=1.5)},
     "guided_age_s": {"navigator": Helm(Mode.GUIDED, guided_s=1.5)},
     "position_lost": {"state": replace(STATE, x_m=None, y_m=None)},
     "heading_lost": {"state": replace(STATE, psi_rad=None)},
@@ -90,7 +94,7 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("name", BY_CAUSE)
 def test_each_cause_raises_its_own_flag_and_no_other(name):
-    value = {"resume": "Auto"}.get(name, 1.5 if name.endswith("_s") else True)
+    value = {"resume": "Auto", "operator_order": Order.AUTO}.get(name, 1.5 if name.endswith("_s") else True)
     assert flags_of(**BY_CAUSE[name]) == replace(CALM, **{name: value})
 
 

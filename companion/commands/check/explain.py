@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ...core.guard.failsafe import FailsafeConfig, FailsafeMemory, Flags, failsafe_table_markdown, step
+from ...core.guard.failsafe_orders import Order
 from ...settings import Settings, load
 from ..numbers import number
 
@@ -58,7 +59,7 @@ def play(words: list[str], config: FailsafeConfig, tail_s: float = 90.0) -> list
         momentary: dict[str, Any] = {}
         while events and events[0][0] * 1e6 <= now_us:
             changes = events.pop(0)[1]
-            momentary |= {name: True for name in changes if name.startswith("operator")}
+            momentary |= {name: value for name, value in changes.items() if name.startswith("operator")}
             flags = replace(flags, **{k: v for k, v in changes.items() if not k.startswith("operator")})
         result = step(memory, replace(flags, **momentary), now_us, config)
         memory = result.memory
@@ -97,6 +98,12 @@ def _change(part: str) -> tuple[str, Any]:
     name, equals, value = part.lstrip("-").partition("=")
     if name not in known:
         raise ValueError(f"{name!r} is no flag; there are {', '.join(known)}")
+    if name == "operator_order":
+        if value and value.upper() not in Order.__members__:
+            raise ValueError(f"{part!r}: an order is one of {', '.join(Order.__members__).lower()}")
+        return name, Order[value.upper()] if value else Order.GUIDED
+    if name == "resume":
+        return name, value
     if known[name] == "bool":
         if equals:
             raise ValueError(f"{part!r}: {name} has no value; write {name} or -{name}")

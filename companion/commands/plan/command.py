@@ -372,10 +372,12 @@ def _go(vessel: plan_link.Vessel, *, arm: bool, far: bool, watch: bool) -> None:
         vessel.watch()
     else:
         print("a vessel that needs a ground station holds when none is heard: --watch stays connected", file=sys.stderr)
+    vessel.hand_over()
 
 
 def _pause(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
     vessel.pause()
+    vessel.hand_over()
 
 
 def _clear(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:

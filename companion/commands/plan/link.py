@@ -6,6 +6,7 @@ they say why something was refused.
 
 from __future__ import annotations
 
+import json
 import sys
 import threading
 import time
@@ -24,6 +25,8 @@ INSTALL: Final = "this needs MAVSDK: pip install 'usv-companion[ground]'"
 _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
 _ARM_S: Final = 6.0
+_OPERATOR_CONTROL: Final = 32100
+"""MAV_CMD_REQUEST_OPERATOR_CONTROL; param 2 = 0 gives it up."""
 _REASON_S: Final = 1.5
 
 
@@ -182,6 +185,22 @@ class Vessel:
     def pause(self) -> None:
         self._call("pause", self._mission.pause_mission)
         print("holding")
+
+    def hand_over(self) -> None:
+        """Give command back before leaving, so that the station that stays commands, and not one that has just gone silent.
+
+        Without an answer nothing is worse than without asking: the vessel holds when its time-out ends.
+        """
+        from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkDirectError, MavlinkMessage
+
+        system = self._system.get_system_id()
+        fields = {"target_system": system, "target_component": 1, "command": _OPERATOR_CONTROL, "confirmation": 0}
+        fields |= {f"param{number}": 0.0 for number in range(1, 8)}
+        message = MavlinkMessage("COMMAND_LONG", 0, 0, system, 1, json.dumps(fields))
+        try:
+            MavlinkDirect(self._system).send_command(message)
+        except MavlinkDirectError as error:
+            print(f"command was not handed over: {error}", file=sys.stderr)
 
     def clear(self, *, fence: bool) -> None:
         """Empty the mission, and the fence unless it is kept. Raises LinkError."""

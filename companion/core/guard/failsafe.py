@@ -16,6 +16,7 @@ from mavlink_bridge.language.value import value
 
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_flags import Flags
+from .failsafe_orders import Order, ends, names
 from .failsafe_table import Clear, Takeover
 from .failsafe_words import BACK, DOING, WAYS, capital
 
@@ -202,9 +203,10 @@ def _clock_us(entry: Entry, now_us: int) -> int:
 
 
 def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
-    if rule.row.takeover is Takeover.OPERATOR and (flags.operator_order or flags.operator_arm):
+    arming = Order.ARM if flags.operator_arm else None
+    if ends(rule.row.name, flags.operator_order) or ends(rule.row.name, arming):
         entry = replace(entry, taken=True)
-    runs = rule.then_us is not None and entry.gone_us is None and not (entry.escalated or entry.taken)
+    runs = rule.then_us is not None and entry.gone_us is None and not entry.escalated
     if runs and _clock_us(entry, now_us) >= (rule.then_us or 0):
         entry = replace(entry, escalated=True)
     return entry
@@ -217,7 +219,7 @@ def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
     if rule.row.clear is Clear.GONE or (rule.row.clear is Clear.ACTED and _wanted(rule, entry) <= Action.WARN):
         return True
     if rule.row.clear in (Clear.OPERATOR, Clear.ACTED):
-        return entry.taken or flags.operator_order or flags.operator_arm
+        return entry.taken or flags.operator_order is not None or flags.operator_arm
     return rule.row.clear is Clear.REARM and flags.operator_arm
 
 
@@ -228,7 +230,7 @@ def _wanted(rule: Rule, entry: Entry) -> Action:
 def _action(rule: Rule, entry: Entry, flags: Flags) -> Action:
     action = _wanted(rule, entry)
     by_hand = flags.manual and rule.row.takeover is not Takeover.NEVER
-    on_its_way = flags.return_ordered and rule.row.lets_return
+    on_its_way = flags.return_ordered and rule.row.station
     return min(action, Action.WARN) if entry.taken or by_hand or on_its_way else action
 
 
@@ -280,7 +282,7 @@ def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
     return tuple(standing)
 
 
-def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig) -> str:
+def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig, order: Order | None = None) -> str:
     """Why an order to sail would be undone at once: a condition that holds or stops the vessel, and that no order lifts; or "".
 
     What depends on the mode that the order leaves (it lets go the moment its flag falls) does not bar, nor does what disarms:
@@ -288,7 +290,11 @@ def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig) -> str:
     """
     for rule in config.rules if memory.entries else ():
         row, entry = rule.row, memory.entries.get(rule.row.name)
-        if entry is None or entry.fired_us is None or row.takeover is Takeover.OPERATOR:
+        if entry is None or entry.fired_us is None or row.station:
+            continue
+        if row.takeover is Takeover.ORDER:
+            if _bars(row.name, entry, order) and _wanted(rule, entry) > Action.WARN:
+                return f"{row.text}: order {names(row.name)}"
             continue
         if _wanted(rule, entry) not in (Action.HOLD, Action.STOP):
             continue
@@ -299,6 +305,12 @@ def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig) -> str:
         if entry.gone_us is None or now_us - entry.gone_us < rule.clear_us:
             return row.text
     return ""
+
+
+def _bars(name: str, entry: Entry, order: Order | None) -> bool:
+    """Whether an order is none of those that go on in spite of a standing cause. Holding is always one; a stream is no order."""
+    stands = entry.gone_us is None and not entry.taken
+    return stands and order not in (None, Order.HOLD) and not ends(name, order)
 
 
 def failsafe_table_markdown(config: FailsafeConfig | None = None) -> str:
@@ -313,6 +325,10 @@ def failsafe_table_markdown(config: FailsafeConfig | None = None) -> str:
         clears = row.clear.value + (f", for {row.clear_s:g} s" if row.clear_s else "")
         lines.append(
             f"| `{row.name}`: {row.text} | {rule.delay_us / 1e6:g} | {rule.action.name} | {then} | {clears} "
-            f"| {row.takeover.value} | {row.floor.name} | {row.delay_max_s:g} |"
+            f"| {_yields_to(row.name, row.takeover)} | {row.floor.name} | {row.delay_max_s:g} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def _yields_to(name: str, takeover: Takeover) -> str:
+    return f"manual control, or an order: {names(name)}" if takeover is Takeover.ORDER else takeover.value

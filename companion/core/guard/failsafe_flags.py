@@ -7,6 +7,8 @@ from typing import Final
 
 from mavlink_bridge.language.value import value
 
+from .failsafe_orders import Order
+
 
 @value
 class Flags:
@@ -20,7 +22,7 @@ class Flags:
     """The mode in force steers by position or heading (everything but Manual)."""
     manual: bool = False
     """Manual mode with sticks."""
-    operator_order: bool = False
+    operator_order: Order | None = None
     """Event: an operator chose a mode, started or resumed a plan, or gave a guided order."""
     operator_arm: bool = False
     """Event: an operator armed."""

@@ -33,7 +33,7 @@ class Takeover(Enum):
 
     NEVER = "nobody"
     MANUAL = "manual control"
-    OPERATOR = "manual control, or an operator's new order"
+    ORDER = "manual control, or an order that is named for it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +57,8 @@ class Condition:
     """Seconds of the action after which ``then_action`` follows."""
     then_action: Action = Action.NONE
     severity: Severity = Severity.CRITICAL
-    lets_return: bool = False
-    """A return that an operator ordered goes on in spite of it."""
+    station: bool = False
+    """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
 
 
 def _gcs_age(flags: Flags) -> float | None:
@@ -141,7 +141,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         S,
         "too shallow: a correcting manoeuvre is allowed",
         lambda f: f.depth_shallow,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.ORDER,
         floor=S,
         delay_max_s=0,
     ),
@@ -185,7 +185,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         H,
         "outside the fence",
         lambda f: f.fence_breach and f.armed,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.ORDER,
         floor=W,
         delay_max_s=0.5,
     ),
@@ -216,10 +216,10 @@ TABLE: Final[tuple[Condition, ...]] = (
         "ground station lost",
         age=_gcs_age,
         delay_s=5.0,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.MANUAL,
         then_after_s=60.0,
         then_action=R,
-        lets_return=True,
+        station=True,
     ),
     Condition(
         "radio_lost",
@@ -227,11 +227,11 @@ TABLE: Final[tuple[Condition, ...]] = (
         "ground station lost over the radio",
         age=_radio_age,
         delay_s=65.0,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.MANUAL,
         delay_max_s=3600,
         then_after_s=120.0,
         then_action=R,
-        lets_return=True,
+        station=True,
     ),
     Condition(
         "gcs_degraded",
@@ -272,7 +272,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         H,
         "the plan cannot go on",
         lambda f: f.plan_invalid and f.armed,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.ORDER,
         floor=H,
     ),
     Condition(
@@ -281,7 +281,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery empty",
         lambda f: f.battery_empty and f.armed,
         delay_s=5.0,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.ORDER,
         delay_max_s=30,
     ),
     Condition(
@@ -290,7 +290,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery critical",
         lambda f: f.battery_critical and f.armed,
         delay_s=5.0,
-        takeover=Takeover.OPERATOR,
+        takeover=Takeover.ORDER,
         delay_max_s=60,
     ),
     Condition(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
 from mavlink_bridge.language.snapshot import LinkHealth
+from mavlink_bridge.language.stations import Heard
 from mavlink_bridge.language.value import value
 
 from ..config import Config, param
@@ -44,9 +46,28 @@ class SystemConfig(Config):
         return 1_000_000 // self.tick_hz
 
 
+def _as_text(value: object) -> object:
+    return [str(each) if isinstance(each, int) else each for each in value] if isinstance(value, list) else value
+
+
+def _are_ids(ids: tuple[str, ...]) -> tuple[str, ...]:
+    for text in ids:
+        numbers = text.split("/")
+        if len(numbers) > 2 or not all(each.isascii() and each.isdigit() and 1 <= int(each) <= 255 for each in numbers):
+            raise ValueError(f'{text!r} is no station: write 255, or "255/190" for one component of it')
+    return ids
+
+
+OperatorIds = Annotated[tuple[str, ...], BeforeValidator(_as_text), AfterValidator(_are_ids)]
+"""Stations that may command: numbers of systems, or "system/component"."""
+
+
 class OperatorConfig(Config):
     """What the vessel expects of ground stations."""
 
+    ids: OperatorIds = ()
+    """Who may command: system ids, or "system/component" where a forwarder shares the system id (QGroundControl is "255/190", MAVProxy
+    "255/230"); empty: whoever orders. Hold, Return and Disarm are obeyed from everybody that a link admits."""
     gcs_required: bool = param(True, "GCS_REQUIRED", "Armed, a ground station must be heard")
     store_required: bool = True
     """No departure, and no change of plan or parameter, while the store cannot be written. False: changes are then taken over and kept
@@ -85,8 +106,8 @@ class TickInputs:
     actuator_faults: Sequence[str] = ()
     commanded_us: tuple[int, int, int, int] | None = None
     links: tuple[LinkHealth, ...] = ()
-    gcs_age_s: float | None = None
-    radio_age_s: float | None = None
+    heard: Sequence[Heard] = ()
+    """Every ground station's newest HEARTBEAT."""
     storage_fault: bool = False
     barred: tuple[str, ...] = ()
     """Why the vessel must not depart, as the app knows it (its store); no reason against going on with a voyage."""

@@ -30,6 +30,7 @@ from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus
 from ..estimate import Estimator
 from ..guard.depth.guard import DepthGuard, GuardOutput
 from ..guard.failsafe import FailsafeMemory, FailsafeResult
+from ..guard.failsafe_orders import Order
 from ..guard.fence import Fence
 from ..guard.gate import Gate
 from ..guard.monitors import Monitors
@@ -43,6 +44,7 @@ from ..steer.law import lowered_text, steady_speed_mps
 from .config import TickInputs, VehicleConfig
 from .mission import Mission, Point
 from .navigator import Navigator
+from .operators import Ages, Operators
 from .plan_fence import PlanFence
 from .plan_reach import PlanReach
 
@@ -53,6 +55,7 @@ class Controls:
     """Holds the parts and the latest results of each; one method for each thing that an order may change."""
 
     def __init__(self, config: VehicleConfig, vessel: VesselConfig, sources: Sequence[str]) -> None:
+        self.operators = Operators()
         self._adopt(config)
         self.vessel = vessel
         self.geometry = geometry = geometry_of(vessel, sources)
@@ -86,7 +89,10 @@ class Controls:
         self._home_by_operator = False
         self.has_sailed = False
         """Armed before in the life of this process: what bars a departure counts no more, the way back must be free."""
-        self.terminating = self.aborting = self.ordered = self.rearmed = False
+        self.terminating = self.aborting = self.rearmed = False
+        self.ordered: Order | None = None
+        """What an operator has decided since the last tick."""
+        self.ages = Ages()
         self.returns_by_order = False
         """The return under way, if there is one, was an operator's order."""
         self.interrupted: Mode | None = None
@@ -130,6 +136,9 @@ class Controls:
         """Keep the settings, and at hand what of them is asked for in every tick."""
         self.config = config
         self._failsafe = config.failsafe
+        self.operators.configure(
+            config.operator.ids, gcs_s=config.failsafe.gcs_timeout_s, radio_s=config.failsafe.radio_timeout_s
+        )
         self.gcs_required = config.operator.gcs_required
         self.depth_enabled = config.depth.enabled
         self._loiter_radius_m = config.guidance.loiter_radius_m
@@ -196,9 +205,9 @@ class Controls:
         self.terminating = True
         self.armed = False
 
-    def operator_acted(self, now_us: int) -> None:
+    def operator_acted(self, order: Order) -> None:
         """An operator has given an order; latched failsafes look at it in the next tick."""
-        self.ordered = True
+        self.ordered = order
         self.interrupted = None
         self.returns_by_order = self.navigator.mode is Mode.RTL
 

@@ -23,6 +23,7 @@ from mavlink_bridge.language.requests import (
     Reply,
     Reposition,
     Request,
+    RequestBody,
     Result,
     RunPrearmChecks,
     SetCurrent,
@@ -30,13 +31,16 @@ from mavlink_bridge.language.requests import (
     SetMode,
     SetSpeed,
     StartPlan,
+    TakeCommand,
     Terminate,
     UnlockGuard,
 )
 from mavlink_bridge.language.units import clamp
 
+from ..guard.failsafe_orders import Order
 from ..hull.vessel_file import throttle_to_speed, top_speed_mps
 from .controls import Controls
+from .operators import leads
 from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
 
 
@@ -58,16 +62,23 @@ class Orders:
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request; UNSUPPORTED for a kind that the vessel itself does not answer."""
+        if isinstance(request.body, TakeCommand):
+            return self._vehicle.operators.asked(request.body, request.station, now_us)
         method = _METHODS.get(type(request.body))
         if method is None:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
-        if request.body.nature.moves:
-            refusal = motion_refusal(self._vehicle, now_us)
-            if refusal:
-                return Reply(Result.REJECTED_NOW, refusal)
-        reply = method(self, request.body, request.sender, now_us)
-        if reply.result is Result.ACCEPTED and request.body.nature.decides:
-            self._vehicle.operator_acted(now_us)
+        vehicle, body, station = self._vehicle, request.body, request.station
+        by_hand, order = vehicle.navigator.mode is Mode.MANUAL, order_of(body)
+        refusal = vehicle.operators.refusal(station, now_us) if leads(body, manual=by_hand) else ""
+        if not refusal and body.nature.moves:
+            refusal = motion_refusal(vehicle, now_us, order)
+        if refusal:
+            return Reply(Result.REJECTED_NOW, refusal)
+        reply = method(self, body, request.sender, now_us)
+        if reply.result is Result.ACCEPTED:
+            vehicle.operators.obeyed(body, station, now_us, manual=by_hand)
+            if order is not None:
+                vehicle.operator_acted(order)
         return reply
 
     def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
@@ -196,6 +207,31 @@ class Orders:
         self._vehicle.unlock_guard()
         return ACCEPTED
 
+
+def order_of(body: RequestBody) -> Order | None:
+    """What a person has decided with this request; None = nothing that a failsafe looks at."""
+    if not body.nature.decides:
+        return None
+    match body:
+        case SetMode():
+            return _BY_MODE[body.mode]
+        case PausePlan():
+            return Order.HOLD if body.pause else Order.AUTO
+        case StartPlan():
+            return Order.AUTO
+        case _:
+            return Order.HOLD if body.nature.stops else Order.GUIDED
+
+
+_BY_MODE: Final = {
+    Mode.MANUAL: Order.MANUAL,
+    Mode.HOLD: Order.HOLD,
+    Mode.LOITER: Order.HOLD,
+    Mode.AUTO: Order.AUTO,
+    Mode.RTL: Order.RETURN,
+    Mode.GUIDED: Order.GUIDED,
+    Mode.CIRCLE: Order.GUIDED,
+}
 
 _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
     Arm: Orders.arm,

@@ -10,6 +10,7 @@ from mavlink_bridge.language.requests import LoadPlan
 
 from ..guard import failsafe
 from ..guard.depth.grid import Leg
+from ..guard.failsafe_orders import Order
 from ..hull.vessel_file import top_speed_mps
 from . import arming
 from .controls import Controls
@@ -38,7 +39,7 @@ def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tu
         battery_lost="battery_lost" in causes,
         sources_disagree=vehicle.estimator.sources_disagree,
         gcs_required=vehicle.config.operator.gcs_required,
-        gcs_heard=inputs.gcs_age_s is not None or inputs.radio_age_s is not None,
+        gcs_heard=vehicle.operators.hears(inputs.heard),
         plan_needed=True,
         plan_loaded=bool(vehicle.mission.total),
         plan_refusal=start_refusal(vehicle, from_here=False) if vehicle.navigator.mode is Mode.AUTO else "",
@@ -85,8 +86,8 @@ def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | No
     return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"
 
 
-def motion_refusal(vehicle: Controls, now_us: int) -> str:
+def motion_refusal(vehicle: Controls, now_us: int, order: Order | None = None) -> str:
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
     if vehicle.gate.terminated or vehicle.terminating:
         return "terminated: restart to go on"
-    return vehicle.guard.activation(now_us) or failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe)
+    return vehicle.guard.activation(now_us) or failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe, order)

@@ -173,12 +173,13 @@ class Vehicle(Controls):
             supply=self.supply,
             vessel_speed_fn=self.statics.throttle_to_speed,
         )
+        self.ages = self.operators.ages(self.inputs.heard, now_us)
         flags = gather(self, now_us, monitored, fence.stop)
         self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)
         self.memory = result.memory
         if result.texts:
             self._say_all(result.texts)
-        self.ordered = self.rearmed = self.aborting = False
+        self.ordered, self.rearmed, self.aborting = None, False, False
         if result.action > _WARN:
             self._react(before)
 
@@ -209,7 +210,7 @@ class Vehicle(Controls):
         """Let the plan move on, and collect what the parts have to say."""
         if self.guided is not None:
             self.navigator.advance(now_us, self.state, self.guided)
-        for part in (self.estimator, self.guidance, self.navigator):
+        for part in (self.estimator, self.guidance, self.navigator, self.operators):
             texts = part.drain_texts()
             if texts:
                 self._say_all(texts)

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ...language.messages import Mode
-from ...language.requests import Aim, Reply, RequestBody, Result
+from ...language.nature import Aim
+from ...language.requests import Reply, RequestBody, Result
 from ..wire.codec import dialect
 from .command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
 from .table import MEANINGS, Context

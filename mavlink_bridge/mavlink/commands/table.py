@@ -249,6 +249,11 @@ def _storage(command: Command, _: Context) -> None:
         raise Refused(UNSUPPORTED, "parameters are reset in the configuration file")
 
 
+def _take_command(command: Command, _: Context) -> ask.RequestBody:
+    """MAV_CMD_REQUEST_OPERATOR_CONTROL: param 2 is 1 to take command, 0 to give it up."""
+    return ask.TakeCommand(take=command.whole(2, 1, 0, 1) == 1)
+
+
 def _unlock(command: Command, _: Context) -> ask.RequestBody:
     if command.params[0] != 1.0:
         raise denied("parameter 1 must be 1")
@@ -276,10 +281,11 @@ MEANINGS: Final[dict[int, Meaning]] = {
     400: _arm,
     401: _prearm,
     31010: _unlock,
+    32100: _take_command,
     43000: _guided_speed,
     43002: _guided_heading,
 }
-"""By MAV_CMD. 31010 is USER_1: lift a locked depth guard."""
+"""By MAV_CMD. 31010 is USER_1: lift a locked depth guard; 32100 passes command from one station to another."""
 
 MAY_STOP: Final = frozenset((17, 176, 185, 192, 193, 400))
 """By MAV_CMD, those that may mean a request whose nature is to stop, for who sees only the number."""

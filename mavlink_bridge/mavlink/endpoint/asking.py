@@ -22,6 +22,8 @@ class Asking:
 
     def __init__(self) -> None:
         self.asked: list[Request] = []
+        self.component = 0
+        """Of the station whose message is being served; what is asked next is asked by it."""
         self._next_id = 1
         self._orders = 0
 
@@ -36,7 +38,7 @@ class Asking:
         if self._orders >= MAX_ORDERS:
             return False
         self._orders += 1
-        self.asked.append(Request(number, body, sender, True, origin))
+        self.asked.append(Request(number, body, sender, True, origin, self.component))
         return True
 
     def stream(self, body: RequestBody, sender: int) -> None:
@@ -49,7 +51,7 @@ class Asking:
                 if not item.reply and item.sender == sender and type(item.body) is type(body):
                     del self.asked[at]
                     break
-        self.asked.append(Request(-self.number(), body, sender, False))
+        self.asked.append(Request(-self.number(), body, sender, False, None, self.component))
 
     def take(self) -> list[Request]:
         """Take over all, oldest first."""

@@ -99,6 +99,8 @@ class Endpoint:
         self._rtcm, self._rc = rtcm.RtcmAssembler(self._explain), RcOverride()
         self.high_latency_on = False
         self._stations = Stations(config.system_id, self._welcome, self._explain)
+        self.heard = self._stations.heard
+        """Ground stations heard here, by system and component, each with the time of its newest HEARTBEAT."""
         self._asking = Asking()
         self.asked = self._asking.asked
         """What the stations ask of the vessel since the last ``requests``, oldest first."""
@@ -109,8 +111,6 @@ class Endpoint:
         self._is_slow, self._is_summary = config.profile == "lora", config.profile == "high_latency"
         self.has_timers = False
         """Whether a service may have something under way; only what is received or replied can begin it."""
-        self.last_heartbeat_us: int | None = None
-        """When a ground station's HEARTBEAT was last heard here; None = never."""
         self._handlers = self._make_handlers()
 
     def _make_handlers(self) -> dict[int, Callable[[Any, int], None]]:
@@ -151,6 +151,7 @@ class Endpoint:
         for message in self._inbound.receive(data, now_us):
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
+                self._asking.component = message.get_srcComponent()
                 handler(message, now_us)
         for text in self._verifier.texts():
             self._speaker.say(Severity.WARNING, text)
@@ -275,7 +276,6 @@ class Endpoint:
 
     def _on_heartbeat(self, message: Any, now_us: int) -> None:
         self._stations.heartbeat(message, now_us)
-        self.last_heartbeat_us = self._stations.last_heartbeat_us
 
     def _welcome(self, system: int) -> None:
         self._speaker.say(Severity.INFO, greeting(self.vehicle.identity, self.config))

@@ -27,8 +27,8 @@ class Stations:
         self._welcome = welcome
         self._complain = complain
         self.peers: dict[int, Peer] = {}
-        self.last_heartbeat_us: int | None = None
-        """When any station was last heard; None = never."""
+        self.heard: dict[tuple[int, int], int] = {}
+        """Newest HEARTBEAT of each station by system and component: a forwarder has often the ids of whom it forwards, but for one."""
 
     def heartbeat(self, message: Any, now_us: int) -> None:
         """Take a HEARTBEAT; only ground stations count, and none with the vessel's own id."""
@@ -38,7 +38,7 @@ class Stations:
         if system == self._own_id:
             self._complain(f"a ground station uses this vessel's system id {system}")
             return
-        self.last_heartbeat_us = now_us
+        self._note((system, message.get_srcComponent()), now_us)
         peer = self.peers.get(system)
         if peer is not None:
             peer.last_heartbeat_us = now_us
@@ -47,3 +47,9 @@ class Stations:
             self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
         self.peers[system] = Peer(system, now_us)
         self._welcome(system)
+
+    def _note(self, who: tuple[int, int], now_us: int) -> None:
+        heard = self.heard
+        if who not in heard and len(heard) >= _MAX_PEERS:
+            del heard[min(heard, key=lambda other: heard[other])]
+        heard[who] = now_us

@@ -1,0 +1,46 @@
+"""Which order ends which condition while its cause still stands: one written table, order by row.
+
+Everything else ends only when its cause is gone. Manual control goes its own way (``Takeover.MANUAL``).
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Final
+
+
+class Order(Enum):
+    """What a person has decided, as the failsafe tells orders apart."""
+
+    HOLD = "Hold"
+    MANUAL = "Manual"
+    RETURN = "Return"
+    GUIDED = "a go-to"
+    AUTO = "Auto"
+    ARM = "arming"
+
+
+_ANY_MOTION: Final = frozenset((Order.RETURN, Order.GUIDED, Order.AUTO))
+
+ENDS_STANDING: Final[dict[str, frozenset[Order]]] = {
+    # a correcting manoeuvre is what the row asks for; arming again is how it is begun after a disarm
+    "depth_shallow": _ANY_MOTION | {Order.ARM},
+    # back inside; a plan that would not lead inside is refused before it comes here
+    "fence_breach": _ANY_MOTION,
+    "plan_invalid": _ANY_MOTION,
+    # the last charge is for the way back, not for the next leg of a plan
+    "battery_empty": frozenset((Order.RETURN, Order.GUIDED)),
+    "battery_critical": frozenset((Order.HOLD, Order.RETURN, Order.GUIDED)),
+}
+"""By row of the failsafe table: the orders that go on in spite of the standing cause."""
+
+
+def ends(name: str, order: Order | None) -> bool:
+    """Whether an order takes over from a condition whose cause stands."""
+    return order is not None and order in ENDS_STANDING.get(name, frozenset())
+
+
+def names(name: str) -> str:
+    """The orders that would go on, for a text: "Return or a go-to"."""
+    allowed = ENDS_STANDING.get(name, frozenset())
+    return " or ".join(order.value for order in Order if order in allowed and order is not Order.ARM)

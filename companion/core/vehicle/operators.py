@@ -1,0 +1,227 @@
+"""Who commands: whose silence counts as a lost ground station, and whose orders may set the vessel moving.
+
+The station that last armed or ordered motion commands. Others that are heard are observers: their HEARTBEAT keeps no failsafe
+asleep, and their Hold, Return and Disarm are obeyed all the same. ``operator.ids`` narrows who may ever command. Nothing here
+reads a clock or knows a link; the app says who was heard, ``orders.py`` who ordered what.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from mavlink_bridge.language.messages import Mode, Severity
+from mavlink_bridge.language.requests import (
+    ACCEPTED,
+    Arm,
+    ManualInput,
+    Reply,
+    RequestBody,
+    Result,
+    SetCurrent,
+    SetMode,
+    SetSpeed,
+    TakeCommand,
+    UnlockGuard,
+)
+from mavlink_bridge.language.stations import Heard, Station
+
+INSIST_US: Final = 30_000_000
+"""How long a request for command stands: time to read the text and press again."""
+INSIST_AFTER_US: Final = 4_000_000
+"""A repeat that comes sooner is the program's own (QGroundControl repeats a mode for 3.9 s), not a person's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ages:
+    """Seconds since the commanding station was last heard, by kind of link; None = never over that kind."""
+
+    gcs_s: float | None = None
+    radio_s: float | None = None
+
+
+class Operators:
+    """Keeps who commands. ``ids``: "system" or "system/component", as in the settings; empty = anybody may take command.
+
+    ``gcs_s`` and ``radio_s``: after how long a commander over that kind of link is silent.
+    """
+
+    def __init__(self, ids: Iterable[str] = (), *, gcs_s: float = 5.0, radio_s: float = 65.0) -> None:
+        self.configure(ids, gcs_s=gcs_s, radio_s=radio_s)
+        self.commander: Station | None = None
+        """Who last armed or ordered motion; None until somebody has, or after he has released the command."""
+        self._heard_any = False
+        self.texts: list[tuple[Severity, str]] = []
+        self._heard_us: int | None = None
+        """When the commander last gave a sign of life."""
+        self._local_us: int | None = None
+        """When the vessel's own people (a scenario, the command line) last ordered."""
+        self._wish: tuple[Station, int] | None = None
+
+    def configure(self, ids: Iterable[str], *, gcs_s: float, radio_s: float) -> None:
+        self._ids = frozenset(_parse(each) for each in ids)
+        self._gcs_us, self._radio_us = round(gcs_s * 1e6), round(radio_s * 1e6)
+
+    # ---- whose silence counts
+
+    def ages(self, heard: Iterable[Heard], now_us: int) -> Ages:
+        """Return the ages that the failsafe judges. Before anybody commands, whoever may command counts."""
+        commander, gcs_us, radio_us = self.commander, self._local_us, None
+        for each in heard:
+            station = each.station
+            if not self.may_command(station):
+                continue
+            self._heard_any = True
+            if commander is not None and not self._same(station, commander):
+                continue
+            if commander is not None and (self._heard_us is None or each.t_us > self._heard_us):
+                self._heard_us = each.t_us
+            if station.radio:
+                radio_us = each.t_us if radio_us is None else max(radio_us, each.t_us)
+            else:
+                gcs_us = each.t_us if gcs_us is None else max(gcs_us, each.t_us)
+        if commander is not None and self._heard_us is not None:
+            # what is no longer in any table, after a link was closed, was heard all the same
+            if commander.radio:
+                radio_us = self._heard_us if radio_us is None else max(radio_us, self._heard_us)
+            else:
+                gcs_us = self._heard_us if gcs_us is None else max(gcs_us, self._heard_us)
+        return Ages(_age_s(gcs_us, now_us), _age_s(radio_us, now_us))
+
+    def hears(self, heard: Iterable[Heard]) -> bool:
+        """Whether any station that may command is heard now, or ever was."""
+        return self._heard_any or any(self.may_command(each.station) for each in heard)
+
+    def may_command(self, station: Station) -> bool:
+        """Whether the configuration lets this station command."""
+        ids = self._ids
+        if not station.system:
+            return True  # the gateway has ids of its own, and the radio's key
+        return not ids or (station.system, None) in ids or (station.system, station.component) in ids
+
+    def _same(self, one: Station, other: Station) -> bool:
+        """With configured ids the ids alone say who it is, on whatever link; without, only the same place does."""
+        if self._ids:
+            return (one.system, one.component) == (other.system, other.component)
+        return one == other
+
+    # ---- who may order
+
+    def refusal(self, station: Station | None, now_us: int) -> str:
+        """Return why this station may not set the vessel moving now, or "".
+
+        Without configured ids whoever orders takes command. With them it passes from one operator to another who asks for it
+        (``take``, or the same order again by a person), and at once when the commander is silent.
+        """
+        if station is None:
+            return ""
+        if not self.may_command(station):
+            return f"{station} is no operator here (operator.ids): it may hold, return, disarm"
+        commander = self.commander
+        if not self._ids or commander is None or self._same(station, commander) or self.silent(now_us):
+            return ""
+        wish = self._wish
+        if wish is not None and self._same(wish[0], station) and now_us - wish[1] <= INSIST_US:
+            if now_us - wish[1] >= INSIST_AFTER_US:
+                return ""
+        else:
+            self._wish = station, now_us
+            self.texts.append((Severity.WARNING, f"{_start(station)} asks for command, {commander} has it"))
+        return f"{commander} commands: order again in {INSIST_AFTER_US // 1_000_000} s to take command"
+
+    def silent(self, now_us: int) -> bool:
+        """Whether nobody commands, or who does has not been heard for its link's time-out."""
+        if self.commander is None or self._heard_us is None:
+            return True
+        return now_us - self._heard_us >= (self._radio_us if self.commander.radio else self._gcs_us)
+
+    # ---- what was ordered
+
+    def ordered(self, station: Station | None, now_us: int, *, leads: bool) -> None:
+        """An order was carried out: it restarts its sender's timer. ``leads``: it set the vessel moving, or armed it.
+
+        An order that stops, or leads home, passes command only where nobody else is there to have it.
+        """
+        if station is None:
+            self._local_us = now_us
+            return
+        commander = self.commander
+        if commander is not None and self._same(station, commander):
+            self._heard_us = now_us
+            self.commander = station
+        elif self.may_command(station) and (leads or self.silent(now_us)):
+            self._pass_to(station, now_us)
+
+    def obeyed(self, body: RequestBody, station: Station | None, now_us: int, *, manual: bool) -> None:
+        """A request was carried out; ``manual``: sticks steer."""
+        leading = leads(body, manual=manual)
+        if leading or body.nature.decides or body.nature.stops:
+            self.ordered(station, now_us, leads=leading)
+
+    def asked(self, body: TakeCommand, station: Station | None, now_us: int) -> Reply:
+        """The explicit request for command, or its release; nothing moves by it."""
+        if station is None:
+            return Reply(Result.DENIED, "only a station commands")
+        if body.take:
+            refusal = self.take(station, now_us)
+            return Reply(Result.DENIED, refusal) if refusal else ACCEPTED
+        self.release(station)
+        return ACCEPTED
+
+    def drain_texts(self) -> list[tuple[Severity, str]]:
+        texts, self.texts = self.texts, []
+        return texts
+
+    def take(self, station: Station, now_us: int) -> str:
+        """The explicit request for command; returns a refusal or ""."""
+        if not self.may_command(station):
+            return f"{station} is no operator here (operator.ids)"
+        if self.commander is None or not self._same(station, self.commander):
+            self._pass_to(station, now_us)
+        self._heard_us = now_us
+        return ""
+
+    def release(self, station: Station) -> None:
+        """The commander leaves: until somebody orders, whoever may command counts."""
+        if self.commander is not None and self._same(station, self.commander):
+            self.commander = self._heard_us = None
+            self.texts.append((Severity.INFO, f"{_start(station)} has given up command"))
+
+    def _pass_to(self, station: Station, now_us: int) -> None:
+        before = self.commander
+        self.commander, self._heard_us, self._wish = station, now_us, None
+        if before is not None:
+            self.texts.append((Severity.WARNING, f"{_start(station)} commands now, not {before}"))
+
+
+def leads(body: RequestBody, *, manual: bool) -> bool:
+    """Whether a request sets the vessel going or changes where it goes: only who may command does that.
+
+    What stops it or leads home is obeyed from everybody; sticks count while they steer (``manual``).
+    """
+    match body:
+        case ManualInput():
+            return manual
+        case Arm():
+            return body.arm
+        case SetMode(mode=Mode.MANUAL) | SetSpeed() | SetCurrent() | UnlockGuard():
+            return True
+        case SetMode(mode=Mode.RTL):
+            return False
+        case _:
+            return body.nature.moves and not body.nature.stops
+
+
+def _start(station: Station) -> str:
+    text = str(station)
+    return text[0].upper() + text[1:]
+
+
+def _age_s(stamp_us: int | None, now_us: int) -> float | None:
+    return None if stamp_us is None else (now_us - stamp_us) * 1e-6
+
+
+def _parse(text: str) -> tuple[int, int | None]:
+    system, _, component = text.partition("/")
+    return int(system), int(component) if component else None

@@ -1,0 +1,35 @@
+"""Who speaks to the vessel: a station is a system and a component on one link of one host, not a number alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Station:
+    """One speaker. Two programs with the same ids on two links, or behind one link on two hosts, are two stations."""
+
+    system: int
+    component: int = 0
+    link: str = ""
+    """Name of the link, as the settings have it."""
+    host: str = ""
+    """Address of the peer without its port, which a program changes at each start."""
+    radio: bool = False
+
+    def __str__(self) -> str:
+        who = "the gateway" if not self.system else f"station {self.system}"
+        return f"{who} over {self.link}" if self.link else who
+
+
+ONE_VOICE: Final = (0, 0)
+"""System and component of a link that speaks for whoever commands at its far end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A station's newest HEARTBEAT of type ground station."""
+
+    station: Station
+    t_us: int

@@ -1,0 +1,219 @@
+"""Operator dead, somebody else alive: what the boat does on the water, whoever beats on whatever link (security trial §1.8)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import config
+from companion.io.links import Received
+from companion.settings.schema import load
+from mavlink_bridge.mavlink.wire.codec import dialect
+from sitl.gateway import with_gateway
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
+from tests.fake_vessel import Station
+from tests.gateways import gateway_beside
+from tests.world_station import GCS_HEARTBEAT, Helm
+
+WAYPOINT, SET_MODE, ARM, TAKE = 16, 176, 400, 32100
+AUTO, RTL, HOLD = 10.0, 11.0, 4.0
+OPERATORS = {"QGroundControl": (255, 190), "MAVSDK": (245, 190), "MAVProxy": (255, 230)}
+OTHERS = {"observer": (77, 190), "forwarder": (125, 1), "MAVProxy as forwarder": (255, 231)}
+
+
+class Crew(Helm):
+    """The operator on the boat's first link, and others that beat on it or on the second."""
+
+    def __init__(self, ids=(255, 190), *overrides: str) -> None:
+        self.others: list[tuple[Station, object]] = []
+        super().__init__("ardurover", "depth.enabled=false", *overrides)
+        self.gcs = Station(*ids)
+        self.second = self.world.ground("sdk")
+        self.second.poll(0)
+
+    def beside(self, ids: tuple[int, int], *, same_link: bool) -> Station:
+        other = Station(*ids)
+        self.others.append((other, self.link if same_link else self.second))
+        return other
+
+    def step(self) -> None:
+        if self.world.now_us % 1_000_000 == 0:
+            for other, link in self.others:
+                link.write(0, other.codec.encode(GCS_HEARTBEAT))
+        super().step()
+        for event in self.second.poll(self.world.now_us) if self.others else ():
+            if isinstance(event, Received):
+                for other, _ in self.others:
+                    other.receive(event.data, self.world.now_us)
+
+    def other_orders(self, number: int, *params: float) -> int:
+        """The first of the others gives a command; returns the result."""
+        other, link = self.others[0]
+        values = [*params, *([0.0] * (7 - len(params)))]
+        other.clear()
+        link.write(0, other.codec.encode(dialect.MAVLink_command_long_message(1, 1, number, 0, *values)))
+        self.until(lambda: bool([m for m in other.all("COMMAND_ACK") if m.command == number and m.result != 5]), 3.0)
+        return other.all("COMMAND_ACK")[-1].result
+
+    def sail(self) -> None:
+        assert self.upload([(3, WAYPOINT, 0.0, 0.0, 0.0, math.nan, *self.at(600.0, 0.0), 0.0)]) == 0
+        assert self.command(SET_MODE, 1.0, AUTO) == 0
+        assert self.command(ARM, 1.0) == 0
+        self.run(15.0)
+        assert self.truth.u_mps > 0.5
+
+    def vanish(self) -> float:
+        """The operator falls silent; returns after how many seconds the boat holds."""
+        self.present = False
+        return self.until(lambda: self.world.snapshot.mode.value == "Hold", 30.0)
+
+
+@pytest.mark.parametrize(
+    ("operator", "other", "same_link"),
+    [
+        ("QGroundControl", "MAVProxy as forwarder", True),
+        ("QGroundControl", "observer", False),
+        ("MAVSDK", "forwarder", True),
+        ("MAVSDK", "observer", False),
+        ("MAVProxy", "observer", True),
+        ("MAVProxy", "forwarder", False),
+    ],
+)
+def test_the_operators_silence_counts_whoever_else_beats(operator, other, same_link):
+    crew = Crew(OPERATORS[operator])
+    crew.beside(OTHERS[other], same_link=same_link)
+    crew.sail()
+    assert 4.0 <= crew.vanish() <= 5.1, "the table's 5 s after the last beat"
+    crew.run(20.0)
+    assert abs(crew.truth.u_mps) < 0.4
+
+
+def test_an_observer_may_hold_and_send_home_and_has_command_only_when_he_orders():
+    crew = Crew()
+    crew.beside((77, 190), same_link=False)
+    crew.sail()
+    assert crew.other_orders(SET_MODE, 1.0, HOLD) == 0
+    assert crew.world.snapshot.mode.value == "Hold"
+    assert "commands now" not in crew.texts()
+    assert crew.command(SET_MODE, 1.0, AUTO) == 0
+    assert crew.other_orders(SET_MODE, 1.0, AUTO) == 0
+    assert "Station 77 over sdk commands now, not station 255 over gcs" in crew.texts().replace("\n", "")
+    crew.present = False
+    crew.run(20.0)
+    assert crew.world.snapshot.mode.value == "Auto", "the new commander is there"
+
+
+def test_after_the_operators_death_one_order_of_another_goes_on():
+    crew = Crew()
+    crew.beside((77, 190), same_link=False)
+    crew.sail()
+    crew.vanish()
+    assert crew.other_orders(SET_MODE, 1.0, AUTO) == 0
+    crew.run(30.0)
+    assert crew.world.snapshot.mode.value == "Auto"
+    assert crew.truth.u_mps > 0.5
+
+
+def test_one_order_without_a_heartbeat_counts_for_the_timers_time_only():
+    """Security trial: one go-to, then nobody for 240 s; the boat sailed on until the depth guard."""
+    crew = Crew()
+    crew.sail()
+    crew.vanish()
+    assert crew.command(SET_MODE, 1.0, AUTO) == 0
+    assert crew.world.snapshot.mode.value == "Auto"
+    assert crew.until(lambda: crew.world.snapshot.mode.value == "Hold", 10.0) <= 5.2
+    assert crew.until(lambda: crew.world.snapshot.mode.value == "Return", 70.0) <= 60.2
+
+
+def test_with_ids_a_viewer_is_refused_by_name_and_may_still_stop_the_boat():
+    crew = Crew((255, 190), 'operator.ids=["255/190"]')
+    viewer = crew.beside((77, 190), same_link=False)
+    crew.sail()
+    assert crew.other_orders(SET_MODE, 1.0, RTL) == 0, "the way home"
+    assert crew.command(SET_MODE, 1.0, AUTO) == 0
+    assert crew.other_orders(SET_MODE, 1.0, 15.0) != 0
+    assert any("no operator here" in m.text for m in viewer.all("STATUSTEXT"))
+    assert crew.world.snapshot.mode.value == "Auto"
+    assert crew.other_orders(TAKE, 0.0, 1.0) == 2
+    assert crew.other_orders(ARM, 0.0) == 0
+    assert not crew.world.snapshot.armed
+
+
+def test_the_command_can_be_asked_for_and_given_back_without_motion():
+    crew = Crew()
+    crew.beside((77, 190), same_link=False)
+    crew.sail()
+    assert crew.other_orders(TAKE, 0.0, 1.0) == 0
+    crew.present = False
+    crew.run(20.0)
+    assert crew.world.snapshot.mode.value == "Auto"
+    assert crew.other_orders(TAKE, 0.0, 0.0) == 0
+    crew.present = True
+    crew.run(2.0)
+    crew.others.clear()
+    crew.run(20.0)
+    assert crew.world.snapshot.mode.value == "Auto", "nobody commands: whoever is there counts"
+
+
+class Ashore:
+    """A station at the gateway that orders, another that only looks on, and the boat under way by radio alone."""
+
+    def __init__(self, folder) -> None:
+        settings = load(
+            config.path("sim.toml"),
+            [
+                'sensors=[{url="mem:nmea"}]',
+                "actuators.url=mem:ard",
+                "endpoints=[]",
+                "radio.url=mem:radio",
+                "radio.profile=o-10",
+                "depth.enabled=false",
+            ],
+            SimSettings,
+        )
+        from companion.io.links.mem import pair
+
+        self.world = World(with_gateway(settings, folder), 1)
+        near, self.link = pair("gcs")
+        self.gateway = gateway_beside(self.world, folder, near, seed=2)
+        self.link.poll(0)
+        self.operator, self.observer = Station(255, 190), Station(77, 190)
+        self.present = True
+
+    def run(self, seconds: float) -> None:
+        end_us = self.world.now_us + round(seconds * 1e6)
+        while self.world.now_us < end_us:
+            if self.world.now_us % 1_000_000 == 0:
+                self.link.write(0, self.observer.codec.encode(GCS_HEARTBEAT))
+                if self.present:
+                    self.link.write(0, self.operator.codec.encode(GCS_HEARTBEAT))
+            self.world.step()
+            self.gateway.tick(self.world.now_us)
+            for event in self.link.poll(self.world.now_us):
+                if isinstance(event, Received):
+                    self.operator.receive(event.data, self.world.now_us)
+
+    def order(self, number: int, *params: float) -> None:
+        values = [*params, *([0.0] * (7 - len(params)))]
+        message = dialect.MAVLink_command_long_message(1, 1, number, 0, *values)
+        self.link.write(0, self.operator.codec.encode(message))
+        self.run(6.0)
+
+
+def test_the_gateway_tells_the_boat_of_its_commanding_station_only(tmp_path):
+    shore = Ashore(tmp_path)
+    shore.run(30.0)
+    shore.order(ARM, 1.0)
+    shore.order(192, -1.0, 1.0, 0.0, math.nan, *(each / 1e7 for each in (0, 0)))
+    assert shore.world.snapshot.armed
+    shore.run(75.0)
+    assert not any("Ground station" in item for item in texts_of(shore)), "the commander is there"
+    shore.present = False
+    shore.run(80.0)
+    assert any("over the radio: HOLD" in item for item in texts_of(shore)), "an observer at the gateway is nobody"
+
+
+def texts_of(shore: Ashore) -> list[str]:
+    return [m.text for m in shore.operator.all("STATUSTEXT")]
