@@ -196,7 +196,9 @@ class Vessel:
         system = self._system.get_system_id()
         fields = {"target_system": system, "target_component": 1, "command": _OPERATOR_CONTROL, "confirmation": 0}
         fields |= {f"param{number}": 0.0 for number in range(1, 8)}
-        message = MavlinkMessage("COMMAND_LONG", 0, 0, system, 1, json.dumps(fields))
+        message = MavlinkMessage(
+            "COMMAND_LONG", target_system_id=system, target_component_id=1, fields_json=json.dumps(fields)
+        )
         try:
             MavlinkDirect(self._system).send_command(message)
         except MavlinkDirectError as error:

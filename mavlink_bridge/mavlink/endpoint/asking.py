@@ -38,7 +38,7 @@ class Asking:
         if self._orders >= MAX_ORDERS:
             return False
         self._orders += 1
-        self.asked.append(Request(number, body, sender, True, origin, self.component))
+        self.asked.append(Request(number, body, sender, origin=origin, component=self.component))
         return True
 
     def stream(self, body: RequestBody, sender: int) -> None:
@@ -51,7 +51,7 @@ class Asking:
                 if not item.reply and item.sender == sender and type(item.body) is type(body):
                     del self.asked[at]
                     break
-        self.asked.append(Request(-self.number(), body, sender, False, None, self.component))
+        self.asked.append(Request(-self.number(), body, sender, reply=False, component=self.component))
 
     def take(self) -> list[Request]:
         """Take over all, oldest first."""
