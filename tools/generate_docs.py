@@ -15,6 +15,7 @@ from companion.core.guard.failsafe import failsafe_table_markdown
 from companion.gateway import GatewaySettings
 from companion.settings import Settings, params
 from mavlink_bridge.language.imc_table import imc_table_markdown
+from mavlink_bridge.mavlink.telemetry.ages import ages_markdown
 from sitl.world.settings import WorldConfig
 from tools import boat_scenarios, fault_matrix, from_dune
 from tools.schema_text import Key, keys
@@ -133,7 +134,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "FAULTS.md": fault_matrix.page,
 }
 """Pages that are generated as a whole."""
-PARTS: dict[str, Callable[[], str]] = {"SAFETY.md": failsafe_table_markdown}
+PARTS: dict[str, Callable[[], str]] = {"SAFETY.md": failsafe_table_markdown, "TELEMETRY.md": ages_markdown}
 """Pages with one generated part between the markers."""
 
 

@@ -42,9 +42,9 @@ GpsFix.vdop | GpsFix.vdop | GPS_RAW_INT.epv | * 100, 65535 = unknown | motion.gp
 GpsFix.hacc | GpsFix.hacc_m | GPS_RAW_INT.h_acc | mm | motion.gps_raw_int
 GpsFix.vacc | GpsFix.vacc_m | GPS_RAW_INT.v_acc | mm | motion.gps_raw_int
 (HDT heading) | EstimatedState.psi_rad | GPS_RAW_INT.yaw | centidegrees, north = 36000, 65535 = none just now | motion.gps_raw_int
-EulerAngles.phi | EstimatedState.phi_rad | ATTITUDE.roll | rad; unknown = 0, AHRS health clear | motion.attitude
+EulerAngles.phi | EstimatedState.phi_rad | ATTITUDE.roll | rad; unknown = 0, AHRS absent or not healthy | motion.attitude
 EulerAngles.theta | EstimatedState.theta_rad | ATTITUDE.pitch | rad | motion.attitude
-EulerAngles.psi | EstimatedState.psi_rad | ATTITUDE.yaw | rad, -pi...pi | motion.attitude
+EulerAngles.psi | EstimatedState.psi_rad | ATTITUDE.yaw | rad, -pi...pi; unknown: not sent | motion.attitude
 EulerAngles.time | Snapshot.t_us | ATTITUDE.time_boot_ms | ms of the monotonic clock | motion.attitude
 EulerAngles.psi_magnetic | EulerAngles.psi_magnetic_rad | - | no field; in the recording only | -
 EstimatedState.lat, lon + x, y | EstimatedState.lat_rad | GLOBAL_POSITION_INT.lat | degrees * 1e7 of the resolved position (IMC

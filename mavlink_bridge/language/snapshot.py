@@ -59,7 +59,8 @@ class Health:
 
     gps: bool = False
     heading: bool = False
-    attitude: bool = False
+    attitude: bool | None = None
+    """Roll or pitch is known; None = neither has ever been measured."""
     depth: bool | None = None
     actuators: bool = False
     battery: bool | None = None
@@ -114,8 +115,11 @@ class Snapshot:
     trace: ControlTrace = field(default_factory=ControlTrace)
     progress: Progress = field(default_factory=Progress)
     fix: GpsFix | None = None
+    """What the receiver says now; None when it is silent."""
     attitude: EulerAngles | None = None
+    """What the compass and the roll and pitch sensor say now; None when all are silent."""
     distance: Distance | None = None
+    """The newest sounding; without a value when the sounder is silent."""
     altitude_raw_m: float | None = None
     altitude_limit_m: float | None = None
     guard: GuardState = GuardState.UNKNOWN
@@ -125,6 +129,7 @@ class Snapshot:
     health: Health = field(default_factory=Health)
     fence: FenceStatus = field(default_factory=FenceStatus)
     supply: SupplyVoltage | None = None
+    """What the board measures now; None when it is silent or does not measure."""
     actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
     commanded_us: tuple[int, int, int, int] | None = None
     home_lat_rad: float | None = None

@@ -151,7 +151,7 @@ STATE_ROWS = [
 @settings(max_examples=25, deadline=None)
 @given(value=st.floats(0.0, 1.5, width=32))
 def test_state(field, mavlink, back, step, value):
-    known = {"lat_rad": 0.7, "lon_rad": -0.1, "x_m": 1.0, "y_m": 1.0}
+    known = {"lat_rad": 0.7, "lon_rad": -0.1, "x_m": 1.0, "y_m": 1.0, "psi_rad": 0.4}
     state = EstimatedState(5_000_000, **(known | {field: value}))
     message = through(code_of(f"EstimatedState.{field}", mavlink)(picture(state=state)))
     assert back(getattr(message, mavlink.partition(".")[2])) == pytest.approx(value, abs=0.51 * step + 1e-7)
@@ -208,7 +208,7 @@ def test_unknown_is_told_as_unknown():
     shown = picture()
     gps = through(imc_table_code("mavlink/telemetry/motion.gps_raw_int")(shown))
     assert (gps.fix_type, gps.vel, gps.cog, gps.eph, gps.satellites_visible, gps.yaw) == (
-        1,
+        0,
         65535,
         65535,
         65535,

@@ -26,7 +26,7 @@ from .drift import DriftFilter, FixText
 from .heading import HeadingTrack
 from .magnetic import MagneticModel
 from .position import Heading, Motion, PositionTrack
-from .sources import Choice, FixChoice
+from .sources import Choice, FixChoice, degrees, degrees_a_second
 
 __all__ = ["Estimator", "EstimatorConfig"]
 
@@ -40,7 +40,8 @@ _TILT_APART_RAD = math.radians(5.0)
 _DEPTH_APART_M = 0.5
 _DEPTH_APART_SHARE = 0.1
 """Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
-_COMPARE_US = 1_000_000
+_SHOWN_US = 2_500_000
+"""A compass slower than one heading in this time is not believed either (slow_compass_s)."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
 _AT_THE_POINT = HullGeometry()
 
@@ -56,10 +57,10 @@ class Estimator:
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(self._texts)
-        self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=_degrees, wrap=wrap_pi)
-        self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=_degrees_a_second)
-        self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
-        self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=_degrees)
+        self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
+        self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
+        self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
+        self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
         self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
         self._drift = DriftFilter()
         self._magnetic: MagneticModel | None = None
@@ -126,6 +127,28 @@ class Estimator:
             psi_accuracy_rad=compass.psi_accuracy_rad,
             variation_rad=compass.variation_rad,
         )
+
+    @property
+    def knows_tilt(self) -> bool:
+        """Whether roll or pitch has ever been measured."""
+        return self._phi is not None or self._theta is not None
+
+    def fix_at(self, now_us: int) -> GpsFix | None:
+        """What the receiver says now: the newest fix, None when it has fallen silent."""
+        fix = self.latest_fix
+        return fix if fix is not None and self._position.is_young((now_us - fix.t_us) * 1e-6) else None
+
+    def attitude_at(self, now_us: int) -> EulerAngles | None:
+        """The newest of every axis that is not too old; None when no axis is."""
+        found = self.latest_attitude
+        return found if found is not None and now_us - found.t_us <= _SHOWN_US else None
+
+    def distance_at(self, now_us: int) -> Distance | None:
+        """The newest sounding; one without a value when the sounder has fallen silent, None when there never was one."""
+        found = self.latest_distance
+        if found is None or now_us - found.t_us <= self._sounders.patience_us:
+            return found
+        return Distance(found.t_us, None, source=found.source)
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Operator texts since the last call."""
@@ -258,7 +281,7 @@ class Estimator:
             self._rate = (rate.r_radps, rate.t_us)
             self._heading.update_rate(rate)
             return True
-        self._compare(self._rates, rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
+        self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
         return False
 
     def _update_distance(self, distance: Distance, link: int) -> bool:
@@ -269,7 +292,7 @@ class Estimator:
                 return False
         elif not self._sounders.leads(distance.source, link, distance.t_us):
             limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
-            self._compare(self._sounders, distance, link, value=value_m, used=used, limit=limit_m)
+            self._sounders.compare_newest(distance, link, value=value_m, used=used, limit=limit_m)
             return False
         else:
             self._depth = (value_m, distance.t_us)
@@ -283,13 +306,13 @@ class Estimator:
             if self._rolls.leads(angles.source, link, angles.t_us):
                 self._phi, leads = (phi_rad, angles.t_us), True
             else:
-                self._compare(self._rolls, angles, link, value=phi_rad, used=self._phi, limit=_TILT_APART_RAD)
+                self._rolls.compare_newest(angles, link, value=phi_rad, used=self._phi, limit=_TILT_APART_RAD)
         if angles.theta_rad is not None:
             theta_rad = wrap_pi(angles.theta_rad + self._pitch_offset_rad)
             if self._pitches.leads(angles.source, link, angles.t_us):
                 self._theta, leads = (theta_rad, angles.t_us), True
             else:
-                self._compare(self._pitches, angles, link, value=theta_rad, used=self._theta, limit=_TILT_APART_RAD)
+                self._pitches.compare_newest(angles, link, value=theta_rad, used=self._theta, limit=_TILT_APART_RAD)
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
             leads |= self._update_compass(angles, link)
         if leads:
@@ -320,18 +343,6 @@ class Estimator:
         if off_rad is not None:
             compasses.compare(angles.source, link, off_rad, _HEADING_APART_RAD, t_us)
         return False
-
-    @staticmethod
-    def _compare(
-        choice: Choice,
-        measured: EulerAngles | AngularVelocity | Distance,
-        link: int,
-        value: float,
-        used: tuple[float, int] | None,
-        limit: float,
-    ) -> None:
-        if used is not None and measured.t_us - used[1] < _COMPARE_US:
-            choice.compare(measured.source, link, value - used[0], limit, measured.t_us)
 
     def _model_variation(self) -> float | None:
         fix = self.latest_fix
@@ -367,11 +378,3 @@ class Estimator:
         drift.step(dt_s, self._drift_tau_s, north_mps, east_mps)
         self._position.drift_n_mps = drift.north_mps or 0.0
         self._position.drift_e_mps = drift.east_mps or 0.0
-
-
-def _degrees(angle_rad: float) -> str:
-    return f"{math.degrees(angle_rad):.0f} deg"
-
-
-def _degrees_a_second(rate_radps: float) -> str:
-    return f"{math.degrees(rate_radps):.1f} deg/s"

@@ -150,6 +150,10 @@ class PositionTrack:
         age_s = (now_us - self.accepted_us) * 1e-6
         if self._refused_since_us is not None:
             return age_s <= self._hold_s
+        return self.is_young(age_s)
+
+    def is_young(self, age_s: float) -> bool:
+        """Whether a fix of this age still tells what the receiver says now; a slow receiver gets three of its periods."""
         return age_s <= self._timeout_s or age_s <= min(3.0 * self._interval_s + 0.2, self.config.slow_receiver_s)
 
     def aligned_us(self, fix: GpsFix) -> int:

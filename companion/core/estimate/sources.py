@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
-from mavlink_bridge.language.messages import GpsFix, Severity, Source
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, GpsFix, Severity, Source
 
 from .config import POSITION_ACCURACY_M
 
@@ -30,6 +30,7 @@ _AGREE_US: Final = 10_000_000
 _APART_US: Final = 5_000_000
 _MEAN_US: Final = 3e6
 _AGREE_SHARE: Final = 0.6
+_COMPARE_US: Final = 1_000_000
 _SOURCES_MAX: Final = 16
 _SIGMAS: Final = 3.0
 _FRESH_US: Final = 2_000_000
@@ -135,6 +136,11 @@ class Choice:
         """Whether the chosen source has fallen silent."""
         return self.chosen is None or self._is_silent(self._heard[self.chosen], t_us)
 
+    @property
+    def patience_us(self) -> float:
+        """How long the chosen source may be unheard before it counts as silent."""
+        return self._most_us if self.chosen is None else self._patience_us(self._heard[self.chosen])
+
     def name(self, key: Key) -> str:
         return self._heard[key].name
 
@@ -156,6 +162,18 @@ class Choice:
             self._disagree(pair, key, used, t_us)
         elif abs(pair.mean) < _AGREE_SHARE * limit:
             self._agree(pair, key, used, t_us)
+
+    def compare_newest(
+        self,
+        measured: EulerAngles | AngularVelocity | Distance,
+        link: int,
+        value: float,
+        used: tuple[float, int] | None,
+        limit: float,
+    ) -> None:
+        """``compare`` one value with the newest one used and its time, unless that is too old."""
+        if used is not None and measured.t_us - used[1] < _COMPARE_US:
+            self.compare(measured.source, link, value - used[0], limit, measured.t_us)
 
     def _disagree(self, pair: _Apart, key: Key, used: Key, t_us: int) -> None:
         pair.agree_us = None
@@ -321,3 +339,13 @@ def _place(fix: GpsFix) -> tuple[float, float]:
 
 def _accuracy(fix: GpsFix) -> float:
     return fix.hacc_m if fix.hacc_m is not None else POSITION_ACCURACY_M[fix.fix_type]
+
+
+def degrees(angle_rad: float) -> str:
+    """A difference of angles in words."""
+    return f"{math.degrees(angle_rad):.0f} deg"
+
+
+def degrees_a_second(rate_radps: float) -> str:
+    """A difference of turn rates in words."""
+    return f"{math.degrees(rate_radps):.1f} deg/s"

@@ -50,8 +50,9 @@ _DOWNWARD_SONAR: Final = (*(1, 0, 25, 255), *(0.0, 0.0), *(0.0, 0.0, 0.0, 0.0))
     "time_usec lat lon alt eph epv vel cog fix_type satellites_visible alt_ellipsoid h_acc v_acc vel_acc hdg_acc yaw",
 )
 def gps_raw_int(snapshot: Snapshot) -> Values | None:
-    """GPS_RAW_INT of the newest fix; without a position fix the coordinates are 0 and fix_type says so."""
+    """GPS_RAW_INT of the newest fix; without a position fix the coordinates are 0 and fix_type says so: 1 no fix, 0 no receiver heard."""
     fix = snapshot.fix
+    heard = fix is not None
     if fix is None:
         fix = GpsFix(snapshot.t_us, FixType.NONE)
     positioned = fix.has_position and not fix.dead_reckoning
@@ -66,7 +67,7 @@ def gps_raw_int(snapshot: Snapshot) -> Values | None:
         dop_to_u16(fix.vdop),
         mps_to_cms(fix.sog_mps),
         rad_to_cdeg(fix.cog_rad),
-        fix.fix_type if positioned else 1,
+        fix.fix_type if positioned else int(heard),
         count_to_u8(fix.satellites),
         m_to_mm(fix.height_ellipsoid_m if positioned else None),
         m_to_mm_u32(fix.hacc_m),
@@ -79,13 +80,18 @@ def gps_raw_int(snapshot: Snapshot) -> Values | None:
 
 @told_as("ATTITUDE", "time_boot_ms roll pitch yaw rollspeed pitchspeed yawspeed")
 def attitude(snapshot: Snapshot) -> Values | None:
-    """ATTITUDE; an axis that nobody measures is 0 with the AHRS health bit clear, since the message cannot say unknown."""
+    """ATTITUDE; None without a heading, for which the message has no unknown: 0 would be north.
+
+    Roll and pitch that nobody measures are 0, and AHRS of SYS_STATUS is then absent, or not healthy when they were measured before.
+    """
     state = snapshot.state
+    if state.psi_rad is None:
+        return None
     return (
         boot_ms(snapshot.t_us),
         state.phi_rad or 0.0,
         state.theta_rad or 0.0,
-        state.psi_rad or 0.0,
+        state.psi_rad,
         0.0,  # rates of roll and
         0.0,  # of pitch: not measured
         state.r_radps or 0.0,
@@ -94,8 +100,10 @@ def attitude(snapshot: Snapshot) -> Values | None:
 
 @told_as("ATTITUDE_QUATERNION", "time_boot_ms q1 q2 q3 q4 rollspeed pitchspeed yawspeed")
 def attitude_quaternion(snapshot: Snapshot) -> Values | None:
-    """ATTITUDE_QUATERNION (w, x, y, z), NED to body, of the same angles as ATTITUDE; for stations that ask for it."""
+    """ATTITUDE_QUATERNION (w, x, y, z), NED to body, of the same angles as ATTITUDE, and None when that is."""
     state = snapshot.state
+    if state.psi_rad is None:
+        return None
     half = [(angle or 0.0) / 2.0 for angle in (state.phi_rad, state.theta_rad, state.psi_rad)]
     (cr, cp, cy), (sr, sp, sy) = map(math.cos, half), map(math.sin, half)
     return (
@@ -148,13 +156,13 @@ def local_position_ned(snapshot: Snapshot) -> Values | None:
 
 @told_as("VFR_HUD", "airspeed groundspeed alt climb heading throttle")
 def vfr_hud(snapshot: Snapshot) -> Values | None:
-    """VFR_HUD; airspeed repeats the ground speed, as no log measures the water's."""
+    """VFR_HUD; airspeed repeats the ground speed, as no log measures the water's. Unknown is NaN; the heading has none and is 0."""
     state = snapshot.state
-    speed_mps = state.sog_mps or 0.0
+    speed_mps = value_or_nan(state.sog_mps)
     return (
         speed_mps,
         speed_mps,
-        state.height_msl_m or 0.0,
+        value_or_nan(state.height_msl_m),
         0.0,
         rad_to_deg(state.psi_rad),
         thrust_to_percent(abs(snapshot.throttle)),
@@ -301,9 +309,9 @@ def distance_sensor(snapshot: Snapshot) -> Values | None:
     "time_usec altitude_monotonic altitude_amsl altitude_local altitude_relative altitude_terrain bottom_clearance",
 )
 def altitude(snapshot: Snapshot) -> Values | None:
-    """ALTITUDE: bottom_clearance is the water under the keel, -1 when unknown."""
+    """ALTITUDE: bottom_clearance is the water under the keel, -1 when unknown; a height that nobody measures is NaN."""
     state = snapshot.state
-    height_m = state.height_msl_m or 0.0
+    height_m = value_or_nan(state.height_msl_m)
     return (
         snapshot.t_us,
         height_m,
@@ -325,10 +333,10 @@ def water_depth(snapshot: Snapshot) -> Values | None:
         boot_ms(distance.t_us),
         rad_to_degE7(state.lat_rad, 0),
         rad_to_degE7(state.lon_rad, 0),
-        state.height_msl_m or 0.0,
-        state.phi_rad or 0.0,
-        state.theta_rad or 0.0,
-        state.psi_rad or 0.0,
+        value_or_nan(state.height_msl_m),
+        value_or_nan(state.phi_rad),
+        value_or_nan(state.theta_rad),
+        value_or_nan(state.psi_rad),
         value_or_nan(distance.value_m),
         NAN,
         0,

@@ -81,7 +81,7 @@ def _bits(health: Health, snapshot: Snapshot) -> tuple[int, int, int]:
     """Return (present, enabled, healthy) of SYS_STATUS.
 
     A GNSS compass stands for gyro, accelerometer and magnetometer: its attitude and heading are what the stations mean
-    that ask for those bits.
+    that ask for those bits. AHRS is absent on a vessel that has never measured roll or pitch.
     """
     loops = snapshot.armed and snapshot.desired is not None
     path = loops and snapshot.mode is not Mode.MANUAL
@@ -89,7 +89,7 @@ def _bits(health: Health, snapshot: Snapshot) -> tuple[int, int, int]:
         (_GYRO | _ACCEL, health.attitude or health.heading, True),
         (_MAG, health.heading, True),
         (_GPS, health.gps, True),
-        (_AHRS, health.heading and snapshot.state.position_valid, True),
+        (_AHRS, health.attitude and health.heading and snapshot.state.position_valid, True),
         (_RANGEFINDER, health.depth, True),
         (_BATTERY, health.battery, True),
         (_LOGGING, health.logging, True),
