@@ -248,6 +248,8 @@ class Desired:
     through_water: bool = False
     brake: bool = False
     """Allow astern thrust to lose way."""
+    gentle: bool = False
+    """Turn with so little thrust that the way on stays as it is asked for."""
 
 
 @value

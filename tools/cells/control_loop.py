@@ -151,7 +151,7 @@ class ControlLoop:
 
     def tick(self, speed_mps: float) -> GuidanceOutput:
         """One control period under guidance."""
-        output = self.guidance.step(self.now_us, TICK_S, self.state, speed_mps)
+        output = self.guidance.step(self.now_us, TICK_S, self.state, speed_mps, self.sent)
         self.steer(output.desired)
         return output
 

@@ -15,6 +15,7 @@ from pydantic import Field
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack, Round
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
+    ActuatorOutput,
     Desired,
     EstimatedState,
     Goto,
@@ -146,7 +147,7 @@ class Guidance:
             return
         match maneuver.figure:
             case Hover():
-                self._station.begin(self._target)
+                self._station.begin(self._target, _drift(state))
             case Circle() | Racetrack() | FigureEight() as figure:
                 self._begin_figure(state, figure)
             case _ as never:
@@ -159,14 +160,21 @@ class Guidance:
         assert state.x_m is not None
         assert state.y_m is not None
         self._target = (state.x_m, state.y_m)
-        self._station.begin(self._target)
+        self._station.begin(self._target, _drift(state))
 
-    def step(self, now_us: int, dt_s: float, state: EstimatedState, speed_mps: float) -> GuidanceOutput:
-        """Return what to steer now. Without a position or a heading: nothing (neutral)."""
+    def step(
+        self,
+        now_us: int,
+        dt_s: float,
+        state: EstimatedState,
+        speed_mps: float,
+        sent: ActuatorOutput | None = None,
+    ) -> GuidanceOutput:
+        """Return what to steer now. Without a position or a heading: nothing (neutral). ``sent``: what went out last."""
         if state.x_m is None or state.y_m is None or state.psi_rad is None:
             return GuidanceOutput(Desired(None, None), PathControlState(), self._arrived, self._on_path, self._turns())
         if self._track is None or (self._arrived and self._end_mps is not None):
-            return self._keep_station(dt_s, state)
+            return self._keep_station(dt_s, state, sent)
         return self._follow(dt_s, state, self._track, speed_mps)
 
     def path_ahead(self, reach_m: float) -> list[Point]:
@@ -261,10 +269,10 @@ class Guidance:
             return self._result(Desired(None, None), path, _TOO_FAST)
         return self._result(desired, path)
 
-    def _keep_station(self, dt_s: float, state: EstimatedState) -> GuidanceOutput:
+    def _keep_station(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:
-            self._station.begin(self._target)
-        desired, able = self._station.step(dt_s, state)
+            self._station.begin(self._target, _drift(state))
+        desired, able = self._station.step(dt_s, state, sent)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
         self._on_path = self._on_path or near
@@ -364,3 +372,7 @@ def _straight_on(begin: Point, corner: Point, onward: Point) -> bool:
     """True when the way on needs hardly any turn."""
     inbound, outbound = Line(begin, corner), Line(corner, onward)
     return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6
+
+
+def _drift(state: EstimatedState) -> tuple[float, float]:
+    return (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)

@@ -1,7 +1,8 @@
-"""Keeping station without a sway thruster: face the drift and hold against it, or drift and return.
+"""Keeping station without a sway thruster: face the push of wind and current and hold against it, or drift and return.
 
-``weathervane`` steers the velocity through the water that undoes the drift and brings the vessel back to its point;
-in still water it rests on its heading and uses the thrusters ahead and astern. ``drift`` lets go inside a radius.
+``weathervane`` points the bow once into what pushes and holds there: ahead and astern by thrust, sideways by turning the
+bow a little to the side of the point, where the push itself brings the vessel over. Where nothing pushes it rests on its
+heading and uses the thrusters ahead and astern. ``drift`` lets go inside a radius.
 """
 
 from __future__ import annotations
@@ -9,15 +10,32 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from mavlink_bridge.language.messages import Desired, EstimatedState
+from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
+from ..hull.vessel_file import Statics
+from .push import PushObserver
 
 _TURN_ROUND_S = 6.0
 _AT_REST = Desired(None, None)
+_FACE_TAU_S = 6.0
+"""How fast the bow follows the push when that turns."""
+_FACE_RADPS = 0.1
+_SURE = 1.2
+_GONE = 0.4
+"""Shares of the calm's limit at which a push is faced, and at which the bow is left where it looks."""
+_BACK = 0.3
+"""Share of the radius within which the vessel is back at its point."""
+_PAYS_S = 60.0
+"""Mode drift: letting go pays when it lasts longer than this; turning the bow back costs more than holding meanwhile."""
+_LIGHT = 0.4
+"""Mode drift: share of the gain with which the point is held."""
+_SIDEWAYS_MPS = 0.2
+_ASTERN_MPS, _AHEAD_MPS = 0.4, 0.8
+"""Greatest speeds towards the point from near it."""
 
 
 class StationConfig(Config):
@@ -29,7 +47,12 @@ class StationConfig(Config):
     gain: float = param(0.35, "HOLD_GAIN", "Speed towards the point per metre of distance", unit="1/s", ge=0.05, le=2.0)
     speed_mps: float = param(1.0, "HOLD_SPEED", "Greatest speed towards the point", unit="m/s", ge=0.1, le=5.0)
     calm_mps: float = param(
-        0.1, "HOLD_CALM", "Drift below which the heading is left alone", unit="m/s", ge=0.02, le=1.0
+        0.01,
+        "HOLD_CALM",
+        "The heading is left alone where wind and current carry the boat slower than this",
+        unit="m/s",
+        ge=0.01,
+        le=1.0,
     )
 
 
@@ -41,10 +64,12 @@ class StationKeeper:
         self._able_mps = 0.96 * self._top_mps
         """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
+        self._push = PushObserver(handling)
+        self._statics = Statics(handling.vessel)
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
         self._returning = False
-        self._facing = False
+        self._bow_rad: float | None = None
         self.configure(config)
 
     def limit(self, fast_mps: float) -> None:
@@ -53,46 +78,72 @@ class StationKeeper:
 
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"
-        self._radius_m, self._gain = config.radius_m, config.gain
-        self._speed_mps, self._calm_mps = config.speed_mps, config.calm_mps
+        self._radius_m, self._gain = config.radius_m, config.gain * (_LIGHT if self._drifts else 1.0)
+        self._speed_mps, self._calm_n = config.speed_mps, self._statics.drag_n(config.calm_mps)
 
-    def begin(self, anchor: tuple[float, float]) -> None:
+    def begin(self, anchor: tuple[float, float], drift: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Hold this point from now on. ``drift``: what the estimator knows of the water, m/s north and east."""
         self.anchor = anchor
         self._motion.reset()
+        self._push.begin(drift)
         self._heading_rad = None
-        self._returning = self._facing = False
+        self._returning = False
+        self._bow_rad = None
 
     def distance_m(self, state: EstimatedState) -> float:
         assert state.x_m is not None
         assert state.y_m is not None
         return math.hypot(self.anchor[0] - state.x_m, self.anchor[1] - state.y_m)
 
-    def step(self, dt_s: float, state: EstimatedState) -> tuple[Desired, bool]:
-        """Return what to steer, and whether the vessel is able to stay at all."""
+    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None = None) -> tuple[Desired, bool]:
+        """Return what to steer, and whether the vessel is able to stay at all. ``sent``: what went out last."""
+        self._push.step(dt_s, state, sent)
         motion = self._motion
         motion.step(dt_s, state)
         north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         strength = math.hypot(drift[0], drift[1])
         if self._drifts:
-            return self._drift_and_return(state, north, east, drift), strength < self._able_mps
-        return self._weathervane(state, north, east, drift, strength), strength < self._able_mps
+            return self._drift_and_return(dt_s, state, north, east, drift), strength < self._able_mps
+        return self._weathervane(dt_s, state, north, east, drift), strength < self._able_mps
 
     def _weathervane(
-        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], strength: float
+        self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
     ) -> Desired:
         distance = math.hypot(north, east)
         if distance > 4.0 * self._radius_m:
             return self._go(state, north, east, drift)
-        self._facing = strength > (0.8 if self._facing else 1.2) * self._calm_mps
-        if not self._facing:
+        facing = self._face(dt_s)
+        if facing is None:
             return self._rest(state, north, east, distance)
-        facing = math.atan2(-drift[1], -drift[0])
         cos, sin = math.cos(facing), math.sin(facing)
         ahead, starboard = north * cos + east * sin, east * cos - north * sin
-        aside = math.atan2(self._gain * starboard, (strength if strength >= 0.3 else 0.3) + 0.2)
+        push_mps = self._statics.speed_for_thrust(self._push.strength_n)
+        aside = math.atan2(self._gain * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
         self._heading_rad = wrap_pi(facing + aside)
-        return Desired(self._heading_rad, clamp(self._gain * ahead, -0.4, 0.8), 0.0, False, True)
+        return self._steer(state, north, east)
+
+    def _steer(self, state: EstimatedState, north: float, east: float) -> Desired:
+        """Turn gently to the heading that is chosen, and close the distance along the bow as it looks now."""
+        psi = state.psi_rad or 0.0
+        along = north * math.cos(psi) + east * math.sin(psi)
+        speed = clamp(self._gain * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
+        return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True)
+
+    def _face(self, dt_s: float) -> float | None:
+        """The direction that the bow is to look in, chosen once and then following slowly; None where nothing pushes."""
+        push = self._push
+        strength_n = push.strength_n
+        against = math.atan2(-push.east_n, -push.north_n)
+        if self._bow_rad is None:
+            if strength_n < _SURE * self._calm_n:
+                return None
+            self._bow_rad = against
+        elif strength_n > _GONE * self._calm_n:
+            step = wrap_pi(against - self._bow_rad) * dt_s / _FACE_TAU_S
+            most = _FACE_RADPS * dt_s
+            self._bow_rad = wrap_pi(self._bow_rad + clamp(step, -most, most))
+        return self._bow_rad
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
@@ -124,15 +175,19 @@ class StationKeeper:
         return Desired(psi, surge + drift[0] * math.cos(psi) + drift[1] * math.sin(psi), brake=True)
 
     def _drift_and_return(
-        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
+        self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
     ) -> Desired:
+        """Let go inside the radius; come back, and hold with a light hand where the push would soon carry it off again."""
         distance, radius = math.hypot(north, east), self._radius_m
-        # turning round takes time, in which the water carries it on
-        early = min(0.5 * radius, _TURN_ROUND_S * math.hypot(*drift))
-        if distance > radius - early:
+        over_ground_mps = math.hypot(state.vx_mps or 0.0, state.vy_mps or 0.0)
+        if distance > radius - min(0.5 * radius, _TURN_ROUND_S * over_ground_mps):
             self._returning = True
-        elif distance < 0.3 * radius:
+        elif distance < _BACK * radius and self._carried_s() > _PAYS_S:
             self._returning = False
         if not self._returning:
-            return Desired(None, None)
-        return self._go(state, north, east, drift)
+            return _AT_REST
+        return self._weathervane(dt_s, state, north, east, drift)
+
+    def _carried_s(self) -> float:
+        """How long the push would take to carry the vessel out of the radius, s."""
+        return self._radius_m / max(self._statics.speed_for_thrust(self._push.strength_n), 1e-3)

@@ -67,6 +67,13 @@ class Handling:
         part = place - k
         return linear[k] + part * (linear[k + 1] - linear[k]), quadratic[k] + part * (quadratic[k + 1] - quadratic[k])
 
+    def rate_for(self, moment_nm: float) -> float:
+        """Return the steady yaw rate of the resting hull under a moment, rad/s."""
+        linear, quadratic = max(self._linear[0], 1e-3), self._quadratic[0]
+        if quadratic < 1e-6:
+            return moment_nm / linear
+        return (math.sqrt(linear * linear + 4.0 * quadratic * moment_nm) - linear) / (2.0 * quadratic)
+
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
         return self._look_up(self._rates, speed_mps)

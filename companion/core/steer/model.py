@@ -28,6 +28,10 @@ _KICKED_RATE = 0.15
 _REFERENCE_RATE = 2.4
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
+_TURNS_WITH = 0.6
+"""Share of the astern thrust that a gentle turn may use: both propellers can still give as much astern as ahead."""
+_PLANNED = 0.7
+"""Share of that for which a gentle turn is planned; the rest is the feedback's."""
 _SPEED_REFERENCE = 2.0
 """Bandwidth of the speed reference, 1/s."""
 _CALM_SURGE = 0.15
@@ -80,6 +84,8 @@ class ModelController:
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
+        self._gentle_nm = 2.0 * handling.model.lateral_m * _TURNS_WITH * self._astern_n or math.inf
+        self._gentle_rate = handling.rate_for(_PLANNED * self._gentle_nm) if handling.model.lateral_m else math.inf
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
@@ -189,9 +195,7 @@ class ModelController:
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        reference = self._reference(
-            dt_s, psi, rate, wanted_rad=desired.psi_rad, ahead_radps=desired.r_radps, speed=speed
-        )
+        reference = self._reference(dt_s, psi, rate, desired, speed)
         self._heading_error = error = wrap_pi(reference - psi)
         if desired.brake:
             omega *= _GENTLE
@@ -201,11 +205,12 @@ class ModelController:
         p = inertia * omega * omega * error
         d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
         forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
-        return forward + p + d + self._yaw_integral_nm, p, d
+        moment = forward + p + d + self._yaw_integral_nm
+        if desired.gentle:
+            moment = clamp(moment, -self._gentle_nm, self._gentle_nm)
+        return moment, p, d
 
-    def _reference(
-        self, dt_s: float, psi: float, rate: float, wanted_rad: float, ahead_radps: float, speed: float
-    ) -> float:
+    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, speed: float) -> float:
         """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
         reference = self._psi_ref
         if reference is None:
@@ -215,7 +220,10 @@ class ModelController:
             limit = self._least_rate
         if limit > self._rate_limit:
             limit = self._rate_limit
-        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(wanted_rad - reference) + ahead_radps
+        if desired.gentle and limit > self._gentle_rate:
+            limit = self._gentle_rate
+        assert desired.psi_rad is not None
+        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(desired.psi_rad - reference) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:

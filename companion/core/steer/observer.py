@@ -12,7 +12,7 @@ import math
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ..hull import ForceModel, VesselConfig
-from ..hull.vessel_file import full_ahead_n, full_astern_n
+from .actuator_model import ActuatorModel
 
 _RATE_TAU_S = 0.15
 _SURGE_TAU_S = 0.8
@@ -25,14 +25,8 @@ class WaterSpeedObserver:
     """Integrates surge and sway through the water; yaw rate is taken as measured."""
 
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
-        thruster = vessel.thruster
         self._rates = model.rates
-        self._ahead_n = full_ahead_n(vessel)
-        self._astern_n = full_astern_n(vessel)
-        self._single = thruster.count == 1
-        self._dead_band = thruster.dead_band
-        self._lag_s = thruster.lag_s
-        self._rudder_lag_s = vessel.rudder.lag_s + 0.02
+        self._actuators = ActuatorModel(vessel)
         self._clear()
 
     def _clear(self) -> None:
@@ -46,8 +40,7 @@ class WaterSpeedObserver:
         self._along_mps = 0.0
         self._gained: list[float] = []
         self._newer_mps = 0.0
-        self._port_revs = self._starboard_revs = 0.0
-        self._rudder_rad = 0.0
+        self._actuators.clear()
 
     def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Keep up with the vessel while no loop steers it: the model goes on with what was sent, measurements start anew.
@@ -71,26 +64,16 @@ class WaterSpeedObserver:
 
     def _advance(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[float, float]:
         """Carry the speed through the water on; return the accelerations of surge and yaw."""
-        port = starboard = rudder_rad = 0.0
-        if sent is not None:
-            port, rudder_rad = sent.thruster_port, sent.rudder_port_rad
-            starboard = port if self._single else sent.thruster_starboard
-        share = dt_s / self._lag_s if dt_s < self._lag_s else 1.0
-        band, revs = self._dead_band, self._port_revs
-        self._port_revs = revs = revs + ((0.0 if -band < port < band else port) - revs) * share
-        port_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
-        revs = self._starboard_revs
-        self._starboard_revs = revs = revs + ((0.0 if -band < starboard < band else starboard) - revs) * share
-        starboard_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
-        share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
-        self._rudder_rad = angle = self._rudder_rad + (rudder_rad - self._rudder_rad) * share
+        actuators = self._actuators
+        actuators.step(dt_s, sent)
+        angle = actuators.rudder_rad
         rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
         du, dv, dr = self._rates(
             self.u_mps,
             self.v_mps,
             rate,
-            thrust_port_n=port_n,
-            thrust_starboard_n=starboard_n,
+            thrust_port_n=actuators.port_n,
+            thrust_starboard_n=actuators.starboard_n,
             rudder_port_rad=angle,
             rudder_starboard_rad=angle,
         )

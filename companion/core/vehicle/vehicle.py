@@ -142,7 +142,7 @@ class Vehicle(Controls):
             self.guidance.begin(
                 now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
             )
-        self.guided = guided = self.guidance.step(now_us, dt_s, state, speed_mps)
+        self.guided = guided = self.guidance.step(now_us, dt_s, state, speed_mps, self._output)
         return guided.desired
 
     def _guard(self, now_us: int, *, steers_itself: bool) -> None:
