@@ -228,6 +228,32 @@ def _rows_of_hulls() -> list[Row]:
     return table
 
 
+def _held(hull: str, wind: float, current: float, seed: int) -> Figures:
+    vessel = bare(*_BARE[hull]) if hull in _BARE else load_vessel(hull)
+    here = replace(case(water=WaterConfig(wind_mps=wind, current_mps=current), seed=seed), vessel=vessel)
+    found, spared = held(here), held(here, "drift")
+    return {
+        "rms": found.rms_m,
+        "max": found.most_m,
+        "swept": found.swept_deg,
+        "full thrust": found.full_share,
+        "drift over weathervane": spared.power / found.power,
+    }
+
+
+_BARE = {"otter without rudders": ("otter", 1.0)}
+
+
+def _rows_of_station() -> list[Row]:
+    """Wind with little or no current, the commonest weather on a lake."""
+    bars = {"rms": 0.3, "max": 1.0, "swept": 180.0, "full thrust": 0.05, "drift over weathervane": 1.0}
+    return [
+        Row(f"hold, {hull}, wind {wind:g} m/s, current {current:g} m/s", functools.partial(_held, hull, wind, current), bars, "m, °")
+        for hull in ("otter", *_BARE, "blueboat")
+        for wind, current in ((2.0, 0.0), (5.0, 0.0), (5.0, 0.1), (10.0, 0.0), (10.0, 0.3))
+    ]
+
+
 def rows() -> list[Row]:
     """The whole table."""
     table = []

@@ -172,18 +172,20 @@ def identify_record(arguments: argparse.Namespace) -> int:
     from ..tuning.identify import identify, read_columns
 
     try:
-        times, inputs, rates = read_columns(arguments.record, arguments.columns)
+        record = read_columns(arguments.record, arguments.columns)
     except (OSError, ValueError) as error:
         raise ConfigError(str(arguments.record), [getattr(error, "strerror", None) or str(error)]) from None
     if arguments.span:
-        kept = [k for k, t in enumerate(times) if arguments.span[0] <= t <= arguments.span[1]]
-        times, inputs, rates = ([values[k] for k in kept] for values in (times, inputs, rates))
+        record = record.between(*arguments.span)
     try:
-        found = identify(times, inputs, rates)
+        found = identify(record.times_s, record.inputs, record.rates)
     except ValueError as error:
         print(f"{arguments.record}: {error}; {MANOEUVRE}", file=sys.stderr)
         return 1
-    print(f"K = {found.gain:.3f} rad/s per unit of input, T = {found.lag_s:.2f} s, bias {found.bias:+.4f} rad/s2")
+    unit = record.unit if record.unit.startswith("of") else f"per {record.unit}"
+    print(
+        f"K = {found.gain:.3f} rad/s {unit}, T = {found.lag_s:.2f} s, delay {found.delay_s:.2f} s, bias {found.bias:+.4f} rad/s2"
+    )
     print(f"fit {100 * found.fit:.0f} %")
     if found.fit < LEAST_FIT:
         print(f"{arguments.record}: no usable manoeuvre; {MANOEUVRE}", file=sys.stderr)

@@ -131,7 +131,8 @@ def test_identification_of_measured_zigzags(shared_data):
     files = sorted((shared_data / "trajectories" / "esso_osaka_model").glob("zigzag_*.csv"))
     assert files
     for file in files:
-        found = identify(*read_columns(file))
+        record = read_columns(file)
+        found = identify(record.times_s, record.inputs, record.rates)
         assert 0.05 < found.gain < 0.5
         assert 3.0 < found.lag_s < 40.0
         assert found.fit > 0.5
@@ -163,9 +164,49 @@ def test_the_command_checks_and_writes(tmp_path, capsys):
 
 def test_a_run_directory_is_its_truth_or_a_real_vessels_control(tmp_path):
     (tmp_path / "control.csv").write_text("t_s,rudder_port_deg,yaw_rate_dps\n1.0,10.0,2.0\n")
-    assert read_columns(tmp_path)[0] == [1.0]
+    assert read_columns(tmp_path).times_s == [1.0]
     (tmp_path / "truth.csv").write_text("t_s,rudder_port_deg,yaw_rate_dps\n2.0,10.0,2.0\n")
-    assert read_columns(tmp_path)[0] == [2.0]
+    assert read_columns(tmp_path).times_s == [2.0]
+
+
+def sailed_zigzag(name, path, delay_ticks=0):
+    """A zig-zag by the operator's sticks; what steers is recorded as it was commanded, or some ticks later."""
+    vessel = load_vessel(name)
+    hull, draw, heading, order = SimVessel(vessel), random.Random(2), 0.0, 1.0
+    rows = ["t_s,thruster_port,thruster_starboard,rudder_port_deg,yaw_rate_dps"]
+    hull.place(surge_mps=1.2)
+    said = []
+    for k in range(2400):
+        order = -1.0 if heading > 0.25 else 1.0 if heading < -0.25 else order
+        rudder = 0.1 * order if vessel.rudder.count else 0.0
+        half = 0.0 if vessel.rudder.count else 0.1 * order
+        for _ in range(5):
+            hull.step(0.01, 0.5 + half, 0.5 - half, rudder, rudder)
+            heading += 0.01 * hull.r_radps
+        said.append((0.5 + half, 0.5 - half, math.degrees(rudder)))
+        port, starboard, angle = said[max(0, k - delay_ticks)]
+        rate = math.degrees(hull.r_radps) + draw.gauss(0.0, 0.3)
+        rows.append(f"{k * 0.05:.2f},{port},{starboard},{angle},{rate:.4f}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("name", ["blueboat", "wamv"])
+def test_a_boat_without_rudders_is_identified_by_its_thrusters(name, tmp_path, capsys):
+    from companion.cli import main
+
+    sailed_zigzag(name, tmp_path / "control.csv")
+    assert main(["tune", "identify", str(tmp_path)]) == 0
+    assert "of thrust's difference" in capsys.readouterr().out
+
+
+def test_one_run_tells_one_lag_from_commands_and_from_what_followed_them(tmp_path):
+    lags = []
+    for delay_ticks in (0, 2):  # the servo follows within 0.1 s
+        sailed_zigzag("otter", tmp_path / "truth.csv", delay_ticks)
+        record = read_columns(tmp_path)
+        lags.append(identify(record.times_s, record.inputs, record.rates).lag_s)
+    assert lags[1] == pytest.approx(lags[0], rel=0.3)
+    assert 0.15 < lags[0] < 0.8
 
 
 def zigzag(path, noise=0.0):

@@ -14,13 +14,15 @@ import math
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ..hull import Handling
-from ..steer.actuator_model import ActuatorModel
+from ..hull.actuator_model import ActuatorModel
 
 _TAU_S = 4.0
 """Poles of the observer: longer than a gust's first shove, shorter than the way a boat loses meanwhile."""
 _SLOW_MPS = 0.7
 """Faster over ground the hull's own damping is most of the balance: the push stays as it is known."""
 _SMALL_MPS = 0.2
+_STIFF = 0.3
+"""Moment per radian over the yaw inertia, 1/s², of a wind that a soft heading loop (about 0.8) is no match for."""
 
 
 class PushObserver:
@@ -37,9 +39,14 @@ class PushObserver:
         self._rates = handling.model.rates
         self._drag_n = handling.drag_n
         self._m11, self._m22 = hull.m11_kg, hull.m22_kg
-        by_wind = wind.cy * wind.lateral_m2 / (wind.cx * wind.frontal_m2) if wind.frontal_m2 * wind.cx > 0.0 else 2.0
+        by_area = wind.frontal_m2 * wind.cx > 0.0
+        by_wind = wind.cy * wind.lateral_m2 / (wind.cx * wind.frontal_m2) if by_area else 2.0
         by_water = (hull.yv + hull.yvv * _SMALL_MPS) / max(hull.xu + hull.xuu * _SMALL_MPS, 1e-6)
         self._broad = math.sqrt(max(by_wind, 0.5) * max(by_water, 0.5))
+        self._turning_m = (
+            2.0 * wind.cn * wind.lateral_m2 * hull.length_m / (wind.cx * wind.frontal_m2) if by_area else 0.5
+        )
+        self._stiff_nm = _STIFF * hull.m33_kgm2
         self._actuators = ActuatorModel(vessel)
         self.north_n = self.east_n = 0.0
         self._u_mps = self._v_mps = 0.0
@@ -56,6 +63,11 @@ class PushObserver:
     @property
     def strength_n(self) -> float:
         return math.hypot(self.north_n, self.east_n)
+
+    @property
+    def firmness(self) -> float:
+        """How much the wind, if it were all of the push, would turn the bow away, over what a soft heading loop bears; 0 to 1."""
+        return min(1.0, self._turning_m * self.strength_n / self._stiff_nm)
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Take one tick: the state, and what went out during it."""
@@ -74,7 +86,15 @@ class PushObserver:
         abeam_n = self._broad * (self.east_n * cos - self.north_n * sin)
         angle = actuators.rudder_rad
         du, dv, _ = self._rates(
-            self._u_mps, self._v_mps, r or 0.0, actuators.port_n, actuators.starboard_n, angle, angle, ahead_n, abeam_n
+            self._u_mps,
+            self._v_mps,
+            r or 0.0,
+            thrust_port_n=actuators.port_n,
+            thrust_starboard_n=actuators.starboard_n,
+            rudder_port_rad=angle,
+            rudder_starboard_rad=angle,
+            surge_n=ahead_n,
+            sway_n=abeam_n,
         )
         off_u, off_v = u - self._u_mps, v - self._v_mps
         self._u_mps += (du + 2.0 / _TAU_S * off_u) * dt_s

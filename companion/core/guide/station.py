@@ -117,7 +117,7 @@ class StationKeeper:
         if facing is None:
             return self._rest(state, north, east, distance)
         cos, sin = math.cos(facing), math.sin(facing)
-        ahead, starboard = north * cos + east * sin, east * cos - north * sin
+        starboard = east * cos - north * sin
         push_mps = self._statics.speed_for_thrust(self._push.strength_n)
         aside = math.atan2(self._gain * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
         self._heading_rad = wrap_pi(facing + aside)
@@ -128,7 +128,7 @@ class StationKeeper:
         psi = state.psi_rad or 0.0
         along = north * math.cos(psi) + east * math.sin(psi)
         speed = clamp(self._gain * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
-        return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True)
+        return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True, firmness=self._push.firmness)
 
     def _face(self, dt_s: float) -> float | None:
         """The direction that the bow is to look in, chosen once and then following slowly; None where nothing pushes."""

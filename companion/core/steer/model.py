@@ -198,7 +198,7 @@ class ModelController:
         reference = self._reference(dt_s, psi, rate, desired, speed)
         self._heading_error = error = wrap_pi(reference - psi)
         if desired.brake:
-            omega *= _GENTLE
+            omega *= _GENTLE + (1.0 - _GENTLE) * desired.firmness
         r_ref, damping = self._r_ref, 2.0 * self._at(self._zetas, speed) * omega * inertia
         if linear > 0.0:  # the hull's own share; a hull that has none takes all of it from the law
             damping -= linear

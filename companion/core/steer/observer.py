@@ -12,7 +12,7 @@ import math
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ..hull import ForceModel, VesselConfig
-from .actuator_model import ActuatorModel
+from ..hull.actuator_model import ActuatorModel
 
 _RATE_TAU_S = 0.15
 _SURGE_TAU_S = 0.8

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from mavlink_bridge.language.messages import ActuatorOutput
 
-from ..hull import VesselConfig
-from ..hull.vessel_file import full_ahead_n, full_astern_n
+from .vessel_file import VesselConfig, full_ahead_n, full_astern_n
 
 _LINK_S = 0.02
 """Between a tick and the servo's start."""

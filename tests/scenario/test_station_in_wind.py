@@ -1,0 +1,54 @@
+"""Keeping station where wind pushes and the water stands still, the commonest weather on a lake; judged on the truth."""
+
+import pytest
+
+from sitl.plant import WaterConfig
+from sitl.plant.library import load_vessel
+from tools.cells.control_cells import Case
+from tools.cells.foreign_hulls import bare
+from tools.cells.hover_cells import held
+from tools.cells.sensed import SensedState
+
+HULLS = {
+    "otter": load_vessel("otter"),
+    "plant_b": load_vessel("plant_b"),
+    "blueboat": load_vessel("blueboat"),
+    "wamv": load_vessel("wamv"),
+    "bare otter, munk 0.5": bare("otter", 0.5),
+    "bare otter, munk 1": bare("otter", 1.0),
+}
+
+
+def wind(hull, wind_mps, current_mps=0.0, seed=1):
+    return Case(HULLS[hull], WaterConfig(wind_mps=wind_mps, current_mps=current_mps), seed=seed, source=SensedState)
+
+
+def assert_holds(found):
+    assert found.rms_m < 0.3
+    assert found.most_m < 1.0
+    assert found.swept_deg < 180.0
+    assert found.full_share <= 0.05
+
+
+@pytest.mark.parametrize(("hull", "mps"), [("otter", 2.0), ("otter", 5.0), ("bare otter, munk 1", 9.0)])
+def test_the_point_is_held_and_the_bow_does_not_go_round(hull, mps):
+    found = held(wind(hull, mps), seconds=180.0, settle_s=60.0)
+    assert_holds(found)
+    assert found.furthest_m < 1.2, "nor is it pushed away while the bow comes round at first"
+
+
+def test_drift_mode_spends_less():
+    steady, spared = (held(wind("otter", 5.0), mode, 180.0, 60.0) for mode in ("weathervane", "drift"))
+    assert spared.power < 0.9 * steady.power
+    assert spared.most_m < 2.5
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("current", [0.0, 0.05, 0.1, 0.3])
+@pytest.mark.parametrize("mps", [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+@pytest.mark.parametrize("hull", HULLS)
+def test_every_hull_holds_in_every_wind(hull, mps, current, seed):
+    steady = held(wind(hull, mps, current, seed))
+    assert_holds(steady)
+    assert held(wind(hull, mps, current, seed), "drift").power < steady.power
