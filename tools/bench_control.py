@@ -25,6 +25,7 @@ from sitl.plant.library import load_vessel
 from tools.cells import control_cells as cells, pursuit_cells
 from tools.cells.control_cells import BLOW, CALM, WATERS, Case, Errors
 from tools.cells.foreign_hulls import bare
+from tools.cells.hover_cells import held
 from tools.cells.sensed import SensedState
 
 SEEDS = (1, 2, 3, 4, 5)
@@ -248,7 +249,12 @@ def _rows_of_station() -> list[Row]:
     """Wind with little or no current, the commonest weather on a lake."""
     bars = {"rms": 0.3, "max": 1.0, "swept": 180.0, "full thrust": 0.05, "drift over weathervane": 1.0}
     return [
-        Row(f"hold, {hull}, wind {wind:g} m/s, current {current:g} m/s", functools.partial(_held, hull, wind, current), bars, "m, °")
+        Row(
+            f"hold, {hull}, wind {wind:g} m/s, current {current:g} m/s",
+            functools.partial(_held, hull, wind, current),
+            bars,
+            "m, °",
+        )
         for hull in ("otter", *_BARE, "blueboat")
         for wind, current in ((2.0, 0.0), (5.0, 0.0), (5.0, 0.1), (10.0, 0.0), (10.0, 0.3))
     ]

@@ -50,8 +50,8 @@ class Record:
     def between(self, start_s: float, end_s: float) -> Record:
         """Return the part between two times."""
         kept = [k for k, t in enumerate(self.times_s) if start_s <= t <= end_s]
-        columns = ([values[k] for k in kept] for values in (self.times_s, self.inputs, self.rates))
-        return Record(*columns, unit=self.unit)
+        times, inputs, rates = ([values[k] for k in kept] for values in (self.times_s, self.inputs, self.rates))
+        return Record(times, inputs, rates, self.unit)
 
 
 KNOWN_COLUMNS: Final = (
@@ -134,13 +134,7 @@ def identify(times_s: Sequence[float], inputs: Sequence[float], rates: Sequence[
         raise ValueError(
             "no stable first-order answer is in this record: the hull is course-unstable, or it is too short"
         )
-<<<<<<< HEAD
-    simulated = _simulate(t, delta, float(rate), ratio=float(ratio), bias=float(bias), start=float(start))
-    fit = 1.0 - float(numpy.sqrt(numpy.mean((simulated - r) ** 2)) / numpy.std(r))
-    return Nomoto(float(ratio / rate), float(1.0 / rate), float(bias), fit)
-=======
     return Nomoto(float(gain), lag_s, float(bias) / lag_s, 1.0 - size / float(numpy.std(rate)), delay_s)
->>>>>>> d63411b (Station keeping in wind: bench rows, scenario tests; tune identify by output error, and on boats without rudders)
 
 
 def _fitted(held: Any, rate: Any, step_s: float, lag_s: float) -> tuple[Any, float]:
