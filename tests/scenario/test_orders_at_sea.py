@@ -174,12 +174,12 @@ def test_a_part_of_a_plan_stays_a_part_after_a_pause(voyage):
 
 def test_an_order_that_is_repeated_does_not_begin_the_plan_again(voyage):
     trip = voyage(NO_DEPTH)
-    trip.sail(1.5, (25.0, 0.0))
-    trip.until(lambda: trip.snapshot.progress.state is PlanState.COMPLETE, 60.0)
+    trip.sail(1.5, (25.0, 0.0), (25.0, 15.0))
+    trip.until(lambda: trip.snapshot.progress.state is PlanState.COMPLETE, 90.0)
     assert trip.mode(Mode.AUTO).reason == ""
     trip.run(20.0)
     assert trip.snapshot.progress.state is PlanState.COMPLETE
-    assert away_m(trip, 25.0, 0.0) < 3.0
+    assert away_m(trip, 25.0, 15.0) < 3.0
     assert trip.ask(StartPlan(0)).reason == "", "to sail it again is another order"
     trip.run(1.0)
     assert trip.snapshot.progress.state is PlanState.ACTIVE

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from companion.core.guide import GuidanceConfig
 from companion.core.guide.station import StationConfig
-from mavlink_bridge.language.messages import Loiter, LoiterKind
+from mavlink_bridge.language.figures import Hover
+from mavlink_bridge.language.messages import Loiter
 from mavlink_bridge.language.units import wrap_pi
 
 from .control_cells import Case
@@ -37,7 +38,7 @@ def held(case: Case, mode: str = "weathervane", seconds: float = 400.0, settle_s
     guidance = GuidanceConfig.model_validate({**case.guidance.model_dump(), "station": station.model_dump()})
     run = replace(case, guidance=guidance).loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), kind=LoiterKind.HOVER), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
     distances: list[float] = []
     turned, last, turns = 0.0, run.vessel.psi_rad, [0.0]
     full = power = furthest_m = 0.0
