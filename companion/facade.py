@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import platform
+import random
+import secrets
 import time
 import uuid
 from collections.abc import Callable
@@ -14,6 +16,7 @@ from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.service import UploadLocks
 from mavlink_bridge.mavlink.persona import Identity, ParamInfo
 from mavlink_bridge.mavlink.telemetry.streams import Composer
+from mavlink_bridge.radio.session import NONCE_BYTES
 
 from .core.vehicle.mission import Mission
 from .logs import Logs
@@ -99,7 +102,7 @@ class Shared:
     def __init__(self, say: Callable[[Severity, str], None]) -> None:
         self.composer = Composer()
         self.locks = UploadLocks()
-        self._say = say
+        self.say = say
         self._personas: dict[int, str] = {}
 
     def met(self, system_id: int, persona: str) -> None:
@@ -107,7 +110,7 @@ class Shared:
         before = self._personas.setdefault(system_id, persona)
         if before not in (persona, "both"):
             self._personas[system_id] = "both"
-            self._say(Severity.WARNING, f"Ground station {system_id} is on both personas: close one link")
+            self.say(Severity.WARNING, f"Ground station {system_id} is on both personas: close one link")
 
 
 class Facade:
@@ -128,7 +131,15 @@ def identity_of(settings: Settings, *, reproducible: bool = False) -> Identity:
         os_version=(0, 0, 0) if reproducible else _os_version(),
         name=settings.system.name,
         started_utc_us=0 if reproducible else time.time_ns() // 1000,
+        start_nonce=_start_nonce(settings, reproducible=reproducible),
     )
+
+
+def _start_nonce(settings: Settings, *, reproducible: bool) -> str:
+    """Of the system's entropy, but the same each time for a simulation that has to repeat itself."""
+    if reproducible:
+        return random.Random(f"start/{settings.system.system_id}").randbytes(NONCE_BYTES).hex()
+    return secrets.token_bytes(NONCE_BYTES).hex()
 
 
 def software_version() -> tuple[int, int, int]:

@@ -24,6 +24,7 @@ from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.radio.air import Priority, RadioProfile
 from mavlink_bridge.radio.codec.request import crosses
+from mavlink_bridge.radio.session import NONCE_BYTES
 from mavlink_bridge.radio.shore import ShoreTwin
 from mavlink_bridge.radio.shore.memory import Picture, read as read_picture, write as write_picture
 
@@ -84,7 +85,7 @@ class GatewaySettings(Config):
     vessel_config: str = ""
     """The vessel's own configuration file: the parameters then start from its values. Empty: from the defaults."""
     store: str = "state/gateway.db"
-    """Counters and airtime; must survive a restart. Empty = memory only."""
+    """Answers and airtime; must survive a restart. Empty = memory only."""
     entity_label: str = ""
     """The original's Entity Label: labels the log."""
     operator_ids: OperatorIds = ()
@@ -124,6 +125,7 @@ class Gateway:
             ),
             neutral=Gate(GateConfig(), 0.0, PERIOD_US).neutral(0, "not told by the radio"),
             rng=rng or random.Random(secrets.randbits(64)),
+            nonce=secrets.token_bytes(NONCE_BYTES) if rng is None else rng.randbytes(NONCE_BYTES),
             memory=self.store.snapshot().values.get(MEMORY_KEY, ""),
             save=self._save,
             system_id=settings.system_id,
@@ -252,7 +254,7 @@ class Gateway:
 
     def _transmit(self, now_us: int) -> None:
         if self._modem_open is False:
-            return  # a frame that is taken costs airtime and counters
+            return  # a frame that is taken costs airtime
         frame = self.twin.take(now_us)
         taken = self.modem.write(0, frame) if frame else 0
         if frame and self._modem_open is None:

@@ -1,5 +1,5 @@
 """The vessel's radio port: which protocol speaks on it, under which profile, with what memory of its airtime and
-counters.
+answers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .ports import Conversation
 from .settings import ConfigError, Settings, load
 
 MEMORY_KEY = "radio"
-"""Counters and answers of the compact link."""
+"""Answers that the compact link gave."""
 AIRTIME_KEY = "radio-airtime"
 """Airtime of the hour, whatever protocol used it."""
 SIMULATION_KEY = blake2s(b"simulated radio, not for a boat").digest()
@@ -89,10 +89,12 @@ def _conversation(
             read_key(settings.radio.key_file),
             vehicle,
             _rng(settings),
+            nonce=bytes.fromhex(vehicle.identity.start_nonce),
             memory=memory,
             save=lambda text: _save(store, MEMORY_KEY, text),
             system_id=system.system_id,
             ledger=ledger,
+            say=shared.say,
         )
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger)

@@ -20,9 +20,12 @@ from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
 from mavlink_bridge.plans.files import write_wpl
 from mavlink_bridge.radio.codec import info, plan as plan_codec, state as state_codec
-from mavlink_bridge.radio.codec.frames import Direction, Kind, Opener, Sealer
+from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.json_stream import JsonStream
-from mavlink_bridge.radio.codec.state import RadioState
+from mavlink_bridge.radio.codec.state_fields import RadioState
+from mavlink_bridge.radio.codec.wire import Kind
+from mavlink_bridge.radio.session import Direction
+from tools.lora_rig import acquainted
 
 KEY = bytes(range(32))
 TOKENS = (
@@ -61,7 +64,11 @@ def decoders() -> list[Decoder]:
     loiter = {"id": "a", "latitude": 41.1, "longitude": -8.7, "duration_s": 60, "loiter_type": "circular"}
     seed = json.dumps(loiter | {"speed_kn": 3, "radius_m": 20}).encode()
     reader, board, lines = NmeaReader(NmeaConfig()), Arduino(ActuatorConfig(), 0.5), JsonStream()
-    opener, sealer = Opener(KEY, Direction.TO_VESSEL), Sealer(KEY, Direction.TO_VESSEL)
+    ends = acquainted(key=KEY)
+    shore = ends[Direction.TO_VESSEL]
+    assert shore.current is not None
+    opener, sealer = Opener(ends[Direction.TO_SHORE]), Sealer(shore)
+    frames = [sealer.seal(kind, b"body", 0, shore.current) for kind in (Kind.KEY, Kind.DELTA, Kind.BATCH, Kind.STOP)]
     key = state_codec.encode_key(RadioState(lat_rad=0.7, lon_rad=-0.1))
     log = b"".join(
         tlog.pack(n, 0, Codec(1, 1).encode(dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 4, 3))) for n in range(3)
@@ -75,7 +82,7 @@ def decoders() -> list[Decoder]:
         Decoder("seed json", [seed, b"[" + seed + b"," + seed + b"]"], seed_json.parse, (seed_json.SeedJsonError,)),
         Decoder("json stream", [seed + b"\n"], lambda data: lines.receive(data, next(clock))),
         Decoder("tlog", [log], lambda data: list(tlog.iterate(data))),
-        Decoder("radio frame", [sealer.seal(kind, b"body") for kind in list(Kind)[:4]], opener.receive),
+        Decoder("radio frame", frames, lambda data: opener.receive(data, next(clock))),
         Decoder(
             "radio plan",
             [plan_codec.encode_plan(PlanKind.MISSION, items, None)],

@@ -36,8 +36,10 @@ from mavlink_bridge.plans import PlanFileError, seed_json
 from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.air import Ledger
 from mavlink_bridge.radio.codec import info, plan as plan_codec, request as request_codec, state as state_codec
-from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
+from mavlink_bridge.radio.codec.frames import Opener, Sealer
+from mavlink_bridge.radio.codec.wire import Kind
 from mavlink_bridge.radio.json_radio import JsonRadio
+from mavlink_bridge.radio.session import Direction, Pairing
 from mavlink_bridge.radio.shore import ShoreTwin
 from sitl.world import SimSettings
 from tools.fuzz_decoders import BOARD_LINES, KEY, SENTENCES, decoders, read_and_judge
@@ -165,8 +167,8 @@ def _board(data: bytes) -> None:
 def _radio_vessel(data: bytes) -> None:
     """Authentic frames of the compact link, in any order and with any content, at the vessel."""
     app, snapshot = _vessel()
-    radio = VesselRadio(load_radio("o-10"), KEY, app.facade, random.Random(1))
-    for now_us, frame in _sealed(data, Direction.TO_VESSEL):
+    radio = VesselRadio(load_radio("o-10"), KEY, app.facade, random.Random(1), nonce=b"vessel")
+    for now_us, frame in _sealed(data, Direction.TO_VESSEL, radio.link.pairing):
         radio.receive(frame, now_us)
         for request in radio.requests():
             assert finite(request.body), request
@@ -178,19 +180,28 @@ def _radio_vessel(data: bytes) -> None:
 def _radio_shore(data: bytes) -> None:
     """The same at the shore twin."""
     app, snapshot = _vessel()
-    twin = ShoreTwin(load_radio("o-10"), KEY, app.facade.params, app.facade.identity, snapshot.output, random.Random(1))
-    for number, (now_us, frame) in enumerate(_sealed(data, Direction.TO_SHORE)):
+    params, identity = app.facade.params, app.facade.identity
+    twin = ShoreTwin(load_radio("o-10"), KEY, params, identity, snapshot.output, random.Random(1), nonce=b"shore.")
+    for number, (now_us, frame) in enumerate(_sealed(data, Direction.TO_SHORE, twin.link.pairing)):
         twin.receive(frame, now_us)
         twin.tick(now_us, station_present=True)
         twin.snapshot(now_us, number)
         assert len(twin.take(now_us)) < 64
 
 
-def _sealed(data: bytes, direction: Direction) -> Iterator[tuple[int, bytes]]:
-    sealer, kinds, now_us = Sealer(KEY, direction), list(Kind), 1_000_000
-    for kind, body in records(data):
+def _sealed(data: bytes, direction: Direction, listener: Pairing) -> Iterator[tuple[int, bytes]]:
+    """What the other end of a session would send: first the HELLOs, then whatever the data say."""
+    now_us = 1_000_000
+    speaker = Pairing(KEY, 1, direction, b"other.", load_radio("o-10"))
+    sealer = Sealer(speaker)
+    body, proven = listener.hello(now_us, please=True, proof=False)
+    Opener(speaker).receive(Sealer(listener).hello(body, proven), now_us)
+    yield now_us, sealer.hello(*speaker.hello(now_us, please=False, proof=True))
+    session = speaker.rival
+    assert session is not None
+    for kind, content in records(data):
         now_us += 1_500_000
-        yield now_us, body if kind == _RAW else sealer.seal(kinds[kind % len(kinds)], body[:56])
+        yield now_us, content if kind == _RAW else sealer.seal(Kind(kind % 16), content[:54], now_us, session)
 
 
 def _json_radio(data: bytes) -> None:
@@ -209,8 +220,8 @@ def _json_radio(data: bytes) -> None:
 
 def _state(data: bytes) -> None:
     """A key state, then what a delta makes of it."""
-    key = state_codec.decode_key(data[:24])
-    state_codec.decode_delta(key, data[24:])
+    key = state_codec.decode_key(data[:16])
+    state_codec.decode_delta(key, data[16:])
 
 
 def _request(data: bytes) -> None:
@@ -230,7 +241,7 @@ def targets() -> list[Guided]:
     heartbeat = Codec(255, 190).seal(0, bytes((0, 0, 0, 0, 6, 8, 0, 4, 3)))
     lines = b"\n".join(SENTENCES)
     orders = [
-        record(list(Kind).index(Kind.ORDER), bytes((1,)) + request_codec.encode_request(body))
+        record(Kind.ORDER, bytes((1,)) + request_codec.encode_request(body))
         for body in (ask.Arm(True), ask.Reposition(0.7, -0.1, 2.0), ask.Orbit(0.7, -0.1, radius_m=20.0))
     ]
     return [

@@ -31,6 +31,9 @@ from mavlink_bridge.mavlink.persona import Identity, ParamInfo
 from mavlink_bridge.mavlink.persona.port import LogShelf
 from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.air import RadioProfile
+from mavlink_bridge.radio.codec.frames import Opener, Sealer
+from mavlink_bridge.radio.codec.wire import TAG_BYTES
+from mavlink_bridge.radio.session import NONCE_BYTES, Direction, Pairing
 from mavlink_bridge.radio.shore import ShoreTwin
 from mavlink_bridge.radio.shore.view import CachedPlans
 from sitl.radio import RadioConfig, RadioPair
@@ -45,6 +48,21 @@ def profile(name: str, **changes: object) -> RadioProfile:
     data = tomllib.loads(config.path("radio", f"{name}.toml").read_text("utf-8"))
     link = {**data.get("link", {}), **dict(changes.pop("link", {}))}  # type: ignore[call-overload]
     return RadioProfile.model_validate({**data, **changes, "link": link})
+
+
+def acquainted(
+    *, key: bytes = KEY, system_id: int = 1, seed: int = 0, tag_bytes: int = TAG_BYTES, now_us: int = 0
+) -> dict[Direction, Pairing]:
+    """Both ends of a link that have greeted each other, by the direction in which they speak."""
+    rng = random.Random(f"{seed}/acquainted")
+    air = profile("o-10")
+    ends = {way: Pairing(key, system_id, way, rng.randbytes(NONCE_BYTES), air) for way in Direction}
+    vessel, shore = ends[Direction.TO_SHORE], ends[Direction.TO_VESSEL]
+    for speaker, listener, proof in ((shore, vessel, False), (vessel, shore, True), (shore, vessel, True)):
+        body, proven = speaker.hello(now_us, please=False, proof=proof)
+        frame = Sealer(speaker, tag_bytes=tag_bytes).hello(body, proven)
+        Opener(listener, tag_bytes=tag_bytes).receive(frame, now_us)
+    return ends
 
 
 class Table:
@@ -183,6 +201,7 @@ class Rig:
             KEY,
             self.vessel,
             random.Random(f"{self.seed}/vessel/{self.starts}"),
+            nonce=random.Random(f"{self.seed}/vessel/{self.starts}/nonce").randbytes(NONCE_BYTES),
             memory=self.memory["vessel"],
             save=lambda text: self.memory.__setitem__("vessel", text),
             now_us=self.now_us,
@@ -198,6 +217,7 @@ class Rig:
             Identity(),
             Gate(GateConfig(), 0.0, 50_000).neutral(0, "shore"),
             random.Random(f"{self.seed}/shore/{self.starts}"),
+            nonce=random.Random(f"{self.seed}/shore/{self.starts}/nonce").randbytes(NONCE_BYTES),
             memory=self.memory["shore"],
             save=lambda text: self.memory.__setitem__("shore", text),
             now_us=self.now_us,

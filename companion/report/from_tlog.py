@@ -198,7 +198,7 @@ class _Reader:
             if len(str(m.text)) == 50:
                 self._chunks[m.id] = text
                 return
-        severity = Severity(m.severity).name if m.severity in list(Severity) else "INFO"
+        severity = Severity(m.severity).name if m.severity in frozenset(Severity) else "INFO"
         self._note("text", text, severity)
 
     def _position(self, lat: int, lon: int) -> None:

@@ -30,22 +30,26 @@ from ..mavlink.missions.plan_rules import PlanError, plan_id
 from ..mavlink.persona import VehiclePort
 from .air import Ledger, Priority, RadioProfile
 from .codec.bits import BitsError
+from .codec.brief import encode_standing
 from .codec.command import decode_command, is_command
-from .codec.frames import Direction, Frame, Kind
+from .codec.frames import Frame
 from .codec.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
 from .codec.plan import PlanCodecError, decode_plan, encode_plan
 from .codec.request import OVERRULED, RequestCodecError, decode_request, name_codes
+from .codec.state_fields import RadioState
+from .codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, SAFE_STOPS, VERSION, Kind
 from .link import MAX_OUTGOING, CompactLink
+from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .orders import meaning_of
 from .reporter import Reporter
+from .session import Direction, Pairing
 from .transfer import Message, Outcome
 
 GATEWAY_SENDER: Final = 255
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
 _CHECK_GAP_US: Final = 1_000_000
-_WARN_GAP_US: Final = 60_000_000
-_LOST_MEMORY: Final = b"gateway lost its counters: make a new radio key"
+_FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
 _PRESENT_US: Final = 600_000_000
 
 
@@ -59,18 +63,36 @@ class VesselRadio:
         vehicle: VehiclePort,
         rng: random.Random,
         *,
+        nonce: bytes,
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
         system_id: int = 1,
         ledger: Ledger | None = None,
+        say: Callable[[Severity, str], None] = lambda severity, text: None,
     ) -> None:
+        """``nonce``: six bytes that no earlier start had. ``say``: for the people aboard."""
         self.profile = profile
+        self._say = say
         self._address = (system_id, 1)
         self.vehicle = vehicle
+        pairing = Pairing(key, system_id, Direction.TO_SHORE, nonce, profile)
+        self._ear = OldEar(key, Direction.TO_VESSEL)
+        counter = counter_in(memory)
+        self._old_voice = None if counter is None else OldVoice(key, Direction.TO_SHORE, counter)
+        self._to_old: list[bytes] = []
+        keep = save or (lambda text: None)
         self.link = CompactLink(
-            profile, key, Direction.TO_SHORE, rng, memory=memory, save=save, now_us=now_us, ledger=ledger
+            profile,
+            key,
+            pairing,
+            rng,
+            memory=memory,
+            save=lambda text: keep(with_counter(text, self._old_voice)),
+            now_us=now_us,
+            ledger=ledger,
         )
+        self.link.standing = self._standing
         self._reporter = Reporter(profile, self.link)
         self._names = name_codes(_names(vehicle))
         self._snapshot: Snapshot | None = None
@@ -79,7 +101,9 @@ class VesselRadio:
         self._next_id = 1
         self._asked: dict[int, tuple[int, RequestBody]] = {}
         self._beacon_us: int | None = None
-        self._stop: tuple[int, int | None, int] | None = None
+        self._held: list[tuple[int, Reply]] = []
+        """Answers that wait for the picture of the tick that they belong to."""
+        self._stop: tuple[int, bytes | None, int] | None = None
         """Number and session of the last stop, and when it came."""
         self._told: Info | None = None
         """What the shore is known to know."""
@@ -92,22 +116,29 @@ class VesselRadio:
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Never raises on input."""
-        old_hellos = self.link.opener.old_hellos
         items = self.link.receive(data, now_us)
-        if self.link.opener.old_hellos > old_hellos:
-            self._warn(now_us)
+        if self.link.pairing.is_foreign:
+            self._warn(_FOREIGN.format(self.link.pairing.version, VERSION), now_us)
+        before = self._ear.hellos
+        self._ear.receive(data)
+        if self._ear.hellos > before and self._warn(HEARD, now_us) and self._old_voice is not None:
+            self._to_old = list(self._old_voice.say(Severity.WARNING, TELL))
         for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
 
-    def _warn(self, now_us: int) -> None:
-        """Say why nothing is done: the shore may well hear this end, and can learn it only from here."""
-        is_soon = self._warned_us is not None and now_us - self._warned_us < _WARN_GAP_US
-        if self.profile.link.texts and not is_soon:
-            self._warned_us = now_us
-            self.link.post(Kind.TEXT, bytes((Severity.WARNING,)) + _LOST_MEMORY, Priority.EVENT)
+    def _warn(self, text: str, now_us: int) -> bool:
+        """Tell the people aboard, now and then, why nothing that they expect comes over the radio. Returns whether it was told."""
+        if self._warned_us is not None and now_us - self._warned_us < GAP_US:
+            return False
+        self._warned_us = now_us
+        self._say(Severity.WARNING, text)
+        return True
+
+    def _standing(self) -> bytes:
+        return encode_standing(RadioState() if self._snapshot is None else RadioState.of(self._snapshot))
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -123,11 +154,14 @@ class VesselRadio:
         if reply.result is Result.ACCEPTED:
             self._shore_knows(body)
             self._reporter.shore_ordered(now_us)
-        self.link.answer(number, reply, now_us)
+        self._held.append((number, reply))
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due from this picture of the vessel."""
         self._snapshot = snapshot
+        for number, reply in self._held:
+            self.link.answer(number, reply, now_us)
+        self._held.clear()
         self._reporter.step(now_us, snapshot)
         for outcome in self.link.outcomes():
             self._on_outcome(outcome)
@@ -135,7 +169,11 @@ class VesselRadio:
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return the next frame when the air is free; frames are not cut."""
-        return self.link.take(now_us)
+        frame = self.link.take(now_us)
+        if not frame and self._to_old:
+            frame = self.link.voice.foreign(self._to_old[0], now_us)
+            del self._to_old[: bool(frame)]
+        return frame
 
     def param_changed(self, name: str) -> None:
         """Look again at once at what the shore should be told."""
@@ -168,10 +206,10 @@ class VesselRadio:
     def _on_frame(self, frame: Frame, now_us: int) -> None:
         if frame.kind is not Kind.BEACON or not frame.body:
             return
-        if frame.body[0] & 0x80:
+        if frame.body[0] & BEACON_COMMANDED:
             self._beacon_us = now_us
-        if frame.body[0] & 0x40:
-            self._reporter.acknowledged(frame.body[0] & 0x3F)
+        if frame.body[0] & BEACON_NAMES_KEY:
+            self._reporter.acknowledged(int.from_bytes(frame.body[1:3], "big"))
         elif self.profile.link.batch == 1:
             self._reporter.want_key()
 
@@ -179,8 +217,10 @@ class VesselRadio:
         if message.kind is Kind.INFO:
             self.link.answer(message.id, self._send_wanted(message.payload, now_us), now_us)
             return
-        origin = None
+        origin, sender = None, GATEWAY_SENDER
         try:
+            if message.kind is Kind.SAFE and len(message.payload) > 1:
+                sender = message.payload[1]
             if message.kind in (Kind.ORDER, Kind.STOP) and is_command(message.payload):
                 origin = decode_command(message.payload, self._address)
             body = self._request_in(message) if origin is None else self._meaning_of(origin)
@@ -197,18 +237,18 @@ class VesselRadio:
         # who orders is there, whatever the beacons said
         self._beacon_us = now_us
         self._asked[self._next_id] = (message.id, body)
-        sender = GATEWAY_SENDER if origin is None else origin.source[0]
+        sender = sender if origin is None else origin.source[0]
         self.asked.append(Request(self._next_id, body, sender, origin=origin))
         self._next_id += 1
 
     def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
         """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
         if body.nature.stops:
-            self._stop = message.id, self.link.other_session, now_us
+            self._stop = message.id, self.link.pairing.other, now_us
         if self._stop is None or not body.nature.yields:
             return False
         number, session, at_us = self._stop
-        is_recent = session == self.link.other_session and now_us - at_us <= self.profile.link.command_s * 1e6
+        is_recent = session == self.link.pairing.other and now_us - at_us <= self.profile.link.command_s * 1e6
         return is_recent and 0 < (number - message.id) % 256 <= MAX_OUTGOING
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
@@ -217,6 +257,8 @@ class VesselRadio:
             return load_plan(kind, items)
         if message.kind in (Kind.ORDER, Kind.STOP):
             return decode_request(message.payload, self._names.get)
+        if message.kind is Kind.SAFE and message.payload[:1] and message.payload[0] in SAFE_STOPS:
+            return SAFE_STOPS[message.payload[0]]
         raise RequestCodecError("this version does not know such a message")
 
     def _meaning_of(self, origin: Origin) -> RequestBody | Reply:

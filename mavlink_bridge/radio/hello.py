@@ -1,8 +1,8 @@
-"""When to say HELLO: at the start, when asked, and when bytes come that nobody authentic seems to have sent.
+"""When to say HELLO: at the start, when greeted, and when bytes come that nobody authentic seems to have sent.
 
-HELLO carries the sender's whole counter and its session, a number that changes with each start: an end that hears a
-new session forgets the old one's messages. It is repeated at growing intervals until the other end shows that it
-heard.
+It is repeated at growing intervals until a frame of the session shows that the other end heard it. Greetings that prove
+nothing (an old recording looks like one) are answered ever more seldom until one proves itself, so that they buy a
+stranger next to no airtime; the answer serves every gateway that listens, so that they do not use up somebody else's either.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import random
 from typing import Final
 
 from .air import RadioProfile
-from .codec.frames import COUNTER_BYTES
+from .codec.wire import OVERHEAD
+from .session import NONCE_BYTES
 
-_PLEASE: Final = 0x80
 _START_US: Final = 1_000_000
 """Both ends may start at the same moment; they should not speak at it."""
 _FIRST_US: Final = 3_000_000
@@ -24,35 +24,52 @@ _MAX_US: Final = 3_600_000_000
 _THRIFTY_HOUR_US: Final = 36_000_000
 _STRANGE_BYTES: Final = 8
 _QUIET_US: Final = 30_000_000
-SESSIONS: Final = 128
-HELLO_FRAME_BYTES: Final = COUNTER_BYTES + 7
+_ANSWER_GAP_US: Final = 2_000_000
+_ANSWER_GROWTH: Final = 1.5
+_ANSWER_GAP_MAX_US: Final = 60_000_000
+"""At most 0.7 % of the time on the air, for who sends old greetings for ever."""
+_ANSWER_GAP_THRIFTY_US: Final = 1_800_000_000
+_SUSPECT: Final = 3
+"""After so many answers that came to nothing the next one proves itself to nobody in particular, and so serves all."""
+HELLO_FRAME_BYTES: Final = 1 + NONCE_BYTES + 4 + OVERHEAD
+"""The longer one, the vessel's."""
 
 
 class Greeting:
-    """Keeps the time of the next HELLO and the sessions of both ends."""
+    """Keeps the time of the next HELLO and what it has to say."""
 
     def __init__(self, profile: RadioProfile, rng: random.Random, now_us: int = 0) -> None:
-        thrifty = profile.hour_us is not None and profile.hour_us < _THRIFTY_HOUR_US
-        self._first_us = _THRIFTY_FIRST_US if thrifty else _FIRST_US
+        self._is_thrifty = profile.hour_us is not None and profile.hour_us < _THRIFTY_HOUR_US
+        self._first_us = _THRIFTY_FIRST_US if self._is_thrifty else _FIRST_US
         self._rng = rng
-        self.session = rng.randrange(SESSIONS)
-        self.other_session: int | None = None
         self._due_us: int | None = now_us + rng.randrange(_START_US)
         self._wait_us = self._first_us
-        self._please = True
+        self.please = True
+        self._is_answer = False
         self._strange = 0
         self._is_sure = False
+        self._answered_us: int | None = None
+        self._answer_gap_us = _ANSWER_GAP_US
+        self._vain = 0
+        """Answers since a new start of the other end proved itself."""
 
     def is_due(self, now_us: int) -> bool:
         return self._due_us is not None and now_us >= self._due_us
 
     @property
-    def flags(self) -> int:
-        return self.session | (_PLEASE if self._please else 0)
+    def proof(self) -> bool:
+        """Whether the next HELLO proves itself to who greeted last."""
+        return self._is_answer and self._vain < _SUSPECT
 
     def sent(self, now_us: int) -> None:
         """Plan the next one, when this one asked for an answer."""
-        if not self._please:
+        if self._is_answer:
+            self._answered_us = now_us
+            self._vain += 1
+            limit_us = _ANSWER_GAP_THRIFTY_US if self._is_thrifty else _ANSWER_GAP_MAX_US
+            self._answer_gap_us = min(round(self._answer_gap_us * _ANSWER_GROWTH), limit_us)
+        self._is_answer = False
+        if not self.please:
             self._due_us = None
             return
         self._due_us = now_us + self._wait_us + self._rng.randrange(min(self._wait_us // 2, _SPREAD_US))
@@ -62,42 +79,46 @@ class Greeting:
         """An order is to go: say HELLO before it when nobody has answered ours, or after a silence when our answer may be lost."""
         if self._is_sure or (self._due_us is None and not was_silent):
             return False
-        self._please = True
+        self.please = True
         self._due_us = now_us
         return True
 
-    def answered(self) -> None:
-        """The other end has shown that it hears us."""
-        self._is_sure = True
-        self._due_us = None
-        self._wait_us = self._first_us
+    def introduce(self, now_us: int) -> None:
+        """Prove ourselves, unasked, to who greeted last and may not have heard our answer."""
+        self._is_answer, self.please = True, False
+        self._due_us = now_us
 
-    def heard(self, body: bytes, now_us: int) -> bool:
-        """Take a HELLO's body; True when the other end has started anew since."""
-        flags = body[COUNTER_BYTES] if len(body) > COUNTER_BYTES else 0
-        if flags & _PLEASE:
-            self._please = self._is_sure = False
-            self._due_us = now_us
-        else:
+    def heard(self, now_us: int, *, please: bool, proof: bool) -> None:
+        """A HELLO came, perhaps an old one. ``proof``: it answers one of this start."""
+        if proof:
             self.answered()
-        session = flags & ~_PLEASE
-        is_new = session != self.other_session
-        self.other_session = session
-        return is_new
+        if not please:
+            return
+        self._is_answer, self.please = True, False
+        due_us = now_us if self._answered_us is None else max(now_us, self._answered_us + self._answer_gap_us)
+        self._due_us = due_us if self._due_us is None else min(self._due_us, due_us)
+
+    def answered(self) -> None:
+        """The other end has heard us."""
+        self._is_sure = True
+        self._wait_us = self._first_us
+        if not self._is_answer:
+            self._due_us = None
 
     def strange(self, total_bytes: int, heard_us: int | None, now_us: int) -> None:
-        """Note how many bytes belong to no authentic frame: when only such come, the counters may be apart."""
+        """Note how many bytes belong to no authentic frame: when only such come, the other end may have started anew."""
         if total_bytes - self._strange < _STRANGE_BYTES or self._due_us is not None:
             return
         self._strange = total_bytes
-        self.unbelieved(heard_us, now_us)
-
-    def unbelieved(self, heard_us: int | None, now_us: int) -> None:
-        """Something of the other end came that cannot be believed: after a silence tell it the counter from here, and ask for its own."""
-        if self._due_us is None and (heard_us is None or now_us - heard_us > _QUIET_US):
-            self._please = True
+        if heard_us is None or now_us - heard_us > _QUIET_US:
+            self.please, self._is_sure = True, False
             self._due_us = now_us + self._rng.randrange(500_000)
 
     def authentic(self, strange_bytes: int) -> None:
-        """An authentic frame came: what was strange before it does not matter."""
+        """A frame of the session came: the other end has heard us, and what was strange before does not matter."""
         self._strange = strange_bytes
+        self.answered()
+
+    def started(self) -> None:
+        """A new start of the other end has proved itself: answers are not in vain."""
+        self._vain, self._answer_gap_us = 0, _ANSWER_GAP_US

@@ -16,17 +16,21 @@ from typing import Final
 
 from ..language.requests import Reply, Result
 from . import memory as memory_of
-from .air import AirClock, Ledger, Priority, RadioProfile
+from .air import Ledger, Priority, RadioProfile
 from .air.rhythm import Rhythm
-from .codec.frames import Direction, Frame, Kind, Opener, Sealer, name_of_key
-from .hello import HELLO_FRAME_BYTES, SESSIONS, Greeting
-from .patience import Patience
+from .codec.brief import STANDING_BYTES
+from .codec.frames import STOPS, Frame, Opener
+from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
+from .hello import Greeting
+from .patience import ANSWER_BYTES, Patience
+from .session import Hello, Pairing, Session, name_of_key
 from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
+from .voice import Voice
 
 MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
-_RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.INFO))
+_RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.INFO))
 _QUIET_PIECES: Final = 6
 _AFTER_ANSWER: Final = 3
 _VESSEL_PAUSE_US: Final = 1_500_000
@@ -46,7 +50,7 @@ class CompactLink:
         self,
         profile: RadioProfile,
         key: bytes,
-        outward: Direction,
+        pairing: Pairing,
         rng: random.Random,
         *,
         memory: str = "",
@@ -55,21 +59,22 @@ class CompactLink:
         ledger: Ledger | None = None,
     ) -> None:
         self.profile = profile
-        inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
+        self.pairing = pairing
         self.ledger = ledger or Ledger(profile.hour_us)
-        self.clock = AirClock(profile)
+        self.voice = Voice(profile, pairing, self.ledger, self._remember)
+        self.clock = self.voice.clock
         self._patience = Patience(profile, self.clock, rng)
         self.inbox = Inbox(round(profile.link.upload_s * 1e6))
         self.heard_us: int | None = None
-        """When the last authentic frame came."""
-        self.frames_out = self.bytes_out = 0
+        """When the last frame of a session came, or an answer to our HELLO."""
         self.last_posted: tuple[int, bytes] | None = None
         """Counter and body of the posted frame that went out last."""
+        self.standing: Callable[[], bytes] = bytes
+        """What goes with each answer, as it is when the answer is sent: the vessel's state."""
         self._key_name = name_of_key(key)
-        self._sealer = Sealer(key, outward)
-        self.opener = Opener(key, inward)
+        self.opener = Opener(pairing)
         self._save = save or (lambda text: None)
-        self._is_vessel = outward is Direction.TO_SHORE
+        self._is_vessel = pairing.is_vessel
         self._next_id = rng.randrange(256)
         self._outgoing: list[Outgoing] = []
         self._answers: deque[_Posted] = deque(maxlen=_MAX_POSTED)
@@ -79,33 +84,17 @@ class CompactLink:
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
         self._greeting = Greeting(profile, rng, now_us)
-        self._heard_ceiling = 0
-        self._restore(memory, now_us)
+        self._turn = 0
+        self._session: Session | None = None
+        """The session that the answers given belong to."""
+        self._known_to = memory_of.read(memory, self.inbox, self.ledger, now_us, self._key_name)
+        """Nonce of the other end that these answers were given to."""
 
     def _remember(self, now_us: int) -> None:
-        self._ceiling = self._sealer.counter + memory_of.CEILING
-        if self.heard_us is not None:
-            self._heard_ceiling = self.opener.counter + memory_of.HEARD_AHEAD
-        self._write(self._ceiling, self._heard_ceiling, now_us)
-
-    def _write(self, tx: int, rx: int, now_us: int) -> None:
-        greeting = self._greeting
-        kept = memory_of.Kept(tx, rx, self._next_id, greeting.session, greeting.other_session)
-        self._save(memory_of.write(kept, self.inbox, self.ledger, now_us, self._key_name))
+        self._save(memory_of.write(self._known_to, self.inbox, self.ledger, now_us, self._key_name))
 
     def close(self, now_us: int) -> None:
-        """Keep for the next start what was used and heard, and no reserve."""
-        self._write(self._sealer.counter, self.opener.counter, now_us)
-
-    def _restore(self, memory: str, now_us: int) -> None:
-        """Take over the last run's counters, answers and airtime."""
-        kept = memory_of.read(memory, self.inbox, self.ledger, now_us, self._key_name)
-        if kept is not None:
-            self._sealer.counter = kept.tx + memory_of.RESTART_GAP
-            self.opener.counter = self._heard_ceiling = kept.rx
-            self._next_id = kept.next_id % 256
-            self._greeting.session = (kept.session + 1) % SESSIONS
-            self._greeting.other_session = kept.other_session
+        """Keep for the next start what was answered and spent."""
         self._remember(now_us)
 
     # ---- in -----------------------------------------------------------------------------------------------------
@@ -113,36 +102,46 @@ class CompactLink:
     def receive(self, data: bytes, now_us: int) -> list[Frame | Message]:
         """Take bytes as read; return new messages and the frames that need no answer. Never raises on input."""
         found: list[Frame | Message] = []
-        old_hellos = self.opener.old_hellos
-        for frame in self.opener.receive(data):
+        for frame in self.opener.receive(data, now_us):
+            if frame.kind is Kind.HELLO:
+                self._on_hello(Hello.read(frame.body), now_us)
+                continue
             self.heard_us = now_us
             self._greeting.authentic(self.opener.strange_bytes)
             item = self._sort(frame, now_us)
             if item is not None:
                 found.append(item)
-        if self.heard_us is not None and self.opener.counter > self._heard_ceiling - memory_of.HEARD_MARGIN:
-            self._remember(now_us)
-        if self.opener.old_hellos > old_hellos:
-            self._greeting.unbelieved(self.heard_us, now_us)
         self._greeting.strange(self.opener.strange_bytes, self.heard_us, now_us)
         return found
 
+    def _on_hello(self, hello: Hello, now_us: int) -> None:
+        self._greeting.heard(now_us, please=hello.please, proof=hello.proof)
+        if hello.proof:
+            self.heard_us = now_us
+        self._note_start(now_us)
+        for waiting in self._outgoing:
+            waiting.next_us = min(waiting.next_us, now_us)
+
+    def _note_start(self, now_us: int) -> None:
+        """Message numbers of an earlier start of the other end mean nothing any more."""
+        session = self.pairing.current
+        if session is self._session or session is None:
+            return
+        self._session = session
+        self._greeting.started()
+        if session.other != self._known_to:
+            self._known_to = session.other
+            self.inbox.forget()
+            self._remember(now_us)
+
     def _sort(self, frame: Frame, now_us: int) -> Frame | Message | None:
+        self._note_start(now_us)
         kind = frame.kind
-        if kind is Kind.HELLO:
-            if self._greeting.heard(frame.body, now_us):
-                self.inbox.forget()
-                if self._greeting.is_due(now_us):
-                    # it refuses what it may have heard before it started; the answer tells it the counter from now on
-                    self._sealer.counter += memory_of.HEARD_AHEAD
-                self._remember(now_us)
-            for waiting in self._outgoing:
-                waiting.next_us = min(waiting.next_us, now_us)
+        if self.pairing.is_foreign and kind not in FROZEN:
             return None
         if kind in (Kind.REPLY, Kind.MISSING):
-            self._greeting.answered()
             (self._on_reply if kind is Kind.REPLY else self._on_missing)(frame.body, now_us)
-            return None
+            return frame if kind is Kind.REPLY else None
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
         self._other_was_talking(now_us)
@@ -163,7 +162,7 @@ class CompactLink:
         else:
             message, reply = self.inbox.whole(frame.kind, frame.body)
         if reply is not None:
-            stop = frame.kind is Kind.STOP
+            stop = frame.kind in STOPS
             self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
         if message is not None:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
@@ -176,7 +175,8 @@ class CompactLink:
         for item in self._outgoing:
             if item.id & 31 == found[0]:
                 self._patience.learn(item, now_us)
-                self._finish(item, found[1])
+                reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
+                self._finish(item, Reply(found[1], reason))
                 return
 
     def _on_missing(self, body: bytes, now_us: int) -> None:
@@ -197,14 +197,19 @@ class CompactLink:
     def cost_us(self, kind: Kind, payload: bytes) -> int:
         """Airtime of a message without any repeat."""
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
-        extra = 7 if len(pieces) == 1 else 9
+        extra = OVERHEAD + (2 if kind in STOPS else 1 if len(pieces) == 1 else 3)
         return sum(self.profile.airtime_us(len(piece) + extra) for piece in pieces)
 
     def submit(self, kind: Kind, payload: bytes, priority: Priority, now_us: int, limit_us: int) -> int:
         """Send a message that must arrive; its outcome comes within ``limit_us``. Returns its number.
 
-        Raises ValueError with the reason when it is too long, too much is waiting, or the hour has no room for it.
+        Raises ValueError with the reason when it is too long, too much is waiting, the hour has no room for it, or the other end is of
+        a version that would not understand it.
         """
+        if self.pairing.is_foreign and kind not in FROZEN:
+            raise ValueError(
+                f"the other end speaks radio format {self.pairing.version}, this one {VERSION}: only Hold and Disarm cross"
+            )
         cost_us = self.cost_us(kind, payload)
         if not self.ledger.allows(cost_us, priority, now_us):
             raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))
@@ -230,14 +235,9 @@ class CompactLink:
             self._posted = deque((item for item in self._posted if item.kind is not kind), maxlen=_MAX_POSTED)
         self._posted.append(_Posted(kind, body, priority))
 
-    @property
-    def has_posted(self) -> bool:
-        """Whether a posted frame still waits."""
-        return bool(self._posted)
-
     def answer(self, number: int, reply: Reply, now_us: int) -> None:
         """Answer a message that came by ``receive``."""
-        reason_bytes = min(_REASON_BYTES, self.profile.max_frame_bytes - 7) if self.profile.link.texts else 0
+        reason_bytes = min(_REASON_BYTES, self.profile.max_frame_bytes - ANSWER_BYTES) if self.profile.link.texts else 0
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
@@ -252,19 +252,14 @@ class CompactLink:
         return found
 
     @property
-    def other_session(self) -> int | None:
-        """The start of the other end that its message numbers belong to."""
-        return self._greeting.other_session
+    def _standing_bytes(self) -> int:
+        """What the other end's answers carry between result and reason."""
+        return 0 if self._is_vessel else STANDING_BYTES
 
     @property
     def strange_bytes(self) -> int:
         """Bytes that belong to no authentic frame."""
         return self.opener.strange_bytes
-
-    @property
-    def waiting(self) -> int:
-        """Messages that have no outcome yet."""
-        return len(self._outgoing)
 
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
@@ -279,7 +274,7 @@ class CompactLink:
         return b""
 
     def _lead_us(self, now_us: int) -> int:
-        size = 7
+        size = ANSWER_BYTES
         if not self._answers and self._outgoing and now_us >= self._outgoing[0].next_us:
             size = self._outgoing[0].next_size()
         return round(size * self.profile.serial_byte_us)
@@ -288,23 +283,26 @@ class CompactLink:
         if not self._answers or now_us < self._hold_answers_us:
             return b""
         first = self._answers.popleft()
-        frame = self._send(first.kind, first.body, first.priority, now_us)
+        body = first.body
+        if first.kind is Kind.REPLY and not self.pairing.is_foreign:
+            body = body[:1] + self.standing() + body[1:]
+        frame = self.voice.send(first.kind, body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
             self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._patience.longest_us()
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
+        greeting = self._greeting
         priority = min([Priority.COMMAND, *(item.priority for item in self._outgoing)])
-        if not self._greeting.is_due(now_us) or not self._may(HELLO_FRAME_BYTES, priority, now_us):
+        frame = self.voice.hello(greeting, priority, now_us) if greeting.is_due(now_us) else b""
+        if not frame:
             return b""
-        frame = self._sealer.hello(self._greeting.flags)
-        self._went_out(frame, now_us)
         self._listen()
-        for item in self._outgoing:
+        for item in self._outgoing if greeting.please else ():
             # who is answering does not hear
             item.next_us = max(item.next_us, self.clock.off_us + self._patience.hello_us())
-        self._greeting.sent(now_us)
+        greeting.sent(now_us)
         return frame
 
     def _a_stop(self, now_us: int) -> bytes:
@@ -316,10 +314,23 @@ class CompactLink:
         return self._a_transfer(self._outgoing, now_us)
 
     def _a_transfer(self, items: list[Outgoing], now_us: int) -> bytes:
+        # the other end's states wait while a long message comes
+        keeps_quiet = any(item.is_under_way for item in self._outgoing)
         for item in list(items):
             if now_us < item.next_us:
                 continue
-            if not item.is_under_way and self._would_meet(item.next_size(), now_us):
+            if not keeps_quiet and self._would_meet(item.next_size(), now_us):
+                continue
+            session = self.pairing.to_speak(item.tries)
+            if session is None:
+                self._greeting.hurry(now_us, was_silent=True)
+                continue
+            if session is self.pairing.rival and not item.greeted:
+                # it may not know of this start yet: tell it, and go on without waiting for an answer
+                item.greeted, item.next_us = True, now_us + 1
+                self._greeting.introduce(now_us)
+                return b""
+            if item.kind not in STOPS and not self._is_vessel and self._ends_late(item, now_us):
                 continue
             if item.asked:
                 if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
@@ -327,7 +338,7 @@ class CompactLink:
                     return b""
                 item.begin_round()
             kind, body = item.next_frame()
-            frame = self._send(kind, body, item.priority, now_us)
+            frame = self.voice.send(kind, body, item.priority, now_us, session=session)
             if not frame:
                 self._finish(item, Reply(Result.FAILED, "the hour's airtime is used up"))
                 continue
@@ -342,6 +353,10 @@ class CompactLink:
             return frame
         return b""
 
+    def _ends_late(self, item: Outgoing, now_us: int) -> bool:
+        """An order that would be heard after it is given up here must not go out any more."""
+        return now_us + self.clock.span_us(item.next_size()) > item.deadline_us
+
     def _awaits_answer(self, now_us: int) -> bool:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
 
@@ -351,12 +366,14 @@ class CompactLink:
         if self._is_receiving(now_us):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
-        if self._would_meet(len(first.body) + 6, now_us):
+        session = self.pairing.to_speak(self._turn)
+        if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us):
             return b""
-        frame = self._send(first.kind, first.body, first.priority, now_us)
+        frame = self.voice.send(first.kind, first.body, first.priority, now_us, session=session)
         if frame:
+            self._turn += 1
             self._posted.remove(first)
-            self.last_posted = self._sealer.counter, first.body
+            self.last_posted = self.voice.counter, first.body
             self._listen()
         return frame
 
@@ -366,24 +383,6 @@ class CompactLink:
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""
         return self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
-
-    def _send(self, kind: Kind, body: bytes, priority: Priority, now_us: int) -> bytes:
-        if not self._may(len(body) + 6, priority, now_us):
-            return b""
-        frame = self._sealer.seal(kind, body)
-        self._went_out(frame, now_us)
-        return frame
-
-    def _may(self, size: int, priority: Priority, now_us: int) -> bool:
-        return self.ledger.allows(self.profile.airtime_us(size), priority, now_us)
-
-    def _went_out(self, frame: bytes, now_us: int) -> None:
-        self.frames_out += 1
-        self.bytes_out += len(frame)
-        self.clock.sent(len(frame), now_us)
-        self.ledger.charge(self.profile.airtime_us(len(frame)), self.clock.off_us)
-        if self.ledger.should_be_saved or self._sealer.counter >= self._ceiling - 1:
-            self._remember(now_us)
 
     def _listen(self) -> None:
         self._listen_until_us = self.clock.off_us + self._patience.answer_us()

@@ -1,82 +1,55 @@
-"""What one end of the link must know after a restart: counters, answers given, airtime spent; as one line of text."""
+"""What one end of the link keeps over a restart: the answers it gave and to whom, and the airtime spent; as one line of text.
+
+Nothing of it is needed to be safe: what an end believes, it proves anew at each start (``session``). The first release
+kept counters here; of its text only the hour of airtime is taken over.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Final
 
 from .air import Ledger
 from .air.ledger import HOUR_US
+from .codec.wire import VERSION
 from .transfer import Inbox
 
-CEILING: Final = 1024
-"""Counters are reserved so many at a time, so that not each frame needs a write."""
-RESTART_GAP: Final = 256
-"""More than the window of the receiver's counter, so that nothing of before is mistaken for something of now."""
-HEARD_AHEAD: Final = 192
-"""So far above the last counter heard is all refused after a start: frames heard since the last writing must not be believed
-again. Less than ``RESTART_GAP``, so that an end that starts anew is above it by itself."""
-HEARD_MARGIN: Final = 64
-"""Written again so long before it is reached: the writing takes its time."""
-_NUMBERS_GAP: Final = 41
-"""Message numbers that may have been used since the last writing."""
+_FORM: Final = "v"
 
 
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """Counters and sessions."""
-
-    tx: int
-    """Above every counter ever used for sending."""
-    rx: int
-    """Not below any counter ever heard."""
-    next_id: int
-    session: int
-    other_session: int | None
-
-
-def write(kept: Kept, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> str:
-    """Make a text of it, with the hour of a ledger that does not keep itself."""
+def write(other: bytes | None, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> str:
+    """Make a text of the answers given to the end with nonce ``other``, and of the hour of a ledger that does not keep itself."""
     fields = {
+        _FORM: VERSION,
         "key": key,
-        "tx": kept.tx,
-        "rx": kept.rx,
-        "id": kept.next_id,
-        "session": kept.session,
-        "other": kept.other_session,
+        "other": "" if other is None else other.hex(),
         "known": inbox.save(),
         "air": [] if isinstance(ledger, KeptLedger) else ledger.save(now_us),
     }
     return json.dumps(fields, separators=(",", ":"))
 
 
-def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> Kept | None:
-    """Fill inbox and ledger from a text; None for an empty one, the first start, as it is with a new key: of that only the hour is kept.
+def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> bytes | None:
+    """Fill inbox and ledger from a text; return whom the answers were given to. None for an empty one, as with a new key or the text of
+    another version: of those only the hour is kept.
 
-    A damaged text counts as an hour's airtime spent; its counters are lost, and the other end refuses us until it is given a new key.
+    A damaged text counts as an hour's airtime spent, unless the ledger keeps itself.
     """
     if not text:
         return None
     try:
         fields: dict[str, Any] = json.loads(text)
-        kept = Kept(
-            int(fields["tx"]),
-            int(fields["rx"]),
-            int(fields["id"]) + _NUMBERS_GAP,
-            int(fields["session"]),
-            fields["other"],
-        )
         if not isinstance(ledger, KeptLedger):
             ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
-        if fields.get("key", key) != key:
+        if fields.get(_FORM) != VERSION or fields["key"] != key:
             return None
         inbox.restore(fields["known"])
+        return bytes.fromhex(fields["other"])
     except (ValueError, TypeError, KeyError, AttributeError):
-        ledger.charge(ledger.limit_us or HOUR_US, now_us)
+        if not isinstance(ledger, KeptLedger):
+            ledger.charge(ledger.limit_us or HOUR_US, now_us)
         return None
-    return kept
 
 
 def parted(airtime: str, link: str) -> tuple[str, str]:

@@ -6,9 +6,13 @@ import random
 from typing import Final
 
 from .air import AirClock, RadioProfile
+from .codec.brief import STANDING_BYTES
+from .codec.wire import OVERHEAD
 from .hello import HELLO_FRAME_BYTES
 from .transfer import Outgoing
 
+ANSWER_BYTES: Final = OVERHEAD + 1 + STANDING_BYTES
+"""A REPLY without a reason."""
 _MARGIN: Final = 1.08
 _PATIENT_TRIES: Final = 14
 
@@ -25,7 +29,7 @@ class Patience:
 
     def answer_us(self) -> int:
         """From the end of a frame of ours to the end of its short answer."""
-        return self.turnaround_us + self._clock.span_us(7)
+        return self.turnaround_us + self._clock.span_us(ANSWER_BYTES)
 
     def hello_us(self) -> int:
         """From the end of our HELLO to the end of the other one's."""

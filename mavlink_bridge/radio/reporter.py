@@ -8,8 +8,11 @@ from typing import Final
 from ..language.messages import Severity
 from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
-from .codec.frames import OVERHEAD, Kind
-from .codec.state import RadioState, encode_batch, encode_delta, encode_key, mark_of, settle
+from .codec.batch import encode_batch
+from .codec.brief import encode_position
+from .codec.state import encode_delta, encode_key, mark_of, settle
+from .codec.state_fields import RadioState
+from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .link import CompactLink
 
 _OWN_ORDER_US: Final = 3_500_000
@@ -18,6 +21,8 @@ _THRIFTY_GAP_US: Final = 600_000_000
 _TEXT_GAP_US: Final = 5_000_000
 _TEXT_BYTES: Final = 50
 _KEYS_KEPT: Final = 16
+_POSITION_GAP_US: Final = 15_000_000
+"""To a shore of another version: enough to find the boat by."""
 
 
 class Reporter:
@@ -42,7 +47,7 @@ class Reporter:
         self._text_us: int | None = None
 
     def acknowledged(self, counter_low: int) -> None:
-        """The shore has the key that went out in the frame with these six bits of the counter."""
+        """The shore has the key that went out in the frame with these sixteen bits of the counter."""
         self._collect()
         found = self._sent.get(counter_low)
         if found is not None:
@@ -61,8 +66,11 @@ class Reporter:
     def step(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due. Call once per tick."""
         self._collect()
-        self._queue_texts(now_us, snapshot)
         state = RadioState.of(snapshot)
+        if self._link.pairing.is_foreign:
+            self._position(state, now_us)
+            return
+        self._queue_texts(now_us, snapshot)
         for seq in snapshot.progress.reached if self.profile.link.batch == 1 else ():
             self._link.post(Kind.EVENT, bytes((seq & 0xFF,)), Priority.EVENT)
         if self._status_is_new(state, now_us):
@@ -70,6 +78,12 @@ class Reporter:
             self._post_key(state, now_us, Priority.EVENT)
         elif self._next_us is None or now_us >= self._next_us:
             self._periodic(state, now_us)
+
+    def _position(self, state: RadioState, now_us: int) -> None:
+        """All that a shore of another version understands."""
+        if self._next_us is None or now_us >= self._next_us:
+            self._next_us = now_us + max(self._state_us * self.profile.link.batch, _POSITION_GAP_US)
+            self._link.post(Kind.POSITION, encode_position(state), Priority.STATE)
 
     def _status_is_new(self, state: RadioState, now_us: int) -> bool:
         """Changes of status go at once; on a starved channel only those that matter for safety."""
@@ -112,7 +126,7 @@ class Reporter:
         self._mark = (self._mark + 1) % 4
         if self._base is not None and self._mark == self._base[0]:
             self._mark = (self._mark + 1) % 4
-        body = encode_key(state, self._mark)
+        body = encode_key(state, self._mark, timed=self.profile.link.batch > 1)
         self._told = state
         self._pending = {body: (settle(state), now_us)}
         self._link.post(Kind.KEY, body, priority)
@@ -124,8 +138,8 @@ class Reporter:
         counter, body = self._link.last_posted
         found = self._pending.pop(body, None)
         if found is not None:
-            self._sent.pop(counter % 64, None)
-            self._sent[counter % 64] = (body, *found)
+            self._sent.pop(counter & 0xFFFF, None)
+            self._sent[counter & 0xFFFF] = (body, *found)
             while len(self._sent) > _KEYS_KEPT:
                 self._sent.pop(next(iter(self._sent)))
 
@@ -138,4 +152,6 @@ class Reporter:
         if self._texts and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
             severity, words = self._texts.popleft()
             self._text_us = now_us
-            self._link.post(Kind.TEXT, bytes((severity,)) + words.encode()[: self._text_bytes], Priority.EVENT)
+            self._link.post(
+                Kind.TEXT, bytes((SEVERITY.number(severity),)) + words.encode()[: self._text_bytes], Priority.EVENT
+            )

@@ -16,13 +16,13 @@ from zlib import crc32
 from ..language.requests import Reply, Result
 from .air import Priority
 from .codec import erasure
-from .codec.frames import Kind
+from .codec.bits import BitsError
+from .codec.wire import OVERHEAD, RESULT, Kind
 
 _POLL: Final = 0x80
 _LENGTH_MARK: Final = b"\x80"
 _REPAIR_MAX: Final = 2.5
 _REPAIR_MIN_SHARE: Final = 1.0 / _REPAIR_MAX
-_RESULTS: Final = tuple(Result)
 _REMEMBERED: Final = 48
 _COMING: Final = 4
 
@@ -72,8 +72,8 @@ class Outgoing:
     def next_size(self) -> int:
         """Bytes of the next frame."""
         if self.is_single:
-            return len(self.parts[0]) + 7
-        return len(self.parts[0]) + 9 if self.left else 9
+            return len(self.parts[0]) + OVERHEAD + 1 + (self.kind in (Kind.STOP, Kind.SAFE))
+        return len(self.parts[0]) + OVERHEAD + 3 if self.left else OVERHEAD + 3
 
     def next_frame(self) -> tuple[Kind, bytes]:
         """The next frame's kind and body: the message, a row of it, or a short question."""
@@ -124,7 +124,7 @@ def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
 
     Raises ValueError when it is too long.
     """
-    room = max_frame_bytes - 6
+    room = max_frame_bytes - OVERHEAD - (kind in (Kind.STOP, Kind.SAFE))
     if len(payload) <= room - 1:
         return (payload,)
     data = bytes((kind,)) + payload + _LENGTH_MARK
@@ -240,7 +240,7 @@ class Inbox:
             self.duplicates += 1
             return None, known.reply
         self._known.pop(number, None)
-        self._known[number] = _Known(digest, is_stop=kind is Kind.STOP)
+        self._known[number] = _Known(digest, is_stop=kind in (Kind.STOP, Kind.SAFE))
         while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
         return Message(number, kind, payload), None
@@ -251,7 +251,7 @@ class Inbox:
         if known is None:
             return None
         reason = b"" if reply.result is Result.ACCEPTED else reply.reason.encode()[:reason_bytes]
-        known.reply = bytes(((number & 31) << 3 | _RESULTS.index(reply.result),)) + reason
+        known.reply = bytes(((number & 31) << 3 | RESULT.number(reply.result),)) + reason
         return known.reply, known.is_stop
 
     def save(self) -> list[list[int | str | None]]:
@@ -262,7 +262,7 @@ class Inbox:
 
     def restore(self, saved: list[list[int | str | None]]) -> None:
         """Raises ValueError or TypeError for what ``save`` did not make. What was not answered then counts as failed."""
-        failed = _RESULTS.index(Result.FAILED)
+        failed = RESULT.number(Result.FAILED)
         for number, digest, reply in saved:
             if not isinstance(number, int) or not isinstance(digest, int):
                 raise TypeError("number and digest must be whole numbers")
@@ -270,8 +270,11 @@ class Inbox:
             self._known[number & 0xFF] = _Known(digest, body)
 
 
-def read_reply(body: bytes) -> tuple[int, Reply] | None:
-    """Take a REPLY apart: low five bits of the message's number, and the answer."""
-    if not body or body[0] & 7 >= len(_RESULTS):
+def read_reply(body: bytes) -> tuple[int, Result] | None:
+    """The frozen first byte of a REPLY: low five bits of the message's number, and the result; None for what no end sends."""
+    if not body:
         return None
-    return body[0] >> 3, Reply(_RESULTS[body[0] & 7], body[1:].decode("utf-8", "replace"))
+    try:
+        return body[0] >> 3, RESULT.member(body[0] & 7)
+    except BitsError:
+        return None

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from .air.profile import LinkSettings
-from .codec.state import CLOCK_S
+from .codec.state_fields import CLOCK_S
 
 _DRIFT: Final = 2e-4
 _HALF_S: Final = CLOCK_S / 2
@@ -20,12 +20,12 @@ class VesselClock:
 
     def __init__(self, settings: LinkSettings) -> None:
         self._is_needed = settings.batch > 1 and settings.batch * settings.state_s < _HALF_S
-        self._session: int | None = None
+        self._session: bytes | None = None
         self._offset_s: float | None = None
         self._newest_s: int | None = None
         self._heard_us = 0
 
-    def of_session(self, session: int | None) -> None:
+    def of_session(self, session: bytes | None) -> None:
         """The vessel's clock begins anew with each of its starts."""
         if self._session is not None and session != self._session:
             self._offset_s = self._newest_s = None

@@ -164,3 +164,34 @@ def test_a_fact_of_the_world_has_one_home(number: str, home: str) -> None:
         if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value == float(number)
     }
     assert users == {home}
+
+
+def test_nothing_is_encoded_by_the_order_of_an_enum() -> None:
+    """A number on the wire or on disk is written down beside its meaning, so that a line moved in a class changes nothing.
+
+    Forbidden: a table made from an enum's members in their order, and a member's place among them.
+    """
+    enums = {
+        node.name
+        for _, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef) and any(ast.unparse(base).rpartition(".")[2] in ENUMS for base in node.bases)
+    }
+    wrong = [
+        f"{path}:{node.lineno} {ast.unparse(node)}"
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and node.args and _is_ordered_table(node, enums)
+    ]
+    assert not wrong
+
+
+ENUMS = frozenset(("Enum", "IntEnum", "IntFlag", "StrEnum", "Flag"))
+
+
+def _is_ordered_table(call: ast.Call, enums: set[str]) -> bool:
+    """``tuple(E)``, ``list(E)``, ``enumerate(E)``, ``zip(…, E)`` or ``something(E).index(…)`` of an enum ``E``."""
+    name = ast.unparse(call.func)
+    if name in ("tuple", "list", "enumerate", "zip"):
+        return any(ast.unparse(argument).rpartition(".")[2] in enums for argument in call.args)
+    return name.endswith(").index") and name.partition("(")[0] in ("tuple", "list")

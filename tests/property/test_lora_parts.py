@@ -10,18 +10,11 @@ from hypothesis import given, settings, strategies as st
 from mavlink_bridge.language.messages import Action, FixType, GuardState, Mode, PlanState
 from mavlink_bridge.radio.air.ledger import HOUR_US, Ledger, Priority
 from mavlink_bridge.radio.codec import erasure
+from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.bits import BitReader, BitsError, BitWriter, float_bits
 from mavlink_bridge.radio.codec.json_stream import JsonStream
-from mavlink_bridge.radio.codec.state import (
-    RadioState,
-    decode_batch,
-    decode_delta,
-    decode_key,
-    encode_batch,
-    encode_delta,
-    encode_key,
-    settle,
-)
+from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
+from mavlink_bridge.radio.codec.state_fields import RadioState
 
 angle = st.floats(-math.pi, math.pi - 1e-6)
 states = st.builds(
@@ -47,6 +40,7 @@ states = st.builds(
     heading_ok=st.booleans(),
     actuators_ok=st.booleans(),
     prearm_ok=st.booleans(),
+    satellites=st.one_of(st.none(), st.integers(0, 40)),
 )
 
 
@@ -60,7 +54,8 @@ def metres(one, two):
 def test_a_key_tells_the_state_within_its_steps(state):
     body = encode_key(state, 2)
     back = decode_key(body)
-    assert len(body) == 17
+    assert len(body) == 16
+    assert decode_key(encode_key(state, timed=True)).t_s == state.t_s
     assert back.status == state.status
     assert metres(state, back) < 0.35
     for name, step in (("sog_mps", 0.026), ("psi_rad", 0.013), ("phi_rad", 0.036), ("battery", 0.009)):
@@ -99,7 +94,7 @@ def test_a_batch_follows_the_track(first, count, speed, course, step_s):
         track.append(replace(first, lat_rad=lat, lon_rad=lon, t_s=(first.t_s + index * step_s) % 4096))
     body = encode_batch(track, step_s)
     back, spacing = decode_batch(body)
-    assert len(body) <= 56
+    assert len(body) <= 55
     assert (len(back), spacing) == (count, step_s)
     allowed = max(1.0, step_s * speed / 60.0 * 1.5)
     assert all(metres(was, now) < allowed + metres(track[0], was) * 0.01 for was, now in zip(track, back, strict=True))

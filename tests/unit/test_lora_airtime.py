@@ -8,7 +8,9 @@ from mavlink_bridge.language.messages import LogText, Severity
 from mavlink_bridge.language.requests import Arm
 from mavlink_bridge.radio.air.airtime import PHYS, packet_us, write_us
 from mavlink_bridge.radio.air.profile import batch_bytes
-from mavlink_bridge.radio.codec.state import RadioState, encode_batch
+from mavlink_bridge.radio.codec.batch import encode_batch
+from mavlink_bridge.radio.codec.state_fields import RadioState
+from mavlink_bridge.radio.codec.wire import OVERHEAD
 from tools.lora_rig import Rig, profile
 
 SIZES = (12, 20, 24, 40, 60, 62, 100, 200)
@@ -52,7 +54,7 @@ def test_batches_longer_than_a_packet_are_refused_with_their_mend():
 
 @pytest.mark.parametrize("count", range(1, 15))
 def test_a_batch_is_as_long_as_the_profile_takes_it_for(count):
-    assert len(encode_batch([RadioState()] * count, 129)) + 6 == batch_bytes(count)
+    assert len(encode_batch([RadioState()] * count, 129)) + OVERHEAD == batch_bytes(count)
 
 
 def test_states_too_close_for_a_plan_between_them_are_refused_with_their_mend():

@@ -19,17 +19,19 @@ from mavlink_bridge.language.requests import (
     SetParameter,
     StartPlan,
 )
-from mavlink_bridge.radio.codec.frames import Direction, Kind, Opener, Sealer
+from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.request import decode_request, encode_request
+from mavlink_bridge.radio.codec.wire import Kind
+from mavlink_bridge.radio.session import Direction
 from sitl.radio.air import RadioConfig
 from tools.bench_lora import compiled, loiter_items, settled, survey_items, upload
-from tools.lora_rig import KEY, Rig, profile
+from tools.lora_rig import Rig, acquainted, profile
 
 
 def test_a_loiter_plan_is_confirmed_in_few_bytes_and_soon():
     seconds, size, done = upload(loiter_items(), loss=0.0, seed=0)
     assert done
-    assert size <= 31
+    assert size <= 35
     assert seconds <= 1.5
 
 
@@ -209,22 +211,32 @@ def test_forged_replayed_and_flipped_frames_are_not_believed():
 
 def test_row_52_frames_are_found_in_noise_whole_bytewise_and_in_chunks():
     rng = random.Random(8)
-    sealer = Sealer(KEY, Direction.TO_SHORE)
-    stream, sent = b"", []
-    for _ in range(40):
-        body = rng.randbytes(rng.randrange(0, 57))
-        stream += rng.randbytes(rng.randrange(0, 30)) + sealer.seal(Kind.TEXT, body)
+    stream, sent, ends = b"", [], acquainted()
+    sealer = Sealer(ends[Direction.TO_SHORE])
+    for _ in range(24):
+        body = rng.randbytes(rng.randrange(0, 56))
+        stream += rng.randbytes(rng.randrange(0, 30)) + sealer.seal(
+            Kind.TEXT, body, 0, ends[Direction.TO_SHORE].current
+        )
         sent.append(body)
     for size in (len(stream), 1, 7, 61):
-        opener = Opener(KEY, Direction.TO_SHORE)
-        got = [frame.body for at in range(0, len(stream), size) for frame in opener.receive(stream[at : at + size])]
+        opener = Opener(acquainted()[Direction.TO_VESSEL])
+        got = [
+            frame.body
+            for at in range(0, len(stream), size)
+            for frame in opener.receive(stream[at : at + size], 1_500_000)
+        ]
         assert got == sent
 
 
-def test_another_key_hears_nothing():
-    frame = Sealer(KEY, Direction.TO_VESSEL).seal(Kind.STOP, b"\0\1")
-    assert not Opener(bytes(32 - len(b"x")) + b"x", Direction.TO_VESSEL).receive(frame)
-    assert not Opener(KEY, Direction.TO_SHORE).receive(frame)
+def test_another_key_direction_or_boat_hears_nothing():
+    ends = acquainted()
+    frame = Sealer(ends[Direction.TO_VESSEL]).seal(Kind.STOP, b"\0\1", 0, ends[Direction.TO_VESSEL].current)
+    other = bytes(32 - len(b"x")) + b"x"
+    assert not Opener(acquainted(key=other)[Direction.TO_SHORE]).receive(frame, 0)
+    assert not Opener(ends[Direction.TO_VESSEL]).receive(frame, 0)
+    assert not Opener(acquainted(system_id=2)[Direction.TO_SHORE]).receive(frame, 0)
+    assert Opener(ends[Direction.TO_SHORE]).receive(frame, 0)
 
 
 def test_split_and_merged_reads_do_no_harm():

@@ -4,10 +4,10 @@ import pytest
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter, StartPlan
-from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
+from mavlink_bridge.radio.codec.frames import Sealer
 from mavlink_bridge.radio.codec.request import encode_request
+from mavlink_bridge.radio.codec.wire import Kind
 from tools.bench_lora import settled
-from tools.lora_rig import KEY
 
 
 def results(rig):
@@ -58,11 +58,13 @@ def test_an_order_after_a_stop_is_carried_out():
 
 def heard_aboard(rig, orders):
     """Let frames of a shore that does not withdraw its orders reach the vessel: (kind, number, request), one after the other."""
-    sealer = Sealer(KEY, Direction.TO_VESSEL, 5000)
+    shore = rig.twin.link.pairing
+    sealer = Sealer(shore)
     rig.pair.air.jammed = True
-    rig.radio.receive(sealer.hello(1), rig.now_us)
     for kind, number, body in orders:
-        rig.radio.receive(sealer.seal(kind, bytes((number,)) + encode_request(body)), rig.now_us)
+        rig.radio.receive(
+            sealer.seal(kind, bytes((number,)) + encode_request(body), rig.now_us, shore.current), rig.now_us
+        )
         rig.run(0.2)
     return sealer
 
@@ -80,6 +82,9 @@ def test_numbers_that_have_come_round_are_not_older_than_the_stop():
     rig = settled()
     sealer = heard_aboard(rig, [(Kind.STOP, 3, Arm(False))])
     rig.run(60.0)
-    rig.radio.receive(sealer.seal(Kind.ORDER, b"\1" + encode_request(Arm(True))), rig.now_us)
+    rig.radio.receive(
+        sealer.seal(Kind.ORDER, b"\1" + encode_request(Arm(True)), rig.now_us, rig.twin.link.pairing.current),
+        rig.now_us,
+    )
     rig.run(0.2)
     assert rig.vessel.armed

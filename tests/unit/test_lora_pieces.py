@@ -1,9 +1,9 @@
 """Long messages that end half way: they hinder nobody, and leave nothing behind."""
 
 from mavlink_bridge.language.requests import PlanKind
-from mavlink_bridge.radio.codec.frames import Direction, Kind, Sealer
+from mavlink_bridge.radio.codec.frames import Sealer
+from mavlink_bridge.radio.codec.wire import Kind
 from tools.bench_lora import settled, survey_items
-from tools.lora_rig import KEY
 
 
 def heard_of(rig, origin, kind):
@@ -30,13 +30,13 @@ def test_a_message_given_up_half_way_does_not_silence_the_gateways_beacons():
 
 def test_rows_of_a_message_given_up_do_not_mix_with_a_later_one_of_its_number():
     rig = settled()
-    sealer = Sealer(KEY, Direction.TO_VESSEL, 5000)
+    shore = rig.twin.link.pairing
+    sealer = Sealer(shore)
     rig.pair.air.jammed = True
-    rig.radio.receive(sealer.hello(1), rig.now_us)
 
     def send(row, data):
         """One of two pieces of message 9, with a question for what has come."""
-        rig.radio.receive(sealer.seal(Kind.PIECE, bytes((9, row, 0x81)) + data), rig.now_us)
+        rig.radio.receive(sealer.seal(Kind.PIECE, bytes((9, row, 0x81)) + data, rig.now_us, shore.current), rig.now_us)
         since_us = rig.now_us
         rig.run(2.0)
         return [

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from companion.facade import Shared
 from companion.io.keeping.content import SaveValue
 from companion.io.keeping.store import MemoryStore
 from companion.radio import MEMORY_KEY, radio_conversation
@@ -19,11 +20,13 @@ def start(tmp_path):
     key.chmod(0o600)
     store = MemoryStore()
 
+    shared = Shared(lambda severity, text: None)
+
     def make(protocol, profile):
         store.completions()
         settings = Settings()
         radio = settings.radio.model_copy(update={"protocol": protocol, "profile": profile, "key_file": str(key)})
-        return radio_conversation(settings.model_copy(update={"radio": radio}), BookVessel(), store, None)(0, "")
+        return radio_conversation(settings.model_copy(update={"radio": radio}), BookVessel(), store, shared)(0, "")
 
     make.store = store
     return make

@@ -11,7 +11,7 @@ from mavlink_bridge.language import requests as ask
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.mavlink.commands.command import Command, Refused
 from mavlink_bridge.mavlink.commands.table import MAY_STOP, MEANINGS, Context
-from mavlink_bridge.radio.codec.frames import Kind
+from mavlink_bridge.radio.codec.wire import Kind
 from tools.lora_rig import Rig, profile
 
 MEMBERS = typing.get_args(ask.RequestBody)

@@ -360,7 +360,7 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         if kind is None and message.mission_type != ALL_KINDS:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
-        kinds = tuple(PlanKind) if kind is None else (kind,)
+        kinds = (*PlanKind,) if kind is None else (kind,)
         for session in [session for session in self._uploads.values() if session.kind in kinds]:
             if session.sender != sender or session.storing_us is not None:
                 self._say(Severity.WARNING, f"{_NAMES[session.kind]} not cleared: an upload is under way")

@@ -79,6 +79,8 @@ class Identity:
     name: str = "usv-companion"
     started_utc_us: int = 0
     """UTC at the start by this computer's clock, a lower bound for signing; 0 = not known."""
+    start_nonce: str = "000000000000"
+    """Six bytes in hex that no other start of this vessel has: what is said by radio is bound to them (``lora.session``)."""
 
 
 @dataclass(frozen=True, slots=True)

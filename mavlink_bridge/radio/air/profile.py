@@ -13,7 +13,9 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from ..codec.frames import MAX_FRAME, OVERHEAD
+from ..codec.batch import FIRST_BITS, SAMPLE_BITS
+from ..codec.state import KEY_BYTES
+from ..codec.wire import MAX_FRAME, OVERHEAD
 from .airtime import PACKET_BYTES, PHYS, Phy, packet_us
 
 _DIPOLE_DBI: Final = 2.15
@@ -22,7 +24,7 @@ _CHANNEL_20_MHZ: Final = 868.92
 _CHANNEL_STEP_MHZ: Final = 0.6
 
 
-_KEY_STATE_BYTES: Final = 23
+_KEY_STATE_BYTES: Final = KEY_BYTES + OVERHEAD
 _BETWEEN_US: Final = 120_000
 """What the shore keeps clear before and after a state of the vessel's."""
 MODULE_US: Final = 10_000
@@ -30,8 +32,8 @@ MODULE_US: Final = 10_000
 
 
 def batch_bytes(count: int) -> int:
-    """Frame that holds so many samples: the first in 143 bits, each other one in 23."""
-    return math.ceil((143 + 23 * (count - 1)) / 8) + OVERHEAD
+    """Frame that holds so many samples."""
+    return math.ceil((FIRST_BITS + SAMPLE_BITS * (count - 1)) / 8) + OVERHEAD
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,26 +13,15 @@ from typing import Final
 from ...language.requests import Origin
 from ...mavlink.wire.codec import dialect
 from .bits import BitReader, BitsError, BitWriter
+from .wire import COMMAND_CODE, COMMAND_FRAMES, COMMANDS, RAW_CODE, REQUEST_BITS, STATIONS
 
 COMMAND_LONG: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_LONG
 COMMAND_INT: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_INT
-CODE_BITS: Final = 5
-COMMAND_CODE: Final = 31
-RAW_CODE: Final = 30
-"""In the place of a request's code (``request_codec``)."""
 _LONG: Final = struct.Struct("<7IHBBB")
 """Seven parameters, command, target system and component, confirmation."""
 _INT: Final = struct.Struct("<4IiiIHBBBBB")
 """Four parameters, x, y, z, command, target system and component, frame, current, autocontinue."""
-_COMMANDS: Final = (
-    *(400, 176, 300, 192, 193, 178, 179, 34, 35, 20, 17, 185, 224, 207, 115, 246, 262, 401, 31010, 43000, 43002),
-    *(43001, 245, 2500, 2501, 511, 512, 520, 410, 222, 252),
-)
-"""Append only, 31 at most. Any other number travels in 16 bits."""
 _OTHER: Final = 31
-_SOURCES: Final = ((255, 190), (245, 190), (255, 230))
-"""QGroundControl, MAVSDK, MAVProxy."""
-_FRAMES: Final = (0, 5, 6, 3, 2, 1, 11)
 _NAN_BITS: Final = 0x7FC0_0000
 _MAX_SMALL: Final = 100_000.0
 
@@ -52,18 +41,18 @@ def encode_command(origin: Origin, target: tuple[int, int]) -> bytes:
 def decode_command(data: bytes, target: tuple[int, int]) -> Origin:
     """Rebuild what ``encode_command`` was given, its payload without trailing zeros. Raises BitsError."""
     reader = BitReader(data)
-    code = reader.get(CODE_BITS)
+    code = reader.get(REQUEST_BITS)
     if code not in (COMMAND_CODE, RAW_CODE):
         raise BitsError("not a command")
     home_item = reader.flag()
-    source = _read_ids(reader, _SOURCES)
+    source = _read_ids(reader, STATIONS)
     if code == RAW_CODE:
         message_id = reader.unsigned(7)
         payload = bytes(reader.get(8) for _ in range(reader.unsigned(5)))
         return Origin(message_id, payload, source, home_item)
     is_int = reader.flag()
     number = reader.get(5)
-    command = _COMMANDS[number] if number < len(_COMMANDS) else reader.get(16)
+    command = COMMANDS[number] if number < len(COMMANDS) else reader.get(16)
     to = _read_ids(reader, (target,))
     payload = _read_int(reader, command, to) if is_int else _read_long(reader, command, to)
     return Origin(COMMAND_INT if is_int else COMMAND_LONG, trimmed(payload), source, home_item)
@@ -71,7 +60,7 @@ def decode_command(data: bytes, target: tuple[int, int]) -> Origin:
 
 def is_command(data: bytes) -> bool:
     """Whether a message's payload is a command or the raw escape, not a request."""
-    return bool(data) and data[0] >> 8 - CODE_BITS in (COMMAND_CODE, RAW_CODE)
+    return bool(data) and data[0] >> 8 - REQUEST_BITS in (COMMAND_CODE, RAW_CODE)
 
 
 def trimmed(payload: bytes) -> bytes:
@@ -91,9 +80,9 @@ def _raw(origin: Origin) -> bytes:
 
 def _head(code: int, origin: Origin) -> BitWriter:
     writer = BitWriter()
-    writer.put(code, CODE_BITS)
+    writer.put(code, REQUEST_BITS)
     writer.flag(origin.home_item)
-    _write_ids(writer, origin.source, _SOURCES)
+    _write_ids(writer, origin.source, STATIONS)
     return writer
 
 
@@ -106,8 +95,8 @@ def _short(origin: Origin, target: tuple[int, int]) -> bytes:
     fields = layout.unpack(origin.payload.ljust(layout.size, b"\0"))
     command = fields[7]
     writer.flag(is_int)
-    writer.put(_COMMANDS.index(command) if command in _COMMANDS else _OTHER, 5)
-    if command not in _COMMANDS:
+    writer.put(COMMANDS.index(command) if command in COMMANDS else _OTHER, 5)
+    if command not in COMMANDS:
         writer.put(command, 16)
     _write_ids(writer, fields[8:10], (target,))
     if is_int:
@@ -234,8 +223,8 @@ def _read_place(reader: BitReader) -> tuple[int, int]:
 
 
 def _write_frame(writer: BitWriter, frame: int, current: int, autocontinue: int) -> None:
-    known = frame in _FRAMES
-    writer.put(_FRAMES.index(frame) if known else len(_FRAMES), 3)
+    known = frame in COMMAND_FRAMES
+    writer.put(COMMAND_FRAMES.index(frame) if known else len(COMMAND_FRAMES), 3)
     if not known:
         writer.put(frame, 8)
     _write_byte(writer, current)
@@ -244,5 +233,5 @@ def _write_frame(writer: BitWriter, frame: int, current: int, autocontinue: int)
 
 def _read_frame(reader: BitReader) -> tuple[int, int, int]:
     index = reader.get(3)
-    frame = _FRAMES[index] if index < len(_FRAMES) else reader.get(8)
+    frame = COMMAND_FRAMES[index] if index < len(COMMAND_FRAMES) else reader.get(8)
     return frame, _read_byte(reader), _read_byte(reader)

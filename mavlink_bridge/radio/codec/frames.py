@@ -1,66 +1,22 @@
 """Frames of the compact link: found without sync bytes, believed only with the right authentication tag.
 
-Frame = 2 bytes (4 bits kind, 6 bits body length, 6 bits of the counter), body of 0...56 bytes, 4 bytes of keyed
-BLAKE2s over direction, whole counter, head and body. The receiver tries every offset, so garbage, merged and split
-pieces do no harm. The counter is rebuilt from its six bits and the last good one, must grow, and outlives restarts: a
-replay is refused. HELLO carries the counter whole, for when an end was away.
+Frame = 2 bytes (4 bits kind, 6 bits body length, 6 bits of a counter), body of 0...55 bytes, 5 bytes of keyed BLAKE2s. The
+receiver tries every offset, so garbage, merged and split pieces do no harm; at each offset it tries at most two tags (the
+session and the one that may replace it), and it counts them. What the counters are, and why a frame that is believed is of
+now, is ``session``'s. HELLO opens a session and is told by a tag of its own.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
-from hashlib import blake2s
 from typing import Final
 
-TAG_BYTES: Final = 4
-HEAD_BYTES: Final = 2
-OVERHEAD: Final = HEAD_BYTES + TAG_BYTES
-MAX_BODY: Final = 56
-MAX_FRAME: Final = MAX_BODY + OVERHEAD
-KEY_BYTES: Final = 32
-COUNTER_BYTES: Final = 5
-_WINDOW: Final = 64
-_OLD: Final = 256
-"""A HELLO so far behind is of an end that has lost its memory, or a recording; one that is less will catch up by itself."""
-_EPOCHS: Final = 2
-"""How many times 64 frames may be lost in a row before only a HELLO brings the ends together again."""
+from ..session import LOW, Pairing, Session
+from .wire import HEAD_BYTES, MAX_BODY, MAX_FRAME, TAG_BYTES, Kind
 
-
-class Kind(IntEnum):
-    """What a frame is."""
-
-    HELLO = 0
-    """Whole counter (5 bytes), flags."""
-    KEY = 1
-    DELTA = 2
-    BATCH = 3
-    EVENT = 4
-    PLAN = 5
-    """Id, and a whole plan."""
-    ORDER = 6
-    """Id, and a request."""
-    PIECE = 7
-    """Id, row of the erasure code, count and flags, part of a longer message."""
-    MISSING = 8
-    """Id, number of pieces that have arrived."""
-    REPLY = 9
-    """Id and result, reason."""
-    BEACON = 10
-    INFO = 11
-    STOP = 12
-    """Id, and a request that makes the vessel stop: goes before everything else."""
-    TEXT = 14
-
-
+STOPS: Final = frozenset((Kind.STOP, Kind.SAFE))
+"""Kinds with a count of their own instead of the clock: its upper eight bits are the first byte of the body."""
 _KINDS: Final = {kind.value: kind for kind in Kind}
-
-
-class Direction(IntEnum):
-    """Part of what the tag covers, so that no frame can be sent back to its sender."""
-
-    TO_VESSEL = 0
-    TO_SHORE = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,71 +28,63 @@ class Frame:
     counter: int
 
 
-def check_key(key: bytes) -> bytes:
-    """Return the key. Raises ValueError unless it has 32 bytes that are not all the same."""
-    if len(key) != KEY_BYTES or len(set(key)) < 2:
-        raise ValueError("a radio key is 32 random bytes; make one with 'companion keys'")
-    return key
-
-
-def name_of_key(key: bytes) -> str:
-    """A few signs that tell keys apart and do not give them away."""
-    return blake2s(digest_size=4, key=check_key(key), person=b"keyname").hexdigest()
-
-
-def _tag(key: bytes, direction: Direction, counter: int, covered: bytes) -> bytes:
-    data = bytes((direction,)) + counter.to_bytes(8, "big") + covered
-    return blake2s(data, digest_size=TAG_BYTES, key=key, person=b"usvradio").digest()
+def _head(kind: Kind, size: int, low: int) -> bytes:
+    return (kind << 12 | size << 6 | low).to_bytes(HEAD_BYTES, "big")
 
 
 class Sealer:
-    """Makes frames of one direction. ``counter`` is the last one used."""
+    """Makes frames of one direction. ``tag_bytes`` is less than 5 only where the security itself is measured."""
 
-    def __init__(self, key: bytes, direction: Direction, counter: int = 0) -> None:
-        self._key = check_key(key)
-        self._direction = direction
-        self.counter = counter
+    def __init__(self, pairing: Pairing, *, tag_bytes: int = TAG_BYTES) -> None:
+        self._pairing = pairing
+        self._tag_bytes = tag_bytes
+        self.counter = -1
+        """Of the last frame."""
 
-    def seal(self, kind: Kind, body: bytes) -> bytes:
-        """Make the next frame. Raises ValueError for a body of more than 56 bytes."""
+    def seal(self, kind: Kind, body: bytes, now_us: int, session: Session) -> bytes:
+        """Make the next frame of a session. Raises ValueError for a body that is too long."""
+        if kind in STOPS:
+            self.counter = session.next_stop()
+            body = bytes((self.counter // LOW & 0xFF,)) + body
+        else:
+            self.counter = session.next_tick(now_us)
         if len(body) > MAX_BODY:
             raise ValueError(f"a body has at most {MAX_BODY} bytes, not {len(body)}")
-        self.counter += 1
-        head = kind << 12 | len(body) << 6 | self.counter % _WINDOW
-        covered = head.to_bytes(HEAD_BYTES, "big") + body
-        return covered + _tag(self._key, self._direction, self.counter, covered)
+        covered = _head(kind, len(body), self.counter % LOW) + body
+        return covered + session.tag(self._pairing.outward, kind, self.counter, covered, self._tag_bytes)
 
-    def hello(self, flags: int) -> bytes:
-        """Make a HELLO, which is believed however far the counters are apart."""
-        return self.seal(Kind.HELLO, (self.counter + 1).to_bytes(COUNTER_BYTES, "big") + bytes((flags,)))
+    def hello(self, body: bytes, proof: bytes) -> bytes:
+        """Make a HELLO."""
+        covered = _head(Kind.HELLO, len(body), 0) + body
+        pairing = self._pairing
+        return covered + pairing.hello_tag(pairing.outward, covered, proof, self._tag_bytes)
 
 
 class Opener:
     """Finds the authentic frames of one direction in a byte stream. Holds less than one frame between calls."""
 
-    def __init__(self, key: bytes, direction: Direction, counter: int = 0) -> None:
-        self._key = check_key(key)
-        self._direction = direction
+    def __init__(self, pairing: Pairing, *, tag_bytes: int = TAG_BYTES) -> None:
+        self._pairing = pairing
+        self._tag_bytes = tag_bytes
+        self._overhead = HEAD_BYTES + tag_bytes
         self._buffer = b""
-        self.counter = counter
-        """Of the newest good frame."""
         self.good = 0
         self.strange_bytes = 0
         """Bytes that belong to no good frame."""
-        self.old_hellos = 0
-        """HELLOs with the right key and a counter of long ago."""
+        self.trials = 0
+        """Tags computed and compared."""
 
-    def receive(self, data: bytes) -> list[Frame]:
+    def receive(self, data: bytes, now_us: int) -> list[Frame]:
         """Take bytes as read; return the good frames that they complete."""
         buffer = self._buffer + data
         seen = len(self._buffer)
         frames: list[Frame] = []
         at = 0
-        while len(buffer) - at >= OVERHEAD:
-            size = OVERHEAD + (int.from_bytes(buffer[at : at + 2], "big") >> 6 & 63)
+        while len(buffer) - at >= self._overhead:
+            size = self._overhead + (int.from_bytes(buffer[at : at + 2], "big") >> 6 & 63)
             # a candidate that was whole at the last call was tried then
             whole = at + size <= len(buffer) and (at + size > seen or bool(frames))
-            frame = self._open(buffer[at : at + size]) if whole and size <= MAX_FRAME else None
+            frame = self._open(buffer[at : at + size], now_us) if whole and size <= MAX_FRAME else None
             if frame is None:
                 at += 1
                 continue
@@ -150,26 +98,38 @@ class Opener:
         self.good += len(frames)
         return frames
 
-    def _open(self, raw: bytes) -> Frame | None:
+    def _open(self, raw: bytes, now_us: int) -> Frame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
-        number = head >> 12
-        kind = _KINDS.get(number)
+        kind = _KINDS.get(head >> 12)
         if kind is None:
             return None
-        covered, tag = raw[:-TAG_BYTES], raw[-TAG_BYTES:]
-        for counter in self._candidates(kind, head % _WINDOW, covered):
-            if _tag(self._key, self._direction, counter, covered) == tag:
-                if counter <= self.counter:
-                    self.old_hellos += counter + _OLD < self.counter
-                    return None
-                self.counter = counter
-                return Frame(kind, covered[HEAD_BYTES:], counter)
+        covered, tag = raw[: -self._tag_bytes], raw[-self._tag_bytes :]
+        if kind is Kind.HELLO:
+            return self._hello(covered, tag, now_us)
+        for session in self._pairing.sessions:
+            counter = self._counter(session, kind, head % LOW, covered, now_us)
+            if counter is None:
+                continue
+            self.trials += 1
+            if session.tag(self._pairing.inward, kind, counter, covered, self._tag_bytes) == tag:
+                self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
+                return Frame(kind, covered[HEAD_BYTES + (kind in STOPS) :], counter)
         return None
 
-    def _candidates(self, kind: Kind, low: int, covered: bytes) -> list[int]:
-        """Counters that the six bits may stand for: newer than the last good one; a HELLO's is what it states."""
-        first = self.counter + 1 + (low - self.counter - 1) % _WINDOW
-        if kind is not Kind.HELLO:
-            return [first + _WINDOW * epoch for epoch in range(_EPOCHS)]
-        stated = int.from_bytes(covered[HEAD_BYTES : HEAD_BYTES + COUNTER_BYTES], "big")
-        return [stated] if stated % _WINDOW == low else []
+    @staticmethod
+    def _counter(session: Session, kind: Kind, low: int, covered: bytes, now_us: int) -> int | None:
+        """The one counter that the bits may stand for; None when a frame with it could not be believed."""
+        if kind not in STOPS:
+            return session.tick_of(low, len(covered) + TAG_BYTES, now_us)
+        return session.stop_of(covered[HEAD_BYTES] * LOW + low) if len(covered) > HEAD_BYTES else None
+
+    def _hello(self, covered: bytes, tag: bytes, now_us: int) -> Frame | None:
+        pairing = self._pairing
+        proof = pairing.proof_of(covered[HEAD_BYTES:])
+        if proof is None:
+            return None
+        self.trials += 1
+        if pairing.hello_tag(pairing.inward, covered, proof, self._tag_bytes) != tag:
+            return None
+        pairing.greeted(covered[HEAD_BYTES:], len(covered) + TAG_BYTES, now_us)
+        return Frame(Kind.HELLO, covered[HEAD_BYTES:], 0)

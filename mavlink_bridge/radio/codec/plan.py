@@ -17,11 +17,9 @@ from fastcrc import crc16
 
 from ...language.requests import PlanItem, PlanKind
 from .bits import BitReader, BitsError, BitWriter, float_bits
+from .wire import PLAN_COMMANDS, PLAN_FRAMES, PLAN_KIND
 
 MAX_ITEMS: Final = 2000
-_COMMANDS: Final = (16, 19, 178, 17, 18, 20, 177, 93, 112, 5001, 5002, 5003, 5004, 5100, 34)
-"""The codebook of commands, commonest first; any other number travels in 16 bits."""
-_FRAMES: Final = (3, 6, 2, 0, 5, 10, 11)
 _NAN: Final = float("nan")
 _EXPECTED: Final[dict[int, tuple[int, tuple[float, float, float, float]]]] = {
     16: (3, (0.0, 0.0, 0.0, _NAN)),
@@ -64,7 +62,7 @@ def encode_plan(kind: PlanKind, items: Sequence[PlanItem], near_e7: Position | N
     try:
         head = BitWriter()
         head.put(check_of(items), 16)
-        head.put(kind.value, 2)
+        head.put(PLAN_KIND.number(kind), PLAN_KIND.bits)
         head.unsigned(len(items), 2)
         if not items:
             return head.bytes()
@@ -120,7 +118,7 @@ def decode_plan(data: bytes, near_e7: Position | None) -> tuple[PlanKind, tuple[
     try:
         reader = BitReader(data)
         check = reader.get(16)
-        kind = PlanKind(reader.get(2))
+        kind = PLAN_KIND.member(reader.get(PLAN_KIND.bits))
         count = reader.unsigned(2)
         if count > MAX_ITEMS:
             raise PlanCodecError(f"{count} items, the radio link takes {MAX_ITEMS}")
@@ -319,15 +317,15 @@ def _nearest(low: int, near: int, width: int) -> int:
 
 
 def _write_command(writer: BitWriter, command: int) -> None:
-    known = command in _COMMANDS
-    writer.put(_COMMANDS.index(command) if known else 15, 4)
+    known = command in PLAN_COMMANDS
+    writer.put(PLAN_COMMANDS.index(command) if known else 15, 4)
     if not known:
         writer.put(command, 16)
 
 
 def _read_command(reader: BitReader) -> int:
     index = reader.get(4)
-    return reader.get(16) if index == 15 else _COMMANDS[index]
+    return reader.get(16) if index == 15 else PLAN_COMMANDS[index]
 
 
 _REALS: Final[tuple[tuple[str, Callable[[PlanItem], float]], ...]] = (
@@ -359,8 +357,8 @@ def _read_fields(reader: BitReader, expected: PlanItem) -> PlanItem:
 
 def _write_frame(writer: BitWriter, item: PlanItem) -> None:
     """Frame by codebook (7 = as it is), autocontinue by one bit for 1 (else as it is)."""
-    known = item.frame in _FRAMES
-    writer.put(_FRAMES.index(item.frame) if known else 7, 3)
+    known = item.frame in PLAN_FRAMES
+    writer.put(PLAN_FRAMES.index(item.frame) if known else 7, 3)
     if not known:
         writer.put(item.frame, 8)
     writer.flag(item.autocontinue == 1)
@@ -370,5 +368,5 @@ def _write_frame(writer: BitWriter, item: PlanItem) -> None:
 
 def _read_frame(reader: BitReader, expected: PlanItem) -> PlanItem:
     index = reader.get(3)
-    frame = reader.get(8) if index == 7 else _FRAMES[index]
+    frame = reader.get(8) if index == 7 else PLAN_FRAMES[index]
     return replace(expected, frame=frame, autocontinue=1 if reader.flag() else reader.get(8))

@@ -1,45 +1,22 @@
 """Requests in few bytes: what a ground station asked of the twin, on its way to the vessel.
 
-One code for each kind of request and for each field by its type: positions as degrees * 1e7, other numbers as
-MAVLink's REAL32, a parameter by the CRC-16 of its name. Streams of set-points, plans and data for sensors have no
-code: they do not cross a slow link this way.
+Which number stands for which request, and its fields with their form and order, is said on the code page (``wire``). Streams
+of set-points, plans and data for sensors have no row there: they do not cross a slow link this way.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import types
-import typing
 from collections.abc import Callable, Iterable
-from enum import Enum
-from typing import Any, Final
+from typing import Any, Final, assert_never
 
 from fastcrc import crc16
 
 from ...language import requests as ask
 from .bits import BitReader, BitsError, BitWriter
+from .wire import LOITER_DIRECTION, LOITER_KIND, MODE, REQUEST_BITS, REQUESTS, Form
 
-_KINDS: Final[tuple[type[Any], ...]] = (
-    ask.Arm,
-    ask.SetMode,
-    ask.StartPlan,
-    ask.PausePlan,
-    ask.SetCurrent,
-    ask.Reposition,
-    ask.Orbit,
-    ask.SetSpeed,
-    ask.GuidedHeading,
-    ask.SetHomePosition,
-    ask.Terminate,
-    ask.EnableFence,
-    ask.SetParameter,
-    ask.Reboot,
-    ask.RunPrearmChecks,
-    ask.UnlockGuard,
-)
-"""The place in this table is the code: append, never reorder."""
-_KIND_BITS: Final = 5
+_NUMBERS: Final = {row.kind: number for number, row in REQUESTS.items()}
 Resolve = Callable[[int], str | None]
 
 
@@ -68,7 +45,7 @@ OVERRULED: Final = ask.Reply(ask.Result.REJECTED_NOW, "overruled by a stop")
 def crosses(body: ask.RequestBody) -> bool:
     """Whether a request has a code."""
     stream = isinstance(body, ask.GuidedHeading) and body.stream
-    return type(body) in _KINDS and not stream
+    return type(body) in _NUMBERS and not stream
 
 
 def encode_request(body: ask.RequestBody) -> bytes:
@@ -76,13 +53,14 @@ def encode_request(body: ask.RequestBody) -> bytes:
     if not crosses(body):
         raise RequestCodecError(f"{type(body).__name__} does not cross the radio link")
     writer = BitWriter()
-    writer.put(_KINDS.index(type(body)), _KIND_BITS)
-    for field, kind, optional in _fields(type(body)):
-        value = getattr(body, field)
-        if optional:
+    number = _NUMBERS[type(body)]
+    writer.put(number, REQUEST_BITS)
+    for field in REQUESTS[number].fields:
+        value = getattr(body, field.name)
+        if field.optional:
             writer.flag(value is not None)
         if value is not None:
-            _put(writer, field, kind, value)
+            _put(writer, field.form, value)
     return writer.bytes()
 
 
@@ -90,69 +68,79 @@ def decode_request(data: bytes, resolve: Resolve) -> ask.RequestBody:
     """``resolve`` finds a parameter's name by its code. Raises RequestCodecError."""
     try:
         reader = BitReader(data)
-        code = reader.get(_KIND_BITS)
-        if code >= len(_KINDS):
+        row = REQUESTS.get(reader.get(REQUEST_BITS))
+        if row is None:
             raise RequestCodecError("a request that this version does not know")
         values: dict[str, Any] = {}
-        for field, kind, optional in _fields(_KINDS[code]):
-            values[field] = None if optional and not reader.flag() else _get(reader, field, kind, resolve)
-        body: ask.RequestBody = _KINDS[code](**values)
+        for field in row.fields:
+            values[field.name] = None if field.optional and not reader.flag() else _get(reader, field.form, resolve)
+        body: ask.RequestBody = row.kind(**values)
     except BitsError as error:
         raise RequestCodecError(f"a request cannot be decoded: {error}") from None
     return body
 
 
-def _fields(kind: type[Any]) -> list[tuple[str, Any, bool]]:
-    """Name, type and whether it may be None, of each field."""
-    hints = typing.get_type_hints(kind)
-    found = []
-    for field in dataclasses.fields(kind):
-        hint = hints[field.name]
-        optional = isinstance(hint, types.UnionType)
-        if optional:
-            hint = next(item for item in hint.__args__ if item is not type(None))
-        found.append((field.name, hint, optional))
-    return found
+def _put(writer: BitWriter, form: Form, value: Any) -> None:
+    match form:
+        case Form.FLAG:
+            writer.flag(value)
+        case Form.WHOLE:
+            writer.signed(value, 4)
+        case Form.REAL:
+            writer.real(value)
+        case Form.NAME:
+            writer.put(name_code(value), 16)
+        case Form.LATITUDE | Form.LONGITUDE:
+            writer.put(round(math.degrees(value) * 1e7) & 0xFFFF_FFFF, 32)
+        case Form.MODE:
+            writer.put(MODE.number(value), MODE.bits)
+        case Form.LOITER_KIND:
+            writer.put(LOITER_KIND.number(value), LOITER_KIND.bits)
+        case Form.LOITER_DIRECTION:
+            writer.put(LOITER_DIRECTION.number(value), LOITER_DIRECTION.bits)
+        case _:
+            assert_never(form)
 
 
-def _put(writer: BitWriter, field: str, kind: Any, value: Any) -> None:
-    if kind is bool:
-        writer.flag(value)
-    elif kind is int:
-        writer.signed(value, 4)
-    elif kind is str:
-        writer.put(name_code(value), 16)
-    elif issubclass(kind, Enum):
-        writer.put(list(kind).index(value), 3)
-    elif field in ("lat_rad", "lon_rad"):
-        writer.put(round(math.degrees(value) * 1e7) & 0xFFFF_FFFF, 32)
-    else:
-        writer.real(value)
+def _get(reader: BitReader, form: Form, resolve: Resolve) -> Any:
+    match form:
+        case Form.FLAG:
+            return reader.flag()
+        case Form.WHOLE:
+            return reader.signed(4)
+        case Form.REAL:
+            return _finite(reader.real())
+        case Form.NAME:
+            return _resolved(reader.get(16), resolve)
+        case Form.LATITUDE:
+            return _angle_rad(reader.get(32), 90.0)
+        case Form.LONGITUDE:
+            return _angle_rad(reader.get(32), 180.0)
+        case Form.MODE:
+            return MODE.member(reader.get(MODE.bits))
+        case Form.LOITER_KIND:
+            return LOITER_KIND.member(reader.get(LOITER_KIND.bits))
+        case Form.LOITER_DIRECTION:
+            return LOITER_DIRECTION.member(reader.get(LOITER_DIRECTION.bits))
+        case _:
+            assert_never(form)
 
 
-def _get(reader: BitReader, field: str, kind: Any, resolve: Resolve) -> Any:
-    if kind is bool:
-        return reader.flag()
-    if kind is int:
-        return reader.signed(4)
-    if kind is str:
-        name = resolve(reader.get(16))
-        if name is None:
-            raise RequestCodecError("no such parameter on the vessel")
-        return name
-    if issubclass(kind, Enum):
-        members = list(kind)
-        index = reader.get(3)
-        if index >= len(members):
-            raise BitsError("no such choice")
-        return members[index]
-    if field in ("lat_rad", "lon_rad"):
-        number = reader.get(32)
-        angle_deg = (number - (1 << 32) if number >> 31 else number) / 1e7
-        if abs(angle_deg) > (90.0 if field == "lat_rad" else 180.0):
-            raise BitsError("no such place")
-        return math.radians(angle_deg)
-    value = reader.real()
+def _finite(value: float) -> float:
     if not math.isfinite(value):
-        raise BitsError(f"{field} is no number")
+        raise BitsError("a field is no number")
     return value
+
+
+def _resolved(code: int, resolve: Resolve) -> str:
+    name = resolve(code)
+    if name is None:
+        raise RequestCodecError("no such parameter on the vessel")
+    return name
+
+
+def _angle_rad(number: int, limit_deg: float) -> float:
+    angle_deg = (number - (1 << 32) if number >> 31 else number) / 1e7
+    if abs(angle_deg) > limit_deg:
+        raise BitsError("no such place")
+    return math.radians(angle_deg)

@@ -1,7 +1,6 @@
 """The key states that the shore has, and which of them it may tell the vessel to refer to.
 
-A beacon names a key by six bits of its frame's counter. After a silence of 64 frames those bits are another key's, so
-only a key that is young enough to be alone with them is named.
+A beacon names a key by sixteen bits of its frame's counter, the vessel's clock in eighths of a second: two hours.
 """
 
 from __future__ import annotations
@@ -10,25 +9,24 @@ from typing import Final
 
 from ..air.profile import LinkSettings
 from ..codec.frames import Frame
-from ..codec.state import RadioState, decode_delta, decode_key, mark_of
+from ..codec.state import decode_delta, decode_key, mark_of
+from ..codec.state_fields import RadioState
 
-_ALONE_FRAMES: Final = 48
-_ALONE_STATES: Final = 24
-"""As many states may have been lost since, with other frames between them, until the six bits come round."""
+_NAMES_S: Final = 4000.0
+"""Half the time until the names come round."""
 
 
 class HeardKeys:
     """Keys by mark, and the newest of them by its frame."""
 
     def __init__(self, settings: LinkSettings) -> None:
-        until_next_s = settings.key_s + 2.0 * settings.state_s
-        self._limit_us = round(min(until_next_s, _ALONE_STATES * settings.state_s) * 1e6)
+        self._limit_us = round(min(settings.key_s + 2.0 * settings.state_s, _NAMES_S) * 1e6)
         self._keys: dict[int, RadioState] = {}
         self._newest: tuple[int, int] | None = None
         """Counter of the newest key's frame, and when it came."""
-        self._session: int | None = None
+        self._session: bytes | None = None
 
-    def of_session(self, session: int | None) -> None:
+    def of_session(self, session: bytes | None) -> None:
         """Forget what an earlier start of the vessel sent."""
         if self._session is not None and session != self._session:
             self._keys.clear()
@@ -50,11 +48,8 @@ class HeardKeys:
             return None
         return decode_delta(key, frame.body)
 
-    def to_name(self, counter: int, now_us: int) -> int | None:
-        """Six bits of the key that the vessel may refer to; ``counter``: of the last frame heard."""
-        if self._newest is None:
+    def to_name(self, now_us: int) -> int | None:
+        """Sixteen bits of the key that the vessel may refer to; None = it has to send one."""
+        if self._newest is None or now_us - self._newest[1] > self._limit_us:
             return None
-        number, at_us = self._newest
-        if counter - number >= _ALONE_FRAMES or now_us - at_us > self._limit_us:
-            return None
-        return number & 0x3F
+        return self._newest[0] & 0xFFFF

@@ -13,7 +13,8 @@ from typing import Any, Final
 from ...language.requests import PlanItem, PlanKind
 from ..codec.bits import BitsError
 from ..codec.plan import PlanCodecError, decode_plan, encode_plan
-from ..codec.state import RadioState, decode_key, encode_key
+from ..codec.state import decode_key, encode_key
+from ..codec.state_fields import RadioState
 
 _LONG_AGO_US: Final = 366 * 86_400_000_000
 
@@ -51,14 +52,13 @@ def read(text: str) -> Picture | None:
         return None
     try:
         fields: dict[str, Any] = json.loads(text)
-        state = fields["state"]
         home = fields["home"]
         return Picture(
             plans=_plans_in(fields["plans"]),
             unsure=_plans_in(fields["unsure"]),
             params={str(name): float(value) for name, value in fields["params"].items()},
             home_e7=None if home is None else (int(home[0]), int(home[1])),
-            state=None if state is None else decode_key(bytes.fromhex(state)),
+            state=_state_in(fields["state"]),
             state_utc_us=int(fields["utc"]),
         )
     except (ValueError, TypeError, KeyError, AttributeError, IndexError, BitsError, PlanCodecError):
@@ -71,6 +71,14 @@ def heard_us(picture: Picture, utc_us: int, now_us: int) -> int:
     if not utc_us or not picture.state_utc_us or not 0 <= age_us <= _LONG_AGO_US:
         age_us = _LONG_AGO_US
     return now_us - age_us
+
+
+def _state_in(text: str | None) -> RadioState | None:
+    """The last state; None for one of another version, which the vessel's next word replaces."""
+    try:
+        return None if text is None else decode_key(bytes.fromhex(text))
+    except BitsError:
+        return None
 
 
 def _plans_out(plans: dict[PlanKind, tuple[PlanItem, ...]]) -> list[str]:

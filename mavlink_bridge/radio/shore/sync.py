@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Final
 
 from ..air import Priority, RadioProfile
-from ..codec.frames import Kind
 from ..codec.info import Wanted
+from ..codec.wire import Kind
 from ..link import CompactLink
 
 _GAP_US: Final = 60_000_000

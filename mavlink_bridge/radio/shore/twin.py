@@ -29,29 +29,36 @@ from ...language.requests import (
 from ...language.snapshot import Snapshot
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import Identity, ParamTable
-from ..air import Priority, RadioProfile
+from ..air import RadioProfile
 from ..air.rhythm import Rhythm
+from ..codec.batch import decode_batch
 from ..codec.bits import BitsError
-from ..codec.command import encode_command
-from ..codec.frames import OVERHEAD, Direction, Frame, Kind
+from ..codec.brief import STANDING_BYTES, decode_position, with_standing
+from ..codec.frames import Frame
 from ..codec.info import WANTED_PLAN, Info, Wanted, decode, params_check
-from ..codec.plan import PlanCodecError, decode_plan, encode_plan
-from ..codec.request import OVERRULED, crosses, encode_request
-from ..codec.state import KEY_BYTES, RadioState, decode_batch
+from ..codec.plan import PlanCodecError, decode_plan
+from ..codec.request import OVERRULED
+from ..codec.state import KEY_BYTES
+from ..codec.state_fields import RadioState
+from ..codec.wire import OVERHEAD, SEVERITY, VERSION, Kind
 from ..link import CompactLink
+from ..old_format import GAP_US, HEARD, OldEar
+from ..session import Direction, Pairing
 from ..transfer import Message, Outcome
 from ..vessel_clock import VesselClock
-from .keys import HeardKeys
+from .beacon import Beacons
 from .memory import Picture, heard_us
+from .orders import message_of, submit
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
 
 _WAY_US: Final = 40_000
 """From the end of a packet to its bytes here: module and serial line."""
-_KEYS_WITHOUT_WORD: Final = 3
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
-_LOST_MEMORY: Final = "Radio: the vessel lost its counters and is not believed: make a new radio key for both ends"
+_FOREIGN: Final = (
+    "Radio: the vessel speaks format {}, this gateway {}: only Hold and Disarm cross; update the older one"
+)
 
 
 @dataclass(slots=True)
@@ -77,14 +84,18 @@ class ShoreTwin:
         neutral: ActuatorOutput,
         rng: random.Random,
         *,
+        nonce: bytes,
         memory: str = "",
         save: Callable[[str], None] | None = None,
         now_us: int = 0,
         system_id: int = 1,
     ) -> None:
+        """``nonce``: six bytes that no earlier start had."""
         self.profile = profile
         self._address = (system_id, 1)
-        self.link = CompactLink(profile, key, Direction.TO_VESSEL, rng, memory=memory, save=save, now_us=now_us)
+        pairing = Pairing(key, system_id, Direction.TO_VESSEL, nonce, profile)
+        self.link = CompactLink(profile, key, pairing, rng, memory=memory, save=save, now_us=now_us)
+        self._ear = OldEar(key, Direction.TO_SHORE)
         if profile.link.batch == 1:
             self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
         self.params = CachedParams(params)
@@ -98,11 +109,8 @@ class ShoreTwin:
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
-        self._keys = HeardKeys(profile.link)
+        self._beacons = Beacons(self.link)
         self._clock = VesselClock(profile.link)
-        self._beacon_us: int | None = None
-        self._station_present = False
-        self._new_keys = 0
         self._pending: dict[int, _Pending] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
         self._texts: list[tuple[Severity, str]] = []
@@ -143,12 +151,15 @@ class ShoreTwin:
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes from the modem as read. Never raises on input."""
-        old_hellos = self.link.opener.old_hellos
         items = self.link.receive(data, now_us)
-        if self.link.opener.old_hellos > old_hellos:
-            self.say(Severity.WARNING, _LOST_MEMORY, now_us)
-        self._keys.of_session(self.link.other_session)
-        self._clock.of_session(self.link.other_session)
+        if self.link.pairing.is_foreign:
+            self.say(Severity.WARNING, _FOREIGN.format(self.link.pairing.version, VERSION), now_us, gap_us=GAP_US)
+        before = self._ear.hellos
+        self._ear.receive(data)
+        if self._ear.hellos > before:
+            self.say(Severity.WARNING, HEARD, now_us, gap_us=GAP_US)
+        self._beacons.keys.of_session(self.link.pairing.other)
+        self._clock.of_session(self.link.pairing.other)
         for item in items:
             if isinstance(item, Message):
                 self._on_message(item, now_us)
@@ -165,15 +176,7 @@ class ShoreTwin:
     def tick(self, now_us: int, *, station_present: bool) -> None:
         """Serve beacon and synchronisation; call a few times a second."""
         self._collect(now_us)
-        beacon_us = round(self.profile.link.beacon_s * 1e6)
-        if not beacon_us or self.link.heard_us is None:
-            return
-        due = self._beacon_us is None or now_us - self._beacon_us >= beacon_us
-        if due or station_present != self._station_present:
-            self._beacon_us, self._station_present, self._new_keys = now_us, station_present, 0
-            key = self._keys.to_name(self.link.opener.counter, now_us)
-            known = 0 if key is None else 0x40 | key
-            self.link.post(Kind.BEACON, bytes(((0x80 if station_present else 0) | known,)), Priority.COMMAND)
+        self._beacons.tick(now_us, station_present=station_present)
 
     def age_s(self, now_us: int) -> float | None:
         """Age of the newest authentic state."""
@@ -198,7 +201,8 @@ class ShoreTwin:
                 pending.owners.append(owner)
                 return
         try:
-            number = self._send(body, now_us, origin)
+            message = message_of(body, origin, self._address, self._near_e7())
+            number = submit(self.link, message, now_us, is_stop=body.nature.stops)
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
@@ -209,22 +213,6 @@ class ShoreTwin:
         older = {number for number, pending in self._pending.items() if pending.body.nature.yields}
         self.link.withdraw(older, OVERRULED)
         self._collect(now_us)
-
-    def _send(self, body: RequestBody, now_us: int, origin: Origin | None) -> int:
-        settings = self.profile.link
-        if isinstance(body, LoadPlan):
-            payload = encode_plan(body.kind, body.items, self._near_e7())
-            return self.link.submit(Kind.PLAN, payload, Priority.COMMAND, now_us, round(settings.upload_s * 1e6))
-        if not crosses(body):
-            raise ValueError(f"{type(body).__name__} does not cross the radio link")
-        stop = body.nature.stops
-        return self.link.submit(
-            Kind.STOP if stop else Kind.ORDER,
-            encode_request(body) if origin is None else encode_command(origin, self._address),
-            Priority.STOP if stop else Priority.COMMAND,
-            now_us,
-            round(settings.command_s * 1e6),
-        )
 
     def ignore(self, body: RequestBody, now_us: int) -> None:
         """Say, now and then, that a stream of set-points does not cross the air."""
@@ -245,10 +233,10 @@ class ShoreTwin:
         heard = max(self.state_us, 0)
         return snapshot_of(self.state, heard, tick, self._neutral, self.plans, reached=reached, texts=texts)
 
-    def say(self, severity: Severity, text: str, now_us: int) -> None:
-        """Queue a text of the gateway's own; the same one at most every 10 s."""
+    def say(self, severity: Severity, text: str, now_us: int, *, gap_us: int = _SAID_GAP_US) -> None:
+        """Queue a text of the gateway's own; the same one at most every ``gap_us``."""
         last_us = self._said.get(text)
-        if last_us is not None and now_us - last_us < _SAID_GAP_US:
+        if last_us is not None and now_us - last_us < gap_us:
             return
         if len(self._said) > 2 * _MAX_TEXTS:
             self._said.pop(next(iter(self._said)))
@@ -278,7 +266,7 @@ class ShoreTwin:
 
     def _on_frame(self, frame: Frame, now_us: int) -> None:
         if self.link.rhythm is not None and frame.kind in (Kind.KEY, Kind.DELTA):
-            span_us = self.link.clock.span_us(len(frame.body) + 6)
+            span_us = self.link.clock.span_us(len(frame.body) + OVERHEAD)
             self.link.rhythm.heard(now_us - span_us - _WAY_US, span_us)
         try:
             if frame.kind is Kind.KEY:
@@ -288,24 +276,28 @@ class ShoreTwin:
             elif frame.kind is Kind.BATCH:
                 samples, _ = decode_batch(frame.body)
                 self._take_state(samples[-1], self._clock.made_us(samples[-1].t_s, now_us), now_us)
+            elif frame.kind is Kind.POSITION:
+                self.state, self.state_us = decode_position(frame.body), now_us
+            elif frame.kind is Kind.REPLY:
+                self._on_standing(frame.body)
         except BitsError:
             return
         if frame.kind is Kind.EVENT and frame.body:
             self._reached.append(frame.body[0])
         elif frame.kind is Kind.TEXT and len(frame.body) > 1:
-            self.say(Severity(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
+            self.say(SEVERITY.member(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
+
+    def _on_standing(self, body: bytes) -> None:
+        """What an answer tells of the vessel is shown at once; where it is comes with the next state."""
+        if self.state is not None and not self.link.pairing.is_foreign and len(body) > STANDING_BYTES:
+            self.state = with_standing(self.state, body[1:])
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
-        is_first = self._keys.to_name(frame.counter, now_us) is None
-        state = self._keys.take(frame, now_us)
-        self._new_keys += 1
-        if self._beacon_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
-            # a word from here lets the vessel send differences again
-            self._beacon_us = now_us - round(self.profile.link.beacon_s * 1e6)
+        state = self._beacons.key(frame, now_us)
         self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
 
     def _on_delta(self, frame: Frame, now_us: int) -> None:
-        state = self._keys.apply(frame)
+        state = self._beacons.keys.apply(frame)
         if state is None:
             return
         newest = self.state

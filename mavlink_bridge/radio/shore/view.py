@@ -17,7 +17,7 @@ from ...language.snapshot import Health, Progress, Snapshot
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import ParamInfo, ParamTable
 from ..codec.request import name_codes
-from ..codec.state import RadioState
+from ..codec.state_fields import RadioState
 
 
 class CachedParams:
@@ -133,7 +133,14 @@ def snapshot_of(
             rally_id=ids[2],
             reached=reached,
         ),
-        fix=GpsFix(heard_us, state.fix, lat_rad=state.lat_rad, lon_rad=state.lon_rad, sog_mps=state.sog_mps),
+        fix=GpsFix(
+            heard_us,
+            state.fix,
+            lat_rad=state.lat_rad,
+            lon_rad=state.lon_rad,
+            sog_mps=state.sog_mps,
+            satellites=state.satellites,
+        ),
         guard=state.guard,
         action=state.action,
         health=Health(
@@ -165,6 +172,7 @@ def with_health(state: RadioState, newest: RadioState) -> RadioState:
         heading_ok=newest.heading_ok,
         actuators_ok=newest.actuators_ok,
         prearm_ok=newest.prearm_ok,
+        satellites=newest.satellites,
     )
 
 

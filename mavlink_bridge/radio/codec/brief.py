@@ -1,0 +1,65 @@
+"""Two small states: what goes with each answer of the vessel, and the position that every version understands."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import replace
+from typing import Final
+
+from .bits import BitReader, BitsError, BitWriter
+from .state_fields import RadioState, from_level, to_level
+from .wire import MODE, PLAN_STATE
+
+STANDING_BYTES: Final = 2
+POSITION_BYTES: Final = 10
+
+
+def encode_standing(state: RadioState) -> bytes:
+    """Two bytes: 4 bits mode, armed, 3 bits state of the plan, 7 bits item, ready to arm."""
+    writer = BitWriter()
+    writer.put(MODE.number(state.mode), MODE.bits)
+    writer.flag(state.armed)
+    writer.put(PLAN_STATE.number(state.plan_state), PLAN_STATE.bits)
+    writer.put(state.seq % 128, 7)
+    writer.flag(state.prearm_ok)
+    return writer.bytes()
+
+
+def with_standing(state: RadioState, body: bytes) -> RadioState:
+    """The state with what an answer told. Raises BitsError."""
+    reader = BitReader(body[:STANDING_BYTES])
+    return replace(
+        state,
+        mode=MODE.member(reader.get(MODE.bits)),
+        armed=reader.flag(),
+        plan_state=PLAN_STATE.member(reader.get(PLAN_STATE.bits)),
+        seq=reader.get(7),
+        prearm_ok=reader.flag(),
+    )
+
+
+def encode_position(state: RadioState) -> bytes:
+    """Frozen for all versions: latitude and longitude in degrees * 1e7 (an unknown one is -2^31), 0.1 m/s (255 = unknown), 4 bits mode,
+    armed, 3 bits 0.
+    """
+    known = state.lat_rad is not None and state.lon_rad is not None
+    lat_e7 = round(math.degrees(state.lat_rad or 0.0) * 1e7) if known else -(1 << 31)
+    lon_e7 = round(math.degrees(state.lon_rad or 0.0) * 1e7) if known else 0
+    last = MODE.number(state.mode) << 4 | state.armed << 3
+    return struct.pack(">iiBB", lat_e7, lon_e7, to_level(state.sog_mps, 0.1, 8), last)
+
+
+def decode_position(body: bytes) -> RadioState:
+    """Raises BitsError for what no encoder makes, and for a mode of a later version."""
+    if len(body) != POSITION_BYTES:
+        raise BitsError("a position has 10 bytes")
+    lat_e7, lon_e7, speed, last = struct.unpack(">iiBB", body)
+    known = abs(lat_e7) <= 900_000_000 and abs(lon_e7) <= 1_800_000_000
+    return RadioState(
+        lat_rad=math.radians(lat_e7 / 1e7) if known else None,
+        lon_rad=math.radians(lon_e7 / 1e7) if known else None,
+        sog_mps=from_level(speed, 0.1, 8),
+        mode=MODE.member(last >> 4),
+        armed=bool(last & 8),
+    )

@@ -1,0 +1,66 @@
+"""The gateway's signs of life: whether its commanding station is alive, and to which key state the vessel may refer.
+
+The first frame of a session goes at once, whatever the profile says of beacons: by it the vessel believes that we are here.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from ..air.ledger import Priority
+from ..codec.frames import Frame
+from ..codec.state_fields import RadioState
+from ..codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, Kind
+from ..link import CompactLink
+from .keys import HeardKeys
+
+_KEYS_WITHOUT_WORD: Final = 3
+"""So many keys in a row tell that the vessel did not hear which one it may refer to."""
+
+_GREET_GAP_US: Final = 1_000_000
+
+
+class Beacons:
+    """Keeps the keys that have come, and the time of the next beacon. Call ``tick`` a few times a second."""
+
+    def __init__(self, link: CompactLink) -> None:
+        self._link = link
+        self._period_us = round(link.profile.link.beacon_s * 1e6)
+        self.keys = HeardKeys(link.profile.link)
+        self._sent_us: int | None = None
+        self._greeted: bytes | None = None
+        """The start of the vessel that has had a word from us."""
+        self._station_present = False
+        self._new_keys = 0
+
+    def key(self, frame: Frame, now_us: int) -> RadioState:
+        """Take a key state. Raises BitsError."""
+        is_first = self.keys.to_name(now_us) is None
+        state = self.keys.take(frame, now_us)
+        self._new_keys += 1
+        if self._sent_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
+            # a word from here lets the vessel send differences again
+            self._sent_us = now_us - self._period_us
+        return state
+
+    def tick(self, now_us: int, *, station_present: bool) -> None:
+        """Post what is due."""
+        pairing = self._link.pairing
+        session = pairing.current or pairing.rival
+        is_new = session is not None and session.other != self._greeted and self._is_time(now_us)
+        if session is not None and is_new:
+            self._greeted = session.other
+        is_due = self._sent_us is None or now_us - self._sent_us >= self._period_us
+        changed = station_present != self._station_present
+        may = self._period_us and self._link.heard_us is not None
+        if not is_new and not (may and (is_due or changed)):
+            return
+        self._sent_us, self._station_present, self._new_keys = now_us, station_present, 0
+        key = self.keys.to_name(now_us)
+        flags = (BEACON_COMMANDED if station_present else 0) | (0 if key is None else BEACON_NAMES_KEY)
+        name = b"" if key is None else key.to_bytes(2, "big")
+        self._link.post(Kind.BEACON, bytes((flags,)) + name, Priority.COMMAND)
+
+    def _is_time(self, now_us: int) -> bool:
+        """Old greetings, one after the other, must not make the gateway speak each time."""
+        return self._sent_us is None or now_us - self._sent_us >= _GREET_GAP_US

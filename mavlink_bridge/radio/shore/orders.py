@@ -1,0 +1,38 @@
+"""What a station asks of the vessel, as a message of the link: a plan, a command word for word, a request, or one of the frozen stops."""
+
+from __future__ import annotations
+
+from ...language.requests import LoadPlan, Origin, RequestBody
+from ..air.ledger import Priority
+from ..codec.command import encode_command
+from ..codec.plan import Position, encode_plan
+from ..codec.request import crosses, encode_request
+from ..codec.wire import SAFE_STOPS, Kind
+from ..link import CompactLink
+
+
+def message_of(
+    body: RequestBody, origin: Origin | None, address: tuple[int, int], near_e7: Position | None
+) -> tuple[Kind, bytes]:
+    """Kind and payload. ``address``: the vessel's system and component; ``near_e7``: where it is, as last known.
+
+    Raises ValueError for what does not cross, PlanCodecError for a plan that cannot be told.
+    """
+    if isinstance(body, LoadPlan):
+        return Kind.PLAN, encode_plan(body.kind, body.items, near_e7)
+    safe = next((number for number, stop in SAFE_STOPS.items() if stop == body), None)
+    if safe is not None:
+        return Kind.SAFE, bytes((safe, 0 if origin is None else origin.source[0]))
+    if not crosses(body):
+        raise ValueError(f"{type(body).__name__} does not cross the radio link")
+    payload = encode_request(body) if origin is None else encode_command(origin, address)
+    return (Kind.STOP if body.nature.stops else Kind.ORDER), payload
+
+
+def submit(link: CompactLink, message: tuple[Kind, bytes], now_us: int, *, is_stop: bool) -> int:
+    """Hand a message to the link with the priority and the time that its kind has. Returns its number. Raises ValueError."""
+    kind, payload = message
+    settings = link.profile.link
+    limit_s = settings.upload_s if kind is Kind.PLAN else settings.command_s
+    priority = Priority.STOP if is_stop else Priority.COMMAND
+    return link.submit(kind, payload, priority, now_us, round(limit_s * 1e6))

@@ -1,0 +1,69 @@
+"""How an end of the compact link speaks: it seals a frame, keeps to the hour, and knows until when its own frame is on the air."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .air.ledger import Ledger, Priority
+from .air.pacing import AirClock
+from .air.profile import RadioProfile
+from .codec.frames import STOPS, Sealer
+from .codec.wire import OVERHEAD, Kind
+from .hello import HELLO_FRAME_BYTES, Greeting
+from .session import Pairing, Session
+
+
+class Voice:
+    """One end's transmitter. ``spent`` is called when the hour should be written down."""
+
+    def __init__(self, profile: RadioProfile, pairing: Pairing, ledger: Ledger, spent: Callable[[int], None]) -> None:
+        self._profile = profile
+        self._pairing = pairing
+        self._sealer = Sealer(pairing)
+        self._spent = spent
+        self.ledger = ledger
+        self.clock = AirClock(profile)
+        self.bytes_out = 0
+
+    @property
+    def counter(self) -> int:
+        """Of the last frame."""
+        return self._sealer.counter
+
+    def may(self, size: int, priority: Priority, now_us: int) -> bool:
+        """Whether the hour has room for a frame of so many bytes."""
+        return self.ledger.allows(self._profile.airtime_us(size), priority, now_us)
+
+    def send(
+        self, kind: Kind, body: bytes, priority: Priority, now_us: int, *, session: Session | None = None
+    ) -> bytes:
+        """The frame, of ``session`` or of the one that counts; b"" when there is none or the hour has no room."""
+        session = session or self._pairing.current
+        if session is None or not self.may(len(body) + OVERHEAD + (kind in STOPS), priority, now_us):
+            return b""
+        frame = self._sealer.seal(kind, body, now_us, session)
+        self._went_out(frame, now_us)
+        return frame
+
+    def hello(self, greeting: Greeting, priority: Priority, now_us: int) -> bytes:
+        """The HELLO that is due, b"" when the hour has no room."""
+        if not self.may(HELLO_FRAME_BYTES, priority, now_us):
+            return b""
+        body, proven = self._pairing.hello(now_us, please=greeting.please, proof=greeting.proof)
+        frame = self._sealer.hello(body, proven)
+        self._went_out(frame, now_us)
+        return frame
+
+    def foreign(self, frame: bytes, now_us: int) -> bytes:
+        """A frame that is not of this format, when the air is ours and the hour has room for it; else b""."""
+        if not self.clock.is_free(now_us) or not self.may(len(frame), Priority.EVENT, now_us):
+            return b""
+        self._went_out(frame, now_us)
+        return frame
+
+    def _went_out(self, frame: bytes, now_us: int) -> None:
+        self.bytes_out += len(frame)
+        self.clock.sent(len(frame), now_us)
+        self.ledger.charge(self._profile.airtime_us(len(frame)), self.clock.off_us)
+        if self.ledger.should_be_saved:
+            self._spent(now_us)

@@ -1,0 +1,203 @@
+"""The radio's code page: golden vectors that only a deliberate change may touch.
+
+tests/data/radio/*.hex hold what the first end of format 2 sent. A vector that differs means that ends in the field stop
+understanding each other: raise ``wire.VERSION`` instead, or append. Nothing writes these files.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.messages import (
+    Action,
+    FixType,
+    GuardState,
+    LoiterDirection,
+    LoiterKind,
+    Mode,
+    PlanState,
+    Severity,
+)
+from mavlink_bridge.radio.codec import wire
+from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
+from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
+from mavlink_bridge.radio.codec.frames import Opener, Sealer
+from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
+from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
+from mavlink_bridge.radio.codec.state_fields import RadioState
+from mavlink_bridge.radio.session import Direction
+from tools.lora_rig import acquainted
+
+FOLDER = Path(__file__).parents[1] / "data" / "radio"
+CODES = (
+    *(wire.MODE, wire.RESULT, wire.ACTION, wire.GUARD, wire.PLAN_STATE, wire.FIX),
+    *(wire.PLAN_KIND, wire.SEVERITY, wire.LOITER_KIND, wire.LOITER_DIRECTION),
+)
+VOCABULARIES: tuple[type[Enum], ...] = (
+    *(Mode, ask.Result, Action, GuardState, PlanState, FixType),
+    *(ask.PlanKind, Severity, LoiterKind, LoiterDirection),
+)
+REQUESTS: dict[str, ask.RequestBody] = {
+    "arm": ask.Arm(True),
+    "disarm": ask.Arm(False),
+    "abort": ask.Arm(False, force=True),
+    **{f"mode {mode.value}": ask.SetMode(mode) for mode in Mode},
+    "start": ask.StartPlan(),
+    "start 3 to 200": ask.StartPlan(3, 200),
+    "pause": ask.PausePlan(True),
+    "continue": ask.PausePlan(False),
+    "item": ask.SetCurrent(7, reset=True),
+    "go to": ask.Reposition(math.radians(41.185), math.radians(-8.706), 1.5, 20.0),
+    "hold here": ask.Reposition(None, None),
+    "orbit": ask.Orbit(math.radians(41.185), math.radians(-8.706), radius_m=20.0, direction=LoiterDirection.CCW),
+    "racetrack here": ask.Orbit(None, None, LoiterKind.RACETRACK, 20.0, 100.0, 0.5, LoiterDirection.VESSEL, 1.5, 2.0),
+    "speed": ask.SetSpeed(1.5),
+    "throttle": ask.SetSpeed(throttle=0.5),
+    "heading": ask.GuidedHeading(1.25, speed_mps=0.5, course=True),
+    "home": ask.SetHomePosition(math.radians(41.185), math.radians(-8.706)),
+    "terminate": ask.Terminate(),
+    "fence on": ask.EnableFence(True),
+    "parameter": ask.SetParameter("DEPTH_MIN", 4.25),
+    "reboot": ask.Reboot(),
+    "checks": ask.RunPrearmChecks(),
+    "unlock": ask.UnlockGuard(),
+}
+STATE = RadioState(
+    t_s=1234,
+    lat_rad=math.radians(41.185),
+    lon_rad=math.radians(-8.706),
+    sog_mps=1.5,
+    psi_rad=1.0,
+    phi_rad=0.1,
+    theta_rad=-0.1,
+    alt_m=8.0,
+    mode=Mode.AUTO,
+    armed=True,
+    action=Action.WARN,
+    guard=GuardState.OK,
+    plan_state=PlanState.ACTIVE,
+    seq=5,
+    plan_hash=33,
+    battery=0.8,
+    fix=FixType.RTK_FIXED,
+    gps_ok=True,
+    heading_ok=True,
+    actuators_ok=True,
+    prearm_ok=True,
+    satellites=17,
+)
+
+
+def states() -> dict[str, bytes]:
+    delta = encode_delta(settle(STATE), 1, STATE)
+    assert delta is not None
+    return {
+        "key": encode_key(STATE, 1),
+        "key with time": encode_key(STATE, 1, timed=True),
+        "difference": delta,
+        "batch": encode_batch([STATE] * 14, 129),
+        "standing": encode_standing(STATE),
+        "position": encode_position(STATE),
+        "nothing known": encode_key(RadioState()),
+    }
+
+
+def frames() -> dict[str, bytes]:
+    """Whole frames with key, nonces and times given: the frozen ones and one of each purpose."""
+    ends = acquainted()
+    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    assert shore.current is not None
+    assert vessel.current is not None
+    down, up = Sealer(shore), Sealer(vessel)
+    return {
+        "hello shore": down.hello(*shore.hello(0, please=True, proof=False)),
+        "hello vessel": up.hello(*vessel.hello(7_000_000, please=False, proof=True)),
+        "hold": down.seal(wire.Kind.SAFE, bytes((9, 1, 255)), 7_000_000, shore.current),
+        "disarm": down.seal(wire.Kind.SAFE, bytes((10, 2, 255)), 7_000_000, shore.current),
+        "abort": down.seal(wire.Kind.SAFE, bytes((11, 3, 255)), 7_000_000, shore.current),
+        "order": down.seal(wire.Kind.ORDER, b"\1" + encode_request(ask.Arm(True)), 7_500_000, shore.current),
+        "position": up.seal(wire.Kind.POSITION, encode_position(STATE), 8_000_000, vessel.current),
+        "reply": up.seal(wire.Kind.REPLY, bytes((9 << 3,)) + encode_standing(STATE), 8_500_000, vessel.current),
+    }
+
+
+def vectors(name: str) -> dict[str, str]:
+    lines = (FOLDER / f"{name}.hex").read_text("utf-8").splitlines()
+    return dict(line.rsplit(": ", 1) for line in lines if line and not line.startswith("#"))
+
+
+@pytest.mark.parametrize(
+    ("name", "made"),
+    [
+        ("requests", lambda: {name: encode_request(body) for name, body in REQUESTS.items()}),
+        ("states", states),
+        ("frames", frames),
+    ],
+)
+def test_what_goes_on_the_air_is_as_it_always_was(name: str, made) -> None:  # type: ignore[no-untyped-def]
+    assert {title: data.hex() for title, data in made().items()} == vectors(name)
+
+
+def test_what_was_always_sent_is_read_as_it_always_was() -> None:
+    names = {name_code("DEPTH_MIN"): "DEPTH_MIN"}
+    for title, text in vectors("requests").items():
+        back = decode_request(bytes.fromhex(text), names.get)
+        assert encode_request(back).hex() == text
+        assert type(back) is type(REQUESTS[title])
+    told = {title: bytes.fromhex(text) for title, text in vectors("states").items()}
+    assert decode_key(told["key"]).status == STATE.status
+    assert decode_key(told["key with time"]).t_s == 1234
+    assert decode_delta(settle(STATE), told["difference"]).sog_mps == 1.5
+    assert len(decode_batch(told["batch"])[0]) == 14
+    assert (decode_position(told["position"]).mode, decode_position(told["position"]).armed) == (Mode.AUTO, True)
+
+
+def test_the_frozen_stops_are_heard() -> None:
+    vessel = acquainted()[Direction.TO_SHORE]
+    opener = Opener(vessel)
+    for number, title in ((1, "hold"), (2, "disarm"), (3, "abort")):
+        (frame,) = opener.receive(bytes.fromhex(vectors("frames")[title]), 7_000_000)
+        assert wire.SAFE_STOPS[frame.body[1]].nature.stops
+        assert (frame.kind, frame.body[1]) == (wire.Kind.SAFE, number)
+
+
+@pytest.mark.parametrize(
+    ("codes", "vocabulary"), list(zip(CODES, VOCABULARIES, strict=True)), ids=[kind.__name__ for kind in VOCABULARIES]
+)
+def test_every_word_has_a_number_of_its_own(codes, vocabulary) -> None:  # type: ignore[no-untyped-def]
+    assert {codes.member(codes.number(member)) for member in vocabulary} == set(vocabulary)
+
+
+def test_a_word_without_a_number_fails_at_once_by_name() -> None:
+    class Weather(Enum):
+        CALM = "calm"
+        ROUGH = "rough"
+
+    with pytest.raises(ValueError, match=r"Weather\.ROUGH"):
+        wire.Codes(Weather, 3, {Weather.CALM: 0})
+
+
+def test_a_field_that_the_page_forgets_fails_at_once_by_name() -> None:
+    with pytest.raises(ValueError, match="force"):
+        wire.RequestRow(ask.Arm, (wire.Field("arm", wire.Form.FLAG),))
+
+
+def test_numbers_that_are_agreed_on_are_not_taken() -> None:
+    assert not set(wire.RESERVED) & set(wire.REQUESTS)
+    assert not {wire.RAW_CODE, wire.COMMAND_CODE} & set(wire.REQUESTS)
+
+
+def test_the_codebooks_only_grow() -> None:
+    """Their places are numbers: what stands there stays there."""
+    books = (wire.COMMANDS, wire.STATIONS, wire.COMMAND_FRAMES, wire.PLAN_COMMANDS, wire.PLAN_FRAMES)
+    text = "\n".join(repr(book) for book in books)
+    assert sha256(text.encode()).hexdigest() == BOOKS, text
+
+
+BOOKS = "83f5651c906b9dfc163ea0f816928c671304f030c2f8ceca144a06e0b4a4dea5"
