@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Protocol, TextIO
 
-from mavlink_bridge.language.messages import Action, GuardState, LogText, PlanState, Severity
+from mavlink_bridge.language.messages import Action, FixType, GuardState, LogText, PlanState, Severity
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.radio.air import Ledger
 
@@ -208,7 +208,7 @@ def rows(s: Snapshot, airtime: str = "") -> list[tuple[str, str, str]]:
     armed = "armed" if s.armed else "disarmed"
     found = [
         ("Mode", f"{s.mode.value}, {armed}", "green" if s.armed else "yellow"),
-        ("Position", f"{position(s)}   {state.fix_type.name.replace('_', ' ')}", "" if state.position_valid else "red"),
+        ("Position", f"{position(s)}   {_receiver(s)}", "" if state.position_valid else "red"),
         (
             "Motion",
             f"heading {_compass(state.psi_rad)}, course {_compass(state.cog_rad)}, speed {_metres(state.sog_mps, 'm/s', 2)}",
@@ -268,6 +268,16 @@ def position(s: Snapshot) -> str:
     if s.state.lat_rad is None or s.state.lon_rad is None:
         return "no position"
     return f"{math.degrees(s.state.lat_rad):.6f}° {math.degrees(s.state.lon_rad):.6f}°"
+
+
+def _receiver(s: Snapshot) -> str:
+    """What the receiver says, and where that is no position, why."""
+    if s.fix is None:
+        return "no receiver heard"
+    if s.fix.fix_type is FixType.NONE:
+        return "receiver has no fix"
+    kind = s.fix.fix_type.name.replace("_", " ")
+    return kind if s.state.position_valid else f"receiver says {kind}, not believed"
 
 
 def _plan(s: Snapshot) -> str:

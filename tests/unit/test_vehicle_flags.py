@@ -49,6 +49,7 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
         ordered=None,
         ages=Ages(),
         interrupted=None,
+        board_known=True,
         **dict.fromkeys(("armed", "rearmed", "terminating", "aborting", "gcs_required"), False),
     )
     vars(vessel).update(parts)
@@ -96,6 +97,10 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
 def test_each_cause_raises_its_own_flag_and_no_other(name):
     value = {"resume": "Auto", "operator_order": Order.AUTO}.get(name, 1.5 if name.endswith("_s") else True)
     assert flags_of(**BY_CAUSE[name]) == replace(CALM, **{name: value})
+
+
+def test_a_board_that_never_was_there_is_not_lost():
+    assert flags_of(**BY_CAUSE["actuator_lost"], board_known=False) == CALM
 
 
 def test_every_flag_has_been_looked_at():

@@ -228,7 +228,7 @@ class Estimator:
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
             depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
-            fix_type=_NO_FIX if fix is None else fix.fix_type,
+            fix_type=_NO_FIX if fix is None or self.fix_at(now_us) is None else fix.fix_type,
             heading_from_course=from_course,
         )
 

@@ -85,6 +85,7 @@ class Controls:
         self._output = self.gate.neutral(0, "start")
         self.inputs = TickInputs()
         self.supply: SupplyVoltage | None = None
+        self._board_known = False
         """The battery as the actuator board sees it; None when it does not measure."""
         self._home_by_operator = False
         self.has_sailed = False
@@ -264,8 +265,14 @@ class Controls:
         self._text_number += 1
         self._texts.append(LogText(self._text_number, self._last_us or 0, severity, text))
 
-    def _note_supply(self) -> None:
+    @property
+    def board_known(self) -> bool:
+        """Whether the actuator board has ever been ready: one that never was there cannot be lost. Armed, it must be there."""
+        return self._board_known or self.armed
+
+    def _note_board(self) -> None:
         status, known = self.inputs.actuator, self.supply
+        self._board_known = self._board_known or self.inputs.actuator_ready
         if status.voltage_v is None:
             self.supply = None
         elif known is None or known.t_us != status.t_us or known.voltage_v != status.voltage_v:

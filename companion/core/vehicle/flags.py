@@ -39,7 +39,7 @@ def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool
         heading_lost=state.psi_rad is None,
         position_frozen=estimator.frozen,
         sources_disagree=estimator.sources_disagree,
-        actuator_lost=bool(faults) and not _BOARD_SILENT.isdisjoint(faults),
+        actuator_lost=bool(faults) and vehicle.board_known and not _BOARD_SILENT.isdisjoint(faults),
         actuator_reset="reset" in faults,
         actuator_mismatch="mismatch" in faults,
         actuator_noise="noise" in faults,

@@ -66,7 +66,7 @@ class Vehicle(Controls):
         self.inputs, self._last_us = inputs, now_us
         self.ticks += 1
         self._measure(inputs.measurements, now_us)
-        self._note_supply()
+        self._note_board()
         if self.plan_reach.is_new(self.mission.plan, plan_number(inputs.plan_ids[0]), self.state):
             self.look_at_reach()
         intent = self.navigator.intent(now_us, self.state) if self.armed and self.result.action < _STOP else None
