@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -21,6 +21,7 @@ from .core.nmea.wanted import unknown_names
 from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.links import LinkConfigError, check_link, parse_link_url
+from .judge import collisions, endpoint_mistakes, vessel_meaning
 from .radio import SIMULATION_KEY, load_radio, read_key
 from .settings import ConfigError, Settings, load, load_vessel
 
@@ -60,14 +61,17 @@ def vessel_mistakes(settings: Settings) -> list[str]:
         found += mistakes_of(lambda: load_radio(settings.radio.profile))
     found += mistakes_of(lambda: depth_map(settings.depth.map))
     hull = mistakes_of(lambda: load_vessel(settings.vessel))
-    return found + (hull or steering_mistakes(settings, load_vessel(settings.vessel)))
+    if hull:
+        return found + hull
+    vessel = load_vessel(settings.vessel)
+    return found + (steering_mistakes(settings, vessel) or vessel_meaning(settings, vessel))
 
 
 def gateway_mistakes(settings: GatewaySettings) -> list[str]:
     """The same of a gateway's."""
     wanted = [("url", settings.url, None)]
     wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
-    found = [*_wrong_links(wanted), *security.mistakes(settings)]
+    found = [*_wrong_links(wanted), *security.mistakes(settings), *endpoint_mistakes(settings.endpoints)]
     found += [mistake.removeprefix("radio.") for mistake in mistakes_of(lambda: load_radio(settings.profile))]
     if settings.vessel_config:
         found += mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
@@ -176,7 +180,7 @@ def mistakes_of(read: Callable[[], object]) -> list[str]:
     return []
 
 
-def _wrong_links(wanted: Iterable[tuple[str, str, int | None]]) -> list[str]:
+def _wrong_links(wanted: Sequence[tuple[str, str, int | None]]) -> list[str]:
     """What is wrong with links, each as (key, address, baud rate)."""
     found = []
     doors: list[tuple[str, tuple[str, str, int]]] = []
@@ -187,14 +191,14 @@ def _wrong_links(wanted: Iterable[tuple[str, str, int | None]]) -> list[str]:
             check_link(url, **({} if baud is None else {"baud": baud}))
             door = _door(url)
         except LinkConfigError as error:
-            found.append(f"{key} = {url!r}: {error}")
+            found.append(f"{key} = {url!r}: {str(error).removeprefix(f'{url}: ')}")
             continue
         if door is not None:
             holder = next((name for name, other in doors if _same_door(door, other)), "")
             doors.append((key, door))
             if holder:
                 found.append(f"{key} = {url!r}: {holder} listens on port {door[2]} already; choose another port")
-    return found
+    return found + collisions([(key, url) for key, url, _ in wanted])
 
 
 def _door(url: str) -> tuple[str, str, int] | None:

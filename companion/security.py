@@ -84,7 +84,7 @@ def mistakes(settings: Secured, *, keys: bool = True) -> list[str]:
     for number, item in enumerate(settings.endpoints):
         problem = _problem(item, has_key=bool(settings.security.key_file))
         if problem:
-            found.append(f"endpoints.{number} ({item.name}): {problem}")
+            found.append(f"endpoints.{number}.{problem}")
     return found
 
 
@@ -128,7 +128,7 @@ def _key_problem(settings: Secured) -> str:
 
 def _problem(item: EndpointSettings, *, has_key: bool) -> str:
     if item.link_class == "signed" and not has_key:
-        return "link_class = \"signed\" needs security.key_file; make a key with 'companion keys make'"
+        return "link_class = 'signed': needs security.key_file; make a key with 'companion keys make'"
     try:
         check_link(item.url)
         open_to_others = not is_local(item.url)
@@ -136,7 +136,7 @@ def _problem(item: EndpointSettings, *, has_key: bool) -> str:
         return ""  # told by the check of links
     if open_to_others and item.link_class == "trusted" and not item.insecure:
         return (
-            f'{item.url} can be reached by other machines: set link_class = "signed" with security.key_file, '
+            f'url = {item.url!r}: can be reached by other machines; set link_class = "signed" with security.key_file, '
             'link_class = "telemetry" to listen to nobody, or insecure = true'
         )
     return ""

@@ -20,6 +20,7 @@ from ..io.loop import LoopApp, LoopStats, StopFlag, run
 from ..io.recording import Recorder, Recording, new_run_dir
 from ..io.recording.run_folders import free_bytes, make_room
 from ..io.writer import Writer
+from ..judge import vessel_notes, vessel_warnings
 from ..settings import Settings
 from ..settings.schema import RecordConfig
 from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
@@ -75,10 +76,10 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     for text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
         log.warning("%s", text)
+    for warning in (*vessel_notes(settings), *vessel_warnings(settings)):
+        log.warning("%s", warning)
     for door in vessel_doors(settings):
         log.info("socket: %s", door.line)
-    for name, told, _ in security.open_devices(settings):
-        log.warning("%s: %s (insecure = true)", name, told)
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)

@@ -13,8 +13,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
-from pydantic import BaseModel, Field, ValidationError, field_validator
-from pydantic_core import ErrorDetails
+from pydantic import BaseModel, Field, ValidationError
 
 import config as shipped
 
@@ -23,9 +22,15 @@ from ..core.config import Config
 from ..core.hull import VesselConfig
 from ..core.nmea import NmeaConfig
 from ..core.vehicle import VehicleConfig
-from .moved import told
+from .lines import Key, lines_of
+from .moved import told as moved_to
+from .told import NO_SUCH_KEY, key_of, told, wrong_kinds
 
 Model = TypeVar("Model", bound=BaseModel)
+
+
+_ROUNDS: Final = 6
+"""How often what is wrong is left out and the rest judged again: as deep as tables lie in tables, and one more."""
 
 
 class ConfigError(Exception):
@@ -41,8 +46,8 @@ class SensorConfig(Config):
     """One NMEA link. The seed's spellings of a device are accepted."""
 
     name: str = "nmea"
-    url: str = "tcp://127.0.0.1:3000"
-    """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'."""
+    url: str = ""
+    """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'. A vessel's file must name it."""
     baud: int | None = None
     """For a bare device path."""
     insecure: bool = False
@@ -111,7 +116,7 @@ class Settings(VehicleConfig):
 
     vessel: str = "otter"
     """Name of a file in config/vessels, or a path."""
-    sensors: tuple[SensorConfig, ...] = (SensorConfig(),)
+    sensors: tuple[SensorConfig, ...] = ()
     actuators: ActuatorLinkConfig = ActuatorLinkConfig()
     endpoints: tuple[EndpointSettings, ...] = ()
     radio: RadioSettings = RadioSettings()
@@ -121,15 +126,6 @@ class Settings(VehicleConfig):
     """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
     record: RecordConfig = RecordConfig()
     security: SecurityConfig = SecurityConfig()
-
-    @field_validator("sensors", "endpoints")
-    @classmethod
-    def _unique_names(cls, value: tuple[Any, ...]) -> tuple[Any, ...]:
-        names = [item.name for item in value]
-        double = sorted({name for name in names if names.count(name) > 1})
-        if double:
-            raise ValueError(f"names must differ: {', '.join(double)} appears twice")
-        return value
 
 
 def load(
@@ -144,43 +140,72 @@ def load(
     ``further`` finds what is wrong with settings of which each value is right. Raises ConfigError with every mistake.
     """
     source = str(path) if path else "defaults"
-    data = _read(path) if path else {}
+    data, lines = _read(path) if path else ({}, {})
     mistakes = [mistake for item in overrides if (mistake := override(data, item))]
-    try:
-        settings = model.model_validate(data)
-        mistakes += further(settings)
-    except ValidationError as error:
-        wrong = error.errors()
-        mistakes += [*map(explain, wrong), *_beside(wrong, data, model, further)]
-    if mistakes:
-        raise ConfigError(source, mistakes)
+    for item in overrides:
+        lines[key_of(item)] = 0  # what was given on the command line stands in no line
+    settings, wrong = _judged(data, model, further)
+    if mistakes or wrong or settings is None:
+        raise ConfigError(source, [*mistakes, *told(wrong, lines, data, model)])
     return settings
 
 
-def _beside(
-    wrong: Sequence[ErrorDetails], data: dict[str, Any], model: type[Model], further: Callable[[Model], list[str]]
-) -> list[str]:
-    """What ``further`` finds beside values that validation refused: their defaults stand for them, and are not judged."""
+def _judged(
+    data: dict[str, Any], model: type[Model], further: Callable[[Model], list[str]]
+) -> tuple[Model | None, list[str]]:
+    """Return the settings, and every mistake in one go: behind what validation refuses its defaults stand, and are not judged."""
     rest = copy.deepcopy(data)
-    for item in wrong:
-        _leave_out(rest, item["loc"])
-    try:
-        found = further(model.model_validate(rest))
-    except ValidationError:
-        return []
-    refused = tuple(".".join(map(str, item["loc"][:2])) for item in wrong)
-    return [mistake for mistake in found if not mistake.startswith(refused)]
+    wrong: list[str] = []
+    refused: list[Key] = []
+
+    def refuse(key: Key, mistake: str) -> None:
+        if not any(key[: len(known)] == known for known in refused):
+            wrong.append(mistake)
+            refused.append(key)
+
+    for key, value, wanted in list(wrong_kinds(model, rest)):
+        refuse(key, f"{'.'.join(map(str, key))} = {_shown(value)}: {wanted}")
+        _leave_out(rest, key)
+    settings: Model | None = None
+    for _ in range(_ROUNDS):
+        try:
+            settings = model.model_validate(rest)
+            break
+        except ValidationError as error:
+            for item in error.errors():
+                key = item["loc"]
+                if key in refused:  # nothing can stand there: without the table around it
+                    _leave_out(rest, key[:-1])
+                    continue
+                if item["type"] != "missing" or not any(known[: len(key)] == key for known in refused):
+                    refuse(key, explain(item))
+                _leave_out(rest, key, stand_in="" if item["type"] == "missing" else None)
+    if settings is not None:
+        wrong += [mistake for mistake in further(settings) if not _is_about(key_of(mistake), refused)]
+    return settings, wrong
 
 
-def _leave_out(data: Any, where: Sequence[int | str]) -> None:
-    """Take a value out of configuration data. One in the list itself stays, because keys count what comes before."""
+def _is_about(key: Key, refused: Sequence[Key]) -> bool:
+    """Whether a mistake is about a value that was refused already, or about an item of a list that lacks more than its name."""
+    heads = [
+        known[:2] if known[1:2] and isinstance(known[1], int) and known[-1] != "name" else known for known in refused
+    ]
+    return any(key[: len(head)] == head for head in heads)
+
+
+def _leave_out(data: Any, where: Sequence[int | str], stand_in: str | None = None) -> None:
+    """Take a value out of configuration data, or put something in its place. In a list an empty table takes it: places count."""
     for step in where[:-1]:
         try:
             data = data[step]
         except (LookupError, TypeError):
             return
-    if isinstance(data, dict):
+    if isinstance(data, dict) and where:
         data.pop(where[-1], None)
+        if stand_in is not None:
+            data[str(where[-1])] = stand_in
+    elif isinstance(data, list) and where and isinstance(where[-1], int) and where[-1] < len(data):
+        data[where[-1]] = {}
 
 
 def load_vessel(name: str) -> VesselConfig:
@@ -196,9 +221,11 @@ def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
     return load(path, model=model)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> tuple[dict[str, Any], dict[Key, int]]:
+    """The file's content, and the line of each of its keys."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        data = tomllib.loads(text)
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -206,7 +233,7 @@ def _read(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
     folder = str(path.resolve().parent)
-    return {key: _placed(value, folder) for key, value in data.items()}
+    return {key: _placed(value, folder) for key, value in data.items()}, lines_of(text)
 
 
 def unreadable(error: Exception) -> str:
@@ -277,16 +304,14 @@ def explain(error: Any) -> str:
     key = ".".join(str(part) for part in error["loc"]) or "file"
     kind, message = error["type"], error["msg"].removeprefix("Value error, ")
     if kind == "extra_forbidden":
-        moved = told(key, error.get("input"))
-        return (
-            f"{key} = {_shown(error.get('input'))}: {moved}"
-            if moved
-            else f"{key}: no such key; remove it or check the spelling"
-        )
+        moved = moved_to(key, error.get("input"))
+        return f"{key} = {_shown(error.get('input'))}: {moved}" if moved else f"{key}: {NO_SUCH_KEY}"
     if kind == "missing":
         return f"{key}: missing; add it"
     value = error.get("input")
-    wanted = _WANTED.get(kind) or _in_names(value, error.get("ctx", {})) or f"{message[:1].lower()}{message[1:]}"
+    limits = error.get("ctx", {})
+    wanted = _WANTED.get(kind) or _in_names(value, limits) or _in_range(kind, limits)
+    wanted = wanted or f"{message[:1].lower()}{message[1:]}"
     return f"{key} = {_shown(value)}: {wanted}"
 
 
@@ -299,6 +324,23 @@ def _shown(value: Any) -> str:
     if isinstance(value, str | int | float):
         return repr(value)
     return {dict: "a table", list: "a list", tuple: "a list", type(None): "nothing"}.get(type(value), str(value))
+
+
+_LIMITS: Final = {
+    "greater_than_equal": ("ge", "at least"),
+    "less_than_equal": ("le", "at most"),
+    "greater_than": ("gt", "above"),
+    "less_than": ("lt", "below"),
+    "literal_error": ("expected", "one of"),
+    "enum": ("expected", "one of"),
+    "string_too_long": ("max_length", "no longer, in characters, than"),
+}
+
+
+def _in_range(kind: str, limits: dict[str, Any]) -> str:
+    """The range of a value in plain words."""
+    limit, words = _LIMITS.get(kind, ("", ""))
+    return f"must be {words} {limits[limit]}" if limit in limits else ""
 
 
 def _in_names(value: Any, limits: dict[str, Any]) -> str:

@@ -23,7 +23,7 @@ def test_a_gateways_mistakes_are_all_told(tmp_path, capsys):
     assert main(["check", str(path)]) == 2
     told = capsys.readouterr().err
     assert "url = 'serial:'" in told
-    assert "endpoints.0.url" in told
+    assert "endpoints 'x' url" in told
     assert "o-11" in told
 
 

@@ -35,10 +35,10 @@ profile = "smoke-signals"
 EXPECTED = (
     "system.system_id = 0",
     "vesel: no such key",
-    "sensors.0.url = 'tcp://nowhere'",
-    "endpoints.0 (open): udp-listen://0.0.0.0:14550 can be reached by other machines",
-    "endpoints.1.url = 'udq://10.0.0.1:1'",
-    "endpoints.2.link_class = 'sigend'",
+    "sensors number 1 url = 'tcp://nowhere'",
+    "endpoints 'open' url = 'udp-listen://0.0.0.0:14550': can be reached by other machines",
+    "endpoints 'strange' url = 'udq://10.0.0.1:1'",
+    "endpoints 'unsigned' link_class = 'sigend'",
     'radio: protocol = "mavlink" has no key',
     "radio.profile = 'smoke-signals'",
     "vessel = 'submarine'",
@@ -56,7 +56,7 @@ def test_wrong_values_addresses_files_and_open_doors_are_told_together(wrong: Pa
     with pytest.raises(ConfigError) as caught:
         vessel_settings(wrong, ())
     for start in EXPECTED:
-        assert [mistake for mistake in caught.value.mistakes if mistake.startswith(start)], start
+        assert [mistake for mistake in caught.value.mistakes if start in mistake], start
     assert len(caught.value.mistakes) == len(EXPECTED)
 
 
@@ -84,12 +84,15 @@ def test_a_gateway_is_judged_as_whole(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_a_missing_key_hides_nothing_but_what_hangs_on_it(tmp_path: Path) -> None:
-    """An endpoint without a name cannot be left out without moving those behind it: only the schema speaks then."""
     path = tmp_path / "nameless.toml"
-    path.write_text('[[endpoints]]\nurl = "udq://10.0.0.1:1"\n')
-    with pytest.raises(ConfigError, match="name: missing") as caught:
+    path.write_text('[[sensors]]\nurl = "/dev/ttyS0"\n[[endpoints]]\nurl = "udq://10.0.0.1:1"\n')
+    with pytest.raises(ConfigError) as caught:
         vessel_settings(path, ())
-    assert len(caught.value.mistakes) == 1
+    told = list(caught.value.mistakes)
+    assert [mistake[:41] for mistake in told] == [
+        "line 3: endpoints number 1 name: missing;",
+        "line 4: endpoints number 1 url = 'udq://1",
+    ]
 
 
 SAILED = """
@@ -143,8 +146,8 @@ def test_what_would_end_a_run_is_told_before_it(
     assert told in said
     assert f"depth.map.file = '{chart}': holds no text" in said
     assert "radio.key_file is empty" in said
-    assert "sensors.0.nmea.sentences = 'GGA, FOO': no sentence FOO here" in said
-    assert "endpoints.1.url = 'tcp-listen://0.0.0.0:5760': endpoints.0.url listens on port 5760 already" in said
+    assert "sensors number 1 nmea.sentences = 'GGA, FOO': no sentence FOO here" in said
+    assert "endpoints 'two' url = 'tcp-listen://0.0.0.0:5760': endpoints 'one' url listens on port 5760 already" in said
     assert "5 mistake(s)" in said
     assert sorted(item.name for item in tmp_path.iterdir()) == ["boat.toml", "chart.xyz"]
 
@@ -173,14 +176,14 @@ def test_a_key_may_be_made_later_but_not_after_the_start(
     assert list(tmp_path.iterdir()) == []
     said = capsys.readouterr().err
     assert "radio.key_file = 'radio.key': No such file or directory" in said
-    assert "\n  key_file = 'radio.key': No such file or directory" in said
+    assert ": key_file = 'radio.key': No such file or directory" in said
 
 
 def test_a_mistake_in_the_hulls_file_is_told_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     hull = tmp_path / "my-hull.toml"
     hull.write_text("length_m = -1\n")
     assert main(["check", str(config.path("boat.toml")), "--set", f"vessel={hull}"]) == 2
-    assert f"{hull}: length_m: no such key" in capsys.readouterr().err
+    assert f"{hull}: line 1: length_m: no such key; it belongs in [hull]" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -188,9 +191,9 @@ def test_a_mistake_in_the_hulls_file_is_told_with_its_name(tmp_path: Path, capsy
     [
         ('failsafe.gcs_action="none"', "failsafe.gcs_action = none: must be at least warn"),
         ('failsafe.gcs_action="DISARM"', "failsafe.gcs_action = disarm: must be at most stop"),
-        ("endpoints={}", "endpoints = a table: must be a list"),
-        ("depth.map=[]", "depth.map = a list: must be a table"),
-        ("system=3", "system = 3: must be a table"),
+        ("endpoints={}", "endpoints = a table: write [[endpoints]] with two brackets: there may be several"),
+        ("depth.map=[]", "depth.map = a list: must be a table: [depth.map], with keys below it"),
+        ("system=3", "system = 3: must be a table: [system], with keys below it"),
         ("system.name=[]", "system.name = a list: must be a text, in quotes"),
         ("system.tick_hz=x", "system.tick_hz = 'x': must be a whole number"),
         ("depth.enabled=perhaps", "depth.enabled = 'perhaps': must be true or false"),

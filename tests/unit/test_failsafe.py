@@ -500,8 +500,8 @@ def test_a_row_can_be_made_stricter_or_later_within_its_floor():
         ("position_lost", {"delay_s": 2.1}, "delay_s at most 2"),
         ("gcs_lost", {"delay_s": 7}, "own keys"),
         ("gps", {"delay_s": 7}, "no such condition"),
-        ("battery_low", {"action": "SINK"}, "Input should be"),
-        ("battery_low", {"action": []}, "Input should be"),
+        ("battery_low", {"action": "SINK"}, "must be one of none, warn|Input should be"),
+        ("battery_low", {"action": []}, "must be one of none, warn|Input should be"),
     ],
 )
 def test_what_lies_below_a_floor_is_refused(name, over, message):

@@ -51,11 +51,6 @@ def test_all_mistakes_come_at_once_with_key_value_and_mend(tmp_path: Path) -> No
     assert len(found) == 6
 
 
-def test_two_endpoints_of_one_name_are_refused(tmp_path: Path) -> None:
-    block = '[[endpoints]]\nname = "a"\nurl = "udp://127.0.0.1:1"\n'
-    assert any("appears twice" in text for text in mistakes(tmp_path, block * 2))
-
-
 @pytest.mark.parametrize("text", ["x = [", "\x00", ""])
 def test_what_is_no_toml_or_no_file_is_said(tmp_path: Path, text: str) -> None:
     if text:

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ... import security
 from ...configuration import mistakes_of, vessel_settings
 from ...core.hull.geometry import mounted, strangers
 from ...core.hull.vessel_file import stopping_distance_m, top_speed_mps
 from ...doors import vessel_doors
+from ...judge import verdict, vessel_notes, vessel_warnings
 from ...radio import read_key
 from ...settings import load_vessel
 from ..numbers import positive
@@ -44,7 +44,8 @@ def command(arguments: argparse.Namespace) -> int:
     settings = vessel_settings(arguments.config, arguments.set)
     radio = settings.radio
     vessel = load_vessel(settings.vessel)
-    print(f"{arguments.config}: good")
+    warnings = vessel_warnings(settings)
+    print(f"{arguments.config}: {verdict(warnings)}")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
     print("\n".join(heading_loop(settings.steering, vessel)))
@@ -65,10 +66,10 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  signing     {f'key in {key}' if key else 'no key: nothing is signed'}")
     for door in vessel_doors(settings):
         print(f"  socket      {door.line}")
-    for name in security.open_doors(settings):
-        print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
-    for name, told, _ in security.open_devices(settings):
-        print(f"  WARNING     {name}: {told} (insecure = true)")
+    for note in vessel_notes(settings):
+        print(f"  NOTE        {note}")
+    for warning in warnings:
+        print(f"  WARNING     {warning}")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
     for what, text in store_lines(settings):

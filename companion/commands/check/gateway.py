@@ -6,9 +6,9 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ... import security
 from ...configuration import gateway_settings, mistakes_of
 from ...doors import gateway_doors
+from ...judge import gateway_notes, gateway_warnings, verdict
 from ...radio import load_radio, read_key
 
 _OWN = ("url", "vessel_config", "key_file", "profile")
@@ -29,15 +29,18 @@ def check(path: Path, overrides: Sequence[str]) -> int:
     """Print what a gateway's configuration means. Raises ConfigError with every mistake."""
     settings = gateway_settings(path, overrides)
     profile = load_radio(settings.profile)
-    print(f"{path}: good, a gateway's")
+    warnings = gateway_warnings(settings)
+    print(f"{path}: {verdict(warnings)}, a gateway's")
     print(f"  modem       {settings.url}")
     print(f"  radio       {profile.title}; {profile.band_rule.title}")
     for endpoint in settings.endpoints:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
     for door in gateway_doors(settings):
         print(f"  socket      {door.line}")
-    for name in security.open_doors(settings):
-        print(f"  WARNING     endpoint {name} takes orders from anybody (insecure = true)")
+    for note in gateway_notes(settings):
+        print(f"  NOTE        {note}")
+    for warning in warnings:
+        print(f"  WARNING     {warning}")
     print(f"  vessel      {settings.name} (system id {settings.system_id})")
     print(f"  parameters  from {settings.vessel_config or 'their defaults: vessel_config spares the radio'}")
     for problem in mistakes_of(lambda: read_key(settings.key_file)):

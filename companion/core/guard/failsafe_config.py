@@ -17,7 +17,9 @@ from .failsafe_table import BY_NAME, TABLE, Clear, Condition
 
 
 def _by_name(value: object) -> object:
-    return Action.__members__.get(value.upper(), value) if isinstance(value, str) else value
+    if isinstance(value, str) and value.upper() not in Action.__members__:
+        raise ValueError(f"must be one of {', '.join(name.lower() for name in Action.__members__)}")
+    return Action[value.upper()] if isinstance(value, str) else value
 
 
 ActionByName = Annotated[Action, BeforeValidator(_by_name)]

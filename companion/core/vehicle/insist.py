@@ -1,0 +1,80 @@
+"""Every refusal in one table: whether it stops only a departure or a vessel under way too, and by what a person insists.
+
+A new check refuses a departure, never a way back. Whoever adds one adds its row; the texts of refusals take from here what lifts them,
+and docs/REFUSALS.md is made of it. What can be insisted on can be over every link, the radio too: arming with force, a parameter, or a
+command are requests like all others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+FORCE: Final = "arm with force to insist"
+"""MAV_CMD_COMPONENT_ARM_DISARM with parameter 2 = 21196 (QGroundControl: Force Arm; MAVProxy: arm throttle force)."""
+FENCE: Final = "FENCE_ENABLE=0 insists"
+CHART: Final = "DEPTH_ENABLE=0 insists"
+REQUIRED: Final = "DEPTH_REQUIRED=0 insists"
+UNLOCK: Final = "USER_1 (command 31010) unlocks it"
+MANUAL: Final = "Manual is obeyed"
+FAR: Final = "PLAN_FAR_OK=<number> accepts this plan"
+NEVER: Final = "cannot be insisted on"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One refusal."""
+
+    asked: str
+    """What was asked for."""
+    why: str
+    under_way: str
+    """What it does on a voyage: refuses as well, or what is let through."""
+    insist: str
+    """By what a person insists."""
+
+
+_NOT_THEN: Final = "not asked: only what the gate needs"
+TABLE: Final = (
+    Row("arming", "terminated", "refuses", f"{NEVER}: restart"),
+    Row("arming", "actuator board not open, mute, silent, or its emergency stop pressed", "refuses", NEVER),
+    Row("arming", "store: another world's was set aside, or cannot be written", _NOT_THEN, FORCE),
+    Row("arming", "no ground station heard", _NOT_THEN, FORCE),
+    Row("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
+    Row("arming", "position sources disagree; no position, no heading (where it would steer itself)", _NOT_THEN, FORCE),
+    Row("arming", "depth guard locked; water depth unknown and required", _NOT_THEN, FORCE),
+    Row("arming", "outside the fence", _NOT_THEN, FORCE),
+    Row("arming in Auto", "no plan loaded; the plan leaves the fence", _NOT_THEN, FORCE),
+    Row("arming", "a failsafe's cause still stands", _NOT_THEN, FORCE),
+    Row("Auto, start, go on", "an item, or the way there, lies outside the fence", "refuses", FENCE),
+    Row(
+        "Auto, start",
+        "the plan lies far away or has a long leg",
+        "a plan that has begun goes on; items nearer home pass",
+        FAR,
+    ),
+    Row(
+        "Auto, Return, Guided, Circle",
+        "no position; no plan; no home",
+        "refuses",
+        f"{NEVER}: there is nothing to sail by; {MANUAL}",
+    ),
+    Row("go-to, orbit", "the target lies outside the fence", "refuses", FENCE),
+    Row("go-to, orbit", "the target is charted too shallow", "a target nearer home passes", CHART),
+    Row("any order to move", "the depth guard is locked", "refuses", UNLOCK),
+    Row("any order to move", "water depth unknown, and depth.required is set", "refuses", REQUIRED),
+    Row("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
+    Row("any order to move", "a failsafe holds or stops it, and its cause stands", "refuses", MANUAL),
+    Row("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
+    Row("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
+    Row("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
+    Row("sticks", "another station has them", "refuses", "take Manual; free after OWNER_TIMEOUT"),
+    Row("restart", "armed", "refuses", "disarm first"),
+    Row("shutdown", "by radio; armed; not where it was started", "refuses", f"{NEVER}: a restart is obeyed"),
+)
+
+
+def table_markdown() -> str:
+    """The table for people."""
+    head = "| asked for | refused because | on a voyage | by what one insists |\n| --- | --- | --- | --- |\n"
+    return head + "".join(f"| {row.asked} | {row.why} | {row.under_way} | {row.insist} |\n" for row in TABLE)

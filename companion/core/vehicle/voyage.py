@@ -1,0 +1,62 @@
+"""The voyage: that one has begun, and where. A new check refuses a departure, never a way back, so somebody must know which it is.
+
+It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere. What
+else disarms (a failsafe, a board or a computer that starts again) does not end it, and then home stays where it was.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from mavlink_bridge.language.geodesy import inverse
+
+from .mission import Point
+
+LANDED_M: Final = 50.0
+"""So near to where it began, a vessel that is disarmed has come back: a pier, and the error of a receiver without corrections."""
+OPEN_US: Final = 30 * 60 * 1_000_000
+"""So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer."""
+
+
+class Voyage:
+    """One vessel's. Times are the vessel's monotonic ones, µs."""
+
+    def __init__(self) -> None:
+        self.place: Point | None = None
+        """Where it began, rad; None = not known."""
+        self._begun = False
+        self._broken = False
+        """What disarmed the vessel, or ended the process before, was no operator."""
+        self._left_us: int | None = None
+
+    def has_begun(self, now_us: int) -> bool:
+        """Whether the vessel is on its way, so that arming it is no departure."""
+        return self._begun and (self._left_us is None or now_us - self._left_us < OPEN_US)
+
+    @property
+    def keeps_home(self) -> bool:
+        """Whether arming must not make home of the place where the vessel happens to be."""
+        return self._broken
+
+    @property
+    def lasting(self) -> tuple[Point | None] | None:
+        """What must outlive the process: the place of a voyage that no operator has ended; None when there is none."""
+        return (self.place,) if self._begun and self._left_us is None else None
+
+    def armed(self, now_us: int, here: Point | None) -> None:
+        if not self.has_begun(now_us):
+            self.place = here
+        self._begun, self._broken, self._left_us = True, False, None
+
+    def disarmed(self, now_us: int, here: Point | None, *, by_operator: bool) -> None:
+        if not by_operator:
+            self._broken = self._begun
+            return
+        self._broken = False
+        away_m = None if here is None or self.place is None else inverse(*self.place, *here)[0]
+        self._begun = self._begun and away_m is not None and away_m > LANDED_M
+        self._left_us = now_us if self._begun else None
+
+    def resume(self, place: Point | None) -> None:
+        """The process before this one ended under way."""
+        self.place, self._begun, self._broken, self._left_us = place, True, True, None

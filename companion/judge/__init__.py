@@ -1,0 +1,21 @@
+"""What a configuration means beyond its single values: combinations that cannot be meant, and what a person should look at first.
+
+Mistakes are refused by ``check`` and ``run`` alike; warnings are told by both, because the vessel starts and tries again.
+"""
+
+from __future__ import annotations
+
+from .addresses import collisions
+from .meaning import endpoint_mistakes, vessel_meaning
+from .warnings import gateway_notes, gateway_warnings, verdict, vessel_notes, vessel_warnings
+
+__all__ = [
+    "collisions",
+    "endpoint_mistakes",
+    "gateway_notes",
+    "gateway_warnings",
+    "verdict",
+    "vessel_meaning",
+    "vessel_notes",
+    "vessel_warnings",
+]

@@ -1,0 +1,106 @@
+"""Addresses held against each other: one device or port serves one purpose, and nobody talks to himself."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from ..io.links import LinkConfigError, parse_link_url
+from ..io.links.url import LinkUrl
+
+_ANY: Final = frozenset({"", "0.0.0.0", "::", "*"})
+_LISTENS: Final = {"tcp-listen": "tcp", "udp-listen": "udp"}
+_CALLS: Final = frozenset({"tcp", "udp"})
+_DEVICES: Final = frozenset({"serial", "pty"})
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """One link: what it is for, and what it takes."""
+
+    key: str
+    url: str
+    parsed: LinkUrl
+
+    @property
+    def device(self) -> str:
+        """The device or file behind a link; its stable name and its usual one are the same device."""
+        if self.parsed.scheme in _DEVICES or self.parsed.scheme == "file":
+            path = self.parsed.path() if self.parsed.where else ""
+            return os.path.realpath(path) if path and "RUN_DIR" not in path else path
+        return ""
+
+    @property
+    def place(self) -> tuple[str, int]:
+        host, port = self.parsed.host_port()
+        return "127.0.0.1" if host == "localhost" else host, port
+
+
+def collisions(wanted: Sequence[tuple[str, str]]) -> list[str]:
+    """Return what cannot be meant of links, each given as (key, address); a wrong address is somebody else's to tell."""
+    uses: list[_Use] = []
+    found: list[str] = []
+    for key, url in wanted:
+        if not url:
+            continue
+        try:
+            use = _Use(key, url, parse_link_url(url))
+            problem = _nowhere(use)
+            clash = "" if problem else next(filter(None, (_clash(use, other) for other in uses)), "")
+        except (LinkConfigError, ValueError):
+            continue
+        if problem or clash:
+            found.append(f"{key} = {url!r}: {problem or clash}")
+        uses.append(use)
+    return found
+
+
+def _nowhere(use: _Use) -> str:
+    """Why nobody can be reached at an address."""
+    if use.parsed.scheme == "file" and use.device and not Path(use.device).exists():
+        return "no such file; give the file to be read"
+    if use.parsed.scheme not in _CALLS:
+        return ""
+    host, port = use.place
+    if port == 0:
+        return "port 0 is nobody's; give the port of the other side"
+    if host in _ANY:
+        return f"{host or 'no host'} is nobody's address; give the other side's, or listen with {use.parsed.scheme}-listen://"
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        return ""
+    if address == ipaddress.ip_address("255.255.255.255"):
+        return "is everybody's address; give one station's, or udp-broadcast:// with the network's"
+    return "is a group's address, and groups are not spoken to; give one station's" if address.is_multicast else ""
+
+
+def _clash(use: _Use, other: _Use) -> str:
+    if use.device or other.device:
+        return (
+            f"{other.key} has this device already; one device serves one purpose" if use.device == other.device else ""
+        )
+    kinds = use.parsed.scheme, other.parsed.scheme
+    if not all(kind in _CALLS or kind in _LISTENS for kind in kinds):
+        return ""
+    if kinds[0] in _CALLS and kinds[0] == kinds[1] and use.place == other.place:
+        return f"{other.key} speaks to this address already; give each its own port"
+    for caller, listener in ((use, other), (other, use)):
+        if _LISTENS.get(listener.parsed.scheme) == caller.parsed.scheme and _reaches(caller.place, listener.place):
+            return f"speaks to {other.key} of this very program, which is no station; give the other side's port"
+    return ""
+
+
+def _reaches(called: tuple[str, int], heard: tuple[str, int]) -> bool:
+    """Whether who calls an address of this computer gets the program's own listening port."""
+    if called[1] != heard[1] or called[1] == 0:
+        return False
+    try:
+        own = ipaddress.ip_address(called[0]).is_loopback
+    except ValueError:
+        own = False
+    return called[0] == heard[0] or (own and heard[0] in _ANY)

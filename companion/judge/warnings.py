@@ -1,0 +1,150 @@
+"""What a person should look at before sailing with a configuration that can be used: each a sentence with its key."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from .. import security
+from ..io.links import LinkConfigError, parse_link_url
+from ..io.links.url import LinkUrl
+from ..settings import Settings
+
+if TYPE_CHECKING:
+    from ..gateway import GatewaySettings
+
+USUAL_BAUD: Final = frozenset(
+    {1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200, 128000, 230400, 256000, 460800, 921600}
+)
+SIMULATOR: Final = ("127.0.0.1", 3000)
+"""Where a simulator on this computer offers its sensors."""
+
+
+def verdict(warnings: Sequence[str]) -> str:
+    """What is said first of a file without mistakes."""
+    return f"can be used; look at {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else "good"
+
+
+def vessel_warnings(settings: Settings) -> list[str]:
+    """What to look at of a vessel's settings and of this computer."""
+    found = [text for key, url, baud in _vessel_links(settings) for text in _rate(key, url, baud)]
+    found += _switches(settings)
+    found += [f"endpoint {name} takes orders from anybody (insecure = true)" for name in security.open_doors(settings)]
+    found += [f"{name}: {told} (insecure = true)" for name, told, _ in security.open_devices(settings)]
+    found += _place("store", settings.store, is_folder=False)
+    if settings.record.enabled:
+        found += _place("record.directory", settings.record.directory, is_folder=True)
+    return found
+
+
+def vessel_notes(settings: Settings) -> list[str]:
+    """What is so now, and may be meant: devices that are not plugged in, a simulator's address."""
+    found = [text for key, url, _ in _vessel_links(settings) for text in _device(key, url)]
+    return [*found, *_simulator(settings), *_habits(settings)]
+
+
+def gateway_warnings(settings: GatewaySettings) -> list[str]:
+    """The same of a gateway's."""
+    found = [text for key, url in _gateway_links(settings) for text in _rate(key, url, None)]
+    found += [f"endpoint {name} takes orders from anybody (insecure = true)" for name in security.open_doors(settings)]
+    return found + list(_place("store", settings.store, is_folder=False))
+
+
+def gateway_notes(settings: GatewaySettings) -> list[str]:
+    """Devices of a gateway that are not plugged in."""
+    return [text for key, url in _gateway_links(settings) for text in _device(key, url)]
+
+
+def _vessel_links(settings: Settings) -> list[tuple[str, str, int | None]]:
+    links = [(f"sensors {item.name!r} url", item.url, item.baud) for item in settings.sensors]
+    links.append(("actuators.url", settings.actuators.url, settings.actuators.baud))
+    links += [(f"endpoints {item.name!r} url", item.url, None) for item in settings.endpoints]
+    return [*links, ("radio.url", settings.radio.url, None)]
+
+
+def _gateway_links(settings: GatewaySettings) -> list[tuple[str, str]]:
+    return [("url", settings.url), *((f"endpoints {item.name!r} url", item.url) for item in settings.endpoints)]
+
+
+def _rate(key: str, url: str, baud: int | None) -> Iterator[str]:
+    """A rate that few devices know."""
+    parsed = _serial(url, baud)
+    rate = "" if parsed is None else str(parsed.options.get("baud", ""))
+    if rate.isdigit() and int(rate) not in USUAL_BAUD:
+        nearest = min(USUAL_BAUD, key=lambda usual: abs(usual - int(rate)))
+        yield f"{key} = {url!r}: {rate} baud is unusual; was {nearest} meant?"
+
+
+def _serial(url: str, baud: int | None = None) -> LinkUrl | None:
+    try:
+        parsed = parse_link_url(url, {} if baud is None else {"baud": baud}) if url else None
+    except LinkConfigError:
+        return None
+    return parsed if parsed is not None and parsed.scheme == "serial" else None
+
+
+def _device(key: str, url: str) -> Iterator[str]:
+    """A serial port that is not there now, or not ours to open."""
+    parsed = _serial(url)
+    if parsed is None or "RUN_DIR" in parsed.where or os.name == "nt":
+        return
+    path = Path(parsed.path())
+    if not path.exists():
+        yield f"{key} = {url!r}: not there now; the run starts without it and takes it when it is plugged in"
+    elif not os.access(path, os.R_OK | os.W_OK):
+        yield f"{key} = {url!r}: this user may not open it; add the user to the group dialout"
+
+
+def _simulator(settings: Settings) -> Iterator[str]:
+    for item in settings.sensors:
+        try:
+            parsed = parse_link_url(item.url)
+            known = parsed.scheme == "tcp" and parsed.host_port() == SIMULATOR
+        except LinkConfigError:
+            continue
+        if known:
+            yield f"sensors {item.name!r} url = {item.url!r}: is where a simulator on this computer offers its own sensors"
+
+
+def _switches(settings: Settings) -> Iterator[str]:
+    if not settings.operator.gcs_required and settings.actuators.url:
+        yield "operator.gcs_required = false: nothing happens when the ground station is lost"
+    if not settings.depth.enabled and settings.actuators.url:
+        yield "depth.enabled = false: no depth guard; nothing stops the vessel before a shoal"
+    if settings.actuators.board.level == "0":
+        yield 'actuators.board.level = "0": the board does not stop if this computer dies'
+    if settings.estimate.accept_simulated:
+        yield "estimate.accept_simulated = true: believes positions that a receiver marks as simulated; for the bench only"
+
+
+def _habits(settings: Settings) -> Iterator[str]:
+    if not settings.store:
+        yield 'store = "": plans and parameters are lost at every stop'
+    if not settings.record.enabled:
+        yield "record.enabled = false: nothing is left of a run to look at"
+
+
+def _place(key: str, place: str, *, is_folder: bool) -> Iterator[str]:
+    """A place that cannot be written now; the run starts, and says so again."""
+    if not place or "RUN_DIR" in place:
+        return
+    path = Path(place)
+    folder = path if is_folder else path.parent
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    problem = ""
+    if not is_folder and path.is_dir():
+        problem = "is a folder; name a file"
+    elif not folder.is_dir():
+        problem = f"{folder} is no folder"
+    else:
+        try:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            problem = f"cannot be written: {error.strerror or error}"
+    if problem:
+        yield f"{key} = {place!r}: {problem}; nothing is kept there until it can be"

@@ -1,0 +1,179 @@
+"""A new check refuses a departure, never a way back: seeded walks with something broken at a random place offshore.
+
+The operator knows the pier on the map and does only what every station offers (arm, modes, go-to) and what the vessel's own texts
+offer: a parameter with its value, an order by its name. He must come home each time.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+
+import pytest
+
+from companion.io.keeping import MemoryStore
+from companion.io.keeping.content import Record, StoreContent
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import (
+    Arm,
+    EnableFence,
+    Reposition,
+    Result,
+    SetMode,
+    SetParameter,
+    UnlockGuard,
+)
+
+HOME_M = 12.0
+PATIENCE_S = 400.0
+EVENTS = (
+    "operator disarms",
+    "board starts again",
+    "computer starts again",
+    "store lost",
+    "store foreign",
+    "store refuses",
+)
+AIDS = ("nothing", "small fence", "far plan", "no depth", "guard required")
+
+
+class Operator:
+    """One person with one station."""
+
+    def __init__(self, trip, pier):
+        self.trip, self.pier = trip, pier
+        self.done = []
+
+    def away_m(self):
+        north, east = self.trip.world.surroundings.plant.frame.to_local(*self.pier)
+        truth = self.trip.truth
+        return math.hypot(truth.north_m - north, truth.east_m - east)
+
+    def try_(self, body, depth=0):
+        """Give an order; when it is refused, do what the refusal offers and give it again."""
+        reply = self.trip.ask(body)
+        self.done.append(f"{body}: {reply.result.value} {reply.reason}")
+        if reply.result is Result.ACCEPTED or depth > 3:
+            return reply.result is Result.ACCEPTED
+        for offer in self.offers(reply.reason, body):
+            if self.try_(offer, depth + 1):
+                return type(offer) is type(body) or self.try_(body, depth + 1)
+        return False
+
+    @staticmethod
+    def offers(text, body):
+        if isinstance(body, Arm) and "arm with force" in text:
+            yield Arm(arm=True, force=True)
+        for name, value in re.findall(r"\b([A-Z][A-Z0-9_]+) ?= ?([0-9.]+)", text):
+            yield EnableFence(value != "0") if name == "FENCE_ENABLE" else SetParameter(name, float(value))
+        if "USER_1" in text:
+            yield UnlockGuard()
+
+    def go_home(self):
+        """Arm, then the ways home that a station has, nearest at hand first."""
+        began_s = self.trip.now_s
+        while self.away_m() > HOME_M and self.trip.now_s - began_s < PATIENCE_S:
+            if not self.trip.snapshot.armed and not self.try_(Arm(arm=True)):
+                self.trip.run(5.0)
+                continue
+            home = self.trip.world.app.vehicle.mission.home
+            at_pier = home is not None and math.dist(home, self.pier) < math.radians(HOME_M / 111_000.0)
+            before_m = self.away_m()
+            if not (at_pier and self.try_(SetMode(Mode.RTL))):
+                self.try_(Reposition(*self.pier))
+            self.trip.run(25.0)
+            if self.away_m() > before_m - 3.0:
+                self.trip.run(5.0)
+        return self.away_m() <= HOME_M
+
+
+def walk(voyage, seed, monkeypatch):
+    chance = random.Random(seed)
+    event, aid = EVENTS[seed % len(EVENTS)], chance.choice(AIDS)
+    store = MemoryStore()
+    overrides = [
+        "depth.enabled=false" if aid != "guard required" else "depth.required=true",
+        "mission.cruise_speed_mps=2.5",
+    ]
+    trip = voyage(*overrides, seed=seed, store=store)
+    frame = trip.world.surroundings.plant.frame
+    pier = frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    bearing, reach_m = chance.uniform(-0.6, 0.6), chance.uniform(60.0, 140.0)
+    out = (reach_m * math.cos(bearing), reach_m * math.sin(bearing))
+    trip.sail(2.5, (0.6 * out[0], 0.6 * out[1] + chance.uniform(-20.0, 20.0)), out)
+    trip.until(lambda: trip.distance_m > chance.uniform(0.5, 0.9) * reach_m, 200.0)
+
+    if event == "operator disarms":
+        trip.ask(Arm(arm=False))
+    elif event == "board starts again":
+        trip.board.reset(trip.world.now_us)
+    elif event == "store refuses":
+        monkeypatch.setattr(store, "submit", refusing(store))
+        trip.ask(Arm(arm=False))
+    else:
+        content = store.snapshot()
+        store = {
+            "computer starts again": MemoryStore(content),
+            "store lost": MemoryStore(),
+            "store foreign": MemoryStore(StoreContent(records={"store/aside": Record(1, "companion.db.simulated-1")})),
+        }[event]
+        lat, lon = frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+        place = [f"world.latitude_deg={math.degrees(lat):.8f}", f"world.longitude_deg={math.degrees(lon):.8f}"]
+        trip = voyage(*overrides, *place, seed=seed + 1000, store=store)
+    trip.run(chance.uniform(2.0, 15.0))
+    if aid == "small fence":
+        here = trip.truth.north_m, trip.truth.east_m
+        trip.circle_fence(15.0, here[0] + 60.0, here[1])
+    elif aid == "far plan":
+        trip.plan(1.5, (9_000.0, 0.0))
+        trip.mode(Mode.AUTO)
+    elif aid == "no depth":
+        trip.faults.silence("depth") if hasattr(trip.faults, "silence") else None
+    operator = Operator(trip, pier)
+    assert operator.go_home(), f"seed {seed}: {event}, {aid}: {operator.away_m():.0f} m from home\n" + "\n".join(
+        [*operator.done[-8:], *trip.texts[-8:]]
+    )
+    return event, aid
+
+
+def refusing(store):
+    """A disk that takes nothing."""
+    submit = type(store).submit
+
+    def refuse(op):
+        ticket = submit(store, op)
+        store._waiting.pop()
+        return ticket
+
+    return refuse
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_nobody_is_stranded(voyage, monkeypatch, seed):
+    walk(voyage, seed, monkeypatch)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("part", range(10))
+def test_nobody_is_stranded_on_two_hundred_walks(voyage, part):
+    for seed in range(100 + 20 * part, 120 + 20 * part):
+        with pytest.MonkeyPatch.context() as patch:
+            walk(voyage, seed, patch)
+
+
+def test_a_voyage_goes_on_where_the_computer_starts_again_and_return_leads_to_its_beginning(voyage):
+    store = MemoryStore()
+    trip = voyage("depth.enabled=false", store=store)
+    pier = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    trip.sail(2.5, (120.0, 0.0), after_s=30.0)
+    lat, lon = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    place = [f"world.latitude_deg={math.degrees(lat):.8f}", f"world.longitude_deg={math.degrees(lon):.8f}"]
+    again = voyage("depth.enabled=false", "operator.gcs_required=true", *place, store=store)
+    assert any("voyage goes on" in text for text in again.texts)
+    assert again.ask(Arm(arm=True)).reason == "", "no ground station was heard: that would refuse a departure"
+    home = again.world.app.vehicle.mission.home
+    assert math.dist(home, pier) < 1e-6
+    again.ask(Arm(arm=False))
+    fresh = voyage("depth.enabled=false", "operator.gcs_required=true", store=MemoryStore())
+    assert "no ground station heard" in fresh.ask(Arm(arm=True)).reason

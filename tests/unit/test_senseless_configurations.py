@@ -1,0 +1,332 @@
+"""Configurations that cannot be meant: none is called good, by ``check`` or by ``run``, and each is told with line, key, value and mend."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from companion.cli import main
+
+BOAT = """\
+vessel = "otter"
+store = "DIR/boat.db"
+[system]
+name = "boat"
+system_id = 7
+[[sensors]]
+name = "compass"
+url = "serial:/dev/ttyS0?baud=115200"
+[actuators]
+url = "serial:/dev/ttyACM0?baud=115200"
+[[endpoints]]
+name = "qgc"
+url = "udp://127.0.0.1:14550"
+[[endpoints]]
+name = "sdk"
+url = "tcp-listen://127.0.0.1:5760"
+[record]
+directory = "DIR/runs"
+"""
+COMPASS = 'url = "serial:/dev/ttyS0?baud=115200"'
+BOARD = 'url = "serial:/dev/ttyACM0?baud=115200"'
+QGC = 'url = "udp://127.0.0.1:14550"'
+SDK = 'url = "tcp-listen://127.0.0.1:5760"'
+ONLY_QGC = '[[endpoints]]\nname = "sdk"\nurl = "tcp-listen://127.0.0.1:5760"\n'
+
+CASES = {
+    # what is changed -> by what; what the message must hold. The line is the one with "<<" behind it.
+    "compass and board on one port": (
+        (BOARD, COMPASS + " # <<"),
+        "actuators.url",
+        "/dev/ttyS0",
+        "sensors 'compass' url has",
+    ),
+    "one port by two names": ((BOARD, 'url = "/dev/../dev/ttyS0" # <<'), "actuators.url", "one device serves one"),
+    "station on the compass' port": ((QGC, COMPASS + " # <<"), "endpoints 'qgc' url", "one device"),
+    "radio on the board's port": (
+        ("", '[radio]\nurl = "serial:/dev/ttyACM0?baud=9600" # <<'),
+        "radio.url",
+        "one device",
+    ),
+    "two compasses on one port": (
+        ("[actuators]", f'[[sensors]]\nname = "two"\n{COMPASS} # <<\n[actuators]'),
+        "sensors 'two' url",
+        "one device",
+    ),
+    "no sensors": (('[[sensors]]\nname = "compass"\n' + COMPASS + "\n", ""), "sensors", "missing", "[[sensors]]"),
+    "a sensor without an address": ((COMPASS + "\n", ""), "sensors 'compass' url", "missing"),
+    "cruise above the top speed": (
+        ("", "[mission]\ncruise_speed_mps = 15 # <<"),
+        "cruise_speed_mps = 15",
+        "at most 3.",
+    ),
+    "return above the top speed": (("", "[modes]\nreturn_speed_mps = 9 # <<"), "return_speed_mps = 9", "at most 3."),
+    "a guard in centimetres": (("", "[depth]\nmin_altitude_m = 400 # <<"), "min_altitude_m = 400", "centimetres"),
+    "a switch as a text": (("", '[operator]\ngcs_required = "no" # <<'), "gcs_required = 'no'", "true or false"),
+    "a switch as a number": (("", "[operator]\ngcs_required = 0 # <<"), "gcs_required = 0", "true or false"),
+    "another switch as a text": (("", '[depth]\nenabled = "off" # <<'), "depth.enabled = 'off'", "true or false"),
+    "a number as a text": (("system_id = 7", 'system_id = "7" # <<'), "system_id = '7'", "without quotes"),
+    "a number as a switch": (("", "[mission]\ncruise_speed_mps = true # <<"), "cruise_speed_mps = true", "number"),
+    "a number with a decimal comma": (("", '[mission]\ncruise_speed_mps = "1,5" # <<'), "'1,5'", "without quotes"),
+    "two stations at one address": ((SDK, QGC + " # <<"), "endpoints 'sdk' url", "endpoints 'qgc' url", "its own port"),
+    "two compasses from one server": (
+        ((COMPASS, 'url = "tcp://10.0.0.5:3000"\n[[sensors]]\nname = "b"\nurl = "tcp://10.0.0.5:3000" # <<')),
+        "sensors 'b' url",
+        "this address already",
+    ),
+    "two doors on one port": (
+        (QGC, 'url = "tcp-listen://0.0.0.0:5760"'),
+        "endpoints 'sdk' url",
+        "listens on port 5760",
+    ),
+    "a station that is the program itself": ((QGC, 'url = "tcp://127.0.0.1:5760"'), "of this very program"),
+    "a plotter that feeds the compass": (
+        (COMPASS, 'url = "udp-listen://127.0.0.1:10110"'),
+        ("[system]", 'plotter = "udp://127.0.0.1:10110" # <<\n[system]'),
+        "plotter",
+        "of this very program",
+    ),
+    "nobody's address": ((QGC, 'url = "udp://0.0.0.0:14550" # <<'), "endpoints 'qgc' url", "nobody's address"),
+    "everybody's address": ((QGC, 'url = "udp://255.255.255.255:14550" # <<'), "everybody's address"),
+    "a group's address": ((QGC, 'url = "udp://239.1.2.3:14550" # <<'), "group's address"),
+    "port nought": ((QGC, 'url = "udp://127.0.0.1:0" # <<'), "port 0"),
+    "an unknown option": ((COMPASS, 'url = "serial:/dev/ttyS0?buad=115200" # <<'), "no option buad", "baud"),
+    "an unknown kind": ((QGC, 'url = "upd://127.0.0.1:14550" # <<'), "unknown kind 'upd'", "udp"),
+    "an address without a port": ((QGC, 'url = "udp://127.0.0.1" # <<'), "needs a host and a port"),
+    "a file that is not there": ((COMPASS, 'url = "file:/nowhere/log.nmea" # <<'), "no such file"),
+    "a slip in a key": (("system_id = 7", "sytem_id = 7 # <<"), "system.sytem_id", "did you mean system_id?"),
+    "a key of another section": (("", "[guidance]\ncruise_speed_mps = 2 # <<"), "it belongs in [mission]"),
+    "a slip in a section": (("[actuators]", "[actuator] # <<"), "actuator", "did you mean actuators?"),
+    "a key at the top that belongs below": (("[system]", "system_id = 3 # <<\n[system]"), "it belongs in [system]"),
+    "dashes": (("system_id = 7", "system-id = 7 # <<"), "did you mean system_id?"),
+    "one bracket": (("[[sensors]]", "[sensors] # <<"), "sensors", "[[sensors]]"),
+    "two brackets": (("[actuators]", "[[actuators]] # <<"), "actuators", "[actuators]"),
+    "a name twice": (('name = "sdk"', 'name = "qgc" # <<'), "name = 'qgc'", "give each link its own"),
+    "a compass called as a station": (
+        ('name = "sdk"', 'name = "compass" # <<'),
+        "endpoints 'compass' name",
+        "is the name of",
+    ),
+    "a compass called radio": (
+        ('name = "compass"', 'name = "radio" # <<'),
+        "sensors 'radio' name",
+        "part of the program",
+    ),
+    "an empty name": (('name = "sdk"', 'name = "" # <<'), "name = ''", "is empty"),
+    "nobody to give orders": (
+        (QGC, QGC + '\nlink_class = "telemetry"'),
+        (ONLY_QGC, ""),
+        "endpoints",
+        "nobody could arm",
+    ),
+    "no station at all": (
+        ('[[endpoints]]\nname = "qgc"\n' + QGC + "\n" + ONLY_QGC, ""),
+        "endpoints",
+        "there is none",
+    ),
+    "an open door": (
+        (SDK, 'url = "tcp-listen://0.0.0.0:5760" # <<'),
+        "endpoints 'sdk'",
+        "can be reached by other machines",
+    ),
+    "open and closed at once": (
+        (SDK, SDK + '\nlink_class = "telemetry"\ninsecure = true # <<'),
+        "insecure = true",
+        "one of the two",
+    ),
+    "signed without a key": ((SDK, SDK + '\nlink_class = "signed"'), "endpoints 'sdk'", "companion keys make"),
+    "a class that there is not": ((SDK, SDK + '\nlink_class = "sigend" # <<'), "'sigend'", "signed"),
+    "a key that is not there": (("", '[security]\nkey_file = "/nowhere/k" # <<'), "security.key_file", "/nowhere/k"),
+    "one key for two links": (
+        (
+            "",
+            '[security]\nkey_file = "DIR/key"\n[radio]\nurl = "serial:/dev/ttyUSB0"\nprotocol = "compact"\nkey_file = "DIR/key" # <<',
+        ),
+        (SDK, SDK + '\nlink_class = "signed"'),
+        "radio.key_file",
+        "make one for each",
+    ),
+    "a key for a radio that there is not": (("", '[radio]\nkey_file = "DIR/key" # <<'), "radio.key_file", "radio.url"),
+    "a key for a radio that uses none": (
+        ("", '[radio]\nurl = "serial:/dev/ttyUSB0"\nkey_file = "DIR/key"\nprotocol = "json" # <<'),
+        "radio.protocol = 'json'",
+        "compact",
+    ),
+    "a signing key that signs nothing": (
+        ("", '[security]\nkey_file = "DIR/key" # <<'),
+        "security.key_file",
+        "no endpoint",
+    ),
+    "commands slower than the board waits": (
+        ("", "[actuators.board]\nfrequency_hz = 1 # <<"),
+        "frequency_hz = 1",
+        "silence_ms",
+    ),
+    "commands faster than ticks": (
+        ("", "[actuators.board]\nfrequency_hz = 40 # <<"),
+        "frequency_hz = 40",
+        "tick_hz 20",
+    ),
+    "no thrust ahead": (("", "[gate]\nthruster_max = 0 # <<"), "thruster_max = 0", "never go ahead"),
+    "a level-0 sketch on level 1": (
+        ("", '[actuators.board]\nlevel = "1"\nsketch = "parse-int" # <<'),
+        "sketch = 'parse-int'",
+        "level",
+    ),
+    "one thruster twice": (("", '[actuators.board]\nthruster_port.id = "M"'), "actuators.board", "one each"),
+    "a guard that is off and required": (
+        ("", "[depth]\nenabled = false\nrequired = true # <<"),
+        "required = true",
+        "enabled = true",
+    ),
+    "a leg shorter than the first way": (
+        ("", "[mission]\nleg_distance_m = 200 # <<"),
+        "leg_distance_m = 200",
+        "first_distance_m",
+    ),
+    "gains that swing": (("", "[steering.model]\nspeed_gain = 5.0\nspeed_integral = 2.0"), "steering.model", "speed"),
+    "a hull that there is not": (('vessel = "otter"', 'vessel = "ottre" # <<'), "vessel = 'ottre'", "shipped"),
+    "a hull file with slips": (('vessel = "otter"', 'vessel = "DIR/hull.toml"'), "hull.toml", "line 2", "mass_kg"),
+    "a law that there is not": (("", '[steering]\nprofile = "modle" # <<'), "steering.profile = 'modle'", "model"),
+    "a radio profile that there is not": (
+        ("", '[radio]\nurl = "serial:/dev/ttyUSB0"\nprofile = "o-11" # <<'),
+        "o-11",
+        "o-10",
+    ),
+    "a chart that is not there": (("", '[depth.map]\nfile = "/nowhere/chart.xyz" # <<'), "depth.map.file", "chart.xyz"),
+    "a sentence that there is not": (
+        (COMPASS, COMPASS + '\nnmea.sentences = "GGA,FOO" # <<'),
+        "no sentence FOO",
+        "GGA",
+    ),
+    "out of range": (("system_id = 7", "system_id = 300 # <<"), "system_id = 300", "at most 250"),
+    "no number at all": (("", "[mission]\ncruise_speed_mps = nan # <<"), "cruise_speed_mps", "number"),
+    "a failsafe that there is not": (("", '[failsafe]\ngcs_action = "hodl" # <<'), "gcs_action", "hold"),
+    "a key of the first release": (("", "[actuators.board]\nallow_level0 = true # <<"), "allow_level0", 'level = "0"'),
+}
+
+
+def write(tmp_path, edits):
+    text = BOAT
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1) if old else text + new + "\n"
+    text = text.replace("DIR", str(tmp_path))
+    (tmp_path / "key").write_bytes(bytes(range(32)))
+    (tmp_path / "key").chmod(0o600)
+    (tmp_path / "hull.toml").write_text('name = "x"\nmas_kg = 3\n[hull]\nmass_kg = "4"\n')
+    path = tmp_path / "boat.toml"
+    path.write_text(text)
+    return path, next((number for number, line in enumerate(text.splitlines(), 1) if "# <<" in line), None)
+
+
+def test_the_boat_itself_is_good(tmp_path, capsys):
+    path, _ = write(tmp_path, [])
+    assert main(["check", str(path)]) == 0
+    assert f"{path}: good" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_refused_with_line_key_value_and_mend(tmp_path, capsys, name):
+    edits = [part for part in CASES[name] if isinstance(part, tuple)]
+    wanted = [part for part in CASES[name] if isinstance(part, str)]
+    path, line = write(tmp_path, edits)
+    said = []
+    for command in (["check", str(path)], ["run", str(path), "--duration", "0.1", "--run-dir", str(tmp_path / "run")]):
+        assert main(command) == 2
+        told = capsys.readouterr()
+        assert "good" not in told.out
+        said.append(told.err)
+    assert said[0] == said[1], "both judge alike"
+    assert not (tmp_path / "run").exists()
+    mistakes = [row for row in said[0].splitlines()[1:] if all(part in row for part in wanted)]
+    assert mistakes, said[0]
+    if line is not None:
+        assert any(f"line {line}: " in row for row in mistakes), said[0]
+    assert not re.search(r"(sensors|endpoints)\.\d", said[0]), "a number is no name"
+
+
+MANY = """\
+vessel = "ottre"
+[system]
+sytem_id = 3
+[sensors]
+url = "x"
+[actuators]
+url = "serial:/dev/ttyACM0?buad=1"
+[[endpoints]]
+name = "qgc"
+url = "udp:nowhere"
+[[endpoints]]
+name = "sdk"
+url = "udp://0.0.0.0:1"
+[[endpoints]]
+nme = "x"
+[guidance]
+cruise_speed_mps = 2
+[mission]
+cruise_speed_mps = 0.0001
+[operator]
+gcs_required = "no"
+[depth]
+min_altitude_m = 400
+map.file = "/nowhere/chart.xyz"
+[security]
+key_file = "/nowhere/key"
+[radio]
+url = "serial:/dev/ttyUSB0"
+profile = "o-11"
+"""
+
+
+def test_all_mistakes_are_told_in_one_pass_in_the_order_of_the_file(tmp_path, capsys):
+    path = tmp_path / "many.toml"
+    path.write_text(MANY)
+    assert main(["check", str(path)]) == 2
+    told = capsys.readouterr().err.splitlines()[1:]
+    lines = [int(match[1]) for row in told if (match := re.match(r"  line (\d+): ", row))]
+    assert lines == sorted(lines)
+    assert {1, 3, 4, 7, 10, 13, 15, 17, 19, 21, 24, 26, 29} <= set(lines), "\n".join(told)
+    mended = MANY
+    for number in sorted(set(lines), reverse=True):  # what was told is all there is: nothing new comes up afterwards
+        rows = mended.splitlines()
+        mended = "\n".join(row for at, row in enumerate(rows, 1) if at != number)
+
+
+@pytest.mark.parametrize(
+    ("edits", "says"),
+    [
+        ([(COMPASS, 'url = "serial:/dev/ttyS0?baud=112500"')], "112500 baud is unusual; was 115200 meant?"),
+        ([('store = "DIR/boat.db"', 'store = "/proc/nowhere/boat.db"')], "store = '/proc/nowhere/boat.db'"),
+        ([('store = "DIR/boat.db"', 'store = "DIR"')], "is a folder; name a file"),
+        ([('directory = "DIR/runs"', 'directory = "DIR/key"')], "record.directory"),
+        ([("", "[operator]\ngcs_required = false")], "nothing happens when the ground station is lost"),
+        ([("", "[depth]\nenabled = false")], "no depth guard"),
+        ([("", '[actuators.board]\nlevel = "0"')], "does not stop if this computer dies"),
+        ([("", "[estimate]\naccept_simulated = true")], "for the bench only"),
+        ([(SDK, 'url = "tcp-listen://0.0.0.0:5760"\ninsecure = true')], "takes orders from anybody"),
+    ],
+)
+def test_what_a_person_should_look_at_is_told_and_not_called_good(tmp_path, capsys, edits, says):
+    path, _ = write(tmp_path, edits)
+    assert main(["check", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert says in told
+    assert "WARNING" in told
+    assert "good" not in told
+
+
+@pytest.mark.parametrize(
+    ("edits", "says"),
+    [
+        ([], "not there now"),
+        ([(COMPASS, 'url = "tcp://127.0.0.1:3000"')], "where a simulator on this computer"),
+    ],
+)
+def test_what_may_well_be_meant_is_noted(tmp_path, capsys, edits, says):
+    path, _ = write(tmp_path, [(BOARD, 'url = "serial:/dev/nothing-here"'), *edits])
+    assert main(["check", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert f"NOTE        {'actuators.url' if not edits else 'sensors'}" in told
+    assert says in told
