@@ -13,7 +13,7 @@ from ..gateway import PERIOD_US, Gateway
 from ..io.clock import SystemClock
 from ..io.keeping import AnyStore, MemoryStore, Store
 from ..io.loop import StopFlag, run
-from ..judge import gateway_notes, gateway_warnings
+from ..judge import gateway_warnings
 from .numbers import positive
 from .stations import places
 
@@ -42,7 +42,7 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("%s: gateway on %s, %s, %s", label, settings.url, profile.title, profile.band_rule.title)
     for place in places(settings.endpoints):
         log.info("stations: %s", place)
-    for warning in (*gateway_notes(settings), *gateway_warnings(settings)):
+    for warning in gateway_warnings(settings):
         log.warning("%s", warning)
     for door in gateway_doors(settings):
         log.info("socket: %s", door.line)

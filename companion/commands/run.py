@@ -20,7 +20,7 @@ from ..io.loop import LoopApp, LoopStats, StopFlag, run
 from ..io.recording import Recorder, Recording, new_run_dir
 from ..io.recording.run_folders import free_bytes, make_room
 from ..io.writer import Writer
-from ..judge import vessel_notes, vessel_warnings
+from ..judge import vessel_warnings
 from ..settings import Settings
 from ..settings.schema import RecordConfig
 from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
@@ -76,7 +76,7 @@ def command(arguments: argparse.Namespace) -> int:
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     for text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
         log.warning("%s", text)
-    for warning in (*vessel_notes(settings), *vessel_warnings(settings)):
+    for warning in vessel_warnings(settings):
         log.warning("%s", warning)
     for door in vessel_doors(settings):
         log.info("socket: %s", door.line)
