@@ -23,6 +23,7 @@ from .core.hull.geometry import depths_of
 from .core.nmea import NmeaConfig, NmeaReader
 from .facade import identity_of
 from .io.keeping import AnyStore, MemoryStore
+from .io.keeping.mark import WorldKind
 from .io.links import Link, open_link
 from .io.recording import Recording
 from .io.recording.log_archive import AnyArchive, LogArchive
@@ -84,7 +85,8 @@ def build_app(
     board = settings.actuators
     kept = store or MemoryStore()
     if board_seen is None:
-        board_seen = mute_board(board.url) in kept.snapshot().values
+        content = kept.snapshot()
+        board_seen = content.world == WorldKind.SIMULATED or mute_board(board.url) in content.values
     actuators = None
     if board.url:
         link = opener.open("actuators", board.url, baud=board.baud)

@@ -8,7 +8,6 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from .. import security
 from ..build import build_app, in_run_dir
 from ..configuration import vessel_settings
 from ..doors import vessel_doors

@@ -23,17 +23,21 @@ SIMULATOR: Final = ("127.0.0.1", 3000)
 """Where a simulator on this computer offers its sensors."""
 
 
+_MEANT: Final = "(insecure = true)"
+
+
 def verdict(warnings: Sequence[str]) -> str:
-    """What is said first of a file without mistakes."""
-    return f"can be used; look at {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else "good"
+    """What is said first of a file without mistakes. A door that the owner has opened with ``insecure = true`` is meant."""
+    count = sum(1 for warning in warnings if not warning.endswith(_MEANT))
+    return f"can be used; look at {count} warning{'s' * (count > 1)}" if count else "good"
 
 
 def vessel_warnings(settings: Settings) -> list[str]:
     """What to look at of a vessel's settings and of this computer."""
     found = [text for key, url, baud in _vessel_links(settings) for text in _rate(key, url, baud)]
     found += _switches(settings)
-    found += [f"endpoint {name} takes orders from anybody (insecure = true)" for name in security.open_doors(settings)]
-    found += [f"{name}: {told} (insecure = true)" for name, told, _ in security.open_devices(settings)]
+    found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
+    found += [f"{name}: {told} {_MEANT}" for name, told, _ in security.open_devices(settings)]
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:
         found += _place("record.directory", settings.record.directory, is_folder=True)
@@ -49,7 +53,7 @@ def vessel_notes(settings: Settings) -> list[str]:
 def gateway_warnings(settings: GatewaySettings) -> list[str]:
     """The same of a gateway's."""
     found = [text for key, url in _gateway_links(settings) for text in _rate(key, url, None)]
-    found += [f"endpoint {name} takes orders from anybody (insecure = true)" for name in security.open_doors(settings)]
+    found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
     return found + list(_place("store", settings.store, is_folder=False))
 
 

@@ -14,11 +14,6 @@ from pydantic import BaseModel
 from .lines import Key
 
 NO_SUCH_KEY: Final = "no such key; remove it or check the spelling"
-RETIRED: Final = {
-    "actuators.board.allow_level0": "is gone: no board is sailed with that does not answer; a sketch that never does is "
-    'level = "0" (docs/ACTUATORS.md)',
-}
-"""Keys of earlier versions that are gone without a successor, with what to do instead."""
 _KEY: Final = re.compile(r"[A-Za-z_][\w-]*(?:\.[\w-]+)*")
 _ITEM: Final = re.compile(r"\b(sensors|endpoints)\.(\d+)\b(?: \([^)]*\))?(\.)?")
 _SWITCHES: Final = ("yes", "no", "true", "false", "on", "off")
@@ -85,8 +80,6 @@ def meant(model: type[BaseModel], key: Key) -> str:
     """What to do about a key that there is not."""
     if not key:
         return "remove it"
-    if ".".join(map(str, key)) in RETIRED:
-        return RETIRED[".".join(map(str, key))]
     name = str(key[-1])
     beside = fields_at(model, key[:-1])
     everywhere = list(_leaves(model))

@@ -73,10 +73,10 @@ def test_a_door_that_others_reach_says_so(url, told, capsys):
     [
         (
             ['sensors=[{name="nmea",url="udp-listen://:10110"%s}]'],
-            "sensors.0",
+            "sensors 'nmea'",
             "believes whoever sends where the boat is",
         ),
-        (['sensors=[{name="nmea",url="tcp-listen://0.0.0.0:10110"%s}]'], "sensors.0", "believes whoever sends"),
+        (['sensors=[{name="nmea",url="tcp-listen://0.0.0.0:10110"%s}]'], "sensors 'nmea'", "believes whoever sends"),
         (
             ['radio={url="serial:/dev/ttyUSB0",protocol="mavlink"%s}'],
             "radio",

@@ -305,7 +305,6 @@ def test_all_mistakes_are_told_in_one_pass_in_the_order_of_the_file(tmp_path, ca
         ([("", "[depth]\nenabled = false")], "no depth guard"),
         ([("", '[actuators.board]\nlevel = "0"')], "does not stop if this computer dies"),
         ([("", "[estimate]\naccept_simulated = true")], "for the bench only"),
-        ([(SDK, 'url = "tcp-listen://0.0.0.0:5760"\ninsecure = true')], "takes orders from anybody"),
     ],
 )
 def test_what_a_person_should_look_at_is_told_and_not_called_good(tmp_path, capsys, edits, says):
