@@ -12,6 +12,7 @@ from .. import security
 from ..io.links import LinkConfigError, parse_link_url
 from ..io.links.url import LinkUrl
 from ..settings import Settings
+from ..settings.told import named
 
 if TYPE_CHECKING:
     from ..gateway import GatewaySettings
@@ -37,7 +38,8 @@ def vessel_warnings(settings: Settings) -> list[str]:
     found = [text for key, url, baud in _vessel_links(settings) for text in _rate(key, url, baud)]
     found += _switches(settings)
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
-    found += [f"{name}: {told} {_MEANT}" for name, told, _ in security.open_devices(settings)]
+    called = {"sensors": [{"name": item.name} for item in settings.sensors]}
+    found += [f"{named(key, called)}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:
         found += _place("record.directory", settings.record.directory, is_folder=True)

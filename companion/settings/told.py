@@ -42,7 +42,7 @@ def told(
                 mistake.removesuffix("must be a table")
                 + f"must be a table: [{'.'.join(map(str, key))}], with keys below it"
             )
-        rows.append((line or 10**9, f"line {line}: " if line else "", _named(text, data)))
+        rows.append((line or 10**9, f"line {line}: " if line else "", named(text, data)))
     return [place + text for _, place, text in sorted(rows, key=lambda row: row[0])]
 
 
@@ -60,7 +60,7 @@ def _line(key: Key, lines: Mapping[Key, int]) -> int | None:
     return None
 
 
-def _named(text: str, data: Mapping[str, Any]) -> str:
+def named(text: str, data: Mapping[str, Any]) -> str:
     """Items of a list by their names instead of their numbers."""
 
     def name(found: re.Match[str]) -> str:

@@ -203,7 +203,11 @@ CASES = {
     "out of range": (("system_id = 7", "system_id = 300 # <<"), "system_id = 300", "at most 250"),
     "no number at all": (("", "[mission]\ncruise_speed_mps = nan # <<"), "cruise_speed_mps", "number"),
     "a failsafe that there is not": (("", '[failsafe]\ngcs_action = "hodl" # <<'), "gcs_action", "hold"),
-    "a key of the first release": (("", "[actuators.board]\nallow_level0 = true # <<"), "allow_level0", 'level = "0"'),
+    "a key of the first release": (
+        ("", "[actuators.board]\nallow_level0 = true # <<"),
+        "allow_level0 = true",
+        "docs/ACTUATORS.md",
+    ),
 }
 
 
