@@ -33,13 +33,13 @@ from .core.hull import VesselConfig
 from .core.steer import gains_problem
 from .core.vehicle import TickInputs, Vehicle
 from .core.vehicle.plan_reach import FAR_OK
-from .core.vehicle.refusals import plan_refusal
+from .core.vehicle.refusals import plan_refusal, shutdown_refusal
 from .depth_keeper import DepthKeeper
 from .facade import Facade, Shared
 from .io.keeping import AnyStore
 from .io.keeping.content import SaveParam
 from .io.links import Link
-from .lasting import Answer, Lasting
+from .lasting import Answer, Lasting, VoyageKeeper
 from .ports import ArduinoPort, Conversation, GroundPort, NmeaPort, PlotterPort
 from .security import Keeper
 from .settings import Settings
@@ -93,6 +93,7 @@ class App:
         self.facade = Facade(settings, self.vehicle.mission, identity)
         self.shared = Shared(self.vehicle.say)
         self.keeper: Keeper | None = None
+        self.voyages: VoyageKeeper | None = None
         self.strangers = Strangers(self.vehicle.say)
         self._watched = Supervisor(self.vehicle.say)
         self.snapshot: Snapshot | None = None
@@ -111,7 +112,8 @@ class App:
         self._health: tuple[LinkHealth, ...] = ()
         self.stop_wanted = False
         """A ground station has asked for a shutdown or reboot while disarmed."""
-        self.restart_wanted = False
+        self.shutdown_wanted = False
+        """What it asked for is a shutdown: the process must not come back by itself."""
         self._restore()
 
     # ---- the two calls ------------------------------------------------------------------------------------------
@@ -148,6 +150,10 @@ class App:
             self.keeper.close(now_us)
         self.store.close()
 
+    def keep_voyage(self) -> None:
+        """Remember in the store that a voyage is under way, and go on with one that is."""
+        self.voyages = VoyageKeeper(self._lasting, self.vehicle, self.store.snapshot())
+
     @property
     def ports(self) -> tuple[NmeaPort | ArduinoPort | GroundPort | PlotterPort, ...]:
         """Every port in the order in which it is read."""
@@ -183,6 +189,8 @@ class App:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
         if self.keeper is not None:
             self.keeper.tick(now_us, snapshot)
+        if self.voyages is not None:
+            self.voyages.tick()
         if now_us >= self.depths.due_us:
             self.depths.save(now_us)
         self._watched.each(self.grounds, now_us, GroundPort.tell, now_us, snapshot)
@@ -265,12 +273,13 @@ class App:
         if self._own:
             own, self._own = self._own, []
             for answer, body in own:
-                self._carry_out(Request(0, body, sender=0), answer, now_us)
+                self._carry_out(Request(0, body, sender=0), answer, now_us, by_radio=False)
         for ground in self.grounds:
             for channel, talk in ground.talks:
                 if talk.asked:
+                    by_radio = ground.kind == "radio"
                     for _, request in self._watched.call(ground.name, now_us, ground.requests_of, channel, talk) or ():
-                        self._carry_out(request, self._replying(talk, request), now_us)
+                        self._carry_out(request, self._replying(talk, request), now_us, by_radio=by_radio)
 
     def _replying(self, talk: Conversation, request: Request) -> Answer:
         def answer(reply: Reply) -> None:
@@ -280,7 +289,7 @@ class App:
 
         return answer
 
-    def _carry_out(self, request: Request, answer: Answer, now_us: int) -> None:
+    def _carry_out(self, request: Request, answer: Answer, now_us: int, *, by_radio: bool) -> None:
         body = request.body
         if isinstance(body, LoadPlan):
             self._load(body, answer)
@@ -291,7 +300,7 @@ class App:
                 port.send(0, body.data)
             answer(ACCEPTED)
         elif isinstance(body, Reboot):
-            answer(self._reboot(body))
+            answer(self._reboot(body, now_us, by_radio=by_radio))
         else:
             answer(self.vehicle.handle(request, now_us))
 
@@ -331,10 +340,13 @@ class App:
             for talk in ground.conversations.values():
                 talk.param_changed(name)
 
-    def _reboot(self, body: Reboot) -> Reply:
-        if self.vehicle.armed:
-            return Reply(Result.REJECTED_NOW, "armed")
-        self.restart_wanted = not body.shutdown
+    def _reboot(self, body: Reboot, now_us: int, *, by_radio: bool) -> Reply:
+        refusal = "armed: disarm first" if self.vehicle.armed else ""
+        if body.shutdown:
+            refusal = refusal or shutdown_refusal(self.vehicle, now_us, by_radio=by_radio)
+        if refusal:
+            return Reply(Result.REJECTED_NOW, refusal)
+        self.shutdown_wanted = body.shutdown
         self.stop_wanted = True
         return ACCEPTED
 

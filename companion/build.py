@@ -56,10 +56,12 @@ def build_app(
     archive: AnyArchive | None = None,
     board_seen: bool | None = None,
     witness: Witness | None = None,
+    keeps_voyage: bool = True,
 ) -> App:
     """Build the app; with ``recording`` its links and store are recorded, ``about`` going into the header.
 
     ``archive``: where stations' log downloads come from; a recorded run has one of its own.
+    ``keeps_voyage``: whether the store remembers a voyage under way; a recording of an earlier program knows of none.
     ``board_seen``: whether a person has seen the outputs of a level-0 board move; None: as the store remembers.
     ``witness``: through whom keys are used; a replay's has none, and key files are left alone.
     ``vessel`` and ``identity`` stand for the settings' vessel file and this computer's own; a replay gives the recorded ones.
@@ -99,10 +101,13 @@ def build_app(
         kept = recording.store(kept)
         own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
         archive = recording.archive(archive or own)
-        recording.start({**(about or {}), **_header(settings, vessel, identity), "board_seen": board_seen})
+        more = {"board_seen": board_seen, "keeps_voyage": keeps_voyage}
+        recording.start({**(about or {}), **_header(settings, vessel, identity), **more})
     app = App(settings=settings, vessel=vessel, sensors=sensors, actuators=actuators, store=kept, identity=identity)
     app.recorder = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
+    if keeps_voyage:
+        app.keep_voyage()
     _load_map(app)
     app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us, witness)
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
-from .io.keeping import AnyStore, Completion, StoreOp
+from .core.vehicle import Vehicle
+from .io.keeping import AnyStore, Completion, StoreContent, StoreOp
+from .io.keeping.content import ForgetRecord, SaveRecord
 from .store_watch import StoreWatch
 
+_VOYAGE: Final = "voyage"
+"""Name of the store's record of a voyage under way."""
 Answer = Callable[[Reply], None]
 
 
@@ -49,3 +54,32 @@ class Lasting:
             return
         waiting.apply()
         waiting.answer(ACCEPTED)
+
+
+class VoyageKeeper:
+    """Keeps in the store that a voyage is under way, and where its home is: a computer that starts again offshore is no departure."""
+
+    def __init__(self, lasting: Lasting, vehicle: Vehicle, content: StoreContent) -> None:
+        self._lasting = lasting
+        self._vehicle = vehicle
+        self._saved: dict[str, object] | None = None
+        record = content.records.get(_VOYAGE)
+        data = record.data if record is not None and record.version == 1 else None
+        if isinstance(data, dict):
+            place, home = _point(data.get("place")), _point(data.get("home"))
+            vehicle.resume_voyage(place, home, by_operator=data.get("by_operator") is True)
+            self._saved = vehicle.lasting_voyage
+
+    def tick(self) -> None:
+        """Store what has changed since."""
+        now = self._vehicle.lasting_voyage
+        if now == self._saved:
+            return
+        self._saved = now
+        self._lasting.submit(ForgetRecord(_VOYAGE) if now is None else SaveRecord(_VOYAGE, 1, now), lambda reply: None)
+
+
+def _point(value: object) -> tuple[float, float] | None:
+    if isinstance(value, list | tuple) and len(value) == 2 and all(isinstance(part, float) for part in value):
+        return value[0], value[1]
+    return None

@@ -101,7 +101,7 @@ class Target:
         for number, raw in frames:
             self.links[number].write(0, raw)
         app = self.world.app
-        app.stop_wanted = app.restart_wanted = False
+        app.stop_wanted = app.shutdown_wanted = False
         try:
             snapshot = self.world.tick()
         except Exception as error:  # the point of the exercise

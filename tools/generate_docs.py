@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from companion.core.guard.failsafe import failsafe_table_markdown
+from companion.core.vehicle.insist import table_markdown
 from companion.gateway import GatewaySettings
 from companion.settings import Settings, params
 from mavlink_bridge.language.imc_table import imc_table_markdown
@@ -125,6 +126,22 @@ def dune() -> str:
     return from_dune.page({entry.key: entry.param.name for entry in params.entries(Settings)})
 
 
+def refusals() -> str:
+    """docs/REFUSALS.md: every refusal, and by what one insists."""
+    parts = [
+        "# Refusals",
+        "",
+        "What the vessel says no to, and how a person insists. **A check stops a departure, never a way back**: a voyage begins with",
+        "arming and ends when an operator disarms within 50 m of where it began, or half an hour after he disarmed elsewhere. A",
+        "failsafe's disarm, a board or a computer that starts again do not end it: home stays where it was, and arming needs only what",
+        "the gate needs. Hold and Disarm are never refused to anybody whom the link admits. What can be insisted on can be over every",
+        "link, the radio too.",
+        "",
+        table_markdown(),
+    ]
+    return "\n".join(parts)
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "CONFIGURATION.md": configuration,
     "PARAMETERS.md": parameters,
@@ -132,6 +149,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "FROM-DUNE.md": dune,
     "BOAT-SCENARIOS.md": boat_scenarios.page,
     "FAULTS.md": fault_matrix.page,
+    "REFUSALS.md": refusals,
 }
 """Pages that are generated as a whole."""
 PARTS: dict[str, Callable[[], str]] = {"SAFETY.md": failsafe_table_markdown, "TELEMETRY.md": ages_markdown}

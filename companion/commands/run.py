@@ -27,6 +27,8 @@ from .numbers import positive
 from .status import LinkNotes, StatusView, View, Watched, airtime_of
 
 log = logging.getLogger(__name__)
+SHUT_DOWN: int = 3
+"""Exit status after a station's PREFLIGHT_REBOOT_SHUTDOWN 2; the shipped unit does not start the program again then."""
 
 
 def register(subparsers: Any) -> None:
@@ -85,7 +87,8 @@ def command(arguments: argparse.Namespace) -> int:
     view: View = StatusView(airtime=airtime_of(app.grounds)) if arguments.status else LinkNotes()
     driven = Watched(driven, view)
     try:
-        return run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
+        status = run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
+        return SHUT_DOWN if app.shutdown_wanted and status == 0 else status
     finally:
         writer.close()
 

@@ -165,6 +165,7 @@ class _Replay:
                 vessel=_vessel(hull),
                 identity=_identity(meta["identity"]),
                 board_seen=bool(meta.get("board_seen", True)),
+                keeps_voyage=bool(meta.get("keeps_voyage", False)),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ReplayError(

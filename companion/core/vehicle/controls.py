@@ -47,6 +47,7 @@ from .navigator import Navigator
 from .operators import Ages, Operators
 from .plan_fence import PlanFence
 from .plan_reach import PlanReach
+from .voyage import Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
 
@@ -88,8 +89,9 @@ class Controls:
         self._board_known = False
         """The battery as the actuator board sees it; None when it does not measure."""
         self._home_by_operator = False
-        self.has_sailed = False
-        """Armed before in the life of this process: what bars a departure counts no more, the way back must be free."""
+        self.voyage = Voyage()
+        self.started_at: Point | None = None
+        """Where the vessel first knew its place in this process, rad."""
         self.terminating = self.aborting = self.rearmed = False
         self.ordered: Order | None = None
         """What an operator has decided since the last tick."""
@@ -160,10 +162,35 @@ class Controls:
             self.say(Severity.NOTICE, "armed")
             self.controller.reset(self.state)
             self.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
-            self._set_home_here()
+            if not self.voyage.keeps_home:
+                self._set_home_here()
             if self.navigator.mode is Mode.AUTO:
                 self.look_at_reach()
-        self.armed = self.rearmed = self.has_sailed = True
+        self.voyage.armed(now_us, self.here)
+        self.armed = self.rearmed = True
+
+    @property
+    def here(self) -> Point | None:
+        """Where the vessel is, rad; None = not known."""
+        state = self.state
+        return None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
+
+    def resume_voyage(self, place: Point | None, home: Point | None, *, by_operator: bool) -> None:
+        """The process before this one ended under way: home stays where it was, and arming is no departure."""
+        self.voyage.resume(place)
+        if home is None:
+            return
+        self.mission.home, self._home_by_operator = home, by_operator
+        where = f"{math.degrees(home[0]):.5f} {math.degrees(home[1]):.5f}"
+        self.say(Severity.NOTICE, f"the voyage goes on: home is at {where}; arm, then Return leads there")
+
+    @property
+    def lasting_voyage(self) -> dict[str, object] | None:
+        """What of a voyage must outlive the process, for ``resume_voyage``; None when there is none."""
+        lasting = self.voyage.lasting
+        if lasting is None:
+            return None
+        return {"place": lasting[0], "home": self.mission.home, "by_operator": self._home_by_operator}
 
     def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
@@ -182,8 +209,9 @@ class Controls:
         if refusal:
             self.say(Severity.WARNING, f"{refusal}{': holding here' if in_auto else ''}")
 
-    def disarm(self, why: str, *, abort: bool = False) -> None:
+    def disarm(self, why: str, *, abort: bool = False, by_operator: bool = False) -> None:
         """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""
+        self.voyage.disarmed(self._last_us or 0, self.here, by_operator=by_operator)
         if self.armed:
             self.say(Severity.CRITICAL if abort else Severity.NOTICE, f"disarmed: {why}")
         self.armed = False

@@ -39,6 +39,7 @@ from mavlink_bridge.language.units import clamp
 
 from ..guard.failsafe_orders import Order
 from ..hull.vessel_file import throttle_to_speed, top_speed_mps
+from . import insist
 from .controls import Controls
 from .operators import leads
 from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
@@ -84,11 +85,13 @@ class Orders:
     def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
         vehicle = self._vehicle
         if not body.arm:
-            vehicle.disarm("operator abort" if body.force else "disarmed by the operator", abort=body.force)
+            why = "operator abort" if body.force else "disarmed by the operator"
+            vehicle.disarm(why, abort=body.force, by_operator=True)
             return ACCEPTED
         reasons = prearm_reasons(vehicle, now_us, force=body.force)
         if reasons:
-            return Reply(Result.REJECTED_NOW, "; ".join(reasons))
+            mend = "" if body.force or prearm_reasons(vehicle, now_us, force=True) else f"; {insist.FORCE}"
+            return Reply(Result.REJECTED_NOW, "; ".join(reasons) + mend)
         vehicle.arm(now_us, sender)
         return ACCEPTED
 

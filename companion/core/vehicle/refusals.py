@@ -5,6 +5,9 @@ Each answer is one plain sentence, or nothing. These only look; they change noth
 
 from __future__ import annotations
 
+from typing import Final
+
+from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState
 from mavlink_bridge.language.requests import LoadPlan
 
@@ -12,18 +15,25 @@ from ..guard import failsafe
 from ..guard.depth.grid import Leg
 from ..guard.failsafe_orders import Order
 from ..hull.vessel_file import top_speed_mps
-from . import arming
+from . import arming, insist
 from .controls import Controls
+from .mission import Point
 from .plan_depth import plan_legs
+
+LYING_M: Final = 20.0
+"""A vessel at its berth swings on its lines, and a receiver without corrections wanders by some metres."""
+LYING_MPS: Final = 0.5
+"""Above the speed noise of such a receiver; any current that carries a vessel away brings it out of ``LYING_M`` soon."""
 
 
 def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tuple[str, ...]:
-    """Return why the vessel must not be armed now; empty when it may."""
+    """Return why the vessel must not be armed now; empty when it may. On a voyage only what the gate needs: it is no departure."""
     inputs, causes = vehicle.inputs, vehicle.result.causes
-    if vehicle.gate.terminated or force:
-        return ("terminated: restart first",) if vehicle.gate.terminated else _forced(vehicle)
-    barred = () if vehicle.has_sailed else inputs.barred
-    return barred + arming.reasons(
+    if vehicle.gate.terminated:
+        return ("terminated: restart first",)
+    if force or vehicle.voyage.has_begun(now_us):
+        return _forced(vehicle)
+    return inputs.barred + arming.reasons(
         mode=vehicle.navigator.mode,
         state=vehicle.state,
         actuator_ready=inputs.actuator_ready,
@@ -62,14 +72,15 @@ def plan_refusal(vehicle: Controls, body: LoadPlan) -> str:
     here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
     legs = plan_legs(body.plan.maneuvers, here, vehicle.config.guidance.loiter_radius_m)
     shallow = vehicle.guard.check_plan(legs)
-    return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}"
+    return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}; {insist.CHART}"
 
 
 def start_refusal(vehicle: Controls, first: int | None = None, *, from_here: bool = True) -> str:
     """Return why the plan must not be sailed from item ``first`` (None: where it stands) on, or an empty string."""
     if first is None:
         first = 0 if vehicle.mission.state is PlanState.COMPLETE else vehicle.mission.seq
-    refusal = vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
+    fence = vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
+    refusal = f"{fence}; {insist.FENCE}" if fence else ""
     return refusal or (vehicle.reach_refusal(first) if from_here else "")
 
 
@@ -78,16 +89,43 @@ def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | No
     if lat_rad is None or lon_rad is None:
         return ""
     shallow = vehicle.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
-    if shallow is not None:
-        return f"the target: {shallow.reason}"
+    if shallow is not None and not _leads_home(vehicle, (lat_rad, lon_rad)):
+        return f"the target: {shallow.reason}; {insist.CHART}"
     if not vehicle.fence.enabled or vehicle.estimator.origin is None:
         return ""
     inside_m = vehicle.fence.distance_m(vehicle.state, vehicle.estimator.origin.to_local(lat_rad, lon_rad))
-    return "" if inside_m is None or inside_m >= 0.0 else f"the target is {-inside_m:.0f} m outside the fence"
+    fits = inside_m is None or inside_m >= 0.0
+    return "" if fits else f"the target is {-(inside_m or 0.0):.0f} m outside the fence; {insist.FENCE}"
+
+
+def _leads_home(vehicle: Controls, target: Point) -> bool:
+    """Whether a target is nearer home than the vessel, on a voyage."""
+    home, here = vehicle.mission.home, vehicle.here
+    if home is None or here is None or vehicle.voyage.lasting is None:
+        return False
+    return inverse(*home, *target)[0] < inverse(*home, *here)[0]
+
+
+def shutdown_refusal(vehicle: Controls, now_us: int, *, by_radio: bool) -> str:
+    """Return why the vessel does not go dark for good, or an empty string: only where somebody stands beside it."""
+    mend = "; a restart is obeyed"
+    if by_radio:
+        return f"a shutdown is not taken by radio: nobody could switch the vessel on again{mend}"
+    here, began = vehicle.here, vehicle.started_at
+    if here is None or began is None:
+        return f"no position: a vessel that may be adrift does not go dark{mend}"
+    away_m, speed_mps = inverse(*began, *here)[0], vehicle.state.sog_mps or 0.0
+    if vehicle.voyage.has_begun(now_us) or away_m > LYING_M or speed_mps > LYING_MPS:
+        return f"not where it was started ({away_m:.0f} m, {speed_mps:.1f} m/s): a vessel adrift does not go dark{mend}"
+    return ""
 
 
 def motion_refusal(vehicle: Controls, now_us: int, order: Order | None = None) -> str:
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
     if vehicle.gate.terminated or vehicle.terminating:
         return "terminated: restart to go on"
-    return vehicle.guard.activation(now_us) or failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe, order)
+    depth = vehicle.guard.activation(now_us)
+    if depth:
+        return f"{depth}; {insist.UNLOCK if vehicle.guard.state is GuardState.LOCKED else insist.REQUIRED}"
+    barred = failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe, order)
+    return f"{barred}; {insist.MANUAL}" if barred and "arm again" not in barred else barred
