@@ -6,8 +6,8 @@ sets the vessel moving lifts a latched stop, but never a locked guard or a termi
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Collection
+from typing import Any, Final, get_args
 
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import (
@@ -17,18 +17,22 @@ from mavlink_bridge.language.requests import (
     EnableFence,
     GuidedHeading,
     GuidedTarget,
+    LoadPlan,
     ManualInput,
     Orbit,
     PausePlan,
+    Reboot,
     Reply,
     Reposition,
     Request,
     RequestBody,
     Result,
+    RtcmData,
     RunPrearmChecks,
     SetCurrent,
     SetHomePosition,
     SetMode,
+    SetParameter,
     SetSpeed,
     StartPlan,
     TakeCommand,
@@ -255,3 +259,15 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
     RunPrearmChecks: Orders.prearm,
     UnlockGuard: Orders.unlock,
 }
+
+BY_THE_PROCESS: Final = frozenset({LoadPlan, SetParameter, Reboot, RtcmData, TakeCommand})
+"""Requests that the process around the vessel carries out: they need its store, its links or its stations."""
+
+
+def without_order(bodies: Collection[type]) -> list[str]:
+    """Names of requests that nobody would carry out."""
+    return sorted(body.__name__ for body in bodies if body not in _METHODS and body not in BY_THE_PROCESS)
+
+
+if without_order(get_args(RequestBody)):
+    raise ImportError(f"no order carries out {', '.join(without_order(get_args(RequestBody)))}")

@@ -20,7 +20,7 @@ from ...language.nature import Aim
 from ...language.requests import Reply, RequestBody, Result
 from ..wire.codec import dialect
 from .command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
-from .table import MEANINGS, Context
+from .table import MEANINGS, NO_PROGRESS, Context
 
 COPY_US: Final = 3_000_000
 RETRY_US: Final = 1_000_000
@@ -32,8 +32,6 @@ LATE_US: Final = 500_000
 100 messages a second, and begins anew with each program that a station starts."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
-NO_PROGRESS: Final = frozenset((176, 300))
-"""DO_SET_MODE and MISSION_START: MAVSDK 4.1's start_mission takes IN_PROGRESS for the final answer and ends its process at the real one."""
 _QGC: Final = 255
 """QGroundControl's system id: it waits 1.2 s, and longer only after IN_PROGRESS."""
 MAX_REMEMBERED: Final = 64

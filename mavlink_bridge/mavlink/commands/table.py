@@ -7,13 +7,15 @@ common.xml and the observed habits of the stations (gcs.md §2).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import typing
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from ...language import requests as ask
 from ...language.messages import LoiterDirection, LoiterKind, Mode
 from ..persona import modes
+from ..wire.codec import dialect
 from .command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
 
 MAX_SPEED_MPS: Final = 50.0
@@ -260,32 +262,74 @@ def _unlock(command: Command, _: Context) -> ask.RequestBody:
     return ask.UnlockGuard()
 
 
-MEANINGS: Final[dict[int, Meaning]] = {
-    17: _loiter_unlimited,
-    20: _return_to_launch,
-    34: _orbit,
-    35: _figure_eight,
-    115: _condition_yaw,
-    176: _set_mode,
-    178: _change_speed,
-    179: _set_home,
-    185: _terminate,
-    192: _reposition,
-    193: _pause,
-    207: _fence_enable,
-    224: _set_current,
-    245: _storage,
-    246: _reboot,
-    262: _set_standard_mode,
-    300: _start,
-    400: _arm,
-    401: _prearm,
-    31010: _unlock,
-    32100: _take_command,
-    43000: _guided_speed,
-    43002: _guided_heading,
-}
-"""By MAV_CMD. 31010 is USER_1: lift a locked depth guard; 32100 passes command from one station to another."""
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One command, whole: what it is called, what it means now, what it asks of the vessel. All other tables are derived from these."""
 
-MAY_STOP: Final = frozenset((17, 176, 185, 192, 193, 400))
-"""By MAV_CMD, those that may mean a request whose nature is to stop, for who sees only the number."""
+    number: int
+    """MAV_CMD."""
+    name: str
+    """As the dialect calls it, without MAV_CMD_."""
+    meaning: Meaning
+    brings: tuple[type[ask.RequestBody], ...]
+    """The requests that it may become; empty: nothing is asked of the vessel."""
+    stops: bool = False
+    """Whether it may mean a request whose nature is to stop, for who sees only the number."""
+    progress: bool = True
+    """False: MAVSDK 4.1 takes IN_PROGRESS for the final answer and ends its process at the real one."""
+    planned: bool = False
+    """Whether it means something as an item of a plan too (``plan_mapping`` has it then)."""
+    own: bool = False
+    """The number is ours: no dialect names it."""
+
+
+ROWS: Final = (
+    Row(17, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True),
+    Row(20, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
+    Row(34, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
+    Row(35, "DO_FIGURE_EIGHT", _figure_eight, (ask.Orbit,), planned=True),
+    Row(115, "CONDITION_YAW", _condition_yaw, (ask.GuidedHeading,)),
+    Row(176, "DO_SET_MODE", _set_mode, (ask.SetMode,), stops=True, progress=False),
+    Row(178, "DO_CHANGE_SPEED", _change_speed, (ask.SetSpeed,), planned=True),
+    Row(179, "DO_SET_HOME", _set_home, (ask.SetHomePosition,), planned=True),
+    Row(185, "DO_FLIGHTTERMINATION", _terminate, (ask.Terminate,), stops=True),
+    Row(192, "DO_REPOSITION", _reposition, (ask.Reposition,), stops=True),
+    Row(193, "DO_PAUSE_CONTINUE", _pause, (ask.PausePlan,), stops=True),
+    Row(207, "DO_FENCE_ENABLE", _fence_enable, (ask.EnableFence,), planned=True),
+    Row(224, "DO_SET_MISSION_CURRENT", _set_current, (ask.SetCurrent,)),
+    Row(245, "PREFLIGHT_STORAGE", _storage, ()),
+    Row(246, "PREFLIGHT_REBOOT_SHUTDOWN", _reboot, (ask.Reboot,)),
+    Row(262, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
+    Row(300, "MISSION_START", _start, (ask.StartPlan,), progress=False),
+    Row(400, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
+    Row(401, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
+    Row(31010, "USER_1", _unlock, (ask.UnlockGuard,)),
+    Row(32100, "TAKE_COMMAND", _take_command, (ask.TakeCommand,), own=True),
+    Row(43000, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
+    Row(43002, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
+)
+"""31010 lifts a locked depth guard; 32100 passes command from one station to another."""
+
+
+def flaws(rows: Sequence[Row]) -> list[str]:
+    """What is missing or wrong in rows: a number twice, a name that the dialect does not give it, a request that there is not."""
+    found = []
+    known = {int(number): entry.name.removeprefix("MAV_CMD_") for number, entry in dialect.enums["MAV_CMD"].items()}
+    bodies = set(typing.get_args(ask.RequestBody))
+    for row in rows:
+        if [other.number for other in rows].count(row.number) > 1:
+            found.append(f"command {row.number} has two rows")
+        if (known.get(row.number) != row.name) != row.own:
+            found.append(f"command {row.number} is {known.get(row.number, 'in no dialect')}, not {row.name}")
+        found += [
+            f"{row.name} brings {body.__name__}, which is no request" for body in row.brings if body not in bodies
+        ]
+    return found
+
+
+if flaws(ROWS):
+    raise ImportError("; ".join(flaws(ROWS)))
+
+MEANINGS: Final[dict[int, Meaning]] = {row.number: row.meaning for row in ROWS}
+MAY_STOP: Final = frozenset(row.number for row in ROWS if row.stops)
+NO_PROGRESS: Final = frozenset(row.number for row in ROWS if not row.progress)
