@@ -11,7 +11,7 @@ import importlib
 import logging
 import sys
 from collections.abc import Callable, Sequence
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, version
 from typing import Any, Final
 
 from .commands import MissingExtraError
@@ -32,6 +32,7 @@ COMMANDS: Final = {
     "depth": ("companion.commands.depth", "depth memory and charts: export, import, convert"),
     "explain": ("companion.commands.check.explain", "tables: failsafe conditions and more"),
     "bench-actuators": ("companion.commands.bench_actuators", "move the actuators on the bench"),
+    "completion": ("companion.commands.completion", "print what a shell needs to complete words"),
 }
 GROUP: Final = "companion.commands"
 
@@ -65,6 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _parser(word: str) -> argparse.ArgumentParser:
     """Build a parser that knows the wanted command in full and the others by one line each."""
     parser = argparse.ArgumentParser(prog="companion", description="Autopilot companion for small uncrewed boats.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the program's version")
     subparsers = parser.add_subparsers(metavar="COMMAND", title="commands")
     plugins = {} if word in COMMANDS else {point.name: point for point in entry_points(group=GROUP)}
     if word in COMMANDS:
@@ -76,6 +78,26 @@ def _parser(word: str) -> argparse.ArgumentParser:
             subparsers.add_parser(name, help=text)
         for point in plugins.values():
             _register(point.load(), subparsers)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when it is asked for: the packages' metadata takes its time to read."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        print(f"companion {version('usv-companion')}")
+        parser.exit()
+
+
+def whole_parser() -> argparse.ArgumentParser:
+    """A parser that knows every command in full."""
+    parser = argparse.ArgumentParser(prog="companion")
+    parser.add_argument("--version", action=_Version, nargs=0)
+    subparsers = parser.add_subparsers()
+    for module, _ in COMMANDS.values():
+        importlib.import_module(module).register(subparsers)
+    for point in entry_points(group=GROUP):
+        _register(point.load(), subparsers)
     return parser
 
 

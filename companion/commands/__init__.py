@@ -3,3 +3,8 @@
 
 class MissingExtraError(Exception):
     """A command needs packages that are not installed; the text names the line that installs them."""
+
+
+def install_line(extra: str) -> str:
+    """How the packages of an extra are installed; the program is on no index, so from where it came."""
+    return f"pip install '.[{extra}]' in the checkout, or pip install 'PATH/TO/usv_companion-….whl[{extra}]'"

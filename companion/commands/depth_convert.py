@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from ..core.guard.depth.grid import Sounding, build, metres_per_radian
 from ..settings import ConfigError
-from . import MissingExtraError
+from . import MissingExtraError, install_line
 from .numbers import number
 
 METRES: Final = {
@@ -87,7 +87,7 @@ def add_convert(actions: Any) -> None:
 
 def _convert(arguments: argparse.Namespace) -> int:
     if importlib.util.find_spec("rasterio") is None:
-        raise MissingExtraError('converting charts needs rasterio: pip install "usv-companion[charts]"')
+        raise MissingExtraError(f"converting charts needs rasterio: {install_line('charts')}")
     if arguments.out.suffix not in (".xyz", ".depth"):
         print(f"{arguments.out}: must end in .xyz or .depth", file=sys.stderr)
         return 2

@@ -15,7 +15,7 @@ from ..report.from_run import read_run
 from ..report.from_tlog import read_tlog
 from ..report.verdicts import Limits, judge
 from ..settings import ConfigError
-from . import MissingExtraError
+from . import MissingExtraError, install_line
 from .numbers import number
 
 
@@ -38,7 +38,7 @@ def command(arguments: argparse.Namespace) -> int:
     limits = read_limits(arguments.limit)
     flight = read(arguments.source)
     if importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError('reports need matplotlib: pip install "usv-companion[design]"')
+        raise MissingExtraError(f"reports need matplotlib: {install_line('design')}")
     from ..report import page, plots
     from ..report.map_plot import draw_map
 

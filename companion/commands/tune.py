@@ -16,7 +16,7 @@ from ..core.steer import SteeringConfig
 from ..core.steer.pid import PidGains
 from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
-from . import MissingExtraError
+from . import MissingExtraError, install_line
 from .numbers import number
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
@@ -62,7 +62,7 @@ def _add(actions: Any, name: str, function: Any, text: str) -> argparse.Argument
 def _chosen(arguments: argparse.Namespace) -> tuple[SteeringConfig, VesselConfig, str]:
     """Steering settings, vessel and profile that the arguments name."""
     if importlib.util.find_spec("control") is None:
-        raise MissingExtraError('tuning needs python-control: pip install "usv-companion[design]"')
+        raise MissingExtraError(f"tuning needs python-control: {install_line('design')}")
     steering, name = SteeringConfig(), "otter"
     if arguments.config:
         steering, name = _read(arguments.config)
@@ -168,7 +168,7 @@ def figures(arguments: argparse.Namespace) -> int:
 def identify_record(arguments: argparse.Namespace) -> int:
     """Print K and T of a record."""
     if importlib.util.find_spec("numpy") is None:
-        raise MissingExtraError('identification needs numpy: pip install "usv-companion[design]"')
+        raise MissingExtraError(f"identification needs numpy: {install_line('design')}")
     from ..tuning.identify import identify, read_columns
 
     try:

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from companion.commands import MissingExtraError
+from companion.commands import MissingExtraError, install_line
 from companion.settings import ConfigError
 
 from .work import CampaignError, Job, Row, program, run_job
@@ -27,7 +27,7 @@ def over_cluster(jobs: Sequence[Job], address: str, patience_s: float | None = N
     workers or another program, or is lost.
     """
     if importlib.util.find_spec("distributed") is None:
-        raise MissingExtraError('--cluster needs Dask: pip install "usv-companion[cluster]"')
+        raise MissingExtraError(f"--cluster needs Dask: {install_line('cluster')}")
     from distributed import as_completed
 
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what is lost is said below, in one line

@@ -197,4 +197,4 @@ def test_mistakes_are_told_in_a_line(tmp_path, capsys):
 def test_without_the_extra_the_install_line_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert convert(tmp_path / "a.tif", tmp_path / "o.xyz") == 2
-    assert 'pip install "usv-companion[charts]"' in capsys.readouterr().err
+    assert "pip install '.[charts]'" in capsys.readouterr().err

@@ -20,8 +20,9 @@ from mavlink_bridge.mavlink.missions.wire import with_home, without_home
 from mavlink_bridge.plans import PlanFile
 
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
+from .. import install_line
 
-INSTALL: Final = "this needs MAVSDK: pip install 'usv-companion[ground]'"
+INSTALL: Final = f"this needs MAVSDK: {install_line('ground')}"
 _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
 _ARM_S: Final = 6.0

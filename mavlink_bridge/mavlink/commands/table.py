@@ -280,7 +280,7 @@ class Row:
     planned: bool = False
     """Whether it means something as an item of a plan too (``plan_mapping`` has it then)."""
     own: bool = False
-    """The number is ours: no dialect names it."""
+    """The pinned dialect does not name it: a number of ours, or a newer one."""
 
 
 ROWS: Final = (
@@ -304,7 +304,7 @@ ROWS: Final = (
     Row(400, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
     Row(401, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
     Row(31010, "USER_1", _unlock, (ask.UnlockGuard,)),
-    Row(32100, "TAKE_COMMAND", _take_command, (ask.TakeCommand,), own=True),
+    Row(32100, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
     Row(43000, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
     Row(43002, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
 )
