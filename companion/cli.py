@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     parser = _parser(words[0] if words else "")
-    arguments = parser.parse_args(words)
+    arguments = parser.parse_args(words, argparse.Namespace(whole_parser=whole_parser))
     if not hasattr(arguments, "run"):
         parser.print_help()
         return 2

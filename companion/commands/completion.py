@@ -28,10 +28,8 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Print the script."""
-    from companion.cli import whole_parser
-
-    print(script(arguments.shell, whole_parser()), end="")
+    """Print the script. ``whole_parser`` comes from the program itself, which alone knows all commands."""
+    print(script(arguments.shell, arguments.whole_parser()), end="")
     return 0
 
 

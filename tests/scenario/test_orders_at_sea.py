@@ -239,7 +239,7 @@ def test_an_order_that_would_be_undone_at_once_is_refused_with_the_reason(voyage
     trip.until(lambda: "heading_lost" in trip.snapshot.causes, 60.0)
     trip.run(1.0)
     reply = trip.mode(Mode.AUTO)
-    assert (reply.result, reply.reason) == (Result.REJECTED_NOW, "heading lost")
+    assert (reply.result, reply.reason) == (Result.REJECTED_NOW, "heading lost; Manual is obeyed")
     trip.faults.heading_silent = False
     trip.until(lambda: trip.snapshot.state.heading_valid, 20.0)
     trip.run(6.0)
