@@ -47,6 +47,14 @@ def test_a_plan_goes_up_comes_back_equal_sails_pauses_and_is_cleared(tmp_path: P
         assert "mission: 4 items uploaded" in up.stdout
         down = plan("download", back, *url)
         assert down.returncode == 0, down.stdout + down.stderr
+        boat = tmp_path / "boat.toml"
+        boat.write_text(
+            f'[[endpoints]]\nname = "none"\nurl = "tcp-listen://127.0.0.1:{sim.port(5769)}"\n'
+            f'[[endpoints]]\nname = "tcp"\nurl = "tcp-listen://0.0.0.0:{sim.port(5760)}"\n'
+        )
+        again = plan("download", tmp_path / "again.plan", "--config", boat)
+        assert again.returncode == 0, again.stderr
+        assert f"found at tcpout://127.0.0.1:{sim.port(5760)}" in again.stderr
         found = read_plan(back.read_bytes())
         for kind in ("mission", "fence", "rally"):
             assert plan_id(getattr(found, kind)) == plan_id(getattr(PLAN, kind)), kind

@@ -28,7 +28,7 @@ from ...core.vehicle.mission import MissionConfig
 from ...io.log_file import parts_of
 from ...settings import ConfigError, Settings, load, load_vessel
 from ..numbers import number, positive
-from . import link as plan_link
+from . import find, link as plan_link
 from .draw import ascii_map, svg_map
 from .explain import explain, far_legs, refusals
 from .json import send_json
@@ -39,7 +39,6 @@ _WPL: Final = (".txt", ".waypoints", ".wpl")
 _FAR_HELP: Final = "accept that this one plan lies far away or has long legs"
 _DECIMAL_COMMA: Final = re.compile(r"-?\d+,-?\d+(,-?\d+)*")
 """Whole numbers and commas alone: nobody means a place to the degree."""
-DEFAULT_URL: Final = "udpin://0.0.0.0:14540"
 
 
 def register(subparsers: Any) -> None:
@@ -115,10 +114,15 @@ def _vessel(
 
     def command(arguments: argparse.Namespace) -> int:
         first(arguments)
-        return plan_link.with_vessel(arguments.url, arguments.wait, lambda vessel: run(vessel, arguments))
+        urls = [arguments.url] if arguments.url else find.places(arguments.config, arguments.host)
+        return plan_link.with_vessel(urls, arguments.wait, lambda vessel: run(vessel, arguments))
 
     parser = _add(actions, name, command, text)
-    parser.add_argument("--url", default=DEFAULT_URL, help="MAVSDK connection (default %(default)s)")
+    parser.add_argument(
+        "--config", type=Path, metavar="F", help="the boat's or gateway's TOML file: its endpoints are tried"
+    )
+    parser.add_argument("--host", default="127.0.0.1", help="the boat's computer (default: this one)")
+    parser.add_argument("--url", help=f"one MAVSDK connection (default: {', '.join(find.USUAL)}, in turn)")
     parser.add_argument("--wait", type=positive, default=30.0, metavar="S", help="how long to look for the vessel")
     return parser
 

@@ -7,6 +7,7 @@ they say why something was refused.
 from __future__ import annotations
 
 import json
+import socket
 import sys
 import threading
 import time
@@ -21,6 +22,7 @@ from mavlink_bridge.plans import PlanFile
 
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
 from .. import install_line
+from .find import PROBE_S
 
 INSTALL: Final = f"this needs MAVSDK: {install_line('ground')}"
 _ARDUPILOT: Final = 2
@@ -29,21 +31,31 @@ _ARM_S: Final = 6.0
 _OPERATOR_CONTROL: Final = 32100
 """MAV_CMD_REQUEST_OPERATOR_CONTROL; param 2 = 0 gives it up."""
 _REASON_S: Final = 1.5
+_AGAIN_S: Final = 0.5
+"""Before a place that could not be opened is left for the next."""
+_WHY: Final = {
+    "bind error": "the port is taken: another program, a ground station for one, listens there",
+    "socket connection error": "nothing listens there",
+    "connection error": "nothing listens there",
+}
+_MEND: Final = (
+    "name the boat's file with --config, its computer with --host, or the connection with --url; is the vessel running?"
+)
 
 
 class LinkError(RuntimeError):
     """The vessel was not found, or refused; the text says which and what."""
 
 
-def with_vessel(url: str, wait_s: float, action: Callable[[Vessel], None]) -> int:
-    """Find the vessel, run ``action`` on it, and return the exit status: 0, 1 failed, 2 wrong usage or no MAVSDK."""
+def with_vessel(urls: Sequence[str], wait_s: float, action: Callable[[Vessel], None]) -> int:
+    """Find the vessel at one of ``urls``, run ``action`` on it, and return the exit status: 0, 1 failed, 2 wrong usage or no MAVSDK."""
     try:
         import mavsdk  # noqa: F401
     except ImportError:
         print(INSTALL, file=sys.stderr)
         return 2
     try:
-        vessel = Vessel(url, wait_s)
+        vessel = find(urls, wait_s)
         try:
             action(vessel)
         except LinkError:
@@ -55,23 +67,78 @@ def with_vessel(url: str, wait_s: float, action: Callable[[Vessel], None]) -> in
     return 0
 
 
-class Vessel:
-    """A connected vessel."""
+def find(urls: Sequence[str], wait_s: float, opened: Callable[[str], Place] | None = None) -> Vessel:
+    """The vessel at the first place where one is heard; each is listened at in turn until ``wait_s`` is over. Raises LinkError.
 
-    def __init__(self, url: str, wait_s: float) -> None:
+    One after the other and not all at once: a station on both of the vessel's faces is told to close one.
+    """
+    opened = opened or Place
+    until_s = time.monotonic() + wait_s
+    tried: dict[str, str] = {}
+    kept: dict[str, Place] = {}
+    first = True
+    while first or time.monotonic() < until_s:
+        for url in urls:
+            if first:
+                print(f"looking for the vessel at {url}", file=sys.stderr, flush=True)
+            left_s = max(until_s - time.monotonic(), 0.1)
+            try:
+                place = kept.get(url) or opened(url)
+                kept[url] = place
+                vessel = place.vessel(left_s if len(urls) == 1 else min(PROBE_S, left_s))
+            except LinkError as error:
+                tried[url] = str(error)
+                time.sleep(min(_AGAIN_S, left_s))
+                continue
+            if vessel is not None:
+                print(f"found at {url}", file=sys.stderr, flush=True)
+                return vessel
+            tried[url] = "open, but no vessel is heard"
+        first = False
+    told = "".join(f"\n  {url}: {why}" for url, why in tried.items())
+    raise LinkError(f"no vessel found in {wait_s:g} s; tried:{told}\n{_MEND}")
+
+
+def _knock(url: str) -> None:
+    """MAVSDK does not tell whether a TCP server is there. Raises LinkError when none is."""
+    scheme, _, where = url.partition("://")
+    host, _, port = where.rpartition(":")
+    if scheme == "tcpout" and port.isdecimal():
+        try:
+            socket.create_connection((host, int(port)), timeout=PROBE_S).close()
+        except OSError as error:
+            raise LinkError(f"nothing answers there: {error.strerror or error}") from None
+
+
+class Place:
+    """A connection where a vessel may be heard. Raises LinkError when it cannot be opened."""
+
+    def __init__(self, url: str) -> None:
         from mavsdk import ComponentType, Configuration, Mavsdk
         from mavsdk.logging import log_subscribe
-        from mavsdk.plugins.mission_raw import MissionRaw
-        from mavsdk.plugins.telemetry import Telemetry
 
         log_subscribe(lambda *_: True)
+        _knock(url)
         self._sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
         result = self._sdk.add_any_connection(url)
         if int(result) != 0:
-            raise LinkError(f"{url}: {result.name.lower().replace('_', ' ')}")
+            why = result.name.lower().replace("_", " ")
+            raise LinkError(_WHY.get(why, why))
+
+    def vessel(self, wait_s: float) -> Vessel | None:
+        """The vessel, if one is heard in so many seconds."""
         system = self._sdk.first_autopilot(wait_s)
-        if system is None:
-            raise LinkError(f"{url}: no vessel heard in {wait_s:g} s")
+        return None if system is None else Vessel(self._sdk, system)
+
+
+class Vessel:
+    """A connected vessel."""
+
+    def __init__(self, sdk: Any, system: Any) -> None:
+        from mavsdk.plugins.mission_raw import MissionRaw
+        from mavsdk.plugins.telemetry import Telemetry
+
+        self._sdk = sdk
         self._system = system
         self._mission = MissionRaw(system)
         self._telemetry = Telemetry(system)
