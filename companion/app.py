@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from mavlink_bridge.language.messages import ActuatorStatus, Severity
 from mavlink_bridge.language.requests import (
@@ -28,6 +28,7 @@ from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
+from .audit import Audit
 from .changes import ends_far_word, parameter_problem, saving
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
@@ -57,6 +58,7 @@ class TickRecorder(Protocol):
 
     def tick(self, snapshot: Snapshot) -> None: ...
     def drain_texts(self) -> list[tuple[Severity, str]]: ...
+    def order(self, t_us: int, fields: dict[str, Any]) -> None: ...
 
 
 log = logging.getLogger(__name__)
@@ -95,6 +97,7 @@ class App:
         self.keeper: Keeper | None = None
         self.voyages: VoyageKeeper | None = None
         self.strangers = Strangers(self.vehicle.say)
+        self.audit = Audit()
         self._watched = Supervisor(self.vehicle.say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
@@ -290,6 +293,7 @@ class App:
         return answer
 
     def _carry_out(self, request: Request, answer: Answer, now_us: int, *, by_radio: bool) -> None:
+        answer = self.audit.noting(request, answer, now_us)
         body = request.body
         if isinstance(body, LoadPlan):
             self._load(body, answer)

@@ -104,7 +104,7 @@ def build_app(
         more = {"board_seen": board_seen, "keeps_voyage": keeps_voyage}
         recording.start({**(about or {}), **_header(settings, vessel, identity), **more})
     app = App(settings=settings, vessel=vessel, sensors=sensors, actuators=actuators, store=kept, identity=identity)
-    app.recorder = recording
+    app.recorder = app.audit.diary = recording
     app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
     if keeps_voyage:
         app.keep_voyage()

@@ -237,6 +237,9 @@ class _Replay:
         if before != after:
             self._compare(snapshot, fields_of(before), fields_of(after))
 
+    def order(self, t_us: int, fields: dict[str, Any]) -> None:
+        """Orders are inputs' own, and follow from them."""
+
     def drain_texts(self) -> list[tuple[Severity, str]]:
         return [(Severity(severity), text) for severity, text in self._step.told] if self._step else []
 

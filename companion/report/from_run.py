@@ -208,10 +208,22 @@ def _events(flight: Flight, run_dir: Path) -> None:
                 flight.events.append(event)
 
 
+def _order(data: dict[str, Any]) -> str:
+    """Who ordered what, and what came of it."""
+    who = "aboard"
+    if "system" in data:
+        host = f" from {data['host']}" if data.get("host") else ""
+        who = f"station {data['system']}/{data['component']} over {data['link']}{host} ({data['proof']})"
+    reason = f": {data['reason']}" if data.get("reason") else ""
+    return f"{who}: {data['order']} - {str(data['result']).lower().replace('_', ' ')}{reason}"
+
+
 def _event(data: dict[str, Any]) -> Event:
     kind, t_s = str(data["event"]), float(data["t_s"])
     if kind == "text":
         return Event(t_s, kind, str(data["text"]), str(data["severity"]))
+    if kind == "order":
+        return Event(t_s, kind, _order(data))
     if "value" in data:
         before = data.get("before")
         shown = f"{_shown(before)} → {_shown(data['value'])}" if before is not None else _shown(data["value"])

@@ -13,6 +13,7 @@ from .story import tell, weightiest
 from .verdicts import Limits, Verdict, clock, judge
 
 MAX_EVENTS: Final = 1500
+MAX_ORDERS: Final = 500
 _STYLE: Final = """
 :root{--ink:#1f2328;--soft:#57606a;--line:#d0d7de;--page:#f6f8fa;--card:#fff;--good:#1a7f37;--bad:#cf222e}
 *{box-sizing:border-box}body{margin:0;font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--page)}
@@ -37,7 +38,7 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
     drawn = [(title, caption, made) for title, caption, draw in plots.PLOTS if (made := draw(flight)) is not None]
     sections = [_summary(flight, verdicts), _story(flight.events)]
     sections += [_section(title, caption, plots.as_svg(made)) for title, caption, made in drawn]
-    sections.append(_events(flight.events))
+    sections += [_orders(flight.events), _events(flight.events)]
     if flight.plan:
         sections.append(_plan(flight))
     if flight.settings:
@@ -46,7 +47,9 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
             f"<section id=settings><details><summary>Settings in force</summary><pre>{shown}</pre></details></section>"
         )
     links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title, _, _ in drawn)
-    nav = f"<nav><a href='#story'>What happened</a>{links}<a href='#events'>Events</a></nav>"
+    nav = (
+        f"<nav><a href='#story'>What happened</a>{links}<a href='#orders'>Orders</a><a href='#events'>Events</a></nav>"
+    )
     return document(flight.title, f"{_head(flight, verdicts)}{nav}{''.join(sections)}")
 
 
@@ -107,6 +110,23 @@ def _story(events: Sequence[Event]) -> str:
     return (
         f"<section id=story><h2>What happened</h2><p class=soft>{caption}</p>"
         f"<table><tr><th>Time<th></tr>{rows}</table></section>"
+    )
+
+
+def _orders(events: Sequence[Event]) -> str:
+    """Who ordered what. A system number is a claim; in brackets stands what proved it."""
+    orders = [event for event in events if event.kind == "order"]
+    rows = "".join(
+        f"<tr><td class=n>{clock(event.t_s)}.{int(event.t_s * 10) % 10}<td>{html.escape(event.text)}"
+        for event in orders[-MAX_ORDERS:]
+    )
+    more = f", the last {MAX_ORDERS} of {len(orders)}" if len(orders) > MAX_ORDERS else ""
+    caption = (
+        f"Every order that reached the vessel{more}: who gave it, over which link, what proved it, what came of it."
+    )
+    return (
+        f"<section id=orders><h2>Orders</h2><p class=soft>{caption if orders else 'No order was recorded.'}</p>"
+        f"<div class=events><table><tr><th>Time<th></tr>{rows}</table></div></section>"
     )
 
 

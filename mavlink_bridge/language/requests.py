@@ -11,7 +11,7 @@ from enum import Enum
 
 from .messages import FenceArea, LoiterDirection, LoiterKind, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
-from .stations import Station
+from .stations import Proof, Station
 
 
 class Result(Enum):
@@ -372,3 +372,5 @@ class Request:
     """Component id of the ground station."""
     station: Station | None = None
     """Who asks, where; None = the vessel's own people."""
+    proof: Proof = Proof.UNSIGNED
+    """What stands behind it."""

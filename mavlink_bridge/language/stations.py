@@ -3,7 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Final
+
+
+class Proof(Enum):
+    """What stands behind a sender's claim to be who it says."""
+
+    UNSIGNED = "unsigned"
+    """Nothing but that the link let it in."""
+    SIGNED = "signed"
+    """A MAVLink signature with the vessel's key."""
+    RADIO_KEY = "radio key"
+    """The compact radio's key; which station of the gateway it was is the gateway's word."""
 
 
 @dataclass(frozen=True, slots=True)

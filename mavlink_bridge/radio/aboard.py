@@ -23,7 +23,7 @@ from ..language.requests import (
     SetParameter,
 )
 from ..language.snapshot import Snapshot
-from ..language.stations import ONE_VOICE
+from ..language.stations import ONE_VOICE, Proof
 from ..mavlink.commands.table import Context
 from ..mavlink.missions.plan_mapping import load_plan
 from ..mavlink.missions.plan_rules import PlanError, plan_id
@@ -238,7 +238,7 @@ class VesselRadio:
         self._beacon_us = now_us
         self._asked[self._next_id] = (message.id, body)
         sender = sender if origin is None else origin.source[0]
-        self.asked.append(Request(self._next_id, body, sender, origin=origin))
+        self.asked.append(Request(self._next_id, body, sender, origin=origin, proof=Proof.RADIO_KEY))
         self._next_id += 1
 
     def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:

@@ -94,6 +94,10 @@ class Recording:
         """Note a request that did not come over a link; it belongs to the next step."""
         self._submitted.append(request_json.dumps(body))
 
+    def order(self, t_us: int, fields: dict[str, Any]) -> None:
+        """Keep who ordered what."""
+        self.recorder.event(t_us, "order", **fields)
+
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """The recorder's texts; they reach the operator, so they are input."""
         if not self.recorder.texts:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 from ...language.requests import DistanceInput, Origin, Reply, Request, RequestBody, Result, RtcmData
+from ...language.stations import Proof
+from ..wire.signing import Verdict
 
 MAX_ORDERS: Final = 256
 MAX_PIECES: Final = 32
@@ -22,10 +24,15 @@ class Asking:
 
     def __init__(self) -> None:
         self.asked: list[Request] = []
-        self.component = 0
-        """Of the station whose message is being served; what is asked next is asked by it."""
+        self._system = self._component = 0
+        self._proof = Proof.UNSIGNED
         self._next_id = 1
         self._orders = 0
+
+    def serve(self, message: Any) -> None:
+        """A message is being served: what is asked next is asked by its sender."""
+        self._system, self._component = message.get_srcSystem(), message.get_srcComponent()
+        self._proof = Proof.SIGNED if message.verdict is Verdict.ACCEPTED else Proof.UNSIGNED
 
     def number(self) -> int:
         """A number for the next request."""
@@ -38,7 +45,16 @@ class Asking:
         if self._orders >= MAX_ORDERS:
             return False
         self._orders += 1
-        self.asked.append(Request(number, body, sender, origin=origin, component=self.component))
+        self.asked.append(
+            Request(
+                number,
+                body,
+                sender or self._system,
+                origin=origin,
+                component=self._component,
+                proof=self._proof,
+            )
+        )
         return True
 
     def stream(self, body: RequestBody, sender: int) -> None:
@@ -51,7 +67,9 @@ class Asking:
                 if not item.reply and item.sender == sender and type(item.body) is type(body):
                     del self.asked[at]
                     break
-        self.asked.append(Request(-self.number(), body, sender, reply=False, component=self.component))
+        self.asked.append(
+            Request(-self.number(), body, sender, reply=False, component=self._component, proof=self._proof)
+        )
 
     def take(self) -> list[Request]:
         """Take over all, oldest first."""

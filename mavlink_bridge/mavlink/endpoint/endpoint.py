@@ -151,7 +151,7 @@ class Endpoint:
         for message in self._inbound.receive(data, now_us):
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
-                self._asking.component = message.get_srcComponent()
+                self._asking.serve(message)
                 handler(message, now_us)
         for text in self._verifier.texts():
             self._speaker.say(Severity.WARNING, text)
