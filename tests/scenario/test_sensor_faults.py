@@ -11,10 +11,12 @@ from collections.abc import Callable
 import pytest
 
 import config
+from companion.core.nmea.line import frame
 from companion.settings.schema import load
 from mavlink_bridge.language.messages import Action
 from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.plant.truth import Truth
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
 
@@ -28,6 +30,13 @@ def on_the_circle(*overrides: str, sailed_s: float = 60.0, seed: int = 1) -> Wor
     """A vessel that has settled on a circle of 20 m at 1.5 m/s."""
     settings = load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings)
     world = World(settings, seed)
+    sail_the_circle(world, sailed_s)
+    assert abs(off_circle_m(world)) < 1.0
+    return world
+
+
+def sail_the_circle(world: World, sailed_s: float) -> None:
+    """Arm, and sail a circle of 20 m at 1.5 m/s for so long."""
     lat_rad, lon_rad = world.surroundings.plant.frame.to_geodetic(*CENTRE_M)
     x, y = round(math.degrees(lat_rad) * 1e7), round(math.degrees(lon_rad) * 1e7)
     items = [
@@ -43,8 +52,6 @@ def on_the_circle(*overrides: str, sailed_s: float = 60.0, seed: int = 1) -> Wor
         world.run(0.3)
         assert replies[0].reason == ""
     world.run(sailed_s)
-    assert abs(off_circle_m(world)) < 1.0
-    return world
 
 
 def off_circle_m(world: World) -> float:
@@ -213,3 +220,30 @@ def test_rtk_class_circle_in_truth(seed: int, rms_m: float, worst_m: float) -> N
     texts_during(world, 120.0, lambda here: off.append(off_circle_m(here)))
     assert math.sqrt(sum(value * value for value in off) / len(off)) < rms_m
     assert max(abs(value) for value in off) < worst_m
+
+
+@pytest.mark.parametrize(
+    "off_deg", [20.0, pytest.param(5.0, marks=pytest.mark.soak), pytest.param(120.0, marks=pytest.mark.soak)]
+)
+def test_a_second_compass_on_the_line_changes_nothing_at_sea(off_deg: float) -> None:
+    """HEHDT beside the GNSS compass, as far off as it may be: the circle is sailed as before, and one text tells."""
+    settings = load(config.path("sim.toml"), ["operator.gcs_required=false"], SimSettings)
+    world = World(settings, 1)
+    sensors = world.surroundings.plant.sensors
+    step = sensors.step
+
+    def beside(now_us: int, truth: Truth) -> list[bytes]:
+        sent = step(now_us, truth)
+        deg = (math.degrees(truth.psi_rad) + off_deg) % 360.0
+        return [*sent, *(frame(f"HEHDT,{deg:.2f},T") for line in sent[:1] if line[3:6] == b"HDT")]
+
+    sensors.step = beside
+    sail_the_circle(world, 60.0)
+    assert abs(off_circle_m(world)) < 1.0
+    off_m, texts = [], []
+    for _ in range(600):
+        world.step()
+        off_m.append(abs(off_circle_m(world)))
+        texts += [text.text for text in world.app.snapshot.texts]
+    assert max(off_m) < 1.0
+    assert len([text for text in texts if "HEHDT" in text]) <= 1

@@ -60,6 +60,7 @@ def test_a_good_compass_shows_each_sentence_and_the_state() -> None:
         "rtk fixed",
         "position 41.18",
         "heading  2",
+        "used for heading: compass GPHDT",
         "depth    7.",
     ):
         assert part in text

@@ -203,3 +203,17 @@ def test_three_receivers_on_one_line() -> None:
     line = Line(*three)
     assert line.share_valid() >= 0.99
     assert line.wander_m() < 2.0
+
+
+def test_a_speed_from_elsewhere_is_not_mixed_with_the_receivers_own() -> None:
+    """A plotter's VTG (its log's speed, say) beside a receiver that sends no VTG; without an RMC it is all there is."""
+
+    def vtg(fix_mps: float) -> Receiver:
+        made = Receiver(lambda t: "II", kinds="VTG", late_s=0.13)
+        made.sentences = lambda t_s: [write.vtg("II", write.fix_text(LAT, LON, fix_mps, 0.0), "R")]
+        return made
+
+    own = Line(Receiver(lambda t: "GP", kinds="GGA RMC"), vtg(4.0))
+    assert {round(fix.sog_mps, 1) for fix in own.fixes[2:-1]} == {1.5}
+    only = Line(Receiver(lambda t: "GP", kinds="GGA"), vtg(4.0))
+    assert {round(fix.sog_mps, 1) for fix in only.fixes[5:-1]} == {4.0}

@@ -104,6 +104,7 @@ def _report(
     lines.append(f"position {_position(state)}, {'no receiver' if fix is None else _kind(fix.fix_type)}")
     lines.append(f"heading  {_degrees(state.psi_rad)}{' (from the course)' if state.heading_from_course else ''}")
     lines.append(f"roll     {_degrees(state.phi_rad)}, pitch {_degrees(state.theta_rad)}")
+    lines += [f"used for {quantity}: {source}" for quantity, source in estimator.used.items()]
     found = None if distance is None else distance.value_m
     lines.append("depth    none" if found is None else f"depth    {found:.2f} m below the transducer")
     return lines

@@ -129,6 +129,13 @@ class Estimator:
         )
 
     @property
+    def used(self) -> dict[str, str]:
+        """The source of each quantity that has one, as texts name it: ``{"heading": "compass GPHDT"}``."""
+        named: dict[str, Choice | FixChoice] = {"position": self._receivers, "heading": self._compasses}
+        named |= {"turn rate": self._rates, "roll": self._rolls, "pitch": self._pitches, "depth": self._sounders}
+        return {quantity: choice.used for quantity, choice in named.items() if choice.used}
+
+    @property
     def knows_tilt(self) -> bool:
         """Whether roll or pitch has ever been measured."""
         return self._phi is not None or self._theta is not None

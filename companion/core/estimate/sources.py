@@ -141,6 +141,11 @@ class Choice:
         """How long the chosen source may be unheard before it counts as silent."""
         return self._most_us if self.chosen is None else self._patience_us(self._heard[self.chosen])
 
+    @property
+    def used(self) -> str:
+        """Name of the source that counts; empty before there is one."""
+        return "" if self.chosen is None else self.name(self.chosen)
+
     def name(self, key: Key) -> str:
         return self._heard[key].name
 
@@ -260,6 +265,11 @@ class FixChoice:
     def disagree(self) -> bool:
         """Whether a receiver has been away from the one used for 5 s and more."""
         return bool(self._apart)
+
+    @property
+    def used(self) -> str:
+        """Name of the receiver that counts; empty before there is one."""
+        return self._choice.used
 
     @property
     def moved(self) -> bool:

@@ -81,6 +81,8 @@ class Receivers:
         self._said: dict[str, dict[str, _Said]] = {}
         self._counts: dict[str, int] = {}
         self._pairs: dict[frozenset[str], _Pair] = {}
+        self._placed: set[str] = set()
+        self._told_speed_us = -_MEMORY_US
 
     def of(self, part: EpochPart, now_us: int) -> Receiver | None:
         """The receiver that a sentence comes from; None when it does not count."""
@@ -96,6 +98,8 @@ class Receivers:
             home = self._home[talker] = self.all[0]
             home.talkers.append(talker)
             self._label(home)
+        if self._is_hearsay(part, now_us):
+            return None
         doubtful = self._weigh(part, home, now_us)
         if len(self._home) > 1:
             home = self._settled(talker)
@@ -110,6 +114,19 @@ class Receivers:
         """Those that have talkers, when there are two and more."""
         found = [receiver for receiver in self.all if receiver.talkers]
         return found if len(found) > 1 else []
+
+    def _is_hearsay(self, part: EpochPart, now_us: int) -> bool:
+        """Whether a speed comes from a device without a position of its own, while a receiver tells its own speed (RMC)."""
+        if part.lat_rad is not None:
+            self._placed.add(part.talker)
+        if part.kind == "RMC" and part.sog_mps is not None:
+            self._told_speed_us = now_us
+        return (
+            part.kind == "VTG"
+            and part.talker[:1] != "G"
+            and part.talker not in self._placed
+            and now_us - self._told_speed_us < _MEMORY_US
+        )
 
     # ---- evidence -----------------------------------------------------------------------------------------------
 
