@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 from collections import Counter
@@ -195,3 +196,16 @@ def _is_ordered_table(call: ast.Call, enums: set[str]) -> bool:
     if name in ("tuple", "list", "enumerate", "zip"):
         return any(ast.unparse(argument).rpartition(".")[2] in enums for argument in call.args)
     return name.endswith(").index") and name.partition("(")[0] in ("tuple", "list")
+
+
+@pytest.mark.parametrize("package", ["companion", "sitl"])
+def test_every_name_of_a_public_face_is_there_and_told(package: str) -> None:
+    face = importlib.import_module(package)
+    assert len(face.__all__) <= 10
+    assert all(getattr(face, name).__doc__ for name in face.__all__)
+
+
+def test_the_shipped_packages_need_none_of_the_tools() -> None:
+    assert not [
+        f"{path}: {name}" for path, tree in modules() for name in imported(tree) if name.startswith(("tools", "tests"))
+    ]
