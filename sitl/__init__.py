@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from .scenario import Scenario, read_scenario, run_scenario
-    from .simulate import simulate
+    from .voyage import simulate
     from .world import SimSettings, World
 
 __all__ = ["Scenario", "SimSettings", "World", "read_scenario", "run_scenario", "simulate"]
@@ -22,7 +22,7 @@ _ROOMS: Final = {
     "World": "world",
     "read_scenario": "scenario",
     "run_scenario": "scenario",
-    "simulate": "simulate",
+    "simulate": "voyage",
 }
 
 
