@@ -41,13 +41,15 @@ from .codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, SAFE_STOPS, VERSION,
 from .link import MAX_OUTGOING, CompactLink
 from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .orders import meaning_of
-from .reporter import Reporter
+from .reporter import CHAT_GAP_US, Reporter
 from .session import Direction, Pairing
 from .transfer import Message, Outcome
 
 GATEWAY_SENDER: Final = 255
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
+_HOME_GAP_US: Final = 4_000_000
+"""A boat that has just found out where it is tells its home soon: stations draw it elsewhere until then."""
 _CHECK_GAP_US: Final = 1_000_000
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
 _PRESENT_US: Final = 600_000_000
@@ -105,6 +107,7 @@ class VesselRadio:
         """Answers that wait for the picture of the tick that they belong to."""
         self._stop: tuple[int, bytes | None, int] | None = None
         """Number and session of the last stop, and when it came."""
+        self._shore: bytes | None = None
         self._told: Info | None = None
         """What the shore is known to know."""
         self._pushing: dict[int, Info] = {}
@@ -119,6 +122,9 @@ class VesselRadio:
         items = self.link.receive(data, now_us)
         if self.link.pairing.is_foreign:
             self._warn(_FOREIGN.format(self.link.pairing.version, VERSION), now_us)
+        if self.link.pairing.other != self._shore:
+            # a gateway that has just started is told what the vessel keeps without being asked
+            self._shore, self._told, self._push_us = self.link.pairing.other, None, None
         before = self._ear.hellos
         self._ear.receive(data)
         if self._ear.hellos > before and self._warn(HEARD, now_us) and self._old_voice is not None:
@@ -138,7 +144,9 @@ class VesselRadio:
         return True
 
     def _standing(self) -> bytes:
-        return encode_standing(RadioState() if self._snapshot is None else RadioState.of(self._snapshot))
+        state = RadioState() if self._snapshot is None else RadioState.of(self._snapshot)
+        self._reporter.answered(state)
+        return encode_standing(state)
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -321,10 +329,16 @@ class VesselRadio:
             return
         if self._checked_us is not None and now_us - self._checked_us < _CHECK_GAP_US:
             return
+        if now_us < self._reporter.chat_us:
+            return
         self._checked_us = now_us
-        if self._info() == self._told or (self._push_us is not None and now_us - self._push_us < _PUSH_GAP_US):
+        info, told = self._info(), self._told
+        has_home = told is not None and told.home_e7 is None and info.home_e7 is not None
+        gap_us = _HOME_GAP_US if has_home else _PUSH_GAP_US
+        if info == told or (self._push_us is not None and now_us - self._push_us < gap_us):
             return
         self._push_us = now_us
+        self._reporter.chat_us = now_us + CHAT_GAP_US
         try:
             self._submit_info(now_us)
         except ValueError:

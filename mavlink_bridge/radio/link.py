@@ -32,7 +32,8 @@ _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.INFO))
 _QUIET_PIECES: Final = 6
-_AFTER_ANSWER: Final = 3
+_AFTER_ANSWER_US: Final = 2_000_000
+"""An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the end keeps off the air."""
 _VESSEL_PAUSE_US: Final = 1_500_000
 
 
@@ -141,6 +142,8 @@ class CompactLink:
             return None
         if kind in (Kind.REPLY, Kind.MISSING):
             (self._on_reply if kind is Kind.REPLY else self._on_missing)(frame.body, now_us)
+            if kind is Kind.REPLY and self.rhythm is not None:
+                self.rhythm.answered(now_us, now_us + _AFTER_ANSWER_US)
             return frame if kind is Kind.REPLY else None
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
@@ -289,7 +292,7 @@ class CompactLink:
         frame = self.voice.send(first.kind, body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER * self._patience.longest_us()
+            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER_US
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -363,7 +366,7 @@ class CompactLink:
     def _a_posted(self, now_us: int) -> bytes:
         if not self._posted or now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
-        if self._is_receiving(now_us):
+        if self._is_receiving(now_us) or (self.rhythm is not None and self.rhythm.is_quiet(now_us)):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
         session = self.pairing.to_speak(self._turn)
@@ -374,7 +377,8 @@ class CompactLink:
             self._turn += 1
             self._posted.remove(first)
             self.last_posted = self.voice.counter, first.body
-            self._listen()
+            if self._is_vessel:
+                self._listen()
         return frame
 
     def _would_meet(self, size: int, now_us: int) -> bool:

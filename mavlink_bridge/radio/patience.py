@@ -7,7 +7,7 @@ from typing import Final
 
 from .air import AirClock, RadioProfile
 from .codec.brief import STANDING_BYTES
-from .codec.wire import OVERHEAD
+from .codec.wire import OVERHEAD, Kind
 from .hello import HELLO_FRAME_BYTES
 from .transfer import Outgoing
 
@@ -15,6 +15,9 @@ ANSWER_BYTES: Final = OVERHEAD + 1 + STANDING_BYTES
 """A REPLY without a reason."""
 _MARGIN: Final = 1.08
 _PATIENT_TRIES: Final = 14
+_LONG_TRY: Final = 2
+_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
+"""Refusals of these come with words."""
 
 
 class Patience:
@@ -42,6 +45,9 @@ class Patience:
     def of(self, item: Outgoing) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
         base_us = max(self.answer_us(), self._slowest_us)
+        if item.tries == _LONG_TRY and item.kind in _EXPLAINED:
+            # nothing came to two questions: perhaps it does, with a reason, and our repeats meet it
+            base_us = max(base_us, self.longest_us())
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from typing import Final
 
-from ..language.messages import Severity
+from ..language.messages import GuardState, Severity
 from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
 from .codec.batch import encode_batch
@@ -21,6 +22,11 @@ _THRIFTY_GAP_US: Final = 600_000_000
 _TEXT_GAP_US: Final = 5_000_000
 _TEXT_BYTES: Final = 50
 _KEYS_KEPT: Final = 16
+_CHAT_US: Final = 8_000_000
+"""Words and items reached come at no known moment, so an order may meet them; orders come in runs."""
+CHAT_GAP_US: Final = 3_000_000
+"""Who speaks without a pause is deaf to a stop."""
+_HEALTH_GAP_US: Final = 15_000_000
 _POSITION_GAP_US: Final = 15_000_000
 """To a shore of another version: enough to find the boat by."""
 
@@ -40,6 +46,10 @@ class Reporter:
         self._base: tuple[int, RadioState, int] | None = None
         """Mark, state as the shore has it, and when it was made."""
         self._mark = 0
+        self._health_us = 0
+        self.chat_us = 0
+        """Until then an operator is at work: what can wait stays out of the way of his next order."""
+        self._reached: deque[int] = deque(maxlen=16)
         self._text_bytes = min(_TEXT_BYTES, profile.max_frame_bytes - OVERHEAD - 1)
         self._samples: list[RadioState] = []
         self._pending: dict[bytes, tuple[RadioState, int]] = {}
@@ -57,6 +67,7 @@ class Reporter:
     def shore_ordered(self, now_us: int) -> None:
         """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
         self._status_us = max(now_us + _OWN_ORDER_US, self._status_us or 0)
+        self.chat_us = now_us + _CHAT_US
 
     def want_key(self) -> None:
         """The shore has no key, or lost it."""
@@ -71,8 +82,12 @@ class Reporter:
             self._position(state, now_us)
             return
         self._queue_texts(now_us, snapshot)
-        for seq in snapshot.progress.reached if self.profile.link.batch == 1 else ():
-            self._link.post(Kind.EVENT, bytes((seq & 0xFF,)), Priority.EVENT)
+        if self.profile.link.batch == 1:
+            self._reached.extend(snapshot.progress.reached)
+        if self._reached and now_us >= self.chat_us:
+            self.chat_us = now_us + CHAT_GAP_US
+            self._link.post(Kind.EVENT, bytes(seq & 0xFF for seq in self._reached), Priority.EVENT)
+            self._reached.clear()
         if self._status_is_new(state, now_us):
             self._status_us = now_us
             self._post_key(state, now_us, Priority.EVENT)
@@ -85,14 +100,22 @@ class Reporter:
             self._next_us = now_us + max(self._state_us * self.profile.link.batch, _POSITION_GAP_US)
             self._link.post(Kind.POSITION, encode_position(state), Priority.STATE)
 
+    def answered(self, state: RadioState) -> None:
+        """An answer has told mode, armed bit, item and readiness: they need not be told once more in the way of the next order."""
+        if self._told is not None:
+            self._told = replace(
+                self._told, mode=state.mode, armed=state.armed, plan_state=state.plan_state, seq=state.seq
+            )
+
     def _status_is_new(self, state: RadioState, now_us: int) -> bool:
-        """Changes of status go at once; on a starved channel only those that matter for safety."""
+        """What matters for safety goes at once when it changes; the rest goes with the next state, when the shore knows that one comes."""
         if self._told is None or (self._status_us is not None and now_us - self._status_us < self._status_gap_us):
             return False
-        if self.profile.link.batch == 1:
-            return state.status != self._told.status
         told = self._told
-        return (state.armed, state.action, state.guard) != (told.armed, told.action, told.guard)
+        if self.profile.link.batch == 1 and state.mode is not told.mode:
+            return True
+        is_shoal = state.guard is not told.guard and state.guard >= GuardState.CORRECTION
+        return state.armed != told.armed or state.action > told.action or is_shoal
 
     @property
     def _status_gap_us(self) -> int:
@@ -106,13 +129,20 @@ class Reporter:
             return
         base = self._base
         body = None
-        if base is not None and now_us - base[2] < self._key_us:
+        if base is not None and now_us - base[2] < self._key_us and not self._health_is_new(state, base[1], now_us):
             body = encode_delta(base[1], base[0], state)
         if body is None:
             # an older key may still serve while its successor waits for the shore's word
             self._post_key(state, now_us, Priority.STATE)
             return
         self._link.post(Kind.DELTA, body, Priority.STATE)
+
+    def _health_is_new(self, state: RadioState, base: RadioState, now_us: int) -> bool:
+        """Readiness that changed goes with the next state; while it flickers, or the shore has not got it, now and then."""
+        if state.health == base.health or now_us < self._health_us:
+            return False
+        self._health_us = now_us + _HEALTH_GAP_US
+        return True
 
     def _collect_sample(self, state: RadioState) -> None:
         self._told = self._told or state
@@ -149,9 +179,10 @@ class Reporter:
         for text in snapshot.texts:
             if text.severity <= Severity.WARNING:
                 self._texts.append((text.severity, text.text))
-        if self._texts and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
+        if self._texts and now_us >= self.chat_us and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
             severity, words = self._texts.popleft()
             self._text_us = now_us
+            self.chat_us = now_us + CHAT_GAP_US
             self._link.post(
                 Kind.TEXT, bytes((SEVERITY.number(severity),)) + words.encode()[: self._text_bytes], Priority.EVENT
             )

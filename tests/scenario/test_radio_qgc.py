@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 import config
 from companion.io.links.link import Received
 from companion.io.links.mem import pair
@@ -12,6 +14,7 @@ from sitl.gateway import with_gateway
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
 from tests.gateways import gateway_beside
+from tests.qgc_buttons import HOLD, Generation
 from tests.qgc_client import NAN, QgcClient
 
 MEMORY = ('sensors=[{url="mem:nmea"}]', "actuators.url=mem:ard", "endpoints=[]", "radio.url=mem:radio")
@@ -109,10 +112,63 @@ def test_through_the_gateway(tmp_path):
     took_s = (shore.sim.now_us - start_us) * 1e-6
     sizes = [len(item.data) for item in log if item.start_us >= start_us and item.data[0] >> 4 in (5, 7, 9)]
     print(f"confirmed in {took_s:.2f} s, {sum(sizes)} bytes")
-    assert sum(sizes) <= 31
+    assert sum(sizes) <= 35
     assert took_s <= 1.5
     assert shore.sim.app.facade.plans.plan_id(PlanKind.MISSION) != 0
     sail(shore)
+
+
+def stopped_and_started(shore, phase_s):
+    """What an operator presses in an hour's work, at a moment of the vessel's rhythm; how long from the slider to sailing."""
+    client = shore.client
+    shore.wait(phase_s)
+    start_us = shore.sim.now_us
+    assert shore.run(client.start_mission())
+    while shore.sim.snapshot.mode is not Mode.AUTO and shore.sim.now_us < start_us + 20e6:
+        shore.turn()
+    sailing_s = (shore.sim.now_us - start_us) * 1e-6
+    shore.wait(3.0 + phase_s)
+    shore.run(client.mode_menu(HOLD))
+    assert shore.sim.snapshot.mode is Mode.HOLD
+    shore.wait(2.0 + phase_s)
+    assert shore.run(client.continue_mission())
+    shore.wait(1.0 + phase_s)
+    shore.run(client.go_to(X + 500, Y))
+    shore.wait(2.0)
+    assert shore.run(client.return_home())
+    shore.wait(phase_s)
+    shore.run(client.disarm())
+    assert not shore.sim.snapshot.armed
+    return sailing_s
+
+
+@pytest.mark.parametrize("generation", [Generation.V4, Generation.V5], ids=lambda item: item.value)
+def test_what_the_vessel_has_accepted_is_shown_at_once(tmp_path, generation):
+    """QGroundControl's own windows: 1.3 s for a mode to show, three times, 1.5 s for the armed bit, 1.5 s for each part of a plan.
+
+    An order that has to wait for a state on the air is answered after up to 1.7 s: then QGroundControl says that it waits, or that it
+    got no answer yet. What it must never say is that something failed which the boat does.
+    """
+    shore = Shore(load(config.path("sim.toml"), [*MEMORY, "radio.profile=o-10"], SimSettings), tmp_path)
+    shore.client.generation = generation
+    shore.run()
+    shore.wait(40.0)
+    assert shore.run(shore.client.upload_plan(LOITER))
+    for phase in range(5):
+        assert stopped_and_started(shore, 0.97 * phase) <= 5.0
+    assert [
+        text for text in shore.client.report.popups if "failed" in text or "rejected" in text or "denied" in text
+    ] == []
+
+
+def test_the_first_picture_is_whole_within_ten_seconds(tmp_path):
+    shore = Shore(load(config.path("sim.toml"), [*MEMORY, "radio.profile=o-10"], SimSettings), tmp_path)
+    shore.wait(10.0)
+    seen = shore.gateway.twin.snapshot(shore.sim.now_us, 1)
+    assert seen is not None
+    assert seen.health.prearm_ok == shore.sim.snapshot.health.prearm_ok
+    assert seen.fix.satellites is not None
+    assert seen.home_lat_rad == pytest.approx(shore.sim.snapshot.home_lat_rad, abs=1e-8)
 
 
 def test_a_long_upload_is_held_open_until_the_vessel_has_it(tmp_path):

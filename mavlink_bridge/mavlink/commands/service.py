@@ -32,8 +32,9 @@ LATE_US: Final = 500_000
 100 messages a second, and begins anew with each program that a station starts."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
+_MISSION_START: Final = 300
 _QGC: Final = 255
-"""QGroundControl's system id: it waits 1.2 s, and longer only after IN_PROGRESS."""
+"""QGroundControl's system id: it waits 1.2 s for a start, and longer only after IN_PROGRESS. For a mode it looks at the HEARTBEAT."""
 MAX_REMEMBERED: Final = 64
 
 _RESULT: Final = {
@@ -222,7 +223,7 @@ def _contradicts(later: _Case, case: _Case) -> bool:
 
 
 def _bears_progress(command: Command) -> bool:
-    return command.id not in NO_PROGRESS or command.sender[0] == _QGC
+    return command.id not in NO_PROGRESS or (command.id == _MISSION_START and command.sender[0] == _QGC)
 
 
 def ack(command: Command, result: int) -> Any:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Final
 
 _NEAR_US: Final = 400_000
-_EARLY_US: Final = 60_000
-_LATE_US: Final = 60_000
+_EARLY_US: Final = 10_000
+"""Little: to wait for a state costs 0.7 s and a station's patience each time, to be late by a tick costs one repeat, seldom."""
+_LATE_US: Final = 40_000
+"""What two clocks, a tick and a serial line may shift a state by."""
 _MISSES: Final = 2
 _FORGOTTEN: Final = 12
 """Periods without a state after which the grid means nothing."""
@@ -22,6 +24,15 @@ class Rhythm:
         self._grid_us: int | None = None
         self._over_us = 0
         self._misses = 0
+        self._quiet_from_us = self._quiet_until_us = 0
+
+    def answered(self, now_us: int, until_us: int) -> None:
+        """An answer came: another order may follow, and the other end keeps off the air for it. What was due meanwhile comes then."""
+        self._quiet_from_us, self._quiet_until_us = now_us, until_us
+
+    def is_quiet(self, now_us: int) -> bool:
+        """Whether the other end listens for another order: nothing else should be in its way."""
+        return self._quiet_from_us <= now_us < self._quiet_until_us
 
     def heard(self, sent_us: int, span_us: int) -> None:
         """A state came that was begun at ``sent_us`` and took ``span_us``; those out of rhythm (a change of status) count little."""
@@ -34,6 +45,10 @@ class Rhythm:
 
     def meets(self, start_us: int, end_us: int) -> bool:
         """Whether a transmission of ours would overlap a state of the other end, this one or the next."""
+        if self.is_quiet(start_us):
+            return end_us > self._quiet_until_us - _EARLY_US
+        if 0 <= start_us - self._quiet_until_us < self._longest_us + _LATE_US and self._over_us < self._quiet_until_us:
+            return True
         if self._grid_us is None or start_us - self._grid_us > _FORGOTTEN * self._period_us:
             return False
         phase_us = (start_us - self._grid_us) % self._period_us

@@ -155,33 +155,38 @@ def _read_reals(reader: BitReader, total: int) -> list[int]:
 
 
 def _write_real(writer: BitWriter, word: int) -> None:
-    """A REAL32 given by its bits: '0' zero, '100' whole, '101' tenths, '110' NaN, '111' raw."""
+    """A REAL32 given by its bits: '0' zero, '10' whole, '110' tenths, '1110' NaN, '1111' raw. So an arming fits into three bytes."""
     if word == 0:
         writer.flag(False)
         return
     whole, tenths = _exact(word, 1.0), _exact(word, 10.0)
-    if whole is not None or tenths is not None:
-        writer.put(0b100 if whole is not None else 0b101, 3)
-        writer.signed(whole if whole is not None else tenths or 0, 5)
-    elif word == _NAN_BITS:
+    if whole is not None:
+        writer.put(0b10, 2)
+        writer.signed(whole, 2)
+    elif tenths is not None:
         writer.put(0b110, 3)
+        writer.signed(tenths, 5)
+    elif word == _NAN_BITS:
+        writer.put(0b1110, 4)
     else:
-        writer.put(0b111, 3)
+        writer.put(0b1111, 4)
         writer.put(word, 32)
 
 
 def _read_real(reader: BitReader) -> int:
     if not reader.flag():
         return 0
-    kind = reader.get(2)
-    if kind == 0b10:
-        return _NAN_BITS
-    if kind == 0b11:
-        return reader.get(32)
-    number = reader.signed(5)
+    if not reader.flag():
+        return _word(_small(reader.signed(2)))
+    if not reader.flag():
+        return _word(_small(reader.signed(5)) / 10.0)
+    return reader.get(32) if reader.flag() else _NAN_BITS
+
+
+def _small(number: int) -> int:
     if abs(number) > 10 * _MAX_SMALL:
         raise BitsError("no such number")
-    return _word(number if kind == 0b00 else number / 10.0)
+    return number
 
 
 def _word(value: float) -> int:

@@ -93,6 +93,11 @@ class RadioState:
         """What must be told at once when it changes."""
         return (self.mode, self.armed, self.action, self.guard, self.plan_state, self.seq, self.plan_hash)
 
+    @property
+    def health(self) -> tuple[object, ...]:
+        """What only a key tells, and an operator waits for before he can start."""
+        return (self.fix, self.gps_ok, self.heading_ok, self.actuators_ok, self.prearm_ok)
+
 
 def to_level(value: float | None, step: float, width: int) -> int:
     """Unsigned steps; more than fits is the largest value."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ...language.requests import LoadPlan, Origin, RequestBody
+from ...language.messages import Mode
+from ...language.requests import LoadPlan, Origin, Reposition, RequestBody, SetMode
+from ...language.units import rad_to_e7
 from ..air.ledger import Priority
 from ..codec.command import encode_command
 from ..codec.plan import Position, encode_plan
@@ -27,6 +29,32 @@ def message_of(
         raise ValueError(f"{type(body).__name__} does not cross the radio link")
     payload = encode_request(body) if origin is None else encode_command(origin, address)
     return (Kind.STOP if body.nature.stops else Kind.ORDER), payload
+
+
+def covers(pending: RequestBody, body: RequestBody) -> bool:
+    """Whether an order that is on its way brings all that another one asks for.
+
+    QGroundControl's go-to is three messages at once: DO_REPOSITION, mode Guided, and ArduPilot's guided item of the same place.
+    """
+    if pending == body:
+        return True
+    if not isinstance(pending, Reposition) or pending.lat_rad is None or not pending.change_mode:
+        return False
+    if isinstance(body, SetMode):
+        return body.mode is Mode.GUIDED
+    if not isinstance(body, Reposition):
+        return False
+    return (
+        _place_e7(body) == _place_e7(pending)
+        and body.speed_mps in (None, pending.speed_mps)
+        and body.radius_m in (None, pending.radius_m)
+    )
+
+
+def _place_e7(body: Reposition) -> tuple[int, int] | None:
+    if body.lat_rad is None or body.lon_rad is None:
+        return None
+    return rad_to_e7(body.lat_rad), rad_to_e7(body.lon_rad)
 
 
 def submit(link: CompactLink, message: tuple[Kind, bytes], now_us: int, *, is_stop: bool) -> int:

@@ -48,7 +48,7 @@ from ..transfer import Message, Outcome
 from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .memory import Picture, heard_us
-from .orders import message_of, submit
+from .orders import covers, message_of, submit
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
 
@@ -106,6 +106,8 @@ class ShoreTwin:
         self.state: RadioState | None = None
         self.state_us: int | None = None
         """When the newest state was true."""
+        self._stood_us: int | None = None
+        """When an answer last told mode and armed bit."""
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
@@ -184,8 +186,8 @@ class ShoreTwin:
 
     def is_fresh(self, now_us: int) -> bool:
         """Whether heartbeats may be sent for the vessel."""
-        age_s = self.age_s(now_us)
-        return age_s is not None and age_s <= self.profile.link.stale_after_s
+        heard_us = max((stamp for stamp in (self.state_us, self._stood_us) if stamp is not None), default=None)
+        return heard_us is not None and (now_us - heard_us) * 1e-6 <= self.profile.link.stale_after_s
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
@@ -196,8 +198,11 @@ class ShoreTwin:
         """
         if body.nature.stops:
             self._overrule(now_us)
+        if isinstance(body, LoadPlan) and self._has_nothing_to_clear(body):
+            self._replies.append((owner, Reply(Result.ACCEPTED)))
+            return
         for pending in self._pending.values():
-            if pending.body == body:
+            if covers(pending.body, body):
                 pending.owners.append(owner)
                 return
         try:
@@ -207,6 +212,12 @@ class ShoreTwin:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
         self._pending[number] = _Pending(body, [owner])
+
+    def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
+        """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
+        is_empty = not body.items and not self.plans.items(body.kind) and body.kind not in self._unsure
+        is_on_its_way = any(isinstance(p.body, LoadPlan) and p.body.kind is body.kind for p in self._pending.values())
+        return is_empty and self._verified and body.kind is not PlanKind.MISSION and not is_on_its_way
 
     def _overrule(self, now_us: int) -> None:
         """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
@@ -279,18 +290,18 @@ class ShoreTwin:
             elif frame.kind is Kind.POSITION:
                 self.state, self.state_us = decode_position(frame.body), now_us
             elif frame.kind is Kind.REPLY:
-                self._on_standing(frame.body)
+                self._on_standing(frame.body, now_us)
         except BitsError:
             return
         if frame.kind is Kind.EVENT and frame.body:
-            self._reached.append(frame.body[0])
+            self._reached.extend(frame.body)
         elif frame.kind is Kind.TEXT and len(frame.body) > 1:
             self.say(SEVERITY.member(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
 
-    def _on_standing(self, body: bytes) -> None:
-        """What an answer tells of the vessel is shown at once; where it is comes with the next state."""
+    def _on_standing(self, body: bytes, now_us: int) -> None:
+        """What an answer tells of the vessel is shown at once; where it is comes with the next state, and keeps its age."""
         if self.state is not None and not self.link.pairing.is_foreign and len(body) > STANDING_BYTES:
-            self.state = with_standing(self.state, body[1:])
+            self.state, self._stood_us = with_standing(self.state, body[1:]), now_us
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
         state = self._beacons.key(frame, now_us)
