@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
@@ -241,13 +240,24 @@ class NmeaReader:
         if part is None:
             return
         if isinstance(part, AngularVelocity):
-            found.append(replace(part, source=source))
+            found.append(AngularVelocity(part.t_us, part.r_radps, source))
             return
         variation_rad = part.variation_rad
         if variation_rad is None and part.psi_magnetic_rad is not None and self._variation is not None:
             value, at_us = self._variation
             variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else None
-        found.append(replace(part, variation_rad=variation_rad, source=source))
+        found.append(
+            EulerAngles(
+                t_us=part.t_us,
+                phi_rad=part.phi_rad,
+                theta_rad=part.theta_rad,
+                psi_rad=part.psi_rad,
+                psi_magnetic_rad=part.psi_magnetic_rad,
+                psi_accuracy_rad=part.psi_accuracy_rad,
+                variation_rad=variation_rad,
+                source=source,
+            )
+        )
 
     def _depth(self, kind: str, source: Source, distance: Distance, now_us: int, found: list[Measurement]) -> None:
         """Say whose it is, and count from the transducer (DBS counts from the surface, DBK from the keel)."""
@@ -256,4 +266,13 @@ class NmeaReader:
             value_m = max(0.0, value_m - self._transducer_m)
         elif value_m is not None and kind == "DBK":
             value_m = max(0.0, value_m + self._keel_m - self._transducer_m)
-        found.append(replace(distance, value_m=value_m, source=source))
+        found.append(
+            Distance(
+                t_us=distance.t_us,
+                value_m=value_m,
+                offset_m=distance.offset_m,
+                range_max_m=distance.range_max_m,
+                signal_quality=distance.signal_quality,
+                source=source,
+            )
+        )

@@ -46,6 +46,7 @@ class NmeaWatch:
         self.texts: list[tuple[Severity, str]] = []
         self._rhythms: dict[str, Rhythm] = {}
         self._conditions: dict[str, bool] = {}
+        self._any_silent = False
         self._away_us: int | None = None
         """Since when the whole line is silent, as far as the operator knows."""
         self._window_us: int | None = None
@@ -99,6 +100,8 @@ class NmeaWatch:
 
     def _check_silence(self, now_us: int) -> None:
         """One text for a silent line; a sentence that is missing from a line that speaks is told by itself."""
+        if self._away_us is None and not self._any_silent and self._all_fresh(now_us):
+            return  # nearly every look ends here
         heard = [rhythm for rhythm in self._rhythms.values() if rhythm.count]
         if not heard:
             return
@@ -119,6 +122,14 @@ class NmeaWatch:
             groups[rhythm.group] = max(groups.get(rhythm.group, 0), rhythm.last_us)
         for address, rhythm in self._rhythms.items():
             self._check_sentence(address, rhythm, newest_us - groups.get(rhythm.group, newest_us))
+        self._any_silent = any(rhythm.silent for rhythm in heard)
+
+    def _all_fresh(self, now_us: int) -> bool:
+        limit_us = now_us - _SILENT_MIN_US
+        for rhythm in self._rhythms.values():  # noqa: SIM110 - a generator costs as much again
+            if rhythm.last_us < limit_us:
+                return False
+        return True
 
     def _check_sentence(self, address: str, rhythm: Rhythm, quiet_us: int) -> None:
         if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
