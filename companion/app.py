@@ -244,6 +244,7 @@ class App:
             commanded_us=None if board is None else board.commanded_us,
             links=self._health,
             heard=[each for ground in self.grounds for each in ground.heard()],
+            standing=[(Severity.INFO, text) for text in self.storage.standing],
             storage_fault=self.storage.fault,
             barred=self.storage.barred,
             task_failing=self._watched.failing(now_us),

@@ -169,7 +169,7 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
             if warning:
                 app.vehicle.say(Severity.WARNING, warning)
             for text in app.storage.standing:
-                talk.say(Severity.NOTICE, text)
+                talk.say(Severity.INFO, text)
 
         talk = Endpoint(
             config,

@@ -98,7 +98,7 @@ class Logs:
         self._names, self.logs = (), ()
         self._forget()
         if fetched.ok:
-            self._say(Severity.NOTICE, f"Logs of {fetched.body.decode()} earlier runs erased")
+            self._say(Severity.INFO, f"Logs of {fetched.body.decode()} earlier runs erased")
         else:
             self._say(Severity.WARNING, f"Logs not erased: {fetched.body.decode()}")
 

@@ -47,7 +47,7 @@ class StoreWatch:
         """Put stored parameters in force and tell what differs from the file and what no longer fits; return the settings then."""
         told = overrides(params, stored)
         self.standing = (*warnings, *told)
-        for severity, texts in ((Severity.WARNING, warnings), (Severity.NOTICE, told)):
+        for severity, texts in ((Severity.WARNING, warnings), (Severity.INFO, told)):
             for text in texts:
                 self._say(severity, text)
         for name, value in stored.items():
@@ -65,7 +65,7 @@ class StoreWatch:
             self._say(Severity.WARNING, done.text)
         elif self._trouble:
             self._trouble = ""
-            self._say(Severity.NOTICE, "Store: can be written again")
+            self._say(Severity.INFO, "Store: can be written again")
 
     def wrote(self, done: Completion) -> None:
         """A change of plan or parameter is done, or is not."""

@@ -196,7 +196,7 @@ def line(s: Snapshot) -> str:
         f"water {_metres(state.alt_m, 'm', 1)}",
     ]
     if s.action > Action.NONE:
-        parts.append(f"{s.action.name}: {', '.join(s.causes)}")
+        parts.append(f"{s.action.name}: {_failsafe(s)}")
     if _not_ready(s):
         parts.append(f"not ready: {_not_ready(s)}")
     return "  ".join(parts)
@@ -291,7 +291,7 @@ def _plan(s: Snapshot) -> str:
 def _failsafe(s: Snapshot) -> str:
     if s.action is Action.NONE:
         return "none"
-    return f"{s.action.name.lower()}: {', '.join(s.causes)}"
+    return ". ".join(each.sentence() for each in s.outlook) or s.action.name.lower()
 
 
 def _not_ready(s: Snapshot) -> str:

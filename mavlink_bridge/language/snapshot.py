@@ -19,6 +19,7 @@ from .messages import (
     Mode,
     PathControlState,
     PlanState,
+    Severity,
     SupplyVoltage,
 )
 from .value import value
@@ -100,6 +101,31 @@ class ControlTrace:
 
 
 @value
+class Outlook:
+    """One failsafe condition in words: what is wrong, what the vessel does, what comes next and when, what ends it."""
+
+    name: str
+    cause: str
+    doing: str
+    """"" = an operator has taken over."""
+    next_action: Action = Action.NONE
+    """What follows by itself; NONE = nothing."""
+    next_in_s: float | None = None
+    """On the clock of the second action, which stands while ``runs`` is False."""
+    runs: bool = True
+    """Whether the cause stands."""
+    until: str = ""
+
+    def sentence(self) -> str:
+        """For a person: "ground station lost: holding, RETURN in 48 s; until ground station is back, then order Auto"."""
+        parts = f"{self.cause}: {self.doing}" if self.doing else f"{self.cause}: taken over"
+        if self.next_in_s is not None:
+            clock = f"{self.next_action.name} in {max(self.next_in_s, 0.0):.0f} s"
+            parts += f", {clock}" if self.runs else f", clock stands ({clock})"
+        return f"{parts}; {self.until}" if self.until else parts
+
+
+@value
 class Snapshot:
     """The vessel at the end of a tick."""
 
@@ -126,6 +152,10 @@ class Snapshot:
     action: Action = Action.NONE
     causes: tuple[str, ...] = ()
     """Names of the failsafe conditions that are active."""
+    outlook: tuple[Outlook, ...] = ()
+    """The same in words, with what comes next."""
+    standing: tuple[tuple[Severity, str], ...] = ()
+    """What a station that comes late should hear too."""
     health: Health = field(default_factory=Health)
     fence: FenceStatus = field(default_factory=FenceStatus)
     supply: SupplyVoltage | None = None

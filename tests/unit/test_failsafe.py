@@ -28,6 +28,9 @@ WELL = Flags(armed=True, autonomous=True, gcs_required=True, gcs_age_s=0.1)
 TICK_S = 0.05
 
 
+FORETELLS = ("Until ", "RETURN in ", "STOP in ")
+
+
 class Run:
     """Steps the engine and keeps its memory."""
 
@@ -36,13 +39,19 @@ class Run:
         self.memory = FailsafeMemory()
         self.now_us = 0
         self.texts: list[tuple[Severity, str]] = []
+        """But for what foretells."""
+        self.foretold: list[str] = []
         self.last: FailsafeResult | None = None
 
     def step(self, flags: Flags, after_s: float = TICK_S) -> Action:
         self.now_us += round(after_s * 1e6)
         self.last = step(self.memory, flags, self.now_us, self.config)
         self.memory = self.last.memory
-        self.texts += self.last.texts
+        for severity, text in self.last.texts:
+            if text.startswith(FORETELLS):
+                self.foretold.append(text)
+            else:
+                self.texts.append((severity, text))
         return self.last.action
 
     @property
@@ -593,6 +602,7 @@ def test_the_markdown_has_a_line_per_row():
 CONTRACT = """
 terminate              TERMINATE 0    -            restart   0  never    TERMINATE 0
 emergency_stop         DISARM    0    -            rearm     0  never    DISARM    0
+aborted                DISARM    0    -            rearm     0  never    DISARM    0
 time_jump              DISARM    0    -            rearm     0  never    STOP      0
 task_failing           DISARM    0    -            rearm     0  never    STOP      0
 actuator_lost          DISARM    0    -            rearm     0  never    STOP      0.2

@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.guard.failsafe import FailsafeConfig, Flags
+from companion.core.guard.failsafe import FailsafeConfig, FailsafeMemory, Flags
 from companion.core.guard.failsafe_orders import Order
-from companion.core.guard.failsafe_table import TABLE
-from companion.core.guard.failsafe_words import BACK, DOING, WAYS
+from companion.core.guard.failsafe_table import TABLE, Clear
+from companion.core.guard.failsafe_words import BACK, DOING, SHORT, WAYS
+from companion.core.guard.outlook import outlook
 from mavlink_bridge.language.messages import Action, Severity
-from tests.unit.test_failsafe import WELL, Run
+from tests.unit.test_failsafe import WELL, Run, raised
 
 BEAT_S = 1.0
 STEP_S = 0.5
@@ -186,8 +187,8 @@ def steps(run: Run, flags: Flags, seconds: float) -> None:
     ("name", "told"),
     [
         ("position_lost", "Position is back: stopped: order Auto to go on"),
-        ("depth_locked", "Deep enough again: stopped: arm again to go on"),
-        ("fence_breach", "Inside the fence again: holding: order Auto to go on"),
+        ("depth_locked", "It is deep enough again: stopped: arm again to go on"),
+        ("fence_breach", "The boat is inside the fence again: holding: order Auto to go on"),
         ("oscillating", "Control is steady again: the warning stays: order Auto to go on"),
         ("battery_critical", "Battery voltage is back: returning: order Auto to go on"),
     ],
@@ -217,10 +218,63 @@ def test_what_lets_go_by_itself_needs_no_order_and_a_hand_on_the_sticks_none_eit
     assert [text for _, text in run.texts] == ["Outside the fence"]
 
 
-def test_every_row_that_waits_for_an_order_has_words_for_it():
+def test_every_row_that_waits_for_an_order_or_does_more_than_warn_has_words_for_it():
     for row in TABLE:
-        assert (row.name in BACK) == (row.clear in WAYS)
+        acts = row.action > Action.WARN or row.then_action > Action.WARN
+        assert (row.name in BACK) == ((row.clear in WAYS or acts) and row.clear is not Clear.RESTART)
         assert row.action in DOING or row.clear not in WAYS
+        assert row.action in SHORT
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_every_row_that_grows_or_waits_for_an_order_is_foretold(row):
+    run = Run()
+    flags = replace(WELL, resume="Guided")
+    run.step(raised(row.name, flags))
+    run.step(raised(row.name, flags), 0.1 if row.age is not None else row.delay_s + 0.05)
+    seen = {each.name: each for each in outlook(run.memory, flags, run.now_us, run.config)}[row.name]
+    waits = row.clear in (Clear.OPERATOR, Clear.REARM)
+    if row.then_after_s is not None:
+        left_s = f"{row.then_after_s:g}"
+        assert f"{row.then_action.name} in {left_s} s; until {BACK[row.name]}" in " ".join(run.foretold)
+        run.step(raised(row.name, flags), row.then_after_s / 2)
+        (seen,) = [each for each in outlook(run.memory, flags, run.now_us, run.config) if each.name == row.name]
+        assert 0 < seen.next_in_s < row.then_after_s
+        assert f", {row.then_action.name} in " in seen.sentence()
+    if waits:
+        assert ("arm again" if row.clear is Clear.REARM else "order Guided") in seen.sentence()
+        assert ("arm again" if row.clear is Clear.REARM else "order Guided") in " ".join(run.foretold)
+    elif row.clear is Clear.RESTART:
+        assert "until the program is started again" in seen.sentence()
+    assert "_" not in seen.sentence(), "words, not code names"
+
+
+def test_a_second_action_is_told_again_shortly_before_it_comes():
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(62.0, up=False)
+    assert link.run.foretold == [
+        "RETURN in 60 s; until ground station is back, then order Auto",
+        "RETURN in 10 s: ground station lost",
+    ]
+    link.go(60.0, up=True)
+    (seen,) = outlook(link.run.memory, WELL, link.run.now_us, link.run.config)
+    assert seen.sentence() == (
+        "ground station lost: holding, clock stands (RETURN in 2 s); until ground station is back, then order Auto"
+    )
+
+
+def test_what_was_taken_over_is_said_so_and_nothing_is_foretold_of_it():
+    run = Run()
+    steps(run, replace(WELL, fence_breach=True), 1.0)
+    flags = replace(WELL, fence_breach=True, operator_order=Order.RETURN)
+    run.step(flags)
+    (seen,) = outlook(run.memory, WELL, run.now_us, run.config)
+    assert seen.sentence().startswith("outside the fence: taken over; until the boat is inside the fence again")
+    assert outlook(FailsafeMemory(), WELL, 0, run.config) == ()
+    run = Run()
+    run.step(replace(WELL, battery_low=True))
+    assert outlook(run.memory, WELL, run.now_us, run.config) == (), "its delay runs"
 
 
 def test_an_order_to_return_is_not_stopped_by_a_lost_station():

@@ -48,8 +48,8 @@ def flags_of(*, seen: MonitorFlags | None = None, fence_ahead: bool = False, **p
         returns_by_order=False,
         ordered=None,
         ages=Ages(),
-        interrupted=None,
         board_known=True,
+        goes_on_with="",
         **dict.fromkeys(("armed", "rearmed", "terminating", "aborting", "gcs_required"), False),
     )
     vars(vessel).update(parts)
@@ -60,10 +60,11 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
     "armed": {"armed": True},
     "operator_order": {"ordered": Order.AUTO},
     "return_ordered": {"returns_by_order": True, "navigator": Helm(Mode.RTL)},
-    "resume": {"interrupted": Mode.AUTO},
+    "resume": {"goes_on_with": "Auto"},
     "operator_arm": {"rearmed": True},
     "terminate": {"terminating": True},
-    "emergency_stop": {"aborting": True},
+    "emergency_stop": {"inputs": TickInputs(actuator=ActuatorStatus(0, emergency_stop=True))},
+    "aborted": {"aborting": True},
     "gcs_required": {"gcs_required": True},
     "gcs_age_s": {"ages": Ages(gcs_s=1.5)},
     "radio_age_s": {"ages": Ages(radio_s=1.5)},

@@ -234,4 +234,4 @@ class HeadingTrack:
     def _end_refusal(self, text: str) -> None:
         self._refused_since_us = None
         self._lost_said = False
-        self._texts.append((Severity.NOTICE, f"Compass: {text}"))
+        self._texts.append((Severity.INFO, f"Compass: {text}"))

@@ -208,7 +208,7 @@ class PositionTrack:
         if frozen != self.frozen:
             self.frozen = frozen
             text = "Receiver repeats one position while moving" if frozen else "Receiver's position moves again"
-            self._texts.append((Severity.WARNING if frozen else Severity.NOTICE, text))
+            self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
         self._frozen_out = same_s > self._invalid_s
 
     @staticmethod
@@ -290,7 +290,7 @@ class PositionTrack:
             return False
         if self._refused_since_us is not None:
             self._refused_since_us = None
-            self._texts.append((Severity.NOTICE, "Position is plausible again"))
+            self._texts.append((Severity.INFO, "Position is plausible again"))
         sigma = POSITION_SIGMA_M[fix.fix_type]
         limit_m = _OUTLIER_SIGMA * math.sqrt(self._cov.value_value + sigma * sigma)
         self._outliers = self._outliers + 1 if off_m > limit_m else 0

@@ -18,7 +18,7 @@ from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reach
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
 from .failsafe_table import Clear, Takeover
-from .failsafe_words import BACK, DOING, WAYS, capital
+from .failsafe_words import BACK, DOING, WAYS, capital, until
 
 __all__ = [
     "Entry",
@@ -54,9 +54,13 @@ class Entry:
     """What earlier spells have put on that clock."""
     told_back: bool = False
     """That the cause is steadily gone, and what goes on."""
+    told_soon: bool = False
+    """That the second action is near."""
 
 
 _NONE: Final = Action.NONE
+SOON_US: Final = 10_000_000
+"""A second action is told again so long before it comes: time to press a button."""
 STEADY_US: Final = 10_000_000
 """A cause that stays away for so long is steadily gone: shorter breaks are told as nothing, so that a flapping link does not chatter."""
 _NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
@@ -118,7 +122,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         entries[row.name] = entry
         if entry.fired_us is not None:
             causes.append(row.name)
-            action = max(action, _action(rule, entry, flags))
+            action = max(action, acting(rule, entry, flags))
     if action is Action.RETURN and _bars_the_way(entries, flags):
         action = Action.HOLD
     if action in (Action.HOLD, Action.RETURN) and (flags.position_lost or flags.heading_lost):
@@ -194,10 +198,10 @@ def _stands(rule: Rule, old: Entry, flags: Flags, now_us: int) -> Entry:
 
 def _gone(old: Entry, now_us: int) -> Entry:
     """The cause is gone: its clock stands at what it has come to."""
-    return replace(old, gone_us=now_us, stood_us=_clock_us(old, now_us))
+    return replace(old, gone_us=now_us, stood_us=clock_us(old, now_us))
 
 
-def _clock_us(entry: Entry, now_us: int) -> int:
+def clock_us(entry: Entry, now_us: int) -> int:
     """How long the cause has stood since it acted: all its spells together."""
     return entry.stood_us + (now_us - entry.stands_us if entry.gone_us is None else 0)
 
@@ -207,8 +211,12 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     if ends(rule.row.name, flags.operator_order) or ends(rule.row.name, arming):
         entry = replace(entry, taken=True)
     runs = rule.then_us is not None and entry.gone_us is None and not entry.escalated
-    if runs and _clock_us(entry, now_us) >= (rule.then_us or 0):
-        entry = replace(entry, escalated=True)
+    if runs:
+        left_us = (rule.then_us or 0) - clock_us(entry, now_us)
+        if left_us <= 0:
+            entry = replace(entry, escalated=True)
+        elif left_us <= SOON_US and not entry.told_soon:
+            entry = replace(entry, told_soon=True)
     return entry
 
 
@@ -227,7 +235,8 @@ def _wanted(rule: Rule, entry: Entry) -> Action:
     return rule.then_action if entry.escalated else rule.action
 
 
-def _action(rule: Rule, entry: Entry, flags: Flags) -> Action:
+def acting(rule: Rule, entry: Entry, flags: Flags) -> Action:
+    """What a condition that has acted asks for now."""
     action = _wanted(rule, entry)
     by_hand = flags.manual and rule.row.takeover is not Takeover.NEVER
     on_its_way = flags.return_ordered and rule.row.station
@@ -241,12 +250,27 @@ def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, text
         if before.fired_us is not None:
             texts.append((Severity.INFO, f"Over: {row.text}"))
         return
-    if entry.fired_us is not None and before.fired_us is None:
-        texts.append((row.severity, _sentence(row.text, _action(rule, entry, flags))))
-    if entry.escalated and not before.escalated:
-        texts.append((Severity.CRITICAL, _sentence(row.text, _action(rule, entry, flags))))
+    action = acting(rule, entry, flags)
+    fires = entry.fired_us is not None and before.fired_us is None
+    grows = entry.escalated and not before.escalated
+    if fires or grows:
+        texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action)))
+        _foretell(rule, entry, action, flags, texts)
+    if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action:
+        texts.append((Severity.WARNING, f"{rule.then_action.name} in {SOON_US // 1_000_000} s: {row.text}"))
     if entry.taken and not before.taken:
         texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
+
+
+def _foretell(rule: Rule, entry: Entry, action: Action, flags: Flags, texts: list[tuple[Severity, str]]) -> None:
+    """Say what comes next and what ends it, of whatever does more than warn or will."""
+    if action < _wanted(rule, entry):
+        return
+    end = until(rule.row, flags.resume)
+    if rule.then_us is not None and not entry.escalated:
+        texts.append((Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}"))
+    elif end and (action > Action.WARN or rule.row.clear is not Clear.GONE):
+        texts.append((Severity.INFO, capital(end)))
 
 
 def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[tuple[Severity, str]]) -> Entry:
@@ -255,7 +279,7 @@ def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[
     way = WAYS.get(rule.row.clear)
     if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
         return entry
-    action = _action(rule, entry, flags)
+    action = acting(rule, entry, flags)
     if action is _wanted(rule, entry):
         clock = ""
         if rule.then_us is not None and not entry.escalated:

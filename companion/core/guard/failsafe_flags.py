@@ -28,7 +28,9 @@ class Flags:
     """Event: an operator armed."""
     terminate: bool = False
     emergency_stop: bool = False
-    """Event or level: stop command from any link, or the board's stop input."""
+    """Level: the board's stop input."""
+    aborted: bool = False
+    """Event: an operator's forced disarm over a link."""
     gcs_required: bool = False
     gcs_age_s: float | None = None
     """Since the owner's last heartbeat on an ordinary link."""
@@ -93,6 +95,7 @@ class Flags:
         return (
             self.terminate
             or self.emergency_stop
+            or self.aborted
             or self.position_lost
             or self.heading_lost
             or self.position_frozen

@@ -75,12 +75,16 @@ def _autonomous(flags: Flags) -> bool:
 
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
 OPERATOR, REARM, GONE, RESTART = Clear.OPERATOR, Clear.REARM, Clear.GONE, Clear.RESTART
+INFO = Severity.INFO
 
 TABLE: Final[tuple[Condition, ...]] = (
     Condition(
         "terminate", T, "terminated by the operator", lambda f: f.terminate, clear=RESTART, floor=T, delay_max_s=0
     ),
     Condition("emergency_stop", D, "emergency stop", lambda f: f.emergency_stop, clear=REARM, floor=D, delay_max_s=0),
+    Condition(
+        "aborted", D, "an operator's stop", lambda f: f.aborted, clear=REARM, floor=D, delay_max_s=0, severity=INFO
+    ),
     Condition("time_jump", D, "the computer stood still", lambda f: f.time_jump, clear=REARM, floor=S, delay_max_s=0),
     Condition("task_failing", D, "a part keeps failing", lambda f: f.task_failing, clear=REARM, floor=S, delay_max_s=0),
     Condition("actuator_lost", D, "actuators lost", lambda f: f.actuator_lost, clear=REARM, floor=S, delay_max_s=0.2),

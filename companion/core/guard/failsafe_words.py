@@ -6,10 +6,12 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Action
 
-from .failsafe_table import Clear
+from .failsafe_orders import names
+from .failsafe_table import Clear, Condition
 
 BACK: Final = {
-    "emergency_stop": "emergency stop released",
+    "emergency_stop": "the emergency stop is released",
+    "aborted": "nothing stands against arming",
     "time_jump": "the computer runs again",
     "task_failing": "the failing part is quiet",
     "actuator_lost": "actuators are back",
@@ -17,13 +19,13 @@ BACK: Final = {
     "actuator_mismatch": "actuators do as told again",
     "position_lost": "position is back",
     "heading_lost": "heading is back",
-    "depth_locked": "deep enough again",
-    "depth_shallow": "deep enough again",
-    "depth_ahead": "no shallow water ahead now",
+    "depth_locked": "it is deep enough again",
+    "depth_shallow": "it is deep enough again",
+    "depth_ahead": "no shallow water is ahead",
     "depth_braking": "braking is over",
     "depth_blind": "water depth is known again",
-    "fence_ahead": "no fence ahead now",
-    "fence_breach": "inside the fence again",
+    "fence_ahead": "no fence is ahead",
+    "fence_breach": "the boat is inside the fence again",
     "gcs_lost": "ground station is back",
     "radio_lost": "ground station is back over the radio",
     "plan_invalid": "the plan can go on",
@@ -31,8 +33,13 @@ BACK: Final = {
     "battery_critical": "battery voltage is back",
     "stuck": "thrust moves the boat again",
     "oscillating": "control is steady again",
+    "actuator_garbage": "the actuator line is readable",
+    "manual_lost": "sticks are heard again",
+    "guided_lost": "set-points come again",
+    "tick_very_late": "the control loop keeps its time",
+    "overruns": "the control loop keeps its time",
 }
-"""By row: the cause is gone, and an order is waited for."""
+"""By row: what is said when the cause is gone. Every row that may do more than warn, or waits for an order, has its words."""
 
 WAYS: Final = {Clear.OPERATOR: "order {}", Clear.ACTED: "order {}", Clear.REARM: "arm again"}
 """By clear rule: what goes on once the cause is gone; where nothing is asked for, nothing stands here."""
@@ -45,6 +52,29 @@ DOING: Final = {
     Action.DISARM: "disarmed",
 }
 """What the vessel does while a condition acts so."""
+
+
+SHORT: Final = {**DOING, Action.NONE: "", Action.WARN: "warning", Action.TERMINATE: "terminated"}
+"""The same in a panel's row."""
+
+_ENDS: Final = {
+    Clear.OPERATOR: ", then order {}",
+    Clear.ACTED: ", then order {}",
+    Clear.REARM: ", then arm again",
+    Clear.GONE: "",
+}
+
+
+def until(row: Condition, resume: str) -> str:
+    """Say how a condition ends: "until position is back, then order Auto"; "" for one that only warns and ends by itself."""
+    if row.clear is Clear.RESTART:
+        return "until the program is started again"
+    back = BACK.get(row.name)
+    if back is None:
+        return ""
+    way = _ENDS[row.clear].format(resume or "Auto")
+    now = names(row.name)
+    return f"until {back}{way}" + (f"; or order {now} now" if now else "")
 
 
 def capital(text: str) -> str:

@@ -217,7 +217,7 @@ class Fence:
             count, since_us = count + 1, t_us
             texts.append((Severity.CRITICAL, f"Outside the fence by {-inside_m:.1f} m"))
         elif old.breached and not breached:
-            texts.append((Severity.NOTICE, "Inside the fence again"))
+            texts.append((Severity.INFO, "Inside the fence again"))
         kind = _BREACH_BOUNDARY if breached else 0
         self._status = FenceStatus(breached, count, kind, since_us, None if math.isinf(inside_m) else inside_m)
 

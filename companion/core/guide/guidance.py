@@ -355,7 +355,7 @@ class Guidance:
     def _tell_slowed(self, planned_mps: float, speed_mps: float) -> None:
         if not self._slowed and planned_mps < 0.95 * speed_mps:
             self._slowed = True
-            self._say(Severity.NOTICE, f"slowing to {planned_mps:.1f} m/s: {speed_mps:.1f} is too fast for this radius")
+            self._say(Severity.INFO, f"slowing to {planned_mps:.1f} m/s: {speed_mps:.1f} is too fast for this radius")
         elif self._slowed and planned_mps > 0.98 * speed_mps:
             self._slowed = False
             self._say(Severity.INFO, f"back to {speed_mps:.1f} m/s")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix, Severity
 from mavlink_bridge.language.snapshot import LinkHealth
 from mavlink_bridge.language.stations import Heard
 from mavlink_bridge.language.value import value
@@ -108,6 +108,8 @@ class TickInputs:
     links: tuple[LinkHealth, ...] = ()
     heard: Sequence[Heard] = ()
     """Every ground station's newest HEARTBEAT."""
+    standing: Sequence[tuple[Severity, str]] = ()
+    """What is told at the start, by others than the vessel, and holds still."""
     storage_fault: bool = False
     barred: tuple[str, ...] = ()
     """Why the vessel must not depart, as the app knows it (its store); no reason against going on with a voyage."""

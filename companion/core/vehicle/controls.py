@@ -25,7 +25,7 @@ from mavlink_bridge.language.messages import (
     SupplyVoltage,
 )
 from mavlink_bridge.language.requests import DistanceInput
-from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus
+from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Outlook
 
 from ..estimate import Estimator
 from ..guard.depth.guard import DepthGuard, GuardOutput
@@ -50,6 +50,9 @@ from .plan_reach import PlanReach
 from .voyage import Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
+
+
+GUARD_OFF: Final = "depth guard OFF: nothing watches the water under the keel"
 
 
 class Controls:
@@ -96,6 +99,7 @@ class Controls:
         self.ordered: Order | None = None
         """What an operator has decided since the last tick."""
         self.ages = Ages()
+        self.outlook: tuple[Outlook, ...] = ()
         self.returns_by_order = False
         """The return under way, if there is one, was an operator's order."""
         self.interrupted: Mode | None = None
@@ -108,9 +112,24 @@ class Controls:
         self._text_number = 0
         self._texts: list[LogText] = []
         self._depth_inputs: list[Distance] = []
-        self.say(Severity.INFO, self.guard.startup_warning(self._stopping))
+        self.standing = self._say_guard()
+        """What a station that comes late should hear too."""
         self._steady_mps = math.inf
         self._limit_speed()
+
+    def _say_guard(self) -> tuple[tuple[Severity, str], ...]:
+        """Say what the depth guard's margins allow, or that nothing guards the depth; return it."""
+        told = (Severity.INFO, self.guard.startup_warning(self._stopping))
+        if not self.depth_enabled:
+            told = (Severity.WARNING, GUARD_OFF)
+        self.say(*told)
+        return (told,)
+
+    @property
+    def goes_on_with(self) -> str:
+        """The mode that an order would go on with: the one broken off, or the one in force; "" = none."""
+        mode = self.interrupted or self.navigator.mode
+        return "" if mode in (Mode.HOLD, Mode.MANUAL) else mode.value
 
     def configure(self, config: VehicleConfig) -> None:
         """Take new live settings; a change of gains does not bump the actuators."""
@@ -128,6 +147,7 @@ class Controls:
             self.estimator.configure(config.estimate)
         if config.depth != old.depth:
             self.guard.configure(config.depth)
+            self.standing = self._say_guard()
         if config.fence != old.fence:
             self.fence.configure(config.fence)
         if config.monitors != old.monitors:
@@ -159,7 +179,9 @@ class Controls:
     def arm(self, now_us: int, sender: int) -> None:
         """Permit thrust. The caller has asked ``prearm_reasons``."""
         if not self.armed:
-            self.say(Severity.NOTICE, "armed")
+            self.say(Severity.INFO, "armed")
+            if not self.depth_enabled:
+                self.say(Severity.WARNING, GUARD_OFF)
             self.controller.reset(self.state)
             self.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
             if not self.voyage.keeps_home:
@@ -213,7 +235,7 @@ class Controls:
         """Neutral from this tick on. ``abort`` (IMC Abort) also pauses the plan; only an operator goes on."""
         self.voyage.disarmed(self._last_us or 0, self.here, by_operator=by_operator)
         if self.armed:
-            self.say(Severity.CRITICAL if abort else Severity.NOTICE, f"disarmed: {why}")
+            self.say(Severity.INFO, f"disarmed: {why}")
         self.armed = False
         if abort:
             self.aborting = True
@@ -261,7 +283,7 @@ class Controls:
         before = self._owner
         self._owner = (sender, now_us)
         if before is not None and before[0] != sender:
-            self.say(Severity.NOTICE, f"ground station {sender} has the sticks now, not {before[0]}")
+            self.say(Severity.INFO, f"ground station {sender} has the sticks now, not {before[0]}")
 
     def set_home(self, lat_rad: float | None, lon_rad: float | None) -> str:
         """Set home to a position or to here; return a refusal or an empty string."""

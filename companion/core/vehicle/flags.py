@@ -29,7 +29,8 @@ def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool
         operator_order=vehicle.ordered,
         operator_arm=vehicle.rearmed,
         terminate=vehicle.terminating,
-        emergency_stop=vehicle.aborting or inputs.actuator.emergency_stop,
+        emergency_stop=inputs.actuator.emergency_stop,
+        aborted=vehicle.aborting,
         gcs_required=vehicle.gcs_required,
         gcs_age_s=vehicle.ages.gcs_s,
         radio_age_s=vehicle.ages.radio_s,
@@ -68,5 +69,5 @@ def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool
         overruns=seen.overruns,
         task_failing=inputs.task_failing,
         return_ordered=vehicle.returns_by_order and navigator.mode is _RETURN,
-        resume="" if vehicle.interrupted is None else vehicle.interrupted.value,
+        resume=vehicle.goes_on_with,
     )

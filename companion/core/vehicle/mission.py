@@ -367,7 +367,7 @@ class Mission:
         self._last = None
         self._leg = None
         self._jumps.clear()
-        self._texts.append((Severity.NOTICE, "plan complete"))
+        self._texts.append((Severity.INFO, "plan complete"))
 
 
 def nearest(here: Point | None, rally: tuple[Point, ...], home: Point | None) -> Point | None:

@@ -28,6 +28,7 @@ from mavlink_bridge.language.snapshot import ControlTrace, Snapshot
 
 from ..guard import failsafe
 from ..guard.gate import Evidence
+from ..guard.outlook import outlook
 from ..hull import VesselConfig
 from ..steer import manual_demand
 from .config import Measurement, TickInputs, VehicleConfig
@@ -179,6 +180,7 @@ class Vehicle(Controls):
         flags = gather(self, now_us, monitored, fence.stop)
         self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)
         self.memory = result.memory
+        self.outlook = outlook(result.memory, flags, now_us, self._failsafe) if result.memory.entries else ()
         if result.texts:
             self._say_all(result.texts)
         self.ordered, self.rearmed, self.aborting = None, False, False
@@ -189,7 +191,7 @@ class Vehicle(Controls):
         """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
         action = self.result.action
         if action >= Action.DISARM and self.armed:
-            self.disarm(", ".join(self.result.causes))
+            self.disarm(", ".join(each.cause for each in self.outlook))
         mode = self.navigator.mode
         if mode is Mode.MANUAL:
             return

@@ -64,6 +64,8 @@ class View:
             guard=guard.state,
             action=result.action,
             causes=result.causes,
+            outlook=vehicle.outlook,
+            standing=(*vehicle.standing, *inputs.standing) if inputs.standing else vehicle.standing,
             health=self._see_health(() if vehicle.armed else prearm_reasons(vehicle, now_us), now_us),
             fence=vehicle.fence_status,
             supply=vehicle.supply if self._board_speaks(now_us) else None,

@@ -56,9 +56,10 @@ def _arm(command: Command, _: Context) -> ask.RequestBody:
 def _set_mode(command: Command, _: Context) -> ask.RequestBody:
     if not command.whole(1, 1, 0, 255) & 1:
         raise denied("only custom modes can be set: parameter 1 needs flag 1")
-    mode = modes.from_set_mode(command.whole(2, -1, -1, 0xFFFFFFFF), command.params[2], command.params[3])
+    number = command.whole(2, -1, -1, 0xFFFFFFFF)
+    mode = modes.from_set_mode(number, command.params[2], command.params[3])
     if mode is None:
-        raise denied(f"mode {command.params[1]:g}/{command.params[2]:g} is not one of this boat's")
+        raise denied(f"{modes.foreign_name(number, command.params[2])} is not one of this boat's modes")
     return ask.SetMode(mode)
 
 

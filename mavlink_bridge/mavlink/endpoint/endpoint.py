@@ -25,8 +25,8 @@ from ..files.params import EndpointParams, ParamServer
 from ..files.stub_params import COMMON_STUBS, ROVER_STUBS
 from ..missions.service import MissionServer, MissionTiming, UploadLocks
 from ..persona import EndpointConfig, VehiclePort
-from ..persona.identity import greeting
-from ..persona.modes import from_custom_mode
+from ..persona.modes import foreign_name, from_custom_mode
+from ..telemetry.numbering import stations_numbers
 from ..telemetry.outbox import MakeOutbox, Outbox
 from ..telemetry.speaker import Speaker
 from ..telemetry.streams import Composer, Streams
@@ -34,8 +34,9 @@ from ..wire.codec import Codec
 from ..wire.framing import SIGNATURE_LEN
 from ..wire.payload import Packed, message_id, packed
 from ..wire.signing import POLICIES, Signer, SigningState, Verifier, setup_refusal
-from . import rtcm, timesync
+from . import foreign, rtcm, timesync
 from .asking import FULL, Asking, is_stream
+from .greeter import Greeter
 from .guided import attitude_target, local_target, position_target
 from .inbound import Counters, Inbound
 from .manual import RcOverride, manual_control
@@ -76,7 +77,6 @@ class Endpoint:
         )
         self._verifier = Verifier(self._signing, POLICIES[config.link_class])
         self._on_key = on_key
-        self._on_station = on_station
         self._inbound = Inbound(config, self._verifier)
         self._outbox = make_outbox(config.limits, self.codec.seal_all, 12 + (SIGNATURE_LEN if signs else 0))
         self.streams = Streams(config)
@@ -84,7 +84,7 @@ class Endpoint:
         self._commands = CommandServer(config.give_up_s)
         stubs = ROVER_STUBS if config.persona == "ardurover" else COMMON_STUBS
         self._table = EndpointParams(vehicle.params, stubs)
-        self._params = ParamServer(self._table)
+        self._params = ParamServer(self._table, self._explain)
         self._files = FileServer(metadata.files(self._table))
         shelf = vehicle.logs if config.profile == "lan" else None
         self._logs = LogServer(shelf, 1 if config.has_home_item else 0, self._explain)
@@ -98,7 +98,8 @@ class Endpoint:
         )
         self._rtcm, self._rc = rtcm.RtcmAssembler(self._explain), RcOverride()
         self.high_latency_on = False
-        self._stations = Stations(config.system_id, self._welcome, self._explain)
+        self._greeter = Greeter(config, lambda: vehicle.identity, self._speaker.say, on_station)
+        self._stations = Stations(config.system_id, self._greeter.welcome, self._explain)
         self.heard = self._stations.heard
         """Ground stations heard here, by system and component, each with the time of its newest HEARTBEAT."""
         self._asking = Asking()
@@ -118,6 +119,7 @@ class Endpoint:
             message_id(name): self._on_mission for name in self._missions.handles
         }
         handlers |= {message_id(name): self._on_log for name in self._logs.handles}
+        handlers |= foreign.handlers(lambda why: self._speaker.explain(why, self._now_us, rarely=True))
         named: dict[str, Callable[[Any, int], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "COMMAND_LONG": self._on_command,
@@ -149,6 +151,7 @@ class Endpoint:
         self._now_us = now_us
         self.has_timers = True
         for message in self._inbound.receive(data, now_us):
+            self._greeter.hears(message, now_us)
             handler = self._handlers.get(message.get_msgId())
             if handler is not None:
                 self._asking.serve(message)
@@ -164,6 +167,7 @@ class Endpoint:
         """Pass on the vessel's answer to a request. An unknown id is ignored."""
         self._now_us = now_us
         self.has_timers = True
+        reply = stations_numbers(reply, self.config)
         outcome = self._commands.reply(request_id, reply, now_us)
         if outcome is not None:
             self._finish(outcome)
@@ -189,6 +193,7 @@ class Endpoint:
             return
         if self._is_slow:
             self._speaker.is_quiet = self._missions.busy
+        self._greeter.tick(now_us, snapshot)
         self._speaker.tick(now_us, snapshot)
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
@@ -277,11 +282,6 @@ class Endpoint:
     def _on_heartbeat(self, message: Any, now_us: int) -> None:
         self._stations.heartbeat(message, now_us)
 
-    def _welcome(self, system: int) -> None:
-        self._speaker.say(Severity.INFO, greeting(self.vehicle.identity, self.config))
-        if self._on_station is not None:
-            self._on_station(system, self.config.persona)
-
     def _context(self) -> Context:
         snapshot = self._speaker.snapshot
         return Context(
@@ -321,7 +321,7 @@ class Endpoint:
     def _on_set_mode(self, message: Any, now_us: int) -> None:
         mode = from_custom_mode(message.custom_mode) if message.base_mode & 1 else None
         if mode is None:
-            self._explain(f"mode {message.custom_mode} is not one of this boat's")
+            self._explain(f"{foreign_name(message.custom_mode, 0.0)} is not one of this boat's modes")
         else:
             self._ask(ask.SetMode(mode), message.get_srcSystem())
 

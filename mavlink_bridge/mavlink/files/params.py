@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -71,8 +71,9 @@ class _Waiting:
 class ParamServer:
     """One endpoint's side of the parameter protocol. Handlers return (messages to send, value to ask the vessel for)."""
 
-    def __init__(self, params: EndpointParams) -> None:
+    def __init__(self, params: EndpointParams, explain: Callable[[str], None] = lambda reason: None) -> None:
         self._params = params
+        self._explain = explain
         self._cursor = 0
         self._left = 0
         self._waiting: dict[int, _Waiting] = {}
@@ -111,6 +112,7 @@ class ParamServer:
             return [self._error(message, name, -1, DOES_NOT_EXIST)], None
         refusal = self._refusal(message, info)
         if refusal:
+            self._explain(_why(info, refusal, message.param_value))
             return self._refused(message, info, refusal), None
         waiting = _Waiting(name, message.param_value, _sender(message))
         if waiting in self._waiting.values():
@@ -178,3 +180,15 @@ class ParamServer:
 
 def _sender(message: Any) -> tuple[int, int]:
     return message.get_srcSystem(), message.get_srcComponent()
+
+
+def _why(info: ParamInfo, refusal: int, value: float) -> str:
+    """In words, because older stations do not know PARAM_ERROR and just show the old value again."""
+    if refusal == READ_ONLY:
+        return f"{info.name} is read-only"
+    if refusal == TYPE_MISMATCH:
+        return f"{info.name} is a REAL32"
+    unit = f" {info.unit}" if info.unit else ""
+    low = "" if info.minimum is None else f"{info.minimum:g}"
+    high = "" if info.maximum is None else f"{info.maximum:g}"
+    return f"{info.name}: {value:g}{unit} is outside {low}...{high}"

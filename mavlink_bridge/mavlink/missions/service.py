@@ -140,7 +140,8 @@ class MissionServer:
             failed = pending.failed
             name = _NAMES[pending.kind]
             self._say(
-                Severity.NOTICE, f"{name} refused: {failed.reason}" if failed else f"{name} now stored on the vessel"
+                Severity.WARNING if failed else Severity.INFO,
+                f"{name} refused: {failed.reason}" if failed else f"{name} now stored on the vessel",
             )
             return []
         outcome = pending.failed or reply

@@ -68,6 +68,31 @@ _PX4: Final = {face.px4 >> 16: face.mode for face in FACES} | {
 _STANDARD: Final = {STANDARD_SAFE_RECOVERY: Mode.RTL, STANDARD_MISSION: Mode.AUTO}
 
 
+_FOREIGN: Final = {
+    1: "Acro",
+    3: "Steering",
+    6: "Follow",
+    7: "Simple",
+    8: "Dock",
+    16: "Initialising",
+    0x0104: "Ready",
+    0x0204: "Takeoff",
+    0x0604: "Land",
+    0x0804: "Follow me",
+    0x0904: "Precision land",
+}
+"""Modes of other vehicles that stations offer: Rover numbers, and PX4 main and sub modes as sub << 8 | main for the rest."""
+
+
+def foreign_name(number: int, sub: float) -> str:
+    """What a station calls a mode that this boat has not."""
+    if math.isfinite(sub) and sub > 0.0 and number < 256:
+        number |= int(sub) << 8
+    elif number >= 0x10000:
+        number >>= 16
+    return _FOREIGN.get(number, f"mode {number}")
+
+
 def face(mode: Mode) -> ModeFace:
     return _BY_MODE[mode]
 

@@ -8,6 +8,7 @@ from ...language.messages import Severity
 from ...language.snapshot import Snapshot
 from ..persona import EndpointConfig
 from ..wire.payload import Packed, packed
+from .numbering import stations_text
 from .outbox import Outbox
 from .statustext import StatusText
 from .streams import (
@@ -74,7 +75,7 @@ class Speaker:
             if made is not None:
                 self._outbox.answer(made)
         for log in snapshot.texts:
-            self.say(log.severity, log.text)
+            self.say(log.severity, stations_text(log.text, self._config))
 
     def _tell(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue the streams that are due, and what is wanted besides."""

@@ -358,7 +358,7 @@ class ShoreTwin:
                 self._keep_plan(kind, (), now_us)
             elif unsure is not None and plan_id(unsure) == number:
                 self._keep_plan(kind, unsure, now_us)
-                self.say(Severity.NOTICE, "the vessel has stored the plan that was not confirmed before", now_us)
+                self.say(Severity.INFO, "the vessel has stored the plan that was not confirmed before", now_us)
             else:
                 self._sync.lacks(flag)
         if info.params != params_check(self.params):

@@ -260,7 +260,7 @@ class DepthGuard:
             return Severity.CRITICAL, f"{body}: locked, no manoeuvre"
         if new is CORRECTION:
             return Severity.WARNING, f"{body}: correction manoeuvre allowed"
-        return Severity.NOTICE, f"{body}: good"
+        return Severity.INFO, f"{body}: good"
 
     def _lost_for_s(self, now_us: int) -> float | None:
         """For how long the altitude, which is missing, has been in a way that matters, s; None when it is not."""

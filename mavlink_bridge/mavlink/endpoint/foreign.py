@@ -1,0 +1,26 @@
+"""Messages of things that this boat cannot do, which have no acknowledgement: each is answered by a text with its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from ..wire.payload import message_id
+
+_CANNOT: Final = {
+    "FOLLOW_TARGET": "follow me: this boat follows nobody; send go-tos instead",
+    "SET_GPS_GLOBAL_ORIGIN": "global origin: this boat's is where it first had a position; nothing was set",
+    "ODOMETRY": "odometry is not taken: this boat finds its place by its own receiver",
+    "VISION_POSITION_ESTIMATE": "vision positions are not taken: this boat finds its place by its own receiver",
+    "ATT_POS_MOCAP": "motion capture is not taken: this boat finds its place by its own receiver",
+    "SET_ACTUATOR_CONTROL_TARGET": "actuators are not set one by one: use sticks or set-points",
+}
+
+
+def handlers(explain: Callable[[str], None]) -> Mapping[int, Callable[[Any, int], None]]:
+    """Return one handler for each such message; ``explain`` keeps repeats from flooding."""
+
+    def saying(why: str) -> Callable[[Any, int], None]:
+        return lambda message, now_us: explain(why)
+
+    return {message_id(name): saying(why) for name, why in _CANNOT.items()}

@@ -1,0 +1,24 @@
+"""Item numbers in the vessel's own texts, as the station counts them: a persona with a home item counts that as 0."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Final
+
+from ...language.requests import Reply
+from ..persona import EndpointConfig
+
+_ITEM: Final = re.compile(r"\b([Ii]tem) (\d+)")
+
+
+def stations_text(text: str, config: EndpointConfig) -> str:
+    """The vessel counts from 0 without home; return the text with this endpoint's numbers."""
+    if not config.has_home_item:
+        return text
+    return _ITEM.sub(lambda found: f"{found[1]} {int(found[2]) + 1}", text)
+
+
+def stations_numbers(reply: Reply, config: EndpointConfig) -> Reply:
+    """The same for what an answer says."""
+    return replace(reply, reason=stations_text(reply.reason, config)) if reply.reason else reply
