@@ -13,6 +13,7 @@ from mavlink_bridge.language.messages import Action, FixType, GuardState, LogTex
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.radio.air import Ledger
 
+from ..core.guard.failsafe_table import BY_NAME
 from ..io.links import Link
 from ..io.loop import LoopApp
 from ..ports import GroundPort
@@ -196,7 +197,7 @@ def line(s: Snapshot) -> str:
         f"water {_metres(state.alt_m, 'm', 1)}",
     ]
     if s.action > Action.NONE:
-        parts.append(f"{s.action.name}: {_failsafe(s)}")
+        parts.append(f"{s.action.name}: {_causes(s)}")
     if _not_ready(s):
         parts.append(f"not ready: {_not_ready(s)}")
     return "  ".join(parts)
@@ -291,7 +292,14 @@ def _plan(s: Snapshot) -> str:
 def _failsafe(s: Snapshot) -> str:
     if s.action is Action.NONE:
         return "none"
-    return ". ".join(each.sentence() for each in s.outlook) or s.action.name.lower()
+    return f"{s.action.name.lower()}: {_causes(s)}"
+
+
+def _causes(s: Snapshot) -> str:
+    """What is wrong, in words, with what comes next; a picture that came over the radio has the names only."""
+    if s.outlook:
+        return ". ".join(each.sentence() for each in s.outlook)
+    return ", ".join(BY_NAME[name].text if name in BY_NAME else name for name in s.causes)
 
 
 def _not_ready(s: Snapshot) -> str:

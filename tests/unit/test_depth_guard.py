@@ -233,10 +233,10 @@ def test_each_transition_is_told_with_altitude_and_limit():
     run.seen(5.0, 3.95, 3.5, 4.2)
     run.tick(after_us=2_000_000)
     assert run.texts == [
-        (Severity.NOTICE, "Depth 5.00 m, limit 4.00 m: good"),
+        (Severity.INFO, "Depth 5.00 m, limit 4.00 m: good"),
         (Severity.WARNING, "Depth 3.95 m, limit 4.00 m: correction manoeuvre allowed"),
         (Severity.CRITICAL, "Depth 3.50 m, limit 4.00 m: locked, no manoeuvre"),
-        (Severity.NOTICE, "Depth 4.20 m, limit 4.00 m: good"),
+        (Severity.INFO, "Depth 4.20 m, limit 4.00 m: good"),
         (Severity.WARNING, "Depth unknown (limit 4.00 m)"),
     ]
 

@@ -38,6 +38,7 @@ def test_a_chain_of_events_is_played(capsys):
     assert capsys.readouterr().out.splitlines() == [
         "   0.00 s  => NONE (all well)",
         "   5.00 s  critical: Position lost: STOP",
+        "   5.00 s  info: Until position is back, then order Auto",
         "   5.00 s  => STOP (position_lost)",
         "  26.00 s  info: Over: position lost",
         "  26.00 s  => NONE (all well)",

@@ -160,7 +160,7 @@ def test_a_breach_is_counted_told_and_ended():
     assert made.check(state(54.0), 0.0).texts == ()
     out = made.check(state(40.0, course=math.pi), 0.0)
     assert (out.status.breached, out.status.breach_count, out.status.breach_type) == (False, 1, 0)
-    assert out.texts == ((Severity.NOTICE, "Inside the fence again"),)
+    assert out.texts == ((Severity.INFO, "Inside the fence again"),)
     assert made.check(state(53.0), 0.0).status.breach_count == 2
 
 
