@@ -386,7 +386,7 @@ def test_row_64_emergency_stop_and_termination(voyage, measured):
     trip.world.app.submit(Arm(arm=False, force=True))
     took_s = neutral_after(trip, 0.3)
     assert took_s <= 0.1 + TICK_S
-    assert "emergency_stop" in trip.snapshot.causes
+    assert "aborted" in trip.snapshot.causes
     assert trip.ask(SetMode(Mode.AUTO)).reason == ""
     trip.run(1.0)
     assert trip.neutral, "latched until armed again"
