@@ -12,6 +12,7 @@ from typing import Any, TextIO
 import config as shipped
 from companion.build import in_run_dir
 from companion.commands.numbers import positive
+from companion.commands.progress import Progress
 from companion.commands.run import describe
 from companion.commands.stations import places
 from companion.commands.status import StatusView, Watched, airtime_of
@@ -105,6 +106,8 @@ def command(arguments: argparse.Namespace) -> int:
         driven = WithGateway(driven, gateway)
     if speed is not None and not arguments.json and sys.stdout.isatty():
         driven = Watched(driven, StatusView(speed=speed, airtime=airtime_of(world.app.grounds)))
+    if speed is None and sys.stderr.isatty():
+        driven = Watched(driven, Progress("simulating", arguments.duration))
     status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
     wall_s = time.monotonic() - began
     if arguments.json:

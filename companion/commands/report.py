@@ -17,6 +17,7 @@ from ..report.verdicts import Limits, judge
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .numbers import number
+from .progress import Progress
 
 
 def register(subparsers: Any) -> None:
@@ -36,23 +37,37 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
-    flight = read(arguments.source)
+    with Progress("report", None) as shown:
+        shown.say(f"reading {arguments.source} ...")
+        flight = read(arguments.source)
     if importlib.util.find_spec("matplotlib") is None:
         raise MissingExtraError(f"reports need matplotlib: {install_line('design')}")
     from ..report import page, plots
     from ..report.map_plot import draw_map
 
     output = arguments.output or default_output(arguments.source)
-    output.write_text(page.make_page(flight, limits), encoding="utf-8")
-    if arguments.picture:
-        made = draw_map(flight)
-        if made is not None:
-            arguments.picture.write_bytes(plots.as_png(made))
+    with Progress("report", None) as shown:
+        shown.say("drawing ...")
+        text = page.make_page(flight, limits)
+        made = draw_map(flight) if arguments.picture else None
+    write_whole(output, text.encode("utf-8"))
+    if made is not None:
+        write_whole(arguments.picture, plots.as_png(made))
     for verdict in judge(flight, limits):
         mark = {True: "holds", False: "FAILS", None: ""}[verdict.ok]
         print(f"  {verdict.name:40} {verdict.value:>18}  {verdict.limit:14} {mark}")
     print(output)
     return 0
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file all or not at all: whoever interrupts keeps the one before."""
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        beside.write_bytes(data)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def read(source: Path) -> Flight:

@@ -1,0 +1,68 @@
+"""Long work tells how far it is on a terminal, nothing in a pipe, and is interrupted with one line and no half file."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from companion import cli
+from companion.commands.progress import Progress, recorded_s
+from companion.commands.report import write_whole
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_how_far_how_fast_how_long_yet():
+    now_s, out = [0.0], Terminal()
+    with Progress("simulating", 7200.0, out=out, clock_s=lambda: now_s[0]) as shown:
+        shown.at(20.0)
+        assert out.getvalue() == "", "what is done at once needs no progress"
+        now_s[0] = 10.0
+        shown.at(1800.0)
+        said = out.getvalue()
+        shown.at(1801.0)
+        assert out.getvalue() == said, "not at each tick"
+    assert "simulating  25%  30:00 of 2:00:00, 180 times real time, 0:30 left" in said
+    assert out.getvalue().endswith("\r")
+
+
+def test_nothing_in_a_pipe():
+    now_s, out = [0.0], io.StringIO()
+    with Progress("replaying", None, out=out, clock_s=lambda: now_s[0]) as shown:
+        now_s[0] = 10.0
+        shown.at(100.0)
+        shown.say("drawing ...")
+    assert out.getvalue() == ""
+
+
+def test_the_length_of_a_recorded_voyage_is_in_its_last_row(tmp_path):
+    assert recorded_s(tmp_path) is None
+    (tmp_path / "control.csv").write_text("t_s,a\n0.05,1\n312.4,2\n")
+    assert recorded_s(tmp_path) == 312.4
+
+
+def test_an_interrupted_write_leaves_the_file_that_was(tmp_path, monkeypatch):
+    path = tmp_path / "report.html"
+    path.write_text("before")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(path, b"after")
+    assert path.read_text() == "before"
+    assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_control_c_gives_one_line(monkeypatch, capsys):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_parser", interrupted)
+    assert cli.main(["report", "x"]) == 130
+    assert capsys.readouterr().err == "\ninterrupted\n"
