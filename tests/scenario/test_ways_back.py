@@ -177,3 +177,13 @@ def test_a_voyage_goes_on_where_the_computer_starts_again_and_return_leads_to_it
     again.ask(Arm(arm=False))
     fresh = voyage("depth.enabled=false", "operator.gcs_required=true", store=MemoryStore())
     assert "no ground station heard" in fresh.ask(Arm(arm=True)).reason
+
+
+def test_a_boat_that_was_carried_away_does_not_go_on_with_its_last_voyage(voyage):
+    store = MemoryStore()
+    voyage("depth.enabled=false", store=store).sail(1.5, (60.0, 0.0), after_s=5.0)
+    again = voyage("depth.enabled=false", "operator.gcs_required=true", "world.latitude_deg=52.0", store=store)
+    assert any("it is over, and home is here" in text for text in again.texts)
+    assert "no ground station heard" in again.ask(Arm(arm=True)).reason
+    here = again.world.surroundings.plant.frame.to_geodetic(again.truth.north_m, again.truth.east_m)
+    assert math.dist(again.world.app.vehicle.mission.home, here) < 1e-6

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import (
     Action,
     Desired,
@@ -47,7 +48,7 @@ from .navigator import Navigator
 from .operators import Ages, Operators
 from .plan_fence import PlanFence
 from .plan_reach import PlanReach
-from .voyage import Voyage
+from .voyage import RESUMED_M, Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
 
@@ -205,6 +206,19 @@ class Controls:
         self.mission.home, self._home_by_operator = home, by_operator
         where = f"{math.degrees(home[0]):.5f} {math.degrees(home[1]):.5f}"
         self.say(Severity.NOTICE, f"the voyage goes on: home is at {where}; arm, then Return leads there")
+
+    def look_where_started(self) -> None:
+        """The place is known for the first time: a voyage that went on far from here was ended on a trailer."""
+        self.started_at = here = self.here
+        home = self.mission.home
+        if here is None or home is None or not self.voyage.keeps_home:
+            return
+        away_m = inverse(*home, *here)[0]
+        if away_m > RESUMED_M:
+            self.voyage, self.mission.home, self._home_by_operator = Voyage(), here, False
+            self.say(
+                Severity.WARNING, f"the voyage before began {away_m / 1000.0:.0f} km away: it is over, and home is here"
+            )
 
     @property
     def lasting_voyage(self) -> dict[str, object] | None:

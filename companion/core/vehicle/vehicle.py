@@ -101,7 +101,7 @@ class Vehicle(Controls):
         self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
         guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
         if self.started_at is None:
-            self.started_at = self.here
+            self.look_where_started()
         if self.mission.home is None:
             self._set_home_here()
 

@@ -14,6 +14,8 @@ from .mission import Point
 
 LANDED_M: Final = 50.0
 """So near to where it began, a vessel that is disarmed has come back: a pier, and the error of a receiver without corrections."""
+RESUMED_M: Final = 5_000.0
+"""A computer that starts again farther from home than the longest leg of a plan does not go on with the voyage: it was carried."""
 OPEN_US: Final = 30 * 60 * 1_000_000
 """So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer."""
 
