@@ -152,3 +152,10 @@ def test_every_file_of_a_run_is_named():
     text = (DOCS / "RECORDINGS.md").read_text(encoding="utf-8")
     for name in ("run.json", "mavlink.tlog", "inputs.bin", "events.jsonl", "control.csv", "truth.csv", "board.csv"):
         assert f"| `{name}` |" in text
+
+
+def test_every_proof_that_security_names_exists():
+    text = (REPO / "SECURITY.md").read_text()
+    named = set(re.findall(r"`(tests/[\w/.]+)`", text)) | set(re.findall(r"`(tests/[\w/.]+\.py)", text))
+    assert len(named) > 8
+    assert [name for name in sorted(named) if not (REPO / name).exists()] == []
