@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from companion.core.guard.depth.ahead import DepthAhead
@@ -33,11 +35,11 @@ def remembered(*shoals, cell_m=1.0):
     return memory
 
 
-def look(memory, state=None, altitude_m=9.0, path=None, grid=None, stopping=2.3, **config):
+def look(memory, state=None, altitude_m=9.0, path=None, grid=None, stopping=2.3, beam_m=1.0, **config):
     """One look with a stopping distance of 2.3 s: at 2 m/s it reaches 4.6 + 0.8 * 2 + 1 = 7.2 m, and a cell."""
     chain = DepthInputConfig()
-    settings = DepthGuardConfig(**{"input": chain, "beam_m": 1.0, **config})
-    ahead = DepthAhead(settings, memory, HULL)
+    settings = DepthGuardConfig(**{"input": chain, **config})
+    ahead = DepthAhead(settings, memory, replace(HULL, beam_m=beam_m))
     ahead.map = grid
     way = None if path is None else lambda reach_m: path
     return ahead.look(

@@ -5,6 +5,7 @@ import pytest
 from mavlink_bridge.language import requests as ask
 from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench, Station
+from tests.unit.test_rtcm import frame as rtcm_frame
 
 ACCEPTED, REJECTED, IN_PROGRESS = 0, 1, 5
 
@@ -60,9 +61,10 @@ def test_a_parameter_behind_a_stalled_stream_is_set(bench):
 
 def test_corrections_are_all_handed_on_in_their_order(bench):
     for number in range(10):
-        bench.send(dialect.MAVLink_gps_rtcm_data_message(number << 3, 4, [number] * 4 + [0] * 176))
+        frame = rtcm_frame(10, seed=number)
+        bench.send(dialect.MAVLink_gps_rtcm_data_message(number << 3, len(frame), list(frame.ljust(180, b"\0"))))
     bench.tick()
-    assert [request.body.data[0] for request in bench.vessel.handled] == list(range(10))
+    assert [request.body.data for request in bench.vessel.handled] == [rtcm_frame(10, seed=n) for n in range(10)]
 
 
 def test_an_order_for_which_there_is_no_room_is_refused_at_once_and_can_be_asked_again(bench):

@@ -63,7 +63,7 @@ def everything(folder):
         ("--copy-store",),
         ("--store", "runs-sim/mine.db"),
         ("--at", "52.1", "4.2", "--water", "9"),
-        ("--set", "security.key_file=state/signing.key"),
+        ("--set", "security.key_file=state/signing.key", "--set", "endpoints.0.link_class=signed"),
         ("--seed", "3", "--set", "record.enabled=false"),
     ],
     ids=" ".join,
@@ -129,7 +129,7 @@ def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, capsys,
     assert "written by a simulated vessel: run sets it aside" in capsys.readouterr().out
     quiet = [
         "--set",
-        "endpoints=[]",
+        'endpoints=[{name="gcs", url="udp://127.0.0.1:29550"}]',
         "--set",
         'sensors=[{name="gps",url="serial:/dev/none"}]',
         "--set",
@@ -154,7 +154,7 @@ def test_check_and_run_name_each_parameter_that_the_store_overrules(boat, capsys
     assert everything(boat) == before, "to look is not to touch"
     quiet = [
         "--set",
-        "endpoints=[]",
+        'endpoints=[{name="gcs", url="udp://127.0.0.1:29550"}]',
         "--set",
         'sensors=[{name="gps",url="serial:/dev/none"}]',
         "--set",
@@ -169,7 +169,7 @@ def test_a_run_beside_a_simulated_world_keeps_apart_too(boat):
     before = everything(boat)
     quiet = [
         "--set",
-        "endpoints=[]",
+        'endpoints=[{name="gcs", url="udp://127.0.0.1:29550"}]',
         "--set",
         'sensors=[{name="gps",url="serial:/dev/none"}]',
         "--set",
