@@ -367,3 +367,13 @@ def test_the_relay_for_a_plotter_holds_the_good_sentences_within_bounds() -> Non
 
 def utc(text: str) -> int:
     return round(datetime.fromisoformat(text).replace(tzinfo=UTC).timestamp()) * 1_000_000
+
+
+def test_the_sentences_of_a_receiver_that_falls_silent_are_one_text() -> None:
+    """The compass goes on; the receiver of the same line does not."""
+    talker = Talker()
+    for second in range(30):
+        talker.send(*epoch(START_US + second * 1_000_000, "GGA RMC VTG HDT" if not 10 <= second < 20 else "HDT"))
+        talker.wait(990_000)
+    told = [text for _, text in talker.texts if "silent" in text or "back" in text]
+    assert told == ["NMEA: GPGGA, GPRMC, GPVTG silent for 3 s", "NMEA: GPGGA, GPRMC, GPVTG are back"]

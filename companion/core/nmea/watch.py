@@ -120,8 +120,15 @@ class NmeaWatch:
         groups: dict[str, int] = {}
         for rhythm in heard:
             groups[rhythm.group] = max(groups.get(rhythm.group, 0), rhythm.last_us)
+        changed: dict[bool, list[tuple[str, float]]] = {True: [], False: []}
         for address, rhythm in self._rhythms.items():
-            self._check_sentence(address, rhythm, newest_us - groups.get(rhythm.group, newest_us))
+            quiet_us = newest_us - groups.get(rhythm.group, newest_us)
+            sentence_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
+            silent = rhythm.count >= _SEEN_MIN and quiet_us > sentence_us
+            if silent != rhythm.silent:
+                rhythm.silent = silent
+                changed[silent].append((address, sentence_us))
+        self._say_changes(changed[True], changed[False])
         self._any_silent = any(rhythm.silent for rhythm in heard)
 
     def _all_fresh(self, now_us: int) -> bool:
@@ -130,15 +137,6 @@ class NmeaWatch:
             if rhythm.last_us < limit_us:
                 return False
         return True
-
-    def _check_sentence(self, address: str, rhythm: Rhythm, quiet_us: int) -> None:
-        if quiet_us <= _SILENT_MIN_US and not rhythm.silent:
-            return
-        limit_us = max(_SILENT_MIN_US, _SILENT_PERIODS * rhythm.period_us)
-        silent = rhythm.count >= _SEEN_MIN and quiet_us > limit_us
-        if silent != rhythm.silent:
-            rhythm.silent = silent
-            self._say_silence(address, silent, limit_us)
 
     def _judge(self, good: int, bad: int, received_bytes: int) -> None:
         damaged = bad >= _BAD_MIN and bad > _BAD_SHARE * (good + bad)
@@ -151,11 +149,14 @@ class NmeaWatch:
         garbage = good == 0 and received_bytes > 100
         self.set_condition("garbage", garbage, "bytes but no sentence: wrong baud rate or protocol?", "sentences again")
 
-    def _say_silence(self, address: str, silent: bool, limit_us: float) -> None:
+    def _say_changes(self, silent: list[tuple[str, float]], back: list[tuple[str, float]]) -> None:
+        """One text for all sentences that fell silent together, as those of a receiver do, and one for all that are back."""
         if silent:
-            self._say(Severity.WARNING, f"{address} silent for {limit_us / 1e6:.0f} s")
-        else:
-            self._say(Severity.INFO, f"{address} is back")
+            names = ", ".join(address for address, _ in silent)
+            self._say(Severity.WARNING, f"{names} silent for {max(limit for _, limit in silent) / 1e6:.0f} s")
+        if back:
+            names = ", ".join(address for address, _ in back)
+            self._say(Severity.INFO, f"{names} {'are' if len(back) > 1 else 'is'} back")
 
     def _say(self, severity: Severity, text: str) -> None:
         if len(self.texts) < 50:
