@@ -17,25 +17,53 @@ _FIX_TEXT: Final = {
 }
 
 
+_JOLT_S: Final = 1.2
+"""What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""
+_JOLT_MPS: Final = 0.25
+"""Beyond this much off the mean the water has changed: more than gusts, waves and turns leave in the samples."""
+_QUICK_S: Final = 1.5
+"""Time constant of the mean while it has that far to go."""
+
+
+_TURNING_RADPS: Final = 0.12
+_SLIPS_S: Final = 2.5
+_SLIP_MPS: Final = 0.5
+"""For so long after a turn faster than that the hull slips by up to this: that is no change of the water."""
+
+
 class DriftFilter:
-    """Slow mean of (ground velocity - velocity through the water), NED."""
+    """Slow mean of (ground velocity - velocity through the water), NED; quick where the water itself has changed.
+
+    Eddies and shear lines change the drift by more, and for longer, than what the mean is slow for.
+    """
 
     def __init__(self) -> None:
         self.north_mps: float | None = None
         self.east_mps: float | None = None
         self._seen_s = 0.0
+        self._off_n = self._off_e = 0.0
+        self._straight_s = 0.0
 
-    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float) -> None:
-        """Take one sample; a plain mean at first, then a first-order low-pass."""
+    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
+        """Take one sample; a plain mean at first, then a first-order low-pass. ``r_radps``: a turning hull slips sideways."""
+        self._straight_s = 0.0 if r_radps * r_radps > _TURNING_RADPS * _TURNING_RADPS else self._straight_s + dt_s
         if self.north_mps is None or self.east_mps is None:
             self.north_mps, self.east_mps = north_mps, east_mps
         self._seen_s += dt_s
         if dt_s <= 0.0:
             return
         seen_s = self._seen_s if self._seen_s < tau_s else tau_s
+        off_n, off_e = north_mps - self.north_mps, east_mps - self.east_mps
+        share = dt_s / _JOLT_S if dt_s < _JOLT_S else 1.0
+        self._off_n += share * (off_n - self._off_n)
+        self._off_e += share * (off_e - self._off_e)
+        jolt2 = self._off_n * self._off_n + self._off_e * self._off_e
+        least_mps = _JOLT_MPS if self._straight_s > _SLIPS_S else _SLIP_MPS
+        if jolt2 > least_mps * least_mps and seen_s > _QUICK_S:
+            seen_s = _QUICK_S
         gain = dt_s / (seen_s if seen_s > dt_s else dt_s)
-        self.north_mps += gain * (north_mps - self.north_mps)
-        self.east_mps += gain * (east_mps - self.east_mps)
+        self.north_mps += gain * off_n
+        self.east_mps += gain * off_e
 
 
 class FixText:

@@ -209,7 +209,7 @@ class Estimator:
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
             water_mps = self._water_mps
             if water_mps is not None and heading_valid and not self._drift_frozen:
-                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine)
+                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine, r_radps)
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -380,8 +380,8 @@ class Estimator:
             return None
         return value[0]
 
-    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float) -> None:
+    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
         drift = self._drift
-        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps)
+        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps, r_radps)
         self._position.drift_n_mps = drift.north_mps or 0.0
         self._position.drift_e_mps = drift.east_mps or 0.0

@@ -31,6 +31,7 @@ from ..hull import Handling, VesselConfig
 from .follow import FollowConfig, Follower
 from .paths import Arc, Line, Point, Projection, Track, fillet
 from .station import StationConfig, StationKeeper
+from .tight import TightWatch
 
 
 class GuidanceConfig(Config):
@@ -98,6 +99,7 @@ class Guidance:
         self._arrived = self._on_path = self._slowed = False
         self._last_run_m: float | None = None
         self._sailed_m = 0.0
+        self._tight = TightWatch()
 
     def configure(self, config: GuidanceConfig) -> None:
         """Take new settings; geometry changes at the next manoeuvre."""
@@ -264,6 +266,9 @@ class Guidance:
         else:
             self._progress_of_loiter(track, here, state)
             self._tell_slowed(planned_mps, speed_mps)
+            told = self._tight.step(dt_s, near=self._on_path, cross_m=here.cross_m, radius_m=track.tightest_m)
+            if told:
+                self._say(Severity.WARNING, told)
             path = self._orbit_state(self._loiter, state, track, here)
         if not possible:
             return self._result(Desired(None, None), path, _TOO_FAST)

@@ -51,6 +51,8 @@ class Track:
         self.endless = closed and len(segments) == 1
         """One circle, round and round."""
         self.lap_m = math.fsum(segment.length_m for segment in segments)
+        self.tightest_m = min((part.radius_m for part in segments if isinstance(part, Arc)), default=math.inf)
+        """Radius of the tightest bend; infinite without any."""
         self.run_m = 0.0
         """Length of the segments left behind, m."""
         self._along_m: float | None = None
