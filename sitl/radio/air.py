@@ -19,6 +19,7 @@ from mavlink_bridge.radio.air.airtime import PHYS, packet_us
 from .module import RadioModule
 
 _KEPT: Final = 500_000
+"""Packets of a rig that is measured; a simulation for an operator keeps what ``RadioPair`` is told."""
 _HOUR_US: Final = 3_600_000_000
 
 
@@ -84,11 +85,11 @@ class _Flight:
 class Air:
     """The channel. Events are worked off in the order of their times."""
 
-    def __init__(self, config: RadioConfig, rng: random.Random) -> None:
+    def __init__(self, config: RadioConfig, rng: random.Random, kept: int = _KEPT) -> None:
         self.config = config
         self.now_us = 0
-        self.log: deque[Transmission] = deque(maxlen=_KEPT)
-        """Every packet, oldest first."""
+        self.log: deque[Transmission] = deque(maxlen=kept)
+        """The newest packets, oldest first."""
         self.jammed = False
         """Tests set it: everything on the air is lost."""
         self._rng = rng
@@ -273,8 +274,8 @@ class RadioEnd:
 class RadioPair:
     """The simulated radio: ``vessel`` and ``shore`` are the two modules' hosts' sides, ``air`` the account."""
 
-    def __init__(self, config: RadioConfig | None = None, rng: random.Random | None = None) -> None:
-        self.air = Air(config or RadioConfig(), rng or random.Random(0))
+    def __init__(self, config: RadioConfig | None = None, rng: random.Random | None = None, kept: int = _KEPT) -> None:
+        self.air = Air(config or RadioConfig(), rng or random.Random(0), kept)
         self.vessel = RadioEnd(self.air, self.air.modules[0])
         self.shore = RadioEnd(self.air, self.air.modules[1])
 

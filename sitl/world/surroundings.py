@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from companion.configuration import depth_map
 from companion.core.hull import VesselConfig
@@ -20,6 +21,9 @@ from ..radio import RadioPair
 from ..radio.air import RadioEnd
 from .plant import Board, Plant
 from .settings import SimSettings
+
+_RADIO_KEPT: Final = 2_000
+"""Packets that a simulation remembers, some half an hour of them: without an end they were 15 MB a day."""
 
 
 def counterpart(url: str) -> str:
@@ -76,7 +80,7 @@ class Surroundings:
         self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board, sensor=first, chart=chart)
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
-        self.radio = RadioPair(radio, random.Random(f"{seed}/radio"))
+        self.radio = RadioPair(radio, random.Random(f"{seed}/radio"), _RADIO_KEPT)
         self._nmea: list[tuple[Link, set[int]]] = [(make_link(name, url), set()) for name, url in served(settings)]
         """Each with its open channels."""
         self._board = (
