@@ -10,6 +10,7 @@ import contextlib
 import errno
 import os
 import re
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -90,6 +91,8 @@ class LogFile:
         self._header_due = False
         self._good_bytes = -1
         """So long is the file up to its last whole write; -1 unknown."""
+        self.sums: dict[str, int | None] = {}
+        """Checksum (CRC-32) of each part by its name; None where it was not written from its beginning. The writer's."""
 
     def add(self, data: bytes) -> None:
         """Collect bytes; ``flush`` writes them."""
@@ -177,12 +180,15 @@ class LogFile:
             self._open(sync)
         if self._header and not self._good_bytes:
             data = self._header + data
+        before = 0 if not self._good_bytes else self.sums.get(self.path.name)
+        self.sums[self.path.name] = None
         rest = data
         while rest:
             rest = rest[os.write(self._fd, rest) :]
         if sync:
             os.fdatasync(self._fd)
         self._good_bytes += len(data)
+        self.sums[self.path.name] = None if before is None else zlib.crc32(data, before)
         self._header_due = False
 
     def _open(self, sync: bool) -> None:

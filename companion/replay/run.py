@@ -27,7 +27,7 @@ from ..core.hull import VesselConfig
 from ..facade import made_by
 from ..io.interpreter import compile_early
 from ..io.links import Link
-from ..io.recording import InputReader, InputsError, request_json
+from ..io.recording import InputReader, InputsError, digests, request_json
 from ..io.recording.frame_log import FrameClock
 from ..io.recording.input_replay import Difference, ReplayLinks, ReplayStore, ReplayWitness
 from ..io.recording.inputs import Step
@@ -72,6 +72,8 @@ class Outcome:
     duration_s: float = 0.0
     cut: bool = False
     """The recording ends in a damaged or unfinished record."""
+    damaged: tuple[str, ...] = ()
+    """Files of the run that are not what they were when it ended."""
     rows_compared: int = 0
     writes_compared: int = 0
     differences: list[FieldDifference] = field(default_factory=list)
@@ -89,7 +91,7 @@ class Outcome:
 
     @property
     def identical(self) -> bool:
-        return not self.different and not self.fault
+        return not self.different and not self.fault and not self.damaged
 
 
 def replay(
@@ -130,7 +132,7 @@ class _Replay:
         run_dir: Path,
     ) -> None:
         if not _described(reader.meta):
-            raise ReplayError(f"{run_dir}: the recording ends before its own description")
+            raise ReplayError(f"{run_dir / 'inputs.bin'}: the recording ends before its own description")
         self._reader = reader
         self._run_dir = run_dir
         self._sent: SentFrames | None = None
@@ -146,7 +148,7 @@ class _Replay:
         self._clock = FrameClock()
         self._witness = ReplayWitness() if reader.meta.get("witness") else None
         self._next_link = iter(self._links.links)
-        self.outcome = Outcome()
+        self.outcome = Outcome(damaged=digests.damaged(run_dir))
         self.app = self._build(reader.meta, changes)
         self.app.recorder = self
 
@@ -208,6 +210,8 @@ class _Replay:
             outcome.writes_compared += sum(len(writes) for writes in step.writes.values())
             self._take_write_differences(step)
         outcome.cut = self._reader.cut
+        if self._reader.damaged and "inputs.bin" not in outcome.damaged:
+            outcome.damaged = (*outcome.damaged, "inputs.bin")
         outcome.unproven = 0 if self._witness is None else self._witness.said
         if _maker(made_by() | self._reader.meta) != _maker(made_by()):
             outcome.versions = self.versions
@@ -363,6 +367,8 @@ def summary(outcome: Outcome, wall_s: float) -> str:
         print(f"one value now where the recording has two: {text}", file=out)
     if outcome.cut:
         print("the recording ends in an unfinished record; everything before it was replayed", file=out)
+    if outcome.damaged:
+        print(f"damaged since it was recorded: {', '.join(outcome.damaged)}", file=out)
     if outcome.fault:
         print(f"the app gave up: {outcome.fault}", file=out)
     if outcome.differences:
@@ -372,7 +378,7 @@ def summary(outcome: Outcome, wall_s: float) -> str:
             first.setdefault(difference.field, difference)
         for difference in itertools.islice(first.values(), 10):
             print(difference, file=out)
-    elif not outcome.fault:
+    elif not outcome.fault and not outcome.damaged:
         compared = outcome.rows_compared or outcome.writes_compared
         print("identical" if compared else "nothing in it to compare", file=out)
     return out.getvalue().rstrip()

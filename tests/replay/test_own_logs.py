@@ -24,7 +24,7 @@ def once(answers):
     return {name: list(dict.fromkeys(items)) for name, items in answers.items()}
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in DATA.glob("*-mavsdk.tlog")))
+@pytest.mark.parametrize("name", sorted(LOGS))
 def test_the_ground_stations_half_brings_the_vessels_half(name):
     log = Log(DATA / f"{name}.tlog")
     vessel = Retelling(log, LOGS[name]).run()

@@ -100,6 +100,8 @@ class InputReader:
     def __init__(self, path: Path) -> None:
         self._file: BinaryIO = path.open("rb")
         self.cut = False
+        self.damaged = False
+        """A record is not what it was: a bit has flipped, which no loss of power does."""
         try:
             if self._file.read(len(MAGIC)) != MAGIC:
                 raise InputsError(f"{path}: not a recording of inputs, or one of another version")
@@ -123,12 +125,16 @@ class InputReader:
             return None
         length, kind = HEAD.unpack(head)
         if length > _LONGEST:
-            self.cut = True
+            self.cut = self.damaged = True
             return None
         body = self._file.read(length)
         tail = self._file.read(CRC.size)
-        if len(body) < length or len(tail) < CRC.size or CRC.unpack(tail)[0] != zlib.crc32(body, zlib.crc32(head[4:])):
+        if len(body) < length or len(tail) < CRC.size:
             self.cut = True
+            return None
+        if CRC.unpack(tail)[0] != zlib.crc32(body, zlib.crc32(head[4:])):
+            self.cut = True
+            self.damaged = any(head)  # zeros are what a disk without power gives for bytes that it was promised
             return None
         return kind, body
 

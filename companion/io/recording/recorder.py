@@ -19,8 +19,9 @@ from typing import Any, Final
 from mavlink_bridge.language.messages import ActuatorDemand, Severity
 from mavlink_bridge.language.snapshot import Snapshot
 
-from ..log_file import EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
+from ..log_file import CLOSE_WAIT_S, EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
 from ..writer import Writer
+from . import digests
 from .input_recorder import InputRecorder
 
 CONTROL_COLUMNS: Final = (
@@ -187,9 +188,16 @@ class Recorder:
         """Write the rest; ``result`` is added to run.json."""
         for file in self._files:
             file.close(now_us)
-        if result:
-            with self._guarded():
-                write_json(self.run_dir / "run.json", {**self._about, **result})
+        self._about.update(result)
+        if self._writer is None or not self._writer.post(self._sum_up, CLOSE_WAIT_S):
+            self._sum_up()
+
+    def _sum_up(self) -> None:
+        """Write into run.json what the files are now: a bit that flips later is seen by a replay. For the writer's thread."""
+        with contextlib.suppress(OSError):
+            write_json(
+                self.run_dir / "run.json", {**self._about, digests.KEY: digests.digests_of(self._files, self._about)}
+            )
 
 
 class _Guard(contextlib.AbstractContextManager[None]):
