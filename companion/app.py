@@ -14,6 +14,7 @@ from typing import Any, Final, Protocol
 from mavlink_bridge.language.messages import ActuatorStatus, Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
+    ForgetDepth,
     LoadPlan,
     PlanKind,
     Reboot,
@@ -308,6 +309,8 @@ class App:
             answer(self._reboot(body, now_us, by_radio=by_radio))
         else:
             answer(self.vehicle.handle(request, now_us))
+            if isinstance(body, ForgetDepth):
+                self.depths.due_us = now_us
 
     def _load(self, body: LoadPlan, answer: Answer) -> None:
         refusal = plan_refusal(self.vehicle, body)

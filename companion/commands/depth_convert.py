@@ -1,8 +1,8 @@
 """``companion depth convert``: a chart as GeoTIFF or NetCDF, off line, into soundings or the compact grid of the vessel.
 
 The vessel itself reads no such formats: this command needs the extra ``charts`` (rasterio, that is GDAL and PROJ), which knows the
-compressions, the coordinate systems and the axes. What a chart does not say must be said on the command line;
-nothing is guessed that could make water deeper.
+compressions, the coordinate systems and the axes. What it has understood is printed for its owner to look at, and what
+cannot be meant is refused.
 """
 
 from __future__ import annotations
@@ -11,42 +11,24 @@ import argparse
 import importlib.util
 import math
 import sys
-import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from ..core.guard.depth.grid import Sounding, build, metres_per_radian
+from ..core.guard.depth.grid import metres_per_radian
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
+from .chart.fill import Fill
+from .chart.source import METRES, Block, ChartError, Source, opened
+from .chart.tally import Tally
 from .numbers import number
+from .progress import SHOW_EVERY_S, Progress
 
-METRES: Final = {
-    "": 1.0,
-    "m": 1.0,
-    "metre": 1.0,
-    "metres": 1.0,
-    "meter": 1.0,
-    "meters": 1.0,
-    "cm": 0.01,
-    "dm": 0.1,
-    "ft": 0.3048,
-    "foot": 0.3048,
-    "feet": 0.3048,
-    "us survey foot": 1200.0 / 3937.0,
-    "fathom": 1.8288,
-    "fathoms": 1.8288,
-}
-_DOWN: Final = ("depth", "soundings")
-_UP: Final = ("elevation", "altitude", "height", "topography")
-_WGS84: Final = "EPSG:4326"
+_INTERRUPTED: Final = 130
+"""Exit status of a program that Ctrl-C has ended, as shells have it."""
 
 Place = tuple[float, float, float]
 """Longitude and latitude in degrees, depth in m below datum."""
-
-
-class ChartError(Exception):
-    """A chart that cannot be used as it is, with the reason and the mend."""
 
 
 def add_convert(actions: Any) -> None:
@@ -80,7 +62,11 @@ def add_convert(actions: Any) -> None:
         "--pitch", type=number(0.5, 1000.0), default=5.0, metavar="M", help="cell of a .depth grid; default 5"
     )
     parser.add_argument(
-        "--spread", type=number(0.0, 1000.0), default=10.0, metavar="M", help="how far a depth counts; default 10"
+        "--spread",
+        type=number(0.0, 1000.0),
+        default=0.0,
+        metavar="M",
+        help="of a .depth grid: how far a cell counts beyond its own area; default 0",
     )
     parser.set_defaults(run=_convert)
 
@@ -91,157 +77,69 @@ def _convert(arguments: argparse.Namespace) -> int:
     if arguments.out.suffix not in (".xyz", ".depth"):
         print(f"{arguments.out}: must end in .xyz or .depth", file=sys.stderr)
         return 2
+    progress = CellProgress()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PendingDeprecationWarning)  # of the library, about its own parts
-            places = _thinned(_places(arguments), arguments.thin)
-            count = _write(arguments, places)
+        with opened(arguments) as source:
+            told = _write(arguments, source, progress)
     except (ChartError, ValueError) as error:
+        progress.close()
         raise ConfigError(str(arguments.chart), [str(error)]) from None
-    print(f"{arguments.out}: {count} depths")
+    except KeyboardInterrupt:
+        progress.close()
+        print(f"interrupted: {arguments.out} is not written", file=sys.stderr)
+        return _INTERRUPTED
+    print("\n".join(told))
     return 0
 
 
-def _write(arguments: argparse.Namespace, places: Iterator[Place]) -> int:
-    """Write what there is; nothing at all for a chart without a depth. A failure leaves no half file."""
+def _write(arguments: argparse.Namespace, source: Source, progress: CellProgress) -> list[str]:
+    """Write what there is, and say what; nothing at all for a chart that cannot be meant. A failure leaves no half file."""
     out: Path = arguments.out
-    if out.suffix == ".depth":
-        soundings = [Sounding(math.radians(lat), math.radians(lon), depth) for lon, lat, depth in places]
-        if not soundings:
-            raise ChartError("no depth in it (nodata, land, or outside the box)")
-        out.write_bytes(build(soundings, arguments.pitch, arguments.spread).to_bytes())
-        return len(soundings)
-    count = 0
     temporary = out.with_name(f".{out.name}.new")
+    tally = Tally(source)
     try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write("# longitude latitude depth_m (below chart datum, positive down)\n")
-            for lon, lat, depth in places:
-                file.write(f"{lon:.8f} {lat:.8f} {math.floor(depth * 100.0 + 1e-6) / 100.0:.2f}\n")
-                count += 1
-        if not count:
-            raise ChartError("no depth in it (nodata, land, or outside the box)")
+        if out.suffix == ".depth":
+            grid = Fill(source, arguments.pitch, arguments.spread)
+            with temporary.open("wb") as binary:
+                for block in _counted(source, tally, progress):
+                    grid.add(block)
+                tally.refuse()
+                binary.write(grid.grid().to_bytes())
+            made = f"grid of {grid.pitch_m:.1f} m"
+        else:
+            with temporary.open("w", encoding="utf-8") as text:
+                text.writelines(_xyz(arguments, source, _counted(source, tally, progress)))
+            tally.refuse()
+            made = f"{tally.kept} depths" if arguments.thin <= 0.0 else f"the shallowest of each {arguments.thin:g} m"
         temporary.replace(out)
     finally:
         temporary.unlink(missing_ok=True)
-    return count
+    return [f"{out}: {made}", *tally.lines(arguments.datum)]
 
 
-def _places(arguments: argparse.Namespace) -> Iterator[Place]:
-    """Every depth of the chart, block by block, in degrees and metres below the wanted datum."""
-    import rasterio
-    from rasterio.errors import NotGeoreferencedWarning, RasterioError
-    from rasterio.warp import transform
-
-    warnings.simplefilter("ignore", NotGeoreferencedWarning)
-    try:
-        with rasterio.open(_source(rasterio, arguments)) as chart:
-            band = arguments.band
-            if not 1 <= band <= chart.count:
-                raise ChartError(f"no band {band}; it has {chart.count}")
-            crs = _crs(chart, arguments)
-            sign, unit = _sign(chart, arguments), _unit(chart, arguments)
-            scale, offset = chart.scales[band - 1], chart.offsets[band - 1]
-            for _, window in chart.block_windows(band):
-                rows, columns, values = _known(chart, window, arguments)
-                if not values:
-                    continue
-                easts, norths = _centres(chart.transform, rows, columns)
-                lons, lats = (easts, norths) if crs == _WGS84 else transform(crs, _WGS84, easts, norths)
-                for lon, lat, value in zip(lons, lats, values, strict=True):
-                    depth_m = sign * (value * scale + offset) * unit + arguments.datum
-                    if _wanted(lon, lat, depth_m, arguments):
-                        yield (lon + 180.0) % 360.0 - 180.0, lat, depth_m
-    except RasterioError as error:
-        raise ChartError(str(error)) from None
+def _counted(source: Source, tally: Tally, progress: CellProgress) -> Iterator[Block]:
+    for block in source.blocks():
+        tally.add(block)
+        progress.show(tally.read, source.total)
+        yield block
+    progress.close()
 
 
-def _source(rasterio: Any, arguments: argparse.Namespace) -> str:
-    """The data set to open: the file, or one of its variables."""
-    path = str(arguments.chart)
-    if not arguments.chart.is_file():
-        raise ChartError("no such file")
-    with rasterio.open(path) as chart:
-        names = {name.rsplit(":", 1)[-1]: name for name in chart.subdatasets}
-    if not names:
-        return path
-    if arguments.variable is None:
-        raise ChartError(f"several variables; choose one with --variable: {', '.join(sorted(names))}")
-    if arguments.variable not in names:
-        raise ChartError(f"no variable {arguments.variable}; it has {', '.join(sorted(names))}")
-    return str(names[arguments.variable])
+def _xyz(arguments: argparse.Namespace, source: Source, blocks: Iterable[Block]) -> Iterator[str]:
+    """Lines of a file of soundings; its head says for how much water each of them stands."""
+    south, _, north, _ = source.bounds_deg()
+    per_lat, per_lon = metres_per_radian(math.radians(max(abs(south), abs(north))))
+    # The shallowest of a square may lie anywhere in it, and stands for all of it.
+    more_lat, more_lon = (math.degrees(2.0 * arguments.thin / per) for per in (per_lat, per_lon))
+    yield "# longitude latitude depth_m (below chart datum, positive down)\n"
+    yield f"# cell_deg {source.lat_cell_deg + more_lat:.9f} {source.lon_cell_deg + more_lon:.9f}\n"
+    places = (place for block in blocks for place in _places(block))
+    for lon, lat, depth_m in _thinned(places, arguments.thin):
+        yield f"{lon:.8f} {lat:.8f} {math.floor(depth_m * 100.0 + 1e-6) / 100.0:.2f}\n"
 
 
-def _crs(chart: Any, arguments: argparse.Namespace) -> Any:
-    from rasterio.crs import CRS
-    from rasterio.errors import CRSError
-
-    try:
-        crs = CRS.from_user_input(arguments.crs) if arguments.crs else chart.crs
-    except CRSError:
-        raise ChartError(f"--crs {arguments.crs}: no such coordinate system") from None
-    if crs is None:
-        raise ChartError("it names no coordinate system; say it with --crs, such as EPSG:4326 or EPSG:32629")
-    if not crs.is_geographic and not crs.is_projected:
-        raise ChartError("its coordinate system has no place on the earth; say it with --crs")
-    if chart.transform.is_identity:
-        raise ChartError("it is not georeferenced")
-    return crs
-
-
-def _sign(chart: Any, arguments: argparse.Namespace) -> float:
-    """1 for depths, -1 for heights."""
-    if arguments.positive != "auto":
-        return 1.0 if arguments.positive == "down" else -1.0
-    tags = {key.lower(): str(text).lower() for key, text in chart.tags(arguments.band).items()}
-    if tags.get("positive") in ("down", "up"):
-        return 1.0 if tags["positive"] == "down" else -1.0
-    words = " ".join([tags.get(key, "") for key in ("standard_name", "long_name", "netcdf_varname", "description")])
-    words += f" {(chart.descriptions[arguments.band - 1] or '').lower()}"
-    down, up = any(word in words for word in _DOWN), any(word in words for word in _UP)
-    if down == up:
-        raise ChartError("it does not say whether its values are heights or depths: --positive up or --positive down")
-    return 1.0 if down else -1.0
-
-
-def _unit(chart: Any, arguments: argparse.Namespace) -> float:
-    name = arguments.unit or chart.units[arguments.band - 1] or chart.tags(arguments.band).get("units", "")
-    try:
-        return METRES[name.strip().lower()]
-    except KeyError:
-        raise ChartError(f"unit {name!r} is not known; say it with --unit") from None
-
-
-def _known(chart: Any, window: Any, arguments: argparse.Namespace) -> tuple[list[int], list[int], list[float]]:
-    """Rows, columns and values of a block where the chart knows something."""
-    block = chart.read(arguments.band, window=window, masked=True).astype("float64")
-    mask = block.mask | ~_finite(block.data)
-    if arguments.nodata is not None:
-        mask = mask | (block.data == arguments.nodata)
-    rows, columns = (~mask).nonzero()
-    values = block.data[rows, columns]
-    return (rows + window.row_off).tolist(), (columns + window.col_off).tolist(), values.tolist()
-
-
-def _finite(data: Any) -> Any:
-    import numpy
-
-    return numpy.isfinite(data)
-
-
-def _centres(transform: Any, rows: list[int], columns: list[int]) -> tuple[list[float], list[float]]:
-    a, b, c, d, e, f = transform[:6]
-    pairs = [(column + 0.5, row + 0.5) for row, column in zip(rows, columns, strict=True)]
-    return [a * x + b * y + c for x, y in pairs], [d * x + e * y + f for x, y in pairs]
-
-
-def _wanted(lon: float, lat: float, depth_m: float, arguments: argparse.Namespace) -> bool:
-    if not (math.isfinite(lon) and math.isfinite(lat) and -90.0 <= lat <= 90.0 and depth_m >= -arguments.dry):
-        return False
-    if arguments.box is None:
-        return True
-    south, west, north, east = arguments.box
-    return bool(south <= lat <= north and (lon - west) % 360.0 <= (east - west) % 360.0)
+def _places(block: Block) -> Iterator[Place]:
+    return zip(block.lon_deg.tolist(), block.lat_deg.tolist(), block.depth_m.tolist(), strict=True)
 
 
 def _thinned(places: Iterator[Place], spacing_m: float) -> Iterator[Place]:
@@ -261,3 +159,22 @@ def _thinned(places: Iterator[Place], spacing_m: float) -> Iterator[Place]:
         if key not in least or place[2] < least[key][2]:
             least[key] = place
     yield from least.values()
+
+
+class CellProgress(Progress):
+    """How much of a chart is read, how fast, how long still."""
+
+    def __init__(self) -> None:
+        super().__init__("chart", None)
+
+    def show(self, done: int, total: int) -> None:
+        """Say how far it has come, twice a second."""
+        now_s = self._clock_s()
+        if now_s < self._due_s:
+            return
+        self._due_s = now_s + SHOW_EVERY_S
+        rate = done / (now_s - self._began_s)
+        left_s = (total - done) / rate if rate > 0.0 else math.inf
+        self.say(
+            f"{done / 1e6:.1f} of {total / 1e6:.1f} million cells, {rate / 1e6:.2f} million/s, {left_s:.0f} s left"
+        )

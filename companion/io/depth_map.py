@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..core.guard.depth.grid import DepthGrid, build
-from ..core.guard.depth.soundings import Order, parse
+from ..core.guard.depth.soundings import Order, cell_of, parse
 
 
 def load_depth_map(path: Path, pitch_m: float = 5.0, spread_m: float = 10.0, order: Order = "lon-lat") -> DepthGrid:
@@ -14,6 +14,7 @@ def load_depth_map(path: Path, pitch_m: float = 5.0, spread_m: float = 10.0, ord
     try:
         if path.suffix == ".depth":
             return DepthGrid.from_bytes(data)
-        return build(parse(data.decode("utf-8"), path.name, order), pitch_m, spread_m)
+        text = data.decode("utf-8")
+        return build(parse(text, path.name, order), pitch_m, spread_m, cell_of(text))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Final
 
 from .messages import FenceArea, LoiterDirection, LoiterKind, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
 from .stations import Proof, Station
+
+FORGET_MAX_M: Final = 20.0
+"""Radius of one order to forget depths: a false echo of 3 s at 3 m/s and the way to stop lie within it, a reef does not."""
 
 
 class Result(Enum):
@@ -319,6 +323,21 @@ class TakeCommand(Ask):
         return _OTHER
 
 
+@dataclass(frozen=True, slots=True)
+class ForgetDepth(Ask):
+    """Forget what the depth memory holds around a place: a false shoal bars the way. Charts are never forgotten."""
+
+    lat_rad: float | None = None
+    lon_rad: float | None = None
+    """None: where the vessel is."""
+    radius_m: float = FORGET_MAX_M
+    """At most ``FORGET_MAX_M``."""
+
+    @property
+    def nature(self) -> Nature:
+        return _SETTING
+
+
 RequestBody = (
     Arm
     | SetMode
@@ -342,6 +361,7 @@ RequestBody = (
     | RunPrearmChecks
     | UnlockGuard
     | TakeCommand
+    | ForgetDepth
 )
 
 

@@ -447,3 +447,14 @@ def test_speed_and_heading_commands(bench):
     assert second.course
     assert third.psi_rad == pytest.approx(0.5 + math.radians(10))
     assert bench.acked(178) == [ACCEPTED] * 4
+
+
+@pytest.mark.parametrize(
+    ("parameters", "radius_m", "answer"),
+    [({}, 20.0, ACCEPTED), ({"p1": 12.0}, 12.0, ACCEPTED), ({"p1": 21.0}, None, DENIED), ({"p1": -1.0}, None, DENIED)],
+)
+def test_user_2_forgets_depths_within_20_metres_at_most(bench, parameters, radius_m, answer):
+    bench.long(31011, parameters.get("p1", 0.0))
+    bench.run(0.5)
+    assert bench.acked(31011) == [answer]
+    assert bodies(bench, ask.ForgetDepth) == ([] if radius_m is None else [ask.ForgetDepth(None, None, radius_m)])

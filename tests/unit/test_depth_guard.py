@@ -579,3 +579,64 @@ def test_what_is_sounded_is_remembered_below_datum_where_and_when():
     off = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)), OTTER)
     assert off.memory is None
     off.measure(Distance(0, 6.15), at(0.0, 2.0))
+
+
+def locked_at(loops_active, config=None):
+    """Down a quiet slope of 0.1 m/s at 10 Hz: the altitude of the reading that locks a correction."""
+    run = Run(config or DepthGuardConfig(input=RAW.model_copy(update={"sigma_m": 0.01})))
+    for number in range(300):
+        altitude_m = 5.0 - 0.01 * number
+        state = at(0.1 * number, 1.0)
+        run.guard.measure(Distance(number * 100_000, altitude_m), state)
+        out = run.guard.step(number * 100_000, state, loops_active and altitude_m < 3.95, None, stopping)
+        if out.state is LOCKED:
+            return altitude_m
+    raise AssertionError("never")
+
+
+def test_who_presses_on_is_locked_without_waiting_for_evidence():
+    assert locked_at(True) == pytest.approx(3.89)
+    assert locked_at(False) == pytest.approx(3.86), "the mean of 0.8 s has come there"
+
+
+def test_a_correction_is_not_ended_by_one_low_reading_but_by_three_far_below():
+    run = Run(DepthGuardConfig(input=RAW))
+    calm = [(3.95, CORRECTION)] * 10
+    far = [(3.69, CORRECTION), (3.69, CORRECTION), (3.69, LOCKED)]
+    for number, (altitude_m, state) in enumerate([(5.0, OK), *calm, (3.85, CORRECTION), *calm, *far]):
+        run.guard.measure(Distance(number * 100_000, altitude_m), at(0.0, 0.0))
+        assert run.guard.step(number * 100_000, at(0.0, 0.0), False, None, stopping).state is state, number
+
+
+def test_a_straight_lock_waits_for_nothing():
+    run = Run(DepthGuardConfig(input=RAW))
+    for number in range(20):
+        run.guard.measure(Distance(number * 100_000, 5.0), at(0.0, 0.0))
+        run.guard.step(number * 100_000, at(0.0, 0.0), False, None, stopping)
+    run.guard.measure(Distance(2_000_000, 3.85), at(0.0, 0.0))
+    assert run.guard.step(2_000_000, at(0.0, 0.0), False, None, stopping).state is LOCKED
+
+
+def test_forgetting_takes_own_soundings_only():
+    guard = DepthGuard(DepthGuardConfig(), OTTER)
+    guard.set_map(chart(3.0, 60.0))
+    guard.measure(Distance(0, 1.5), at(0.0, 2.0))
+    here = at(0.0, 2.0)
+    assert guard.forget(here.lat_rad, here.lon_rad, 20.0) == (1, pytest.approx(1.7, abs=0.011))
+    assert guard.forget(here.lat_rad, here.lon_rad, 20.0) == (0, None)
+    assert guard.check_plan([Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]) is not None
+    without = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)), OTTER)
+    assert without.forget(here.lat_rad, here.lon_rad, 20.0) == (0, None)
+
+
+def test_the_share_of_a_plan_in_unknown_water():
+    legs = [Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]
+    guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
+    assert guard.unknown_share(legs) is None
+    guard.set_map(chart(3.0, 60.0))
+    assert 0.0 <= guard.unknown_share(legs) < 1.0
+    assert guard.unknown_share([Leg(7, (offset(*ORIGIN, 9e3, 0.0), offset(*ORIGIN, 9.5e3, 0.0)))]) == 1.0
+    assert guard.unknown_share([Leg(7, (ORIGIN,))]) == 0.0
+    off = DepthGuard(DepthGuardConfig(enabled=False), HULL)
+    off.set_map(chart(3.0, 60.0))
+    assert off.unknown_share(legs) is None

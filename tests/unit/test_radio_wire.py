@@ -67,6 +67,8 @@ REQUESTS: dict[str, ask.RequestBody] = {
     "reboot": ask.Reboot(),
     "checks": ask.RunPrearmChecks(),
     "unlock": ask.UnlockGuard(),
+    "forget here": ask.ForgetDepth(),
+    "forget there": ask.ForgetDepth(math.radians(41.185), math.radians(-8.706), 5.0),
 }
 STATE = RadioState(
     t_s=1234,

@@ -33,6 +33,7 @@ from .draw import ascii_map, svg_map
 from .explain import explain, far_legs, refusals
 from .json import send_json
 from .log import params_from_tlog, plan_from_run, plan_from_tlog
+from .water import Water, water_of
 
 _OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
 _WPL: Final = (".txt", ".waypoints", ".wpl")
@@ -173,16 +174,19 @@ def _check(arguments: argparse.Namespace) -> int:
     )
     for note in plan.notes:
         print(f"  note: {note}")
-    print(ascii_map(plan))
+    water = Water() if arguments.config is None else water_of(plan, _settings(arguments.config))
+    print(ascii_map(plan, water.unknown_rad))
     for line in explain(plan, limits):
         print(line)
-    refused = refusals(plan, limits)
+    for line in water.told:
+        print(line)
+    refused = [*refusals(plan, limits), *water.refused]
     for line in refused:
         print(f"REFUSED {line}", file=sys.stderr)
     for line in far_legs(plan, _settings(arguments.config).mission):
         print(f"WARNING {line}; 'companion plan start --far' accepts it", file=sys.stderr)
     if arguments.svg is not None:
-        arguments.svg.write_text(svg_map(plan), encoding="utf-8")
+        arguments.svg.write_text(svg_map(plan, water.unknown_rad), encoding="utf-8")
     return 1 if refused else 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from mavlink_bridge.language import messages as imc
@@ -26,7 +26,7 @@ Put = Callable[[tuple[float, float], str], None]
 class Shapes:
     """What is to be drawn, in metres about the first position."""
 
-    def __init__(self, plan: PlanFile) -> None:
+    def __init__(self, plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -> None:
         maneuvers = compile_items(plan.mission).plan.maneuvers
         stops = [item for item in maneuvers if isinstance(item, imc.Goto | imc.Loiter)]
         areas = compile_fence(plan.fence)[0]
@@ -43,6 +43,8 @@ class Shapes:
         ]
         self.fences = [(area.inclusion, _outline(area, frame)) for area in areas]
         self.rally = [frame.to_local(*point) for point in rally]
+        self.unknown = [frame.to_local(*point) for point in unknown_rad]
+        """On the way, where the chart knows no depth."""
 
     @property
     def all_points(self) -> Points:
@@ -66,9 +68,11 @@ def _ring(centre: tuple[float, float], radius: float, count: int = 48) -> Points
     return [(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)) for angle in angles]
 
 
-def ascii_map(plan: PlanFile) -> str:
-    """The way with letters: digits are items (their last digit), dots the legs, o circles, # fence, R rally points."""
-    shapes = Shapes(plan)
+def ascii_map(plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -> str:
+    """The way with letters: digits are items (their last digit), dots the legs, ? where the chart
+    knows no depth, o circles, # fence, R rally points.
+    """
+    shapes = Shapes(plan, unknown_rad)
     points = shapes.all_points
     if not points:
         return "  (nothing to draw)"
@@ -90,6 +94,8 @@ def ascii_map(plan: PlanFile) -> str:
     for ring in shapes.rings:
         _line(put, [*ring, *ring[:1]], metres, "o")
     _line(put, [place for _, place in shapes.stops], metres, ".")
+    for place in shapes.unknown:
+        put(place, "?")
     for place in shapes.rally:
         put(place, "R")
     for seq, place in shapes.stops:
@@ -97,6 +103,7 @@ def ascii_map(plan: PlanFile) -> str:
     lines = ["  " + "".join(row).rstrip() for row in sheet]
     marks = [("digits items", shapes.stops), (". the way", shapes.stops[1:]), ("o a loiter", shapes.rings)]
     marks += [("# fence", shapes.fences), ("R rally point", shapes.rally)]
+    marks.append(("? unknown water", shapes.unknown))
     legend = ", ".join(text for text, shown in marks if shown)
     return "\n".join([*lines, f"  north up, one letter is {metres:.1f} m wide; {legend}"])
 
@@ -109,9 +116,9 @@ def _line(put: Put, points: Points, metres: float, letter: str) -> None:
             put((north1 + share * (north2 - north1), east1 + share * (east2 - east1)), letter)
 
 
-def svg_map(plan: PlanFile) -> str:
+def svg_map(plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -> str:
     """The same as a picture of 800 units' width."""
-    shapes = Shapes(plan)
+    shapes = Shapes(plan, unknown_rad)
     points = shapes.all_points or [(0.0, 0.0)]
     south, north = min(p[0] for p in points), max(p[0] for p in points)
     west, east = min(p[1] for p in points), max(p[1] for p in points)
@@ -130,6 +137,7 @@ def svg_map(plan: PlanFile) -> str:
         for ring in shapes.rings
     ]
     parts.append(f'<polyline points="{" ".join(at(place) for _, place in shapes.stops)}" fill="none" stroke="blue"/>')
+    parts += [_svg_circle(at(place), 2.0, "grey") for place in shapes.unknown]
     parts += [_svg_circle(at(place), 5.0, "orange") for place in shapes.rally]
     for seq, place in shapes.stops:
         x, y = at(place).split(",")

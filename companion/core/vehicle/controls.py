@@ -25,7 +25,7 @@ from mavlink_bridge.language.messages import (
     Source,
     SupplyVoltage,
 )
-from mavlink_bridge.language.requests import DistanceInput
+from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Outlook
 
 from ..estimate import Estimator
@@ -46,11 +46,15 @@ from .config import TickInputs, VehicleConfig
 from .mission import Mission, Point
 from .navigator import Navigator
 from .operators import Ages, Operators
+from .plan_depth import plan_legs
 from .plan_fence import PlanFence
 from .plan_reach import PlanReach
 from .voyage import RESUMED_M, Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
+
+_TOLD_UNKNOWN: Final = 0.01
+"""Share of a plan in uncharted water that an operator is told of: less is a border of the chart."""
 
 
 GUARD_OFF: Final = "depth guard OFF: nothing watches the water under the keel"
@@ -170,6 +174,11 @@ class Controls:
 
     def load_plan(self, plan: PlanSpecification) -> None:
         self.mission.load(plan)
+        lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
+        here = None if lat_rad is None or lon_rad is None else (lat_rad, lon_rad)
+        unknown = self.guard.unknown_share(plan_legs(plan.maneuvers, here, self._loiter_radius_m))
+        if unknown is not None and unknown >= _TOLD_UNKNOWN:
+            self.say(Severity.NOTICE, f"{100.0 * unknown:.0f} % of this plan lies in unknown water")
 
     def load_fence(self, areas: Sequence[FenceArea]) -> None:
         self.fence.load(areas)
@@ -323,6 +332,25 @@ class Controls:
     def unlock_guard(self) -> None:
         self.guard.unlock_once()
         self.say(Severity.WARNING, "depth guard unlocked once by the operator")
+
+    def forget_depth(self, body: ForgetDepth) -> str:
+        """Forget own soundings around a place and tell which; return a refusal or an empty string."""
+        lat_rad, lon_rad = body.lat_rad, body.lon_rad
+        if lat_rad is None or lon_rad is None:
+            lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
+        if lat_rad is None or lon_rad is None:
+            return "no position"
+        if not 0.0 < body.radius_m <= FORGET_MAX_M:
+            return f"depths are forgotten within {FORGET_MAX_M:g} m at most"
+        if self.guard.memory is None:
+            return "there is no depth memory (depth.memory.enabled)"
+        cells, least_m = self.guard.forget(lat_rad, lon_rad, body.radius_m)
+        where = f"within {body.radius_m:g} m"
+        if least_m is None:
+            self.say(Severity.NOTICE, f"No depths remembered {where}")
+        else:
+            self.say(Severity.WARNING, f"Forgot {cells} sounded cells {where}, shallowest {least_m:.2f} m; charts stay")
+        return ""
 
     def say(self, severity: Severity, text: str) -> None:
         """Queue a text for every operator."""

@@ -15,6 +15,7 @@ from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
     Arm,
+    ForgetDepth,
     ManualInput,
     Reply,
     RequestBody,
@@ -205,7 +206,7 @@ def leads(body: RequestBody, *, manual: bool) -> bool:
             return manual
         case Arm():
             return body.arm
-        case SetMode(mode=Mode.MANUAL) | SetSpeed() | SetCurrent() | UnlockGuard():
+        case SetMode(mode=Mode.MANUAL) | SetSpeed() | SetCurrent() | UnlockGuard() | ForgetDepth():
             return True
         case SetMode(mode=Mode.RTL):
             return False

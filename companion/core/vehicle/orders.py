@@ -15,6 +15,7 @@ from mavlink_bridge.language.requests import (
     Arm,
     DistanceInput,
     EnableFence,
+    ForgetDepth,
     GuidedHeading,
     GuidedTarget,
     LoadPlan,
@@ -214,6 +215,9 @@ class Orders:
         self._vehicle.unlock_guard()
         return ACCEPTED
 
+    def forget_depth(self, body: ForgetDepth, sender: int, now_us: int) -> Reply:
+        return _reply(self._vehicle.forget_depth(body))
+
 
 def order_of(body: RequestBody) -> Order | None:
     """What a person has decided with this request; None = nothing that a failsafe looks at."""
@@ -258,6 +262,7 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
     DistanceInput: Orders.distance,
     RunPrearmChecks: Orders.prearm,
     UnlockGuard: Orders.unlock,
+    ForgetDepth: Orders.forget_depth,
 }
 
 BY_THE_PROCESS: Final = frozenset({LoadPlan, SetParameter, Reboot, RtcmData, TakeCommand})

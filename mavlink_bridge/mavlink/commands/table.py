@@ -263,6 +263,12 @@ def _unlock(command: Command, _: Context) -> ask.RequestBody:
     return ask.UnlockGuard()
 
 
+def _forget(command: Command, _: Context) -> ask.RequestBody:
+    radius_m = command.number(1, 0.0, 0.0, ask.FORGET_MAX_M)
+    lat_rad, lon_rad = command.position_rad(zero_is_here=True) or (None, None)
+    return ask.ForgetDepth(lat_rad, lon_rad, radius_m or ask.FORGET_MAX_M)
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One command, whole: what it is called, what it means now, what it asks of the vessel. All other tables are derived from these."""
@@ -305,11 +311,12 @@ ROWS: Final = (
     Row(400, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
     Row(401, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
     Row(31010, "USER_1", _unlock, (ask.UnlockGuard,)),
+    Row(31011, "USER_2", _forget, (ask.ForgetDepth,)),
     Row(32100, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
     Row(43000, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
     Row(43002, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
 )
-"""31010 lifts a locked depth guard; 32100 passes command from one station to another."""
+"""31010 lifts a locked depth guard; 31011 forgets the depths sounded around here; 32100 passes command from one station to another."""
 
 
 def flaws(rows: Sequence[Row]) -> list[str]:

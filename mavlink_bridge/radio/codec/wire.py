@@ -283,9 +283,9 @@ REQUESTS: Final[Mapping[int, RequestRow]] = {
     13: RequestRow(ask.Reboot, (Field("shutdown", Form.FLAG),)),
     14: RequestRow(ask.RunPrearmChecks),
     15: RequestRow(ask.UnlockGuard),
+    16: RequestRow(ask.ForgetDepth, (_LAT, _LON, Field("radius_m", Form.REAL))),
 }
 RESERVED: Final[Mapping[int, str]] = {
-    16: "ForgetDepth: forget the depth memory around here",
     17: "TakeCommand: this station commands from now on",
     18: "AcceptFarPlan: the plan may be far away",
     19: "Insist: an order, and the refusals that it overrides by name",

@@ -37,6 +37,7 @@ _BLIND_WARN: Final = 3.0
 _REST: Final = 3
 _REST_S: Final = 0.3
 """Looks, and at most how long they take at 10 Hz, for which clear water around is taken as still clear."""
+_SOUNDED: Final = "sounded before"
 _NO_WORSE_M: Final = 0.1
 """Two soundings that differ by this may be of the same water."""
 
@@ -66,6 +67,8 @@ class DepthAhead:
         self._keel_m, self._beam_m = geometry.keel_m, geometry.beam_m
         self.map: DepthGrid | None = None
         self._memory = memory
+        self.correcting = False
+        """A correction may use the water down to the lock; what was sounded there on the way in must not bar the way out."""
         self.configure(config)
         self._closing = ClosingRate()
         self._lost = LostBottom()
@@ -86,6 +89,11 @@ class DepthAhead:
         self._least_m, self._good_m = config.min_altitude_m, config.min_altitude_m + config.good_margin_m
         self._by_rate_too, self._by_map_too = config.rate_look_ahead, config.map_look_ahead
         self._warn_s = config.warn_s
+
+    @property
+    def closes(self) -> bool:
+        """Whether the bottom is proven to close."""
+        return self._closing.closing_mps > 0.0
 
     @property
     def last_good(self) -> Point | None:
@@ -142,7 +150,9 @@ class DepthAhead:
         speed_mps = state.sog_mps or 0.0
         reach_m = stopping_distance_fn(speed_mps) + (self._config.reaction_s + _MAP_LATENCY_S) * speed_mps + 1.0
         if memory is not None:
-            cell_m, floor_m = memory.geometry.cell_m, self._config.min_altitude_m - self._datum_offset_m
+            config, cell_m = self._config, memory.geometry.cell_m
+            allowed_m = config.minimum_margin_m if self.correcting else 0.0
+            floor_m = config.min_altitude_m - allowed_m - self._datum_offset_m
             if memory.shoals_near(state, reach_m + cell_m + _REST_S * speed_mps, floor_m):
                 look = self._by_memory(
                     look, memory, state, altitude_m=altitude_m, path_ahead=path_ahead, reach_m=reach_m
@@ -166,6 +176,8 @@ class DepthAhead:
         self._blind = look.blind
         if stopping and not self._stopping:
             texts.append((Severity.WARNING, f"Shallow water ahead ({look.why}): stopping{self._way_back(state)}"))
+            if look.why.startswith(_SOUNDED):
+                texts.append((Severity.NOTICE, "False shoal? USER_2 forgets 20 m around the boat"))
         self._stopping = stopping
         return texts
 
@@ -259,7 +271,7 @@ class DepthAhead:
             stop = not self._leaving(near, altitude_m) or not self._leaving(
                 sample(exact, way, self._beam_m), altitude_m
             )
-            look = self._known(look, near.least_m + self._datum_offset_m, "sounded before", stop=stop)
+            look = self._known(look, near.least_m + self._datum_offset_m, _SOUNDED, stop=stop)
         return look
 
     def _leaving(self, ahead: Ahead, altitude_m: float | None) -> bool:

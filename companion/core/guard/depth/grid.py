@@ -7,6 +7,7 @@ metres below chart datum, positive down, kept as whole centimetres rounded to th
 
 from __future__ import annotations
 
+import itertools
 import math
 import struct
 import zlib
@@ -18,13 +19,16 @@ from typing import Final
 from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.messages import EstimatedState
 
-_UNKNOWN: Final = -32768
-_DEEPEST_CM: Final = 32767
+UNKNOWN_CM: Final = -32768
+"""What a cell holds whose depth is unknown."""
+DEEPEST_CM: Final = 32767
 _MAGIC: Final = b"USVDEPTH"
 _HEADER: Final = struct.Struct("<8sHddddIII")
 _VERSION: Final = 1
 CELLS_MAX: Final = 8_000_000
 """Largest grid, 16 MB."""
+_SAMPLES_MAX: Final = 2000
+"""Of one leg, when asked how much of it is known: a leg of 5 km on cells of 5 m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +82,7 @@ class DepthGrid:
         if not (0 <= row < self.rows and 0 <= column < self.columns):
             return None
         value = self._cells[row * self.columns + column]
-        return None if value == _UNKNOWN else value / 100.0
+        return None if value == UNKNOWN_CM else value / 100.0
 
     def plane(self, state: EstimatedState) -> Callable[[float, float], float | None] | None:
         """The map in the plane of a vessel's state: (north, east) in m to depth. Good within a kilometre or so of it."""
@@ -94,7 +98,7 @@ class DepthGrid:
 
     def known_share(self) -> float:
         """Share of the cells with a known depth, 0...1."""
-        return 1.0 - self._cells.count(_UNKNOWN) / len(self._cells)
+        return 1.0 - self._cells.count(UNKNOWN_CM) / len(self._cells)
 
     def to_bytes(self) -> bytes:
         """A compact file: header, compressed cells, CRC-32 of all before it."""
@@ -128,15 +132,26 @@ class DepthGrid:
         return cls(lat0_rad=lat0, lon0_rad=lon0, dlat_rad=dlat, dlon_rad=dlon, rows=rows, columns=columns, cells=cells)
 
 
-def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float = 10.0) -> DepthGrid:
-    """Make a grid: ``pitch_m`` per cell, each sounding counting for all that is within ``spread_m``, the least depth winning."""
+def build(
+    soundings: Iterable[Sounding],
+    pitch_m: float = 5.0,
+    spread_m: float = 10.0,
+    cell_rad: tuple[float, float] | None = None,
+) -> DepthGrid:
+    """Make a grid: ``pitch_m`` per cell, each sounding counting for all that is within ``spread_m``, the least depth winning.
+
+    ``cell_rad`` (latitude, longitude): each depth is a chart's cell of this size, and counts for all of it instead; where such
+    cells are large, so are the grid's (a quarter of them).
+    """
     points = [s for s in soundings if math.isfinite(s.depth_m)]
     if not points:
         raise ValueError("no soundings")
     middle = math.fsum(s.lat_rad for s in points) / len(points)
     per_lat, per_lon = metres_per_radian(middle)
+    high_m, wide_m = (0.0, 0.0) if cell_rad is None else (cell_rad[0] * per_lat, cell_rad[1] * per_lon)
+    pitch_m = max(pitch_m, 0.25 * min(high_m, wide_m))
     dlat, dlon = pitch_m / per_lat, pitch_m / per_lon
-    reach = math.ceil(spread_m / pitch_m) + 1
+    reach = math.ceil(max(0.5 * high_m, 0.5 * wide_m, 0.0 if cell_rad else spread_m) / pitch_m) + 1
     lat0 = min(s.lat_rad for s in points) - reach * dlat
     lon0 = min(s.lon_rad for s in points) - reach * dlon
     rows = math.ceil((max(s.lat_rad for s in points) - lat0) / dlat) + reach
@@ -146,16 +161,14 @@ def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float =
             f"{rows} x {columns} cells is more than {CELLS_MAX}: choose a larger pitch_m, or a chart of less"
             " water (one side of the 180th meridian only)"
         )
-    cells = array("h", [_UNKNOWN]) * (rows * columns)
+    cells = array("h", [UNKNOWN_CM]) * (rows * columns)
     for s in points:
-        _spread(
-            cells,
-            columns,
-            (s.lat_rad - lat0) / dlat,
-            column=(s.lon_rad - lon0) / dlon,
-            value=_centimetres(s.depth_m),
-            reach=spread_m / pitch_m,
-        )
+        row, column, value = (s.lat_rad - lat0) / dlat, (s.lon_rad - lon0) / dlon, _centimetres(s.depth_m)
+        if cell_rad is None:
+            _spread(cells, columns, row, column=column, value=value, reach=spread_m / pitch_m)
+        else:
+            half = 0.5 * high_m / pitch_m, 0.5 * wide_m / pitch_m
+            _fill(cells, columns, (row, column), half, value)
     return DepthGrid(
         lat0_rad=lat0, lon0_rad=lon0, dlat_rad=dlat, dlon_rad=dlon, rows=rows, columns=columns, cells=cells
     )
@@ -163,7 +176,7 @@ def build(soundings: Iterable[Sounding], pitch_m: float = 5.0, spread_m: float =
 
 def _centimetres(depth_m: float) -> int:
     """Whole centimetres, to the shallow side (a hair of tolerance keeps 4.10 m at 410)."""
-    return max(_UNKNOWN + 1, min(_DEEPEST_CM, math.floor(depth_m * 100.0 + 1e-6)))
+    return max(UNKNOWN_CM + 1, min(DEEPEST_CM, math.floor(depth_m * 100.0 + 1e-6)))
 
 
 def _spread(cells: array[int], columns: int, row: float, column: float, value: int, reach: float) -> None:
@@ -173,7 +186,17 @@ def _spread(cells: array[int], columns: int, row: float, column: float, value: i
         half = math.sqrt(max(reach * reach - gap * gap, 0.0))
         for j in range(math.floor(column - half), math.floor(column + half) + 1):
             at = i * columns + j
-            if cells[at] == _UNKNOWN or value < cells[at]:
+            if cells[at] == UNKNOWN_CM or value < cells[at]:
+                cells[at] = value
+
+
+def _fill(cells: array[int], columns: int, middle: tuple[float, float], half: tuple[float, float], value: int) -> None:
+    """Lower every cell that a rectangle reaches into; a hair less, so that a border is not shared."""
+    (row, column), (high, wide) = middle, half
+    for i in range(math.floor(row - high + 1e-6), math.floor(row + high - 1e-6) + 1):
+        for j in range(math.floor(column - wide + 1e-6), math.floor(column + wide - 1e-6) + 1):
+            at = i * columns + j
+            if cells[at] == UNKNOWN_CM or value < cells[at]:
                 cells[at] = value
 
 
@@ -235,3 +258,21 @@ def _span(grid: DepthGrid, start: tuple[float, float], rows: float, columns: flo
         enter, leave = sorted((-at / travel, (size - at) / travel))
         low, high = max(low, enter), min(high, leave)
     return (low, high) if low <= high else (1.0, 0.0)
+
+
+def unknown_share(grid: DepthGrid, legs: Sequence[Leg]) -> float:
+    """Share of a plan's way, by length, on which the map knows no depth, 0...1."""
+    unknown_m = total_m = 0.0
+    for leg in legs:
+        for start, end in itertools.pairwise(leg.points_rad):
+            per_lat, per_lon = metres_per_radian(start[0])
+            length_m = math.hypot((end[0] - start[0]) * per_lat, (end[1] - start[1]) * per_lon)
+            count = min(max(1, math.ceil(2.0 * length_m / grid.pitch_m)), _SAMPLES_MAX)
+            missing = 0
+            for i in range(count):
+                share = (i + 0.5) / count
+                at = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+                missing += grid.depth_at(*at) is None
+            unknown_m += length_m * missing / count
+            total_m += length_m
+    return unknown_m / total_m if total_m > 0.0 else 0.0

@@ -17,7 +17,8 @@ from mavlink_bridge.language.value import value
 from ...hull.geometry import HullGeometry
 from .ahead import DepthAhead
 from .config import DepthGuardConfig
-from .grid import DepthGrid, Leg, PlanProblem, check_plan
+from .evidence import LockEvidence
+from .grid import DepthGrid, Leg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
 from .lookahead import PathAhead, Point, StoppingDistance
 from .memory import DepthMemory
@@ -31,6 +32,8 @@ _WAY_MPS: Final = 0.15
 _BRAKE_US: Final = 3_000_000
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
+_FAR_MARGINS: Final = 3.0
+"""So many margins below the least altitude three readings lock at once, whatever their noise."""
 _START_S: Final = 3.0
 """A sounder may take so long to speak, and the filter to fill, before it is called lost."""
 
@@ -94,6 +97,7 @@ class DepthGuard:
     def __init__(self, config: DepthGuardConfig, geometry: HullGeometry) -> None:
         self.state = UNKNOWN
         self.input = DepthInput(config.input, geometry)
+        self._evidence = LockEvidence()
         self._keel_m = geometry.keel_m
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
@@ -120,6 +124,7 @@ class DepthGuard:
         """Take one echo-sounder reading of the sensor link ``source``; None: it came over MAVLink."""
         passed = self.input.measure(distance, state, source)
         self._ahead.note(passed)
+        self._evidence.note(passed)
         if self.memory is not None and state is not None:
             for reading in passed:
                 depth_m = reading.value_m - self._datum_offset_m
@@ -136,9 +141,17 @@ class DepthGuard:
             return None
         return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m(self._keel_m))
 
+    def unknown_share(self, legs: Sequence[Leg]) -> float | None:
+        """Share of a plan's way on which the map knows no depth, 0...1; None without a map."""
+        return None if self._ahead.map is None or not self._config.enabled else unknown_share(self._ahead.map, legs)
+
     def unlock_once(self) -> None:
         """An operator on the spot lifts the lock until the altitude has been good again."""
         self._unlocked = True
+
+    def forget(self, lat_rad: float, lon_rad: float, radius_m: float) -> tuple[int, float | None]:
+        """Forget own soundings around a place; return how many cells, and their least depth below datum, m."""
+        return (0, None) if self.memory is None else self.memory.forget_near(lat_rad, lon_rad, radius_m)
 
     def activation(self, now_us: int) -> str | None:
         """A loop is about to be activated: return why not (and send one Abort at the next step), or None."""
@@ -180,10 +193,11 @@ class DepthGuard:
             self.state, self._shallow = UNKNOWN, False
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
         texts: list[tuple[Severity, str]] = []
-        entered = self._advance(altitude_m, texts)
+        entered = self._advance(altitude_m, texts, loops_active)
         abort = (loops_active and entered) or self._refused
         self._refused = False
         lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
+        self._ahead.correcting = self.state is CORRECTION
         ahead = self._ahead.look(
             now_us,
             state,
@@ -225,10 +239,13 @@ class DepthGuard:
             parts.append(f"{100.0 * config.minimum_margin_m / run_m:.1f} % at {speed_mps:g} m/s")
         return f"Depth margin {config.minimum_margin_m:g} m: correction only on slopes below {', '.join(parts)}"
 
-    def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]]) -> bool:
+    def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]], loops_active: bool) -> bool:
         """Move the state; return True when this is an entry that aborts."""
         old, min_m = self.state, self._min_m
-        self.state = new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
+        new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
+        if new is LOCKED and old is CORRECTION and self._waits(altitude_m, loops_active):
+            new = CORRECTION
+        self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
         below = altitude_m is not None and altitude_m < min_m - _EPS_M  # mutation: same (Lt -> LtE), as above
@@ -241,6 +258,16 @@ class DepthGuard:
         if new is not old or corrects:
             texts.append(self._text(new, altitude_m))
         return locks or corrects
+
+    def _waits(self, altitude_m: float | None, loops_active: bool) -> bool:
+        """Whether a lock waits for evidence: it ends a correction, so noise must not. Not while the vessel presses on."""
+        assert altitude_m is not None
+        if loops_active and self._ahead.closes:
+            return False
+        margin_m, min_m = self._minimum_margin_m, self._min_m
+        return not self._evidence.proves(
+            altitude_m, min_m - margin_m, min_m - _FAR_MARGINS * margin_m, self._config.input.sigma_m
+        )
 
     def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""

@@ -258,19 +258,34 @@ class DepthMemory:
             for (row, column), cell in cells(key, self._tiles[key]):
                 yield (*self.geometry.centre(row, column), cell)
 
+    def forget_near(self, lat_rad: float, lon_rad: float, radius_m: float) -> tuple[int, float | None]:
+        """Forget every cell that reaches into a circle, the open one too; return how many, and their least depth, m."""
+        per_lat, per_lon = metres_per_radian(lat_rad)
+        reach_m = radius_m + 0.75 * self.geometry.cell_m
+        self.close_cell()
+        depths_m = []
+
+        def within(lat: float, lon: float) -> bool:
+            return math.hypot((lat - lat_rad) * per_lat, (lon - lon_rad) * per_lon) <= reach_m
+
+        for key in self.geometry.tiles_around(lat_rad, lon_rad, reach_m) & self._tiles.keys():
+            found = cells(key, self._tiles[key])
+            depths_m += [what.least_m for place, what in found if within(*self.geometry.centre(*place))]
+            self._forget_in(key, within)
+        return len(depths_m), min(depths_m, default=None)
+
     def forget(self, within: Callable[[float, float], bool]) -> int:
         """Forget every cell whose middle (lat, lon in rad) is ``within``; return how many."""
-        forgotten = 0
-        for key in list(self._tiles):
-            found = list(cells(key, self._tiles[key]))
-            kept = [(cell, what) for cell, what in found if not within(*self.geometry.centre(*cell))]
-            if len(kept) == len(found):
-                continue
-            forgotten += len(found) - len(kept)
+        return round(math.fsum(self._forget_in(key, within) for key in list(self._tiles)))
+
+    def _forget_in(self, key: TileKey, within: Callable[[float, float], bool]) -> int:
+        found = list(cells(key, self._tiles[key]))
+        kept = [(cell, what) for cell, what in found if not within(*self.geometry.centre(*cell))]
+        if len(kept) < len(found):
             self._forget_shoals(key)
             del self._tiles[key]
             self._changed.pop(key, None)
             self._gone.append(key)
             for cell, what in kept:
                 self.add(cell, what)
-        return forgotten
+        return len(found) - len(kept)

@@ -33,6 +33,17 @@ def parse(text: str, name: str, order: Order = "lon-lat") -> list[Sounding]:
     return parse_xyz(text, order)
 
 
+def cell_of(text: str) -> tuple[float, float] | None:
+    """Extent in latitude and longitude, rad, of the chart cells that an XYZ file of ``companion depth convert`` says in its head."""
+    found = re.match(r"(?:#[^\n]*\n)*?#\s*cell_deg\s+(\S+)\s+(\S+)\s*\n", text)
+    if found is None:
+        return None
+    size = math.radians(_number(found[1], 1)), math.radians(_number(found[2], 1))
+    if not all(0.0 < each < 0.2 for each in size):
+        raise ValueError("line with cell_deg: two extents in degrees expected")
+    return size
+
+
 def parse_xyz(text: str, order: Order = "lon-lat") -> list[Sounding]:
     """Lines of longitude, latitude (degrees) and depth, separated by blanks, commas or semicolons; # starts a comment."""
     found = []

@@ -1,0 +1,242 @@
+"""A raster chart as GDAL reads it: which part, where on the earth, which sign and unit. Read in small blocks, never whole.
+
+Nothing is guessed that could make water deeper: what a chart does not say must be said on the command line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import math
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+METRES: Final = {
+    **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), 1.0),
+    "cm": 0.01,
+    "dm": 0.1,
+    **dict.fromkeys(("ft", "foot", "feet"), 0.3048),
+    "us survey foot": 1200.0 / 3937.0,
+    **dict.fromkeys(("fathom", "fathoms"), 1.8288),
+}
+DOWN: Final = ("depth", "soundings")
+UP: Final = ("elevation", "altitude", "height", "topography")
+_WGS84: Final = "EPSG:4326"
+_BLOCK: Final = 500_000
+"""Cells read at once: 4 MB as numbers, and some ten times that while they are worked on."""
+_GDAL_CACHE_MB: Final = 32
+
+
+class ChartError(Exception):
+    """A chart that cannot be used as it is, with the reason and the mend."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """What is known in one part of a chart: arrays of degrees, and of metres below the wanted datum."""
+
+    lat_deg: Any
+    lon_deg: Any
+    depth_m: Any
+    raw: Any
+    """The values as they stand in the file."""
+    cells: int
+    """Cells that the part has, known or not."""
+
+
+class Source:
+    """An open chart. ``lat_cell_deg`` and ``lon_cell_deg``: extent of one cell, of a turned one of its box."""
+
+    def __init__(self, chart: Any, arguments: argparse.Namespace) -> None:
+        self._chart, self._arguments = chart, arguments
+        band = arguments.band
+        if not 1 <= band <= chart.count:
+            raise ChartError(f"no band {band}; it has {chart.count}")
+        self._crs = _crs(chart, arguments)
+        self._plain = self._crs == _WGS84
+        self.sign, self.sign_said = _sign(chart, arguments)
+        self.unit_name, self._unit = _unit(chart, arguments)
+        self._scale, self._offset = chart.scales[band - 1], chart.offsets[band - 1]
+        self._window = self._wanted()
+        self.total = self._window[2] * self._window[3]
+        """Cells to be read."""
+        self.lat_cell_deg, self.lon_cell_deg = self._extent()
+
+    def blocks(self) -> Iterator[Block]:
+        """Every part of the chart, or of the box, from the north."""
+        row0, column0, rows, columns = self._window
+        wide = min(columns, _BLOCK)
+        high = max(1, _BLOCK // wide)
+        for row in range(row0, row0 + rows, high):
+            for column in range(column0, column0 + columns, wide):
+                yield self._block(row, column, min(high, row0 + rows - row), min(wide, column0 + columns - column))
+
+    def bounds_deg(self) -> tuple[float, float, float, float]:
+        """South, west, north, east of what is read, with the cells' own extent."""
+        row, column, rows, columns = self._window
+        steps = [k / 8.0 for k in range(9)]
+        edge = [(share, end) for share in steps for end in (0.0, 1.0)] + [
+            (end, share) for share in steps for end in (0, 1)
+        ]
+        lats, lons = self._to_degrees(
+            [row + down * rows for down, _ in edge], [column + across * columns for _, across in edge]
+        )
+        return min(lats), min(lons), max(lats), max(lons)
+
+    def _block(self, row: int, column: int, rows: int, columns: int) -> Block:
+        import numpy
+        from rasterio.windows import Window
+
+        arguments = self._arguments
+        window = Window(column, row, columns, rows)
+        read = self._chart.read(arguments.band, window=window, masked=True)
+        values = read.data.astype("float64")
+        known = numpy.isfinite(values) & ~numpy.ma.getmaskarray(read)
+        if arguments.nodata is not None:
+            known &= values != arguments.nodata
+        down, across = known.nonzero()
+        raw = values[down, across]
+        depth_m = self.sign * (raw * self._scale + self._offset) * self._unit + arguments.datum
+        lat_deg, lon_deg = self._places(down + row + 0.5, across + column + 0.5)
+        kept = numpy.isfinite(lat_deg) & numpy.isfinite(lon_deg) & (abs(lat_deg) <= 90.0)
+        kept &= depth_m >= -arguments.dry
+        if arguments.box is not None:
+            south, west, north, east = arguments.box
+            kept &= (lat_deg >= south) & (lat_deg <= north) & ((lon_deg - west) % 360.0 <= (east - west) % 360.0)
+        lon_deg = (lon_deg + 180.0) % 360.0 - 180.0
+        return Block(lat_deg[kept], lon_deg[kept], depth_m[kept], raw, rows * columns)
+
+    def _places(self, rows: Any, columns: Any) -> tuple[Any, Any]:
+        import numpy
+        from rasterio.warp import transform
+
+        a, b, c, d, e, f = self._chart.transform[:6]
+        east, north = a * columns + b * rows + c, d * columns + e * rows + f
+        if self._plain or not len(rows):
+            return north, east
+        lon_deg, lat_deg = transform(self._crs, _WGS84, east, north)
+        return numpy.asarray(lat_deg), numpy.asarray(lon_deg)
+
+    def _to_degrees(self, rows: list[float], columns: list[float]) -> tuple[list[float], list[float]]:
+        import numpy
+
+        lats, lons = self._places(numpy.array(rows, dtype="float64"), numpy.array(columns, dtype="float64"))
+        return [float(each) for each in lats], [float(each) for each in lons]
+
+    def _wanted(self) -> tuple[int, int, int, int]:
+        """First row and column, rows and columns of what is to be read: with a box only what lies in it."""
+        from rasterio.warp import transform_bounds
+        from rasterio.windows import from_bounds
+
+        chart, box = self._chart, self._arguments.box
+        whole = 0, 0, chart.height, chart.width
+        transform = chart.transform
+        if box is None or transform.b or transform.d or box[3] < box[1]:
+            return whole  # a turned chart, or a box across the 180th meridian: looked through cell by cell
+        south, west, north, east = box
+        if self._plain:
+            turn = next((turn for turn in (0.0, 360.0, -360.0) if _meets(west + turn, east + turn, chart.bounds)), 0.0)
+            bounds = west + turn, south, east + turn, north
+        else:
+            bounds = transform_bounds(_WGS84, self._crs, left=west, bottom=south, right=east, top=north)
+        left, low, right, high = bounds
+        if transform.e > 0.0:
+            low, high = high, low
+        window = from_bounds(left, low, right, high, transform)
+        row, column = max(0, math.floor(window.row_off) - 1), max(0, math.floor(window.col_off) - 1)
+        last_row = min(chart.height, math.ceil(window.row_off + window.height) + 1)
+        last_column = min(chart.width, math.ceil(window.col_off + window.width) + 1)
+        if last_row <= row or last_column <= column:
+            raise ChartError("no depth in it (the box lies outside the chart)")
+        return row, column, last_row - row, last_column - column
+
+    def _extent(self) -> tuple[float, float]:
+        row, column, rows, columns = self._window
+        most_lat = most_lon = 0.0
+        for down in (0, rows // 2, rows - 1):
+            for across in (0, columns // 2, columns - 1):
+                corners = [(row + down + i, column + across + k) for i in (0, 1) for k in (0, 1)]
+                lats, lons = self._to_degrees([float(i) for i, _ in corners], [float(k) for _, k in corners])
+                most_lat, most_lon = max(most_lat, max(lats) - min(lats)), max(most_lon, max(lons) - min(lons))
+        if not (0.0 < most_lat < 10.0 and 0.0 < most_lon < 10.0):
+            raise ChartError("its cells have no sensible size; is --crs right?")
+        return most_lat, most_lon
+
+
+@contextlib.contextmanager
+def opened(arguments: argparse.Namespace) -> Iterator[Source]:
+    """Open a chart. Raises ChartError with the reason and the mend."""
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PendingDeprecationWarning)  # of the library, about its own parts
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        try:
+            with rasterio.Env(GDAL_CACHEMAX=_GDAL_CACHE_MB), rasterio.open(_path(rasterio, arguments)) as chart:
+                yield Source(chart, arguments)
+        except RasterioError as error:
+            raise ChartError(str(error)) from None
+
+
+def _meets(west: float, east: float, bounds: Any) -> bool:
+    return bool(east >= bounds.left and west <= bounds.right)
+
+
+def _path(rasterio: Any, arguments: argparse.Namespace) -> str:
+    """The data set to open: the file, or one of its variables."""
+    chart: Path = arguments.chart
+    if not chart.is_file():
+        raise ChartError("no such file")
+    with rasterio.open(str(chart)) as opened_chart:
+        names = {name.rsplit(":", 1)[-1]: name for name in opened_chart.subdatasets}
+    if not names:
+        return str(chart)
+    if arguments.variable is None:
+        raise ChartError(f"several variables; choose one with --variable: {', '.join(sorted(names))}")
+    if arguments.variable not in names:
+        raise ChartError(f"no variable {arguments.variable}; it has {', '.join(sorted(names))}")
+    return str(names[arguments.variable])
+
+
+def _crs(chart: Any, arguments: argparse.Namespace) -> Any:
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+
+    try:
+        crs = CRS.from_user_input(arguments.crs) if arguments.crs else chart.crs
+    except CRSError:
+        raise ChartError(f"--crs {arguments.crs}: no such coordinate system") from None
+    if crs is None:
+        raise ChartError("it names no coordinate system; say it with --crs, such as EPSG:4326 or EPSG:32629")
+    if not crs.is_geographic and not crs.is_projected:
+        raise ChartError("its coordinate system has no place on the earth; say it with --crs")
+    if chart.transform.is_identity:
+        raise ChartError("it is not georeferenced")
+    return crs
+
+
+def _sign(chart: Any, arguments: argparse.Namespace) -> tuple[float, str]:
+    """1 for depths, -1 for heights; and who said so."""
+    if arguments.positive != "auto":
+        return (1.0 if arguments.positive == "down" else -1.0), f"--positive {arguments.positive}"
+    tags = {key.lower(): str(text).lower() for key, text in chart.tags(arguments.band).items()}
+    if tags.get("positive") in ("down", "up"):
+        return (1.0 if tags["positive"] == "down" else -1.0), f"positive = {tags['positive']} in the file"
+    words = " ".join([tags.get(key, "") for key in ("standard_name", "long_name", "netcdf_varname", "description")])
+    words += f" {(chart.descriptions[arguments.band - 1] or '').lower()}"
+    down, up = [word for word in DOWN if word in words], [word for word in UP if word in words]
+    if bool(down) == bool(up):
+        raise ChartError("it does not say whether its values are heights or depths: --positive up or --positive down")
+    return (1.0, f"named {down[0]!r}") if down else (-1.0, f"named {up[0]!r}")
+
+
+def _unit(chart: Any, arguments: argparse.Namespace) -> tuple[str, float]:
+    name = arguments.unit or chart.units[arguments.band - 1] or chart.tags(arguments.band).get("units", "")
+    try:
+        return name.strip().lower() or "m", METRES[name.strip().lower()]
+    except KeyError:
+        raise ChartError(f"unit {name!r} is not known; say it with --unit") from None
