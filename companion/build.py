@@ -112,7 +112,7 @@ def build_app(
     app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us, witness)
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
     if radio is not None:
-        app.grounds.append(_radio(app, radio))
+        app.grounds.append(_radio(app, radio, witness))
     if plotter is not None:
         app.plotter = PlotterPort(plotter)
     return app
@@ -191,9 +191,10 @@ def _budget(bytes_per_s: int | None) -> Budget | None:
     return None if bytes_per_s is None else Budget(float(bytes_per_s), max(300, bytes_per_s))
 
 
-def _radio(app: App, link: Link) -> GroundPort:
+def _radio(app: App, link: Link, witness: Witness) -> GroundPort:
     """The LoRa port."""
-    return GroundPort(link, "radio", radio_conversation(app.settings, app.facade, app.store, app.shared))
+    talk = radio_conversation(app.settings, app.facade, app.store, app.shared, witness)
+    return GroundPort(link, "radio", talk)
 
 
 def _load_map(app: App) -> None:

@@ -10,6 +10,7 @@ from hashlib import blake2s
 from pathlib import Path
 
 import config as shipped
+from mavlink_bridge.language.witness import Witness
 from mavlink_bridge.mavlink.endpoint import Endpoint
 from mavlink_bridge.mavlink.missions.service import MissionTiming
 from mavlink_bridge.mavlink.persona import EndpointConfig, VehiclePort
@@ -62,18 +63,27 @@ def read_key(path: str) -> bytes:
     return key
 
 
-def radio_conversation(settings: Settings, vehicle: VehiclePort, store: AnyStore, shared: Shared) -> Converse:
+def radio_conversation(
+    settings: Settings, vehicle: VehiclePort, store: AnyStore, shared: Shared, witness: Witness | None = None
+) -> Converse:
     """Return what makes the conversation of the radio port. It lives as long as the process: a port that closes and opens goes on with it.
 
-    ``shared``: what all endpoints of the vessel have in common. Raises ConfigError.
+    ``shared``: what all endpoints of the vessel have in common. ``witness``: through whom the key is used; a replay's has none. Raises
+    ConfigError.
     """
     profile = load_radio(settings.radio.profile)
-    talk = _conversation(settings, profile, vehicle, store, shared)
+    talk = _conversation(settings, profile, vehicle, store, shared=shared, witness=witness or Witness())
     return lambda channel, peer: talk
 
 
 def _conversation(
-    settings: Settings, profile: RadioProfile, vehicle: VehiclePort, store: AnyStore, shared: Shared
+    settings: Settings,
+    profile: RadioProfile,
+    vehicle: VehiclePort,
+    store: AnyStore,
+    *,
+    shared: Shared,
+    witness: Witness,
 ) -> Conversation:
     """The protocol's object."""
     protocol, system = settings.radio.protocol, settings.system
@@ -86,7 +96,7 @@ def _conversation(
     if protocol == "compact":
         return VesselRadio(
             profile,
-            read_key(settings.radio.key_file),
+            witness.placeholder or read_key(settings.radio.key_file),
             vehicle,
             _rng(settings),
             nonce=bytes.fromhex(vehicle.identity.start_nonce),
@@ -95,6 +105,7 @@ def _conversation(
             system_id=system.system_id,
             ledger=ledger,
             say=shared.say,
+            witness=witness,
         )
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger)

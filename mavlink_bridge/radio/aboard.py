@@ -24,6 +24,7 @@ from ..language.requests import (
 )
 from ..language.snapshot import Snapshot
 from ..language.stations import ONE_VOICE, Proof
+from ..language.witness import Witness
 from ..mavlink.commands.table import Context
 from ..mavlink.missions.plan_mapping import load_plan
 from ..mavlink.missions.plan_rules import PlanError, plan_id
@@ -72,21 +73,22 @@ class VesselRadio:
         system_id: int = 1,
         ledger: Ledger | None = None,
         say: Callable[[Severity, str], None] = lambda severity, text: None,
+        witness: Witness | None = None,
     ) -> None:
-        """``nonce``: six bytes that no earlier start had. ``say``: for the people aboard."""
+        """``nonce``: six bytes that no earlier start had. ``say``: for the people aboard. ``witness``: through whom the key is used."""
         self.profile = profile
         self._say = say
         self._address = (system_id, 1)
         self.vehicle = vehicle
-        pairing = Pairing(key, system_id, Direction.TO_SHORE, nonce, profile)
-        self._ear = OldEar(key, Direction.TO_VESSEL)
+        witness = witness or Witness()
+        pairing = Pairing(key, system_id, Direction.TO_SHORE, nonce, profile, witness=witness)
+        self._ear = OldEar(key, Direction.TO_VESSEL, witness)
         counter = counter_in(memory)
-        self._old_voice = None if counter is None else OldVoice(key, Direction.TO_SHORE, counter)
+        self._old_voice = None if counter is None else OldVoice(key, Direction.TO_SHORE, counter, witness)
         self._to_old: list[bytes] = []
         keep = save or (lambda text: None)
         self.link = CompactLink(
             profile,
-            key,
             pairing,
             rng,
             memory=memory,

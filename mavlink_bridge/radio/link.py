@@ -23,7 +23,7 @@ from .codec.frames import STOPS, Frame, Opener
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience
-from .session import Hello, Pairing, Session, name_of_key
+from .session import Hello, Pairing, Session
 from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
 from .voice import Voice
 
@@ -50,7 +50,6 @@ class CompactLink:
     def __init__(
         self,
         profile: RadioProfile,
-        key: bytes,
         pairing: Pairing,
         rng: random.Random,
         *,
@@ -72,7 +71,6 @@ class CompactLink:
         """Counter and body of the posted frame that went out last."""
         self.standing: Callable[[], bytes] = bytes
         """What goes with each answer, as it is when the answer is sent: the vessel's state."""
-        self._key_name = name_of_key(key)
         self.opener = Opener(pairing)
         self._save = save or (lambda text: None)
         self._is_vessel = pairing.is_vessel
@@ -88,11 +86,11 @@ class CompactLink:
         self._turn = 0
         self._session: Session | None = None
         """The session that the answers given belong to."""
-        self._known_to = memory_of.read(memory, self.inbox, self.ledger, now_us, self._key_name)
+        self._known_to = memory_of.read(memory, self.inbox, self.ledger, now_us)
         """Nonce of the other end that these answers were given to."""
 
     def _remember(self, now_us: int) -> None:
-        self._save(memory_of.write(self._known_to, self.inbox, self.ledger, now_us, self._key_name))
+        self._save(memory_of.write(self._known_to, self.inbox, self.ledger, now_us))
 
     def close(self, now_us: int) -> None:
         """Keep for the next start what was answered and spent."""

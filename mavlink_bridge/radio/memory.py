@@ -18,11 +18,10 @@ from .transfer import Inbox
 _FORM: Final = "v"
 
 
-def write(other: bytes | None, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> str:
+def write(other: bytes | None, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
     """Make a text of the answers given to the end with nonce ``other``, and of the hour of a ledger that does not keep itself."""
     fields = {
         _FORM: VERSION,
-        "key": key,
         "other": "" if other is None else other.hex(),
         "known": inbox.save(),
         "air": [] if isinstance(ledger, KeptLedger) else ledger.save(now_us),
@@ -30,9 +29,9 @@ def write(other: bytes | None, inbox: Inbox, ledger: Ledger, now_us: int, key: s
     return json.dumps(fields, separators=(",", ":"))
 
 
-def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> bytes | None:
-    """Fill inbox and ledger from a text; return whom the answers were given to. None for an empty one, as with a new key or the text of
-    another version: of those only the hour is kept.
+def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> bytes | None:
+    """Fill inbox and ledger from a text; return whom the answers were given to. None for an empty one, and the text of
+    another version: of that only the hour is kept.
 
     A damaged text counts as an hour's airtime spent, unless the ledger keeps itself.
     """
@@ -42,7 +41,7 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int, key: str) -> byte
         fields: dict[str, Any] = json.loads(text)
         if not isinstance(ledger, KeptLedger):
             ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
-        if fields.get(_FORM) != VERSION or fields["key"] != key:
+        if fields.get(_FORM) != VERSION:
             return None
         inbox.restore(fields["known"])
         return bytes.fromhex(fields["other"])

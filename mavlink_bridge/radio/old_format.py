@@ -11,6 +11,7 @@ from hashlib import blake2s
 from typing import Final
 
 from ..language.messages import Severity
+from ..language.witness import Witness
 from .codec.wire import SEVERITY
 from .session import Direction, check_key
 
@@ -51,9 +52,10 @@ def with_counter(memory: str, voice: OldVoice | None) -> str:
 class OldEar:
     """Counts HELLOs of the first release in a byte stream. Holds less than one of them between calls."""
 
-    def __init__(self, key: bytes, inward: Direction) -> None:
+    def __init__(self, key: bytes, inward: Direction, witness: Witness | None = None) -> None:
         self._key = check_key(key)
         self._inward = inward
+        self._witness = witness or Witness()
         self._buffer = b""
         self.hellos = 0
 
@@ -70,15 +72,17 @@ class OldEar:
         counter = int.from_bytes(raw[2:7], "big")
         if raw[1] != 0x80 | counter % _WINDOW:
             return False
-        return _tag(self._key, self._inward, counter, raw[:-_TAG_BYTES]) == raw[-_TAG_BYTES:]
+        covered, tag = raw[:-_TAG_BYTES], raw[-_TAG_BYTES:]
+        return self._witness.verdict(lambda: _tag(self._key, self._inward, counter, covered) == tag)
 
 
 class OldVoice:
     """Says one text to an end of the first release. ``counter``: above every one that it has heard from here."""
 
-    def __init__(self, key: bytes, outward: Direction, counter: int) -> None:
+    def __init__(self, key: bytes, outward: Direction, counter: int, witness: Witness | None = None) -> None:
         self._key = check_key(key)
         self._outward = outward
+        self._witness = witness or Witness()
         self.counter = counter
 
     def say(self, severity: Severity, text: str) -> tuple[bytes, bytes]:
@@ -90,4 +94,4 @@ class OldVoice:
         self.counter += 1
         head = kind << 12 | len(body) << 6 | self.counter % _WINDOW
         covered = head.to_bytes(2, "big") + body
-        return covered + _tag(self._key, self._outward, self.counter, covered)
+        return covered + self._witness.made(lambda: _tag(self._key, self._outward, self.counter, covered))

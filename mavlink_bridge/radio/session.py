@@ -20,6 +20,7 @@ from enum import IntEnum
 from hashlib import blake2s
 from typing import Final
 
+from ..language.witness import Witness
 from .air import RadioProfile
 from .codec.wire import VERSION, Kind
 
@@ -74,11 +75,6 @@ def check_key(key: bytes) -> bytes:
     if len(key) != KEY_BYTES or len(set(key)) < 2:
         raise ValueError("a radio key is 32 random bytes; make one with 'companion keys'")
     return key
-
-
-def name_of_key(key: bytes) -> str:
-    """A few signs that tell keys apart and do not give them away."""
-    return blake2s(digest_size=4, key=check_key(key), person=b"keyname").hexdigest()
 
 
 class OwnClock:
@@ -213,10 +209,20 @@ class Hello:
 class Pairing:
     """One end's nonce and its sessions with the other end: the one that counts, and the one that may replace it."""
 
-    def __init__(self, key: bytes, system_id: int, outward: Direction, nonce: bytes, profile: RadioProfile) -> None:
+    def __init__(
+        self,
+        key: bytes,
+        system_id: int,
+        outward: Direction,
+        nonce: bytes,
+        profile: RadioProfile,
+        *,
+        witness: Witness | None = None,
+    ) -> None:
         if len(nonce) != NONCE_BYTES:
             raise ValueError(f"a nonce has {NONCE_BYTES} bytes")
         self._key = check_key(key)
+        self.witness = witness or Witness()
         self.system_id = system_id
         self.outward = outward
         self.inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE

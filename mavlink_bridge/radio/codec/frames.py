@@ -51,13 +51,18 @@ class Sealer:
         if len(body) > MAX_BODY:
             raise ValueError(f"a body has at most {MAX_BODY} bytes, not {len(body)}")
         covered = _head(kind, len(body), self.counter % LOW) + body
-        return covered + session.tag(self._pairing.outward, kind, self.counter, covered, self._tag_bytes)
+        pairing = self._pairing
+        return covered + pairing.witness.made(
+            lambda: session.tag(pairing.outward, kind, self.counter, covered, self._tag_bytes)
+        )
 
     def hello(self, body: bytes, proof: bytes) -> bytes:
         """Make a HELLO."""
         covered = _head(Kind.HELLO, len(body), 0) + body
         pairing = self._pairing
-        return covered + pairing.hello_tag(pairing.outward, covered, proof, self._tag_bytes)
+        return covered + pairing.witness.made(
+            lambda: pairing.hello_tag(pairing.outward, covered, proof, self._tag_bytes)
+        )
 
 
 class Opener:
@@ -110,11 +115,17 @@ class Opener:
             counter = self._counter(session, kind, head % LOW, covered, now_us)
             if counter is None:
                 continue
-            self.trials += 1
-            if session.tag(self._pairing.inward, kind, counter, covered, self._tag_bytes) == tag:
+            if self._is_right(session, kind, counter, covered, tag):
                 self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
                 return Frame(kind, covered[HEAD_BYTES + (kind in STOPS) :], counter)
         return None
+
+    def _is_right(self, session: Session, kind: Kind, counter: int, covered: bytes, tag: bytes) -> bool:
+        self.trials += 1
+        pairing = self._pairing
+        return pairing.witness.verdict(
+            lambda: session.tag(pairing.inward, kind, counter, covered, self._tag_bytes) == tag
+        )
 
     @staticmethod
     def _counter(session: Session, kind: Kind, low: int, covered: bytes, now_us: int) -> int | None:
@@ -129,7 +140,8 @@ class Opener:
         if proof is None:
             return None
         self.trials += 1
-        if pairing.hello_tag(pairing.inward, covered, proof, self._tag_bytes) != tag:
+        size = self._tag_bytes
+        if not pairing.witness.verdict(lambda: pairing.hello_tag(pairing.inward, covered, proof, size) == tag):
             return None
         pairing.greeted(covered[HEAD_BYTES:], len(covered) + TAG_BYTES, now_us)
         return Frame(Kind.HELLO, covered[HEAD_BYTES:], 0)

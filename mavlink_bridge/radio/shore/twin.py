@@ -94,7 +94,7 @@ class ShoreTwin:
         self.profile = profile
         self._address = (system_id, 1)
         pairing = Pairing(key, system_id, Direction.TO_VESSEL, nonce, profile)
-        self.link = CompactLink(profile, key, pairing, rng, memory=memory, save=save, now_us=now_us)
+        self.link = CompactLink(profile, pairing, rng, memory=memory, save=save, now_us=now_us)
         self._ear = OldEar(key, Direction.TO_SHORE)
         if profile.link.batch == 1:
             self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
