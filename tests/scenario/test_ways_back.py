@@ -13,7 +13,7 @@ import re
 import pytest
 
 from companion.io.keeping import MemoryStore
-from companion.io.keeping.content import Record, StoreContent
+from companion.io.keeping.content import Completion, Record, StoreContent
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import (
     Arm,
@@ -110,7 +110,7 @@ def walk(voyage, seed, monkeypatch):
     elif event == "board starts again":
         trip.board.reset(trip.world.now_us)
     elif event == "store refuses":
-        monkeypatch.setattr(store, "submit", refusing(store))
+        monkeypatch.setattr(store, "completions", refusing(store))
         trip.ask(Arm(arm=False))
     else:
         content = store.snapshot()
@@ -140,15 +140,13 @@ def walk(voyage, seed, monkeypatch):
 
 
 def refusing(store):
-    """A disk that takes nothing."""
-    submit = type(store).submit
+    """A disk that takes nothing, and says so."""
 
-    def refuse(op):
-        ticket = submit(store, op)
-        store._waiting.pop()
-        return ticket
+    def completions():
+        waiting, store._waiting = store._waiting, []
+        return [Completion(ticket, False, "disk full") for ticket, _ in waiting]
 
-    return refuse
+    return completions
 
 
 @pytest.mark.parametrize("seed", [7, 14, 21, 29])  # four events, four aids; all thirty pairs in the soak

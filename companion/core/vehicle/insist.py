@@ -62,7 +62,7 @@ TABLE: Final = (
     Row("go-to, orbit", "the target lies outside the fence", "refuses", FENCE),
     Row("go-to, orbit", "the target is charted too shallow", "a target nearer home passes", CHART),
     Row("any order to move", "the depth guard is locked", "refuses", UNLOCK),
-    Row("any order to move", "water depth unknown, and depth.required is set", "refuses", REQUIRED),
+    Row("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
     Row("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
     Row("any order to move", "a failsafe holds or stops it, and its cause stands", "refuses", MANUAL),
     Row("any order to move", "terminated", "refuses", f"{NEVER}: restart"),

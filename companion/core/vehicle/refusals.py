@@ -124,7 +124,10 @@ def motion_refusal(vehicle: Controls, now_us: int, order: Order | None = None) -
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
     if vehicle.gate.terminated or vehicle.terminating:
         return "terminated: restart to go on"
-    depth = vehicle.guard.activation(now_us)
+    way_back = (
+        order is Order.RETURN and vehicle.voyage.has_begun(now_us) and vehicle.guard.state is not GuardState.LOCKED
+    )
+    depth = "" if way_back else vehicle.guard.activation(now_us)
     if depth:
         return f"{depth}; {insist.UNLOCK if vehicle.guard.state is GuardState.LOCKED else insist.REQUIRED}"
     barred = failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe, order)
