@@ -20,6 +20,7 @@ from mavlink_bridge.language.messages import (
     LogText,
     Mode,
     Noted,
+    PlanState,
     SetHome,
     Severity,
 )
@@ -38,11 +39,13 @@ from .mission import Leg
 from .navigator import Intent, Steer, Sticks
 from .orders import Orders
 from .plan_reach import plan_number
+from .progress_watch import ProgressWatch
 from .view import View
 
 _STOP: Final = Action.STOP
 _WARN: Final = Action.WARN
 _MANUAL: Final = Mode.MANUAL
+_AUTO: Final = Mode.AUTO
 _NO_TRACE: Final = ControlTrace()
 _GROUND_LINK: Final = 99
 """What a station sends as a depth comes after every sensor of the vessel's own."""
@@ -56,6 +59,7 @@ class Vehicle(Controls):
         super().__init__(config, vessel, sources)
         self.orders = Orders(self)
         self._view = View(self)
+        self._progress = ProgressWatch()
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request at a tick boundary and answer it."""
@@ -214,10 +218,26 @@ class Vehicle(Controls):
         """Let the plan move on, and collect what the parts have to say."""
         if self.guided is not None:
             self.navigator.advance(now_us, self.state, self.guided)
+        self._watch_progress(now_us)
         for part in (self.estimator, self.guidance, self.navigator, self.operators):
             texts = part.drain_texts()
             if texts:
                 self._say_all(texts)
+
+    def _watch_progress(self, now_us: int) -> None:
+        """A plan that is being sailed should get somewhere."""
+        guided, mission = self.guided, self.mission
+        if (
+            guided is None
+            or not self.armed
+            or self.navigator.mode is not _AUTO
+            or mission.state is not PlanState.ACTIVE
+        ):
+            self._progress.rest()
+            return
+        texts = self._progress.step(now_us, mission.seq, guided.path, self.state)
+        if texts:
+            self._say_all(texts)
 
     def _say_all(self, texts: Sequence[tuple[Severity, str]]) -> None:
         for severity, text in texts:
