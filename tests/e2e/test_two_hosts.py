@@ -36,7 +36,7 @@ def was_armed(run_dir: Path) -> bool:
 def sweep(folder: Path) -> dict[str, Any]:
     """Run both computers; return what was seen."""
     words = [*UNSHARE, sys.executable, "-m", "tests.e2e.two_hosts", str(folder)]
-    done = subprocess.run(words, cwd=REPO, capture_output=True, text=True, timeout=200, check=False)
+    done = subprocess.run(words, cwd=REPO, capture_output=True, text=True, timeout=400, check=False)
     logs = "".join(f"--- {path.name}\n{path.read_text()[-1500:]}\n" for path in folder.glob("*.log"))
     assert done.returncode == 0, f"{done.stderr[-3000:]}\n{logs}"
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])

@@ -106,7 +106,7 @@ def sets(*items: str) -> list[str]:
     return [word for item in items for word in ("--set", item)]
 
 
-def wait_for(ports: set[int], limit_s: float = 30.0) -> None:
+def wait_for(ports: set[int], limit_s: float = 150.0) -> None:
     deadline = time.monotonic() + limit_s
     while ports:
         assert time.monotonic() < deadline, f"nobody listens at {ports}"
@@ -114,7 +114,7 @@ def wait_for(ports: set[int], limit_s: float = 30.0) -> None:
         ports = {port for port in ports if f":{port} " not in run("ss", "-Hlntu")}
 
 
-def heard_locally(limit_s: float = 20.0) -> int:
+def heard_locally(limit_s: float = 60.0) -> int:
     """How many vessels a ground station on the vessel's own computer hears at once on the usual port, as QGroundControl would."""
     senders = set()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:

@@ -9,14 +9,18 @@ from pathlib import Path
 
 import pytest
 
+import config
 from companion.io.log_file import parts_of
 from companion.io.recording.key_blanker import KeyBlanker, blank_frame
 from companion.replay import replay, summary
+from companion.settings import load
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
 from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
+from sitl.gateway import shore_gateway, with_gateway
 from sitl.world import World
+from sitl.world.settings import SimSettings
 from tests.scenario.test_signed_links import ARM_BY_FORCE, DISARM_BY_FORCE, KEY, Station, order, settings
 
 NEW = bytes(range(100, 132))
@@ -138,3 +142,20 @@ def test_a_wrong_checksum_stays_wrong() -> None:
     raw = bytearray(setup_frame(signed=False))
     raw[-1] ^= 0x55
     assert not Deframer().receive(blank_frame(bytes(raw)), 0)
+
+
+def test_a_recording_of_the_compact_radio_replays_without_its_key(tmp_path: Path) -> None:
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+    found = with_gateway(load(config.path("sim.toml"), ["record.enabled=true"], SimSettings), run_dir)
+    world = World(found, seed=3, run_dir=run_dir)
+    gateway = shore_gateway(world.settings, 0, run_dir, modem=world.ground("shore"))
+    for _ in range(20 * 20):
+        world.step()
+        gateway.tick(world.now_us)
+    assert gateway.twin.is_fresh(world.now_us)
+    world.shutdown(world.now_us)
+    (run_dir / "radio.key").unlink()
+    outcome = replay(run_dir)
+    assert outcome.identical, summary(outcome, 1.0)
+    assert outcome.unproven > 10
