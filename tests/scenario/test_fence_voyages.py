@@ -89,7 +89,7 @@ def test_clearing_the_fence_frees_the_vessel(voyage):
     assert trip.circle_fence(40.0).reason == ""
     trip.run(60.0)
     assert trip.snapshot.mode is Mode.HOLD
-    assert trip.mode(Mode.AUTO).reason == "item 1 is 40 m outside the fence"
+    assert trip.mode(Mode.AUTO).reason == "item 1 is 40 m outside the fence; FENCE_ENABLE=0 insists"
     assert trip.upload(PlanKind.FENCE, []).reason == ""
     assert trip.mode(Mode.AUTO).reason == ""
     trip.until(lambda: trip.distance_m > 70.0, 60.0)
@@ -124,7 +124,7 @@ def test_a_plan_that_leads_out_is_taken_told_and_not_started(voyage):
     for order in (StartPlan(0), SetMode(Mode.AUTO), PausePlan(pause=False)):
         reply = trip.ask(order)
         assert reply.result is Result.REJECTED_NOW
-        assert reply.reason == "item 2 is 40 m outside the fence"
+        assert reply.reason == "item 2 is 40 m outside the fence; FENCE_ENABLE=0 insists"
     trip.run(5.0)
     assert trip.snapshot.mode is Mode.HOLD
     assert trip.distance_m < 3.0

@@ -96,7 +96,8 @@ class Orders:
         reasons = prearm_reasons(vehicle, now_us, force=body.force)
         if reasons:
             mend = "" if body.force or prearm_reasons(vehicle, now_us, force=True) else f"; {insist.FORCE}"
-            return Reply(Result.REJECTED_NOW, "; ".join(reasons) + mend)
+            why = "; ".join(reasons)
+            return Reply(Result.REJECTED_NOW, why if "by force" in why else why + mend)
         vehicle.arm(now_us, sender)
         return ACCEPTED
 

@@ -33,7 +33,8 @@ def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tu
         return ("terminated: restart first",)
     if force or vehicle.voyage.has_begun(now_us):
         return _forced(vehicle)
-    return inputs.barred + arming.reasons(
+    barred = () if vehicle.voyage.has_sailed else inputs.barred
+    return barred + arming.reasons(
         mode=vehicle.navigator.mode,
         state=vehicle.state,
         actuator_ready=inputs.actuator_ready,
@@ -80,7 +81,7 @@ def start_refusal(vehicle: Controls, first: int | None = None, *, from_here: boo
     if first is None:
         first = 0 if vehicle.mission.state is PlanState.COMPLETE else vehicle.mission.seq
     fence = vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
-    refusal = f"{fence}; {insist.FENCE}" if fence else ""
+    refusal = f"{fence}; {insist.FENCE}" if fence and from_here else fence
     return refusal or (vehicle.reach_refusal(first) if from_here else "")
 
 

@@ -26,6 +26,8 @@ class Voyage:
     def __init__(self) -> None:
         self.place: Point | None = None
         """Where it began, rad; None = not known."""
+        self.has_sailed = False
+        """Armed before, in the life of this process or on the voyage that it goes on with: a store that fails since bars nothing."""
         self._begun = False
         self._broken = False
         """What disarmed the vessel, or ended the process before, was no operator."""
@@ -49,6 +51,7 @@ class Voyage:
         if not self.has_begun(now_us):
             self.place = here
         self._begun, self._broken, self._left_us = True, False, None
+        self.has_sailed = True
 
     def disarmed(self, now_us: int, here: Point | None, *, by_operator: bool) -> None:
         if not by_operator:
@@ -62,3 +65,4 @@ class Voyage:
     def resume(self, place: Point | None) -> None:
         """The process before this one ended under way."""
         self.place, self._begun, self._broken, self._left_us = place, True, True, None
+        self.has_sailed = True
