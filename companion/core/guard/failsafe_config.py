@@ -50,6 +50,13 @@ class FailsafeConfig(Config):
     manual_timeout_s: float = param(0.5, "FS_MAN_TIMEOUT", "Manual control lost after", unit="s", ge=0.1, le=5)
     guided_timeout_s: float = param(1.0, "FS_GUID_TIMEOUT", "Streamed set-points lost after", unit="s", ge=0.1, le=5)
     oscillation_thrust: float = param(0.3, "FS_OSC_THRUST", "Thrust allowed while control oscillates", ge=0, le=1)
+    thruster_action: ActionByName = param(
+        Action.WARN,
+        "FS_THR_ACTION",
+        "A thruster gives too little: 1 warn and sail on with what is left, 2 hold, 3 return, 4 stop",
+        ge=1,
+        le=4,
+    )
     conditions: dict[str, Override] = Field(default_factory=dict)
     """Per condition name: ``action``, ``delay_s``; not below the floors that ``companion explain failsafe`` lists."""
 
@@ -77,6 +84,8 @@ class FailsafeConfig(Config):
         then_s, then_action = row.then_after_s, row.then_action
         if row.name in ("gcs_lost", "radio_lost"):
             action, then_action = self.gcs_action, self.gcs_then_action
+        if row.name == "thruster_weak":
+            action = self.thruster_action
         if row.name == "gcs_lost":
             then_s = self.gcs_then_s
         delay_s = {

@@ -74,6 +74,8 @@ class Flags:
     moving_in_neutral: bool = False
     drifting_while_stopped: bool = False
     oscillating: bool = False
+    thruster_weak: bool = False
+    """A thruster gives much less than it is told to, as far as the hull's motion shows."""
     storage_fault: bool = False
     time_jump: bool = False
     """Event: the monotonic clock advanced more than 1 s between two ticks."""
@@ -122,6 +124,7 @@ class Flags:
             or self.moving_in_neutral
             or self.drifting_while_stopped
             or self.oscillating
+            or self.thruster_weak
             or self.storage_fault
             or self.time_jump
             or self.tick_late

@@ -344,13 +344,9 @@ TABLE: Final[tuple[Condition, ...]] = (
         clear=GONE,
         severity=Severity.ALERT,
     ),
+    Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.oscillating, clear=OPERATOR),
     Condition(
-        "oscillating",
-        W,
-        "control oscillates: thrust cut",
-        lambda f: f.oscillating,
-        clear=OPERATOR,
-        severity=Severity.CRITICAL,
+        "thruster_weak", W, "a thruster gives too little", lambda f: f.thruster_weak, clear=Clear.ACTED, clear_s=10.0
     ),
     Condition(
         "depth_lost",

@@ -35,6 +35,7 @@ from ..guard.failsafe_orders import Order
 from ..guard.fence import Fence
 from ..guard.gate import Gate
 from ..guard.monitors import Monitors
+from ..guard.propulsion import PropulsionWatch
 from ..guide import Guidance, GuidanceOutput
 from ..hull import VesselConfig
 from ..hull.geometry import geometry_of
@@ -79,6 +80,7 @@ class Controls:
         self.fence = Fence(config.fence)
         self.plan_fence = PlanFence(self.fence)
         self.plan_reach = PlanReach(config.mission)
+        self.propulsion = PropulsionWatch(vessel)
         self.monitors = Monitors(config.monitors, geometry.rudder_max_rad, period_us)
         self.gate = Gate(config.gate, geometry.rudder_max_rad, period_us)
         self.armed = False

@@ -62,6 +62,7 @@ def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence_ahead: bool
         moving_in_neutral=seen.moving_in_neutral,
         drifting_while_stopped=seen.drifting_while_stopped,
         oscillating=seen.oscillating,
+        thruster_weak=any(vehicle.propulsion.weak),
         storage_fault=inputs.storage_fault,
         time_jump=seen.time_jump,
         tick_late=seen.tick_late,

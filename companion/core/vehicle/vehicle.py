@@ -8,6 +8,7 @@ not caught here: the app answers it with neutral in the same tick.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.messages import (
@@ -72,6 +73,7 @@ class Vehicle(Controls):
         self.ticks += 1
         self._measure(inputs.measurements, now_us)
         self._note_board()
+        self._watch_thrusters(dt_s)
         if self.plan_reach.is_new(self.mission.plan, plan_number(inputs.plan_ids[0]), self.state):
             self.look_at_reach()
         intent = self.navigator.intent(now_us, self.state) if self.armed and self.result.action < _STOP else None
@@ -88,6 +90,24 @@ class Vehicle(Controls):
         if self._texts:
             texts, self._texts = tuple(self._texts), []
         return self._view.picture(now_us, demand, output, reached, texts)
+
+    def _watch_thrusters(self, dt_s: float) -> None:
+        """Tell when one begins to give much less than it is told to, and when it is back."""
+        watch = self.propulsion
+        if not self.armed:
+            watch.clear()
+            return
+        before, now = watch.weak, watch.step(dt_s, self.state, self._output)
+        if now == before:
+            return
+        for side, was, weak in zip(("Port", "Starboard"), before, now, strict=True):
+            if weak and not was:
+                self.say(
+                    Severity.CRITICAL,
+                    f"{side} thruster gives much less than it is told to (suspected): weed, a lost propeller, or a stuck rudder",
+                )
+            elif was and not weak:
+                self.say(Severity.NOTICE, f"{side} thruster gives what it is told again")
 
     def _measure(self, measurements: Sequence[tuple[Measurement, int]], now_us: int) -> None:
         estimator, guard = self.estimator, self.guard
@@ -123,9 +143,7 @@ class Vehicle(Controls):
         desired = self._course(intent) if isinstance(intent, Steer) else self._path(now_us, dt_s, intent)
         slow = self.guard_out.slow_to_mps
         if slow is not None and desired.speed_mps is not None:
-            desired = Desired(
-                desired.psi_rad, min(slow, desired.speed_mps), desired.r_radps, desired.through_water, desired.brake
-            )
+            desired = replace(desired, speed_mps=min(slow, desired.speed_mps))
         self.desired = desired
         if desired.psi_rad is None and desired.speed_mps is None:
             self.controller.reset(self.state, dt_s, self._output)
