@@ -3,7 +3,7 @@
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Station
-from tests.world_station import Helm
+from tests.world_station import GCS_HEARTBEAT, Helm
 
 ACCEPTED, DENIED = 0, 14
 
@@ -38,8 +38,14 @@ def test_a_go_to_as_a_mission_item_is_confirmed_when_the_vessel_has_taken_it(per
     assert go_to(helm, 100.0) == [(DENIED, 255)]
     assert "outside the" in helm.texts()
     helm.gcs.clear()
-    assert go_to(helm, 30.0, Station(250, 190)) == [(ACCEPTED, 250)]
-    helm.until(lambda: helm.truth.north_m > 10.0, 60.0)
+    other = Station(250, 190)
+    assert go_to(helm, 30.0, other) == [(ACCEPTED, 250)]
+
+    def is_there() -> bool:
+        helm.link.write(0, other.codec.encode(GCS_HEARTBEAT))  # who ordered commands: its silence would hold the boat
+        return helm.truth.north_m > 10.0
+
+    helm.until(is_there, 60.0)
 
 
 def test_a_stream_out_of_the_fence_is_explained_now_and_then(persona):
