@@ -11,7 +11,7 @@ from companion.core.hull.vessel_file import VesselConfig
 from companion.facade import Parameters
 from companion.settings.moved import MOVES, carry_over, parameter_told
 from companion.settings.params import entries
-from companion.settings.schema import ConfigError, Settings, load, load_vessel
+from companion.settings.schema import ConfigError, SensorConfig, Settings, load, load_vessel
 from sitl.world.settings import SimSettings
 
 OLD_FILE = """
@@ -48,7 +48,7 @@ antenna_up_m = 2.0
 """
 WHERE = {
     "depth.input.keel_depth_m = 0.8": "keel_depth_m = 0.8",
-    "sensors.0.nmea.transducer_depth_m = 0.3": "[mounts.NAME]",
+    "sensors 'compass' nmea.transducer_depth_m = 0.3": "[mounts.NAME]",
     "depth.beam_m = 2.0": "hull.beam_m = 2.0",
     "estimate.antenna_up_m = 2.0": "antenna.up_m = 2.0",
     "gate.rudder_max_deg = 25.0": "rudder.max_deg = 25.0",
@@ -67,7 +67,7 @@ def test_an_old_file_is_told_every_new_place_at_once(tmp_path: Path) -> None:
     told = caught.value.mistakes
     assert len(told) == len(MOVES) == 19
     for key, place in WHERE.items():
-        (line,) = [mistake for mistake in told if mistake.startswith(f"{key}:")]
+        (line,) = [mistake for mistake in told if f": {key}:" in mistake]
         assert place in line
     assert not [mistake for mistake in told if "no such key" in mistake]
 
@@ -82,7 +82,7 @@ def test_no_old_key_is_a_key_again() -> None:
 
 
 def recorded() -> tuple[dict[str, object], dict[str, object]]:
-    settings = Settings().model_dump(mode="json")
+    settings = Settings(sensors=(SensorConfig(),)).model_dump(mode="json")
     vessel = load_vessel("otter").model_dump(mode="json")
     del vessel["antenna"], vessel["mounts"]
     return settings, vessel
