@@ -286,3 +286,36 @@ def test_an_order_to_return_is_not_stopped_by_a_lost_station():
     assert run.step(replace(home, gcs_age_s=None, radio_age_s=600.0), 600.0) is Action.WARN
     assert run.step(replace(home, gcs_age_s=600.0, fence_breach=True)) is Action.HOLD, "other causes stop it"
     assert run.step(replace(home, return_ordered=False, gcs_age_s=601.0, radio_age_s=601.0), 1.0) >= Action.HOLD
+
+
+@pytest.mark.parametrize("name", ["fence_breach", "position_lost"])
+def test_a_cause_is_steadily_gone_after_ten_seconds_and_not_before(name):
+    """Also where the row itself asks for less."""
+    run = Run()
+    run.step(replace(WELL, **{name: True}))
+    run.step(replace(WELL, **{name: True}), 1.0)
+    run.step(WELL)
+    run.step(WELL, 9.999999)
+    assert not [text for _, text in run.texts if "to go on" in text]
+    run.step(WELL, 1e-6)
+    assert len([text for _, text in run.texts if "to go on" in text]) == 1
+
+
+def test_the_clock_adds_up_to_the_microsecond():
+    stuck = replace(WELL, stuck=True)
+    run = Run()
+    run.step(stuck)
+    run.step(stuck, 4.0)
+    run.step(WELL, 1.0)
+    run.step(WELL, 3.0)
+    run.step(stuck, 1.0)
+    assert run.step(stuck, 4.999999) is Action.WARN
+    assert run.step(stuck, 1e-6) is Action.STOP
+
+
+def test_silence_hidden_by_another_link_counts_from_when_that_link_fell_silent():
+    run = Run()
+    run.step(replace(WELL, gcs_age_s=5.0))
+    run.step(replace(WELL, gcs_age_s=None, radio_age_s=1.0))
+    run.step(replace(WELL, gcs_age_s=None, radio_age_s=1.0), 10.0)
+    assert run.step(replace(WELL, gcs_age_s=1000.0)) is Action.HOLD, "10 s on the clock, not 1000"
