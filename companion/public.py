@@ -17,6 +17,7 @@ from mavlink_bridge.plans import PlanFile, read_plan as parse_plan
 from .commands.plan.command import write_file
 from .commands.plan.link import Vessel
 from .commands.report import default_output, read as read_run
+from .io.whole_file import write_whole
 from .report.page import make_page
 
 __all__ = [
@@ -72,5 +73,5 @@ def write_plan(plan: PlanFile, path: str | Path) -> None:
 def write_report(source: str | Path, out: str | Path | None = None) -> Path:
     """Write the HTML report of a run's folder or a telemetry log; return where it is. Needs matplotlib. Raises ConfigError."""
     target = Path(out) if out is not None else default_output(Path(source))
-    target.write_text(make_page(read_run(Path(source))), encoding="utf-8")
+    write_whole(target, make_page(read_run(Path(source))).encode("utf-8"))
     return target

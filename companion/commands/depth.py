@@ -25,6 +25,7 @@ from ..io.keeping.depth_store import (
     soundings_of,
     xyz_lines,
 )
+from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from .depth_convert import add_convert
 from .numbers import number
@@ -82,12 +83,8 @@ def _export(arguments: argparse.Namespace) -> int:
     if path is None:
         sys.stdout.writelines(lines)
         return 0
-    try:
-        with path.open("w", encoding="utf-8") as file:
-            file.writelines(lines)
-    except OSError as error:
-        print(f"{path}: {error.strerror}", file=sys.stderr)
-        return 1
+    with whole_file(path) as beside, beside.open("w", encoding="utf-8") as file:
+        file.writelines(lines)
     print(path)
     return 0
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..core.guard.depth.grid import metres_per_radian
+from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .chart.fill import Fill
@@ -95,9 +96,8 @@ def _convert(arguments: argparse.Namespace) -> int:
 def _write(arguments: argparse.Namespace, source: Source, progress: CellProgress) -> list[str]:
     """Write what there is, and say what; nothing at all for a chart that cannot be meant. A failure leaves no half file."""
     out: Path = arguments.out
-    temporary = out.with_name(f".{out.name}.new")
     tally = Tally(source)
-    try:
+    with whole_file(out) as temporary:
         if out.suffix == ".depth":
             grid = Fill(source, arguments.pitch, arguments.spread)
             with temporary.open("wb") as binary:
@@ -111,9 +111,6 @@ def _write(arguments: argparse.Namespace, source: Source, progress: CellProgress
                 text.writelines(_xyz(arguments, source, _counted(source, tally, progress)))
             tally.refuse()
             made = f"{tally.kept} depths" if arguments.thin <= 0.0 else f"the shallowest of each {arguments.thin:g} m"
-        temporary.replace(out)
-    finally:
-        temporary.unlink(missing_ok=True)
     return [f"{out}: {made}", *tally.lines(arguments.datum)]
 
 

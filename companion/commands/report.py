@@ -10,6 +10,7 @@ from typing import Any
 
 from mavlink_bridge.mavlink.wire import tlog
 
+from ..io.whole_file import write_whole
 from ..report.flight import Flight
 from ..report.from_run import read_run
 from ..report.from_tlog import read_tlog
@@ -58,16 +59,6 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  {verdict.name:40} {verdict.value:>18}  {verdict.limit:14} {mark}")
     print(output)
     return 0
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file all or not at all: whoever interrupts keeps the one before."""
-    beside = path.with_name(f".{path.name}.part")
-    try:
-        beside.write_bytes(data)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def read(source: Path) -> Flight:

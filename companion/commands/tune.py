@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
 from ..core.steer.pid import PidGains
+from ..io.whole_file import write_whole
 from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
 from . import MissingExtraError, install_line
@@ -142,7 +143,7 @@ def gains(arguments: argparse.Namespace) -> int:
     note = f"seed law on {vessel.name}: 8 dB and 45 deg at {arguments.delay} s delay, found by companion tune gains"
     text = as_toml(found, steering.seed.speed_gains or SPEED_GAINS, note)
     if arguments.output:
-        arguments.output.write_text(text, encoding="utf-8")
+        write_whole(arguments.output, text.encode("utf-8"))
         print(arguments.output)
     else:
         print(text)

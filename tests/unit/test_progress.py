@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
+import os
 
 import pytest
 
 from companion import cli
 from companion.commands.progress import Progress, recorded_s
-from companion.commands.report import write_whole
+from companion.io.whole_file import write_whole
 
 
 class Terminal(io.StringIO):
@@ -57,6 +58,20 @@ def test_an_interrupted_write_leaves_the_file_that_was(tmp_path, monkeypatch):
         write_whole(path, b"after")
     assert path.read_text() == "before"
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_link_is_followed_and_what_is_no_file_is_not_replaced(tmp_path):
+    (tmp_path / "kept.html").write_text("before")
+    (tmp_path / "link.html").symlink_to("kept.html")
+    write_whole(tmp_path / "link.html", b"after")
+    assert (tmp_path / "kept.html").read_bytes() == b"after"
+    assert (tmp_path / "link.html").is_symlink()
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDWR)
+    write_whole(tmp_path / "pipe", b"through")
+    assert os.read(reader, 100) == b"through"
+    os.close(reader)
+    assert (tmp_path / "pipe").is_fifo()
 
 
 def test_control_c_gives_one_line(monkeypatch, capsys):

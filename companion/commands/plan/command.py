@@ -26,6 +26,7 @@ from mavlink_bridge.plans.files import write_wpl
 from ...core.hull.vessel_file import top_speed_mps
 from ...core.vehicle.mission import MissionConfig
 from ...io.log_file import parts_of
+from ...io.whole_file import write_whole
 from ...settings import ConfigError, Settings, load, load_vessel
 from ..numbers import number, positive
 from . import find, link as plan_link
@@ -186,7 +187,7 @@ def _check(arguments: argparse.Namespace) -> int:
     for line in far_legs(plan, _settings(arguments.config).mission):
         print(f"WARNING {line}; 'companion plan start --far' accepts it", file=sys.stderr)
     if arguments.svg is not None:
-        arguments.svg.write_text(svg_map(plan, water.unknown_rad), encoding="utf-8")
+        write_whole(arguments.svg, svg_map(plan, water.unknown_rad).encode("utf-8"))
     return 1 if refused else 0
 
 
@@ -201,11 +202,11 @@ def write_file(plan: PlanFile, out: Path) -> None:
     """Write a plan in the format that the name's end says. Raises ConfigError for another end."""
     check_ending(out)
     if out.suffix.lower() == ".plan":
-        out.write_text(write_plan(plan), encoding="utf-8")
+        write_whole(out, write_plan(plan).encode("utf-8"))
     elif out.suffix.lower() == ".json":
-        out.write_text(_seed_text(plan, out.stem), encoding="utf-8")
+        write_whole(out, _seed_text(plan, out.stem).encode("utf-8"))
     else:
-        out.write_text(write_wpl(plan), encoding="utf-8")
+        write_whole(out, write_wpl(plan).encode("utf-8"))
         if plan.fence or plan.rally:
             print(f"{out}: the format holds only the mission; fence and rally points are left out", file=sys.stderr)
 
@@ -285,7 +286,7 @@ def _write_params(text: str, source: Path, out: Path) -> int:
             f"{source}: no vehicle told its parameters in this log, and no station fetched them whole", file=sys.stderr
         )
         return 1
-    out.write_text(text, encoding="utf-8")
+    write_whole(out, text.encode("utf-8"))
     print(f"{out}: {text.count(chr(10)) - 1} parameters")
     return 0
 
