@@ -30,15 +30,21 @@ if TYPE_CHECKING:
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
 _EVERY_INTERFACE: Final = ("", "0.0.0.0", "::")
+_RUN_DIR: Final = "RUN_DIR"
 _OFFERED: Final = ("reset", "step", "configure", "water_speed_mps")
 """What the program calls a steering law by."""
 
 
-def vessel_settings(path: Path, overrides: Sequence[str], *, to_sail: bool = False) -> Settings:
-    """Read a vessel's configuration. ``to_sail``: the radio's key must be there by now. Raises ConfigError with every mistake."""
+def vessel_settings(
+    path: Path, overrides: Sequence[str], *, to_sail: bool = False, run_dir: Path | None = None
+) -> Settings:
+    """Read a vessel's configuration. Raises ConfigError with every mistake.
+
+    ``to_sail``: the radio's key must be there by now. ``run_dir``: what RUN_DIR stands for, None = a directory that is yet to be made.
+    """
 
     def found(settings: Settings) -> list[str]:
-        return vessel_mistakes(settings) + radio_key_mistakes(settings, must_be=to_sail)
+        return vessel_mistakes(settings) + radio_key_mistakes(settings, must_be=to_sail, run_dir=run_dir)
 
     return load(path, overrides, Settings, further=found)
 
@@ -88,12 +94,13 @@ def link_mistakes(settings: Settings) -> list[str]:
     return _wrong_links(wanted)
 
 
-def radio_key_mistakes(settings: Settings, *, must_be: bool = True) -> list[str]:
-    """What is wrong with the key of a vessel's compact radio."""
+def radio_key_mistakes(settings: Settings, *, must_be: bool = True, run_dir: Path | None = None) -> list[str]:
+    """What is wrong with the key of a vessel's compact radio. ``run_dir``: what RUN_DIR in its address stands for."""
     radio = settings.radio
-    return (
-        _key_mistakes(radio.key_file, radio.url, must_be=must_be) if radio.url and radio.protocol == "compact" else []
-    )
+    if not radio.url or radio.protocol != "compact":
+        return []
+    url = radio.url if run_dir is None else radio.url.replace(_RUN_DIR, str(run_dir))
+    return _key_mistakes(radio.key_file, url, must_be=must_be)
 
 
 def _key_mistakes(key_file: str, url: str, *, must_be: bool, table: str = "radio.") -> list[str]:
@@ -108,10 +115,14 @@ def _key_mistakes(key_file: str, url: str, *, must_be: bool, table: str = "radio
 
 
 def _is_simulated(url: str) -> bool:
-    """Whether a radio's link ends on this computer: in memory, or at a pty, as the simulator's modems do."""
+    """Whether a radio's link ends on this computer: in memory, or at a pty, as the simulator's modems do.
+
+    A new run's directory holds no modem but one that a simulator puts there.
+    """
     try:
         parsed = parse_link_url(url)
-        return parsed.scheme in ("mem", "pty") or os.path.realpath(parsed.path()).startswith("/dev/pts/")
+        path = parsed.path()
+        return parsed.scheme in ("mem", "pty") or _RUN_DIR in path or os.path.realpath(path).startswith("/dev/pts/")
     except LinkConfigError:
         return True  # told by the check of links
 

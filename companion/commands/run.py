@@ -51,7 +51,7 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run until SIGINT or SIGTERM; neutral is written last."""
-    settings = vessel_settings(arguments.config, arguments.set, to_sail=True)
+    settings = vessel_settings(arguments.config, arguments.set, to_sail=True, run_dir=arguments.run_dir)
     world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
     if arguments.simulated:
         settings = apart(settings, arguments.set)

@@ -15,6 +15,7 @@ from companion.settings.schema import load
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
+from mavlink_bridge.radio.codec.wire import OVERHEAD, Kind
 from sitl.gateway import with_gateway
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
@@ -160,9 +161,12 @@ def test_stations_see_the_vessel_and_connecting_costs_no_air(shore):
     assert len({message.param_id for message in params}) == params[0].param_count
     assert shore.sim.now_us - began_us < 1_000_000
     shore.run(60.0)
-    beacons = [item for item in air.log if item.origin == "shore" and item.data[0] >> 4 == 10]
-    assert air.bytes_sent("shore") - before <= 7 * 3
-    assert beacons
+    # one beacon each 30 s, and one more that names a new key state, so that differences go on: 12 bytes less each
+    beacon_bytes = OVERHEAD + 1 + 2
+    since = [item.data for item in air.log if item.origin == "shore" and item.start_us >= began_us]
+    assert {data[0] >> 4 for data in since} == {Kind.BEACON}
+    assert 2 <= len(since) <= 3
+    assert air.bytes_sent("shore") - before == sum(map(len, since)) <= 3 * beacon_bytes
 
 
 def test_a_command_is_in_progress_then_what_the_vessel_said(shore):

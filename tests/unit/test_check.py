@@ -8,6 +8,8 @@ import pytest
 
 import config as shipped
 from companion.cli import main
+from companion.configuration import vessel_settings
+from companion.settings import ConfigError
 from sitl.gateway import simulation_key
 
 
@@ -126,5 +128,22 @@ def test_the_simulators_key_is_no_key_for_a_boat_or_its_gateway(tmp_path, capsys
     ours, theirs = os.openpty()
     (tmp_path / "lora-vessel").symlink_to(os.ttyname(theirs))
     assert main([*boat, "--set", f"radio.url=serial:{tmp_path}/lora-vessel"]) == 0, "its modem is the simulator's"
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_the_simulators_key_beside_its_world(tmp_path):
+    """What ``companion sim --world-only --gateway`` tells a separate vessel: the modem stands in the directory of the run."""
+    key = simulation_key(tmp_path)
+    words = ["radio.protocol=compact", "radio.profile=o-10", f"radio.key_file={key}"]
+    config = shipped.path("sim.toml")
+    ours, theirs = os.openpty()
+    modem = tmp_path / "lora-vessel"
+    modem.symlink_to(os.ttyname(theirs))
+    assert vessel_settings(config, words, to_sail=True, run_dir=tmp_path).radio.key_file == str(key)
+    modem.unlink()
+    modem.symlink_to("/dev/ttyUSB0")
+    with pytest.raises(ConfigError, match="the simulator's key"):
+        vessel_settings(config, words, to_sail=True, run_dir=tmp_path)
     os.close(ours)
     os.close(theirs)
