@@ -250,6 +250,8 @@ class Desired:
     """Allow astern thrust to lose way."""
     gentle: bool = False
     """Turn with so little thrust that the way on stays as it is asked for."""
+    asked_mps: float | None = None
+    """Along a path: speed over ground that the plan asks for here. In a strong stream ``speed_mps`` is what can be made of it."""
     firmness: float = 0.0
     """Where ``brake`` asks for a soft heading loop: how much of the rest of the bandwidth is wanted all the same, 0 to 1."""
 

@@ -104,5 +104,5 @@ def test_the_command_says_no_cluster_no_address_and_no_campaign(campaign, capsys
 
 def test_the_missing_extra_names_its_install_line(campaign, monkeypatch):
     monkeypatch.setattr(campaign_cluster.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(MissingExtraError, match=r"usv-companion\[cluster\]"):
+    with pytest.raises(MissingExtraError, match=r"pip install '\.\[cluster\]'"):
         list(over_cluster(read_campaign(campaign), "tcp://127.0.0.1:9"))

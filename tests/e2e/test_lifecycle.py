@@ -168,7 +168,8 @@ def test_a_port_in_use_is_said_plainly(tmp_path: Path) -> None:
 def test_a_missing_device_is_waited_for(tmp_path: Path) -> None:
     config = tmp_path / "boat.toml"
     config.write_text(
-        f'store = ""\n[[sensors]]\nurl = "serial:{tmp_path}/none"\n[actuators]\nurl = "serial:{tmp_path}/nothing"\n'
+        f'store = ""\n[[endpoints]]\nname = "gcs"\nurl = "udp://127.0.0.1:14550"\n'
+        f'[[sensors]]\nurl = "serial:{tmp_path}/none"\n[actuators]\nurl = "serial:{tmp_path}/nothing"\n'
     )
     done = run_companion("run", str(config), "--duration", "1", "--run-dir", str(tmp_path / "run"))
     assert done.returncode == 0, done.stderr

@@ -48,6 +48,11 @@ def test_row_63_thrust_without_speed():
     keeping_station = Desired(0.0, 0.1)
     assert not watch.step(20.0, thrust=0.5, sog=0.0, desired=keeping_station).stuck, "stemming the stream is no fault"
     assert watch.step(20.0, thrust=0.5, sog=0.0, desired=Desired(0.0, 1.0)).stuck
+    stemming = Desired(0.0, 0.1, asked_mps=1.5)
+    assert not watch.step(20.0, thrust=1.0, sog=0.21, desired=stemming).stuck, "against the stream it creeps on"
+    assert watch.step(20.0, thrust=1.0, sog=0.19, desired=stemming).stuck, (
+        "dead thrust looks like a stream as fast as the vessel"
+    )
     assert not Watch(stuck_s=0.0).step(20.0, thrust=0.5, sog=0.0).stuck
 
 

@@ -31,7 +31,7 @@ BACK: Final = {
     "plan_invalid": "the plan can go on",
     "battery_empty": "battery voltage is back",
     "battery_critical": "battery voltage is back",
-    "stuck": "thrust moves the boat again",
+    "stuck": "the thrust has rested",
     "oscillating": "control is steady again",
     "actuator_garbage": "the actuator line is readable",
     "manual_lost": "sticks are heard again",

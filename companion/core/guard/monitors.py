@@ -23,6 +23,9 @@ SpeedForThrust = Callable[[float], float]
 """Mean thrust, 0...1, to the steady speed in m/s that it should give."""
 
 _TICK_WINDOW_US: Final = 10_000_000
+_STILL_MPS: Final = 0.2
+"""Hardly creeping, yet well above a receiver's noise of some 0.03 m/s. A stream that just equals the vessel's best speed looks
+the same as dead thrust, and is as hopeless."""
 
 
 class MonitorConfig(Config):
@@ -254,11 +257,14 @@ class Monitors:
     ) -> bool:
         if thrust <= 0.0:
             return False
-        # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
-        if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < self._drift_mps:
-            return False
+        slow_mps = self._drift_mps
+        if desired is not None and desired.speed_mps is not None and abs(desired.speed_mps) < slow_mps:
+            # A vessel that keeps station stems the stream: thrust without speed over ground is its task, not a fault.
+            if desired.asked_mps is None or abs(desired.asked_mps) < slow_mps:
+                return False
+            slow_mps = _STILL_MPS
         # Nor is one stuck that makes way slowly: against a stream that is all it can do, and a stop would lose what it has.
-        return speed_mps < self._drift_mps and speed_mps < self._stuck_share * vessel_speed_fn(thrust)
+        return speed_mps < slow_mps and speed_mps < self._stuck_share * vessel_speed_fn(thrust)
 
     def _oscillates(self, now_us: int, output: ActuatorOutput) -> bool:
         shares = (

@@ -185,7 +185,8 @@ class Follower:
         # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
         bow = psi if state.psi_rad is None else state.psi_rad
         surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
-        return Desired(psi, surge, clamp(turning - slipping, -limit, limit)), heading.possible
+        rate_radps = clamp(turning - slipping, -limit, limit)
+        return Desired(psi, surge, rate_radps, asked_mps=planned), heading.possible
 
     def _water_mps(self) -> float:
         """The way ahead through the water."""
@@ -206,7 +207,8 @@ class Follower:
         wanted_n = planned * math.cos(here.course_rad) - drift[0]
         wanted_e = planned * math.sin(here.course_rad) - drift[1]
         water = max(0.0, wanted_n * cos + wanted_e * sin)
-        return Desired(swing.psi_rad, water + drift[0] * cos + drift[1] * sin, swing.rate_radps, brake=True)
+        surge = water + drift[0] * cos + drift[1] * sin
+        return Desired(swing.psi_rad, surge, swing.rate_radps, brake=True, asked_mps=planned)
 
     def _leeway(self, dt_s: float, rate: float, speed_mps: float) -> tuple[float, float]:
         """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""

@@ -67,6 +67,9 @@ class GuidanceOutput:
 
 
 _TOO_FAST = "the water is faster than the vessel"
+_CARRIED_MPS = 0.3
+"""Speed over ground from which water that seems too fast is believed: it would carry the vessel away. One that stays where
+it is under thrust has lost its thrust instead (weed, propellers gone): the monitors say so. Steerage way of the field."""
 
 
 class Guidance:
@@ -270,9 +273,7 @@ class Guidance:
             if told:
                 self._say(Severity.WARNING, told)
             path = self._orbit_state(self._loiter, state, track, here)
-        if not possible:
-            return self._result(Desired(None, None), path, _TOO_FAST)
-        return self._result(desired, path)
+        return self._judged(state, desired, path, possible)
 
     def _keep_station(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:
@@ -292,7 +293,13 @@ class Guidance:
             target_lon_rad=lon_rad,
             on_path=near,
         )
-        return self._result(desired if able else Desired(None, None), path, "" if able else _TOO_FAST)
+        return self._judged(state, desired, path, able)
+
+    def _judged(self, state: EstimatedState, desired: Desired, path: PathControlState, able: bool) -> GuidanceOutput:
+        carried = state.sog_mps is None or state.sog_mps >= _CARRIED_MPS
+        if carried and not able:
+            return self._result(Desired(None, None), path, _TOO_FAST)
+        return self._result(desired, path)
 
     def _result(self, desired: Desired, path: PathControlState, unable: str = "") -> GuidanceOutput:
         if unable and not self._unable:
