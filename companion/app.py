@@ -31,6 +31,7 @@ from mavlink_bridge.mavlink.persona import Identity
 
 from .audit import Audit
 from .changes import ends_far_word, parameter_problem, saving
+from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
 from .core.vehicle import TickInputs, Vehicle
@@ -246,9 +247,8 @@ class App:
             links=self._health,
             heard=[each for ground in self.grounds for each in ground.heard()],
             standing=[(Severity.INFO, text) for text in self.storage.standing],
-            storage_fault=self.storage.fault,
+            process=ProcessFlags(self.storage.fault, self._watched.failing(now_us)),
             barred=self.storage.barred,
-            task_failing=self._watched.failing(now_us),
             late_s=late_s,
             load=load,
             plan_ids=self.facade.plans.ids,

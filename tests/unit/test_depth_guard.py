@@ -8,7 +8,7 @@ import pytest
 
 from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
-from companion.core.guard.depth.guard import DepthGuard, GuardOutput, next_state
+from companion.core.guard.depth.guard import DepthFlags, DepthGuard, GuardOutput, next_state
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
 from companion.core.hull.geometry import HullGeometry
@@ -138,16 +138,18 @@ def test_unknown_after_correction_keeps_the_stop():
     run = Run(SEED.model_copy(update={"unknown_policy": "warn"}))
     run.seen(5.0, 3.95)
     out = run.tick(after_us=2_000_000)
-    assert (out.state, out.shallow, out.altitude_m) == (UNKNOWN, True, None)
-    assert run.feed(4.2).shallow is False
+    assert (out.state, out.flags.depth_shallow, out.altitude_m) == (UNKNOWN, True, None)
+    assert run.feed(4.2).flags.depth_shallow is False
 
 
 def test_unknown_to_the_band_above_the_limit_needs_no_abort():
     run = Run()
     out = run.feed(4.05)
-    assert (out.state, out.abort, out.shallow) == (CORRECTION, False, False)
+    assert (out.state, out.abort, out.flags.depth_shallow) == (CORRECTION, False, False)
     out = run.feed(3.95)
-    assert (out.state, out.abort, out.shallow) == (CORRECTION, True, True), "below the limit it is an entry after all"
+    assert (out.state, out.abort, out.flags.depth_shallow) == (CORRECTION, True, True), (
+        "below the limit it is an entry after all"
+    )
     assert run.feed(3.94).abort is False
     run = Run()
     assert run.feed(4.0 - 1e-10).abort is False
@@ -158,17 +160,17 @@ def test_unknown_to_the_band_above_the_limit_needs_no_abort():
 def test_locked_outlasts_a_silent_sounder_and_is_a_flag_of_its_own():
     run = Run()
     out = run.feed(2.0)
-    assert (out.locked, out.shallow) == (True, False)
+    assert (out.flags.depth_locked, out.flags.depth_shallow) == (True, False)
     out = run.tick(after_us=60_000_000)
-    assert (out.state, out.locked) == (LOCKED, True)
+    assert (out.state, out.flags.depth_locked) == (LOCKED, True)
     assert run.guard.refusal(run.now_us) == "depth guard locked: altitude unknown, needs 4.10 m"
-    assert run.feed(4.1).locked is False
+    assert run.feed(4.1).flags.depth_locked is False
 
 
 def test_correction_that_locks_is_no_longer_shallow():
     run = Run()
-    assert run.feed(3.95).shallow
-    assert not run.feed(3.0).shallow
+    assert run.feed(3.95).flags.depth_shallow
+    assert not run.feed(3.0).flags.depth_shallow
 
 
 def test_unlock_once_lasts_until_the_water_is_good():
@@ -177,7 +179,7 @@ def test_unlock_once_lasts_until_the_water_is_good():
     run.guard.unlock_once()
     assert run.guard.refusal(run.now_us) is None
     out = run.feed(3.2)
-    assert (out.state, out.locked, out.abort) == (LOCKED, False, False)
+    assert (out.state, out.flags.depth_locked, out.abort) == (LOCKED, False, False)
     run.seen(5.0, 3.0)
     assert run.guard.refusal(run.now_us) is not None
 
@@ -186,7 +188,7 @@ def test_an_unlock_is_used_up_by_the_next_lock():
     run = Run()
     run.feed(5.0)
     run.guard.unlock_once()
-    assert run.feed(3.0).locked
+    assert run.feed(3.0).flags.depth_locked
 
 
 def test_asking_for_the_refusal_changes_nothing():
@@ -201,7 +203,12 @@ def test_disabled_the_guard_only_measures():
     assert run.guard.activation(0) is None
     out = run.feed(2.0)
     assert (out.state, out.altitude_m, out.altitude_raw_m, out.limit_m) == (UNKNOWN, 2.0, 2.0, None)
-    assert (out.abort, out.locked, out.shallow, out.blind) == (False, False, False, False)
+    assert (out.abort, out.flags.depth_locked, out.flags.depth_shallow, out.flags.depth_blind) == (
+        False,
+        False,
+        False,
+        False,
+    )
     assert run.guard.activation(run.now_us) is None
     run.guard.configure(SEED)
     assert run.tick().state is LOCKED
@@ -217,7 +224,7 @@ def test_switching_off_forgets_the_correction():
     run.guard.configure(SEED.model_copy(update={"enabled": False}))
     run.tick()
     run.guard.configure(SEED)
-    assert run.feed(4.05).shallow is False
+    assert run.feed(4.05).flags.depth_shallow is False
 
 
 def test_margins_of_zero_leave_no_dead_state():
@@ -264,28 +271,28 @@ def test_policies_for_an_unknown_altitude(policy, required, lost, slow, blind):
     run = Run(SEED.model_copy(update={"unknown_policy": policy, "required": required}))
     for _ in range(7):
         run.feed(5.0)
-    assert not run.tick().lost
+    assert not run.tick().flags.depth_lost
     out = run.tick(after_us=1_000_001)
-    assert (out.lost, out.slow_to_mps, out.blind) == (lost, slow, False)
-    assert run.tick(after_us=3_999_998).blind is False
-    assert run.tick(after_us=1).blind is blind
+    assert (out.flags.depth_lost, out.slow_to_mps, out.flags.depth_blind) == (lost, slow, False)
+    assert run.tick(after_us=3_999_998).flags.depth_blind is False
+    assert run.tick(after_us=1).flags.depth_blind is blind
 
 
 def test_never_heard_counts_from_the_start():
     run = Run(SEED.model_copy(update={"unknown_policy": "stop"}))
     run.now_us = 70_000_000
-    assert not run.tick().lost
-    assert not run.tick(after_us=2_999_999).lost, "a sounder may take three seconds to speak"
-    assert run.tick(after_us=1).lost
-    assert not run.tick(after_us=1_999_999).blind
-    assert run.tick(after_us=1).blind
+    assert not run.tick().flags.depth_lost
+    assert not run.tick(after_us=2_999_999).flags.depth_lost, "a sounder may take three seconds to speak"
+    assert run.tick(after_us=1).flags.depth_lost
+    assert not run.tick(after_us=1_999_999).flags.depth_blind
+    assert run.tick(after_us=1).flags.depth_blind
 
 
 def test_the_first_seconds_are_not_called_lost():
     run = Run(DepthGuardConfig(unknown_policy="warn"))
     for i in range(12):
         out = run.tick(after_us=50_000) if i < 6 else run.feed(5.0)
-        assert not out.lost, "the filter fills"
+        assert not out.flags.depth_lost, "the filter fills"
     assert out.state is OK
 
 
@@ -303,14 +310,14 @@ def test_losing_the_bottom_in_deep_water_is_normal_and_at_five_metres_is_not():
     run = Run(config)
     run.feed(45.0)
     out = run.tick(after_us=20_000_000)
-    assert (out.lost, out.blind) == (False, False)
+    assert (out.flags.depth_lost, out.flags.depth_blind) == (False, False)
     run = Run(config)
     run.feed(5.0)
     out = run.tick(after_us=20_000_000)
-    assert (out.lost, out.blind) == (True, True)
+    assert (out.flags.depth_lost, out.flags.depth_blind) == (True, True)
     run = Run(config.model_copy(update={"required": True}))
     run.feed(45.0)
-    assert run.tick(after_us=20_000_000).blind, "required is required"
+    assert run.tick(after_us=20_000_000).flags.depth_blind, "required is required"
 
 
 def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
@@ -319,7 +326,7 @@ def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
     for altitude in (8.0, 7.5, 7.0, 6.5, 6.0, 5.5, 5.0):
         run.feed(altitude)
     last_us = run.now_us
-    while not (out := run.tick(after_us=50_000)).lost:
+    while not (out := run.tick(after_us=50_000)).flags.depth_lost:
         pass
     assert (run.now_us - last_us) / 1e6 <= 1.05
     assert out.slow_to_mps == 0.5
@@ -341,52 +348,59 @@ class Braking(Run):
 
 def test_the_brake_takes_the_way_off_and_then_the_stop_follows():
     run = Braking(BRAKING)
-    assert not run.at_speed(5.0, 2.0).brake
+    assert not run.at_speed(5.0, 2.0).flags.depth_braking
     out = run.at_speed(3.0, 2.0)
-    assert (out.abort, out.brake, out.locked, out.shallow) == (True, True, False, False)
+    assert (out.abort, out.flags.depth_braking, out.flags.depth_locked, out.flags.depth_shallow) == (
+        True,
+        True,
+        False,
+        False,
+    )
     out = run.at_speed(3.0, 0.2)
-    assert (out.abort, out.brake, out.locked) == (False, True, False)
+    assert (out.abort, out.flags.depth_braking, out.flags.depth_locked) == (False, True, False)
     out = run.at_speed(3.0, 0.15)
-    assert (out.brake, out.locked) == (False, True)
-    assert not run.at_speed(3.0, 2.0).brake, "no second time: the entry is over"
+    assert (out.flags.depth_braking, out.flags.depth_locked) == (False, True)
+    assert not run.at_speed(3.0, 2.0).flags.depth_braking, "no second time: the entry is over"
     run = Braking(BRAKING)
     run.at_speed(5.0, 2.0)
     out = run.at_speed(3.95, 2.0)
-    assert (out.brake, out.shallow) == (True, False)
-    assert run.at_speed(3.95, 0.1).shallow
+    assert (out.flags.depth_braking, out.flags.depth_shallow) == (True, False)
+    assert run.at_speed(3.95, 0.1).flags.depth_shallow
 
 
 def test_the_brake_lasts_three_seconds_at_the_most_and_rests_for_five():
     run = Braking(BRAKING)
     run.at_speed(5.0, 2.0)
-    assert run.at_speed(3.95, 2.0).brake
-    assert run.at_speed(3.95, 2.0, 2_999_999).brake
-    assert not run.at_speed(3.95, 2.0, 1).brake
+    assert run.at_speed(3.95, 2.0).flags.depth_braking
+    assert run.at_speed(3.95, 2.0, 2_999_999).flags.depth_braking
+    assert not run.at_speed(3.95, 2.0, 1).flags.depth_braking
     run.at_speed(4.2, 2.0, 1_000_000)
-    assert not run.at_speed(3.95, 2.0, 3_999_999).brake
+    assert not run.at_speed(3.95, 2.0, 3_999_999).flags.depth_braking
     run.at_speed(4.2, 2.0, 1)
-    assert run.at_speed(3.95, 2.0, 1).brake
+    assert run.at_speed(3.95, 2.0, 1).flags.depth_braking
 
 
 def test_no_brake_when_off_inactive_or_without_way():
     for config, speed, active in ((SEED, 2.0, True), (BRAKING, 2.0, False), (BRAKING, 0.15, True)):
         run = Braking(config)
         run.at_speed(5.0, speed, active=active)
-        assert not run.at_speed(3.0, speed, active=active).brake
+        assert not run.at_speed(3.0, speed, active=active).flags.depth_braking
     run = Braking(BRAKING)
     run.at_speed(5.0, 2.0)
-    assert run.at_speed(3.0, 2.0).brake
-    assert not run.at_speed(3.0, 2.0, active=False).brake
-    assert not run.at_speed(3.0, 2.0).brake, "armed again it does not go on"
+    assert run.at_speed(3.0, 2.0).flags.depth_braking
+    assert not run.at_speed(3.0, 2.0, active=False).flags.depth_braking
+    assert not run.at_speed(3.0, 2.0).flags.depth_braking, "armed again it does not go on"
     run = Run(BRAKING)
     run.feed(5.0)
     out = run.feed(3.0)
-    assert (out.abort, out.brake, out.locked) == (True, False, True), "at an unknown speed it stops without"
+    assert (out.abort, out.flags.depth_braking, out.flags.depth_locked) == (True, False, True), (
+        "at an unknown speed it stops without"
+    )
 
 
 def test_the_first_tick_can_brake():
     run = Braking(BRAKING)
-    assert run.at_speed(3.0, 2.0, after_us=0).brake
+    assert run.at_speed(3.0, 2.0, after_us=0).flags.depth_braking
 
 
 def test_soon_after_setting_off_it_brakes_as_well():
@@ -394,16 +408,16 @@ def test_soon_after_setting_off_it_brakes_as_well():
     for _ in range(20):
         run.at_speed(5.0, 0.0)
     run.at_speed(5.0, 1.0)
-    assert run.at_speed(3.0, 1.0).brake
+    assert run.at_speed(3.0, 1.0).flags.depth_braking
 
 
 def test_a_stop_by_the_map_brakes_too():
     guard = DepthGuard(DepthGuardConfig(input=RAW, brake=True), HULL)
     guard.set_map(chart(3.0, 60.0))
     out = guard.step(0, at(52.0, 2.0), True, None, stopping)
-    assert (out.brake, out.stop_ahead) == (True, False)
+    assert (out.flags.depth_braking, out.flags.depth_ahead) == (True, False)
     out = guard.step(1_000_000, at(52.0, 0.1), True, None, stopping)
-    assert out.brake is False
+    assert out.flags.depth_braking is False
 
 
 # ---- look-ahead and map, as far as the guard itself decides
@@ -439,14 +453,14 @@ def test_the_map_stops_before_the_shallow_and_not_otherwise():
     guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
     guard.set_map(chart(3.0, 60.0))
     out = guard.step(0, at(0.0, 2.0), True, None, stopping)
-    assert (out.stop_ahead, out.map_least_m) == (False, 30.0)
+    assert (out.flags.depth_ahead, out.map_least_m) == (False, 30.0)
     out = guard.step(0, at(52.0, 2.0), True, None, stopping)
-    assert (out.stop_ahead, out.map_least_m, out.abort) == (True, 3.0, False)
+    assert (out.flags.depth_ahead, out.map_least_m, out.abort) == (True, 3.0, False)
     assert out.texts[0][1] == "Shallow water ahead (map 3.0 m): stopping"
     assert guard.step(0, at(52.0, 2.0), True, None, stopping).texts == (), "told once"
-    assert guard.step(0, at(52.0, 2.0), False, None, stopping).stop_ahead is False
+    assert guard.step(0, at(52.0, 2.0), False, None, stopping).flags.depth_ahead is False
     guard.set_map(None)
-    assert guard.step(0, at(52.0, 2.0), True, None, stopping).stop_ahead is False
+    assert guard.step(0, at(52.0, 2.0), True, None, stopping).flags.depth_ahead is False
 
 
 def test_tide_keel_and_uncertainty_shift_the_map():
@@ -491,16 +505,16 @@ def test_the_closing_rate_raises_the_limit_slows_and_stops():
     # 0.1 m of noise (0.5 % of the altitude) costs the proof a few cm/s.
     assert out.closing_mps == pytest.approx(0.5, abs=0.02)
     assert out.limit_m == pytest.approx(4.0 + out.closing_mps * 2.6, abs=1e-6)
-    assert (out.stop_ahead, out.slow_to_mps) == (False, None)
+    assert (out.flags.depth_ahead, out.slow_to_mps) == (False, None)
     guard = DepthGuard(config, HULL)
     now_us = falling(guard, 9.6, 0.5, 8.0)  # 5.65 m: a stop would need 1.3 m, one and a half times that is not there
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
-    assert out.stop_ahead is False
+    assert out.flags.depth_ahead is False
     assert 1.5 < out.slow_to_mps < 2.0
     guard = DepthGuard(config, HULL)
     now_us = falling(guard, 9.2, 0.5, 8.0)
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
-    assert (out.stop_ahead, out.state, out.abort) == (True, OK, False)
+    assert (out.flags.depth_ahead, out.state, out.abort) == (True, OK, False)
     assert out.suggestion == (0.0, 0.0), "the water is still good here"
 
 
@@ -532,8 +546,7 @@ def test_the_chain_takes_new_settings_too():
 
 def test_an_output_says_nothing_it_was_not_told():
     out = GuardOutput(UNKNOWN, None, None, None)
-    alarms = (out.abort, out.stop_ahead, out.shallow, out.locked, out.lost, out.blind, out.brake)
-    assert not any(alarms)
+    assert (out.abort, out.flags) == (False, DepthFlags())
     assert (out.slow_to_mps, out.map_least_m, out.suggestion, out.closing_mps, out.texts) == (None, None, None, 0.0, ())
 
 
@@ -554,11 +567,11 @@ def test_a_false_echo_over_unfathomable_water_does_not_stop_with_the_policy_stop
 
     go(10.0, 95.0)
     go(60.0, None)
-    assert not out.lost
+    assert not out.flags.depth_lost
     go(echo_s, 30.0)
     go(20.0, None)
-    assert out.lost == stops
-    assert out.blind == stops
+    assert out.flags.depth_lost == stops
+    assert out.flags.depth_blind == stops
     assert not out.abort
 
 

@@ -49,7 +49,7 @@ def test_lost_at_five_metres_closing_it_goes_slow_within_a_second(slope, policy)
     approach.run(12.0)
     took_s = approach.until(lambda out: out.slow_to_mps is not None and out.slow_to_mps <= 0.5)
     assert took_s <= 1.0
-    assert not approach.out.stop_ahead
+    assert not approach.out.flags.depth_ahead
     assert "Sounder lost while the bottom closes: going slow" in approach.texts or slope == 0.1
     approach.run(0.5, silent=True)
     assert approach.texts.count("Sounder lost while the bottom closes: going slow") <= 1
@@ -59,7 +59,7 @@ def test_lost_at_five_metres_closing_it_goes_slow_within_a_second(slope, policy)
 def test_it_stops_while_there_is_water_if_the_slope_goes_on(speed_mps, slope):
     approach = Approach(5.5 + slope * speed_mps * 12.0, slope, speed_mps)
     approach.run(12.0)
-    approach.until(lambda out: out.stop_ahead)
+    approach.until(lambda out: out.flags.depth_ahead)
     assert approach.altitude_m - slope * (2.3 + 0.3) * speed_mps > 4.0
     assert approach.altitude_m < 4.0 + slope * speed_mps * (2.3 + 0.6) + 0.35, "not much earlier than it must"
     assert any(text.startswith("Shallow water ahead (sounder lost over a closing bottom)") for text in approach.texts)
@@ -72,9 +72,9 @@ def test_a_level_bottom_and_one_that_is_far_below_are_only_told_of():
     far.run(12.0)
     for approach in (level, far):
         approach.run(10.0, silent=True)
-        assert approach.out.lost
+        assert approach.out.flags.depth_lost
         assert approach.out.slow_to_mps is None
-        assert not approach.out.stop_ahead
+        assert not approach.out.flags.depth_ahead
 
 
 @pytest.mark.parametrize(
@@ -85,17 +85,17 @@ def test_parity_does_nothing(config):
     approach.run(10.0)
     approach.run(20.0, silent=True)
     assert approach.out.slow_to_mps is None
-    assert not approach.out.stop_ahead
+    assert not approach.out.flags.depth_ahead
 
 
 def test_lying_still_ends_it_and_an_echo_does_too():
     approach = Approach(5.9, 0.05)
     approach.run(5.0)
-    approach.until(lambda out: out.stop_ahead)
+    approach.until(lambda out: out.flags.depth_ahead)
     approach.speed_mps = 0.3
-    assert not approach.run(0.1, silent=True).stop_ahead
+    assert not approach.run(0.1, silent=True).flags.depth_ahead
     approach.speed_mps = 2.0
-    assert not approach.run(1.0, silent=True).stop_ahead, "an operator went on"
+    assert not approach.run(1.0, silent=True).flags.depth_ahead, "an operator went on"
     again = Approach(6.5, 0.05)
     again.run(8.0)
     again.run(1.5, silent=True)

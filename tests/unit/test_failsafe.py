@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -18,13 +17,14 @@ from companion.core.guard.failsafe import (
     step,
 )
 from companion.core.guard.failsafe_config import reached
-from companion.core.guard.failsafe_flags import ALARMS
+from companion.core.guard.failsafe_flags import ALARMS, changed, flags_of
 from companion.core.guard.failsafe_orders import ENDS_STANDING, Order, names
-from companion.core.guard.failsafe_table import BY_NAME, TABLE, Clear, Takeover
+from companion.core.guard.failsafe_row import Clear, Takeover
+from companion.core.guard.failsafe_table import BY_NAME, TABLE
 from mavlink_bridge.language.messages import Action, Severity
 
 CONFIG = FailsafeConfig()
-WELL = Flags(armed=True, autonomous=True, gcs_required=True, gcs_age_s=0.1)
+WELL = flags_of(armed=True, autonomous=True, gcs_required=True, gcs_age_s=0.1)
 TICK_S = 0.05
 
 
@@ -69,7 +69,7 @@ def raised(name: str, flags: Flags = WELL) -> Flags:
         "manual_lost": {"manual_age_s": 1e4},
         "guided_lost": {"guided_age_s": 1e4},
     }
-    return replace(flags, **ages.get(name, {name: True}))
+    return changed(flags, **ages.get(name, {name: True}))
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
@@ -100,14 +100,14 @@ def test_each_row_clears_by_its_rule(row):
     if row.clear_s > 0.0:
         run.step(WELL, row.clear_s - 1e-6)
         assert row.name in run.causes
-        run.step(replace(WELL, operator_order=Order.GUIDED, operator_arm=True), 0.0)
+        run.step(changed(WELL, operator_order=Order.GUIDED, operator_arm=True), 0.0)
         assert row.name in run.causes, "an order before the cause has been gone long enough does not clear"
         run.step(WELL, 1e-6)
     gone_by_itself = row.name not in run.causes
     assert gone_by_itself == (row.clear in (Clear.GONE, Clear.ACTED))
-    run.step(replace(WELL, operator_order=Order.GUIDED))
+    run.step(changed(WELL, operator_order=Order.GUIDED))
     assert (row.name not in run.causes) == (row.clear in (Clear.GONE, Clear.OPERATOR, Clear.ACTED))
-    run.step(replace(WELL, operator_arm=True))
+    run.step(changed(WELL, operator_arm=True))
     assert (row.name not in run.causes) == (row.clear is not Clear.RESTART)
 
 
@@ -118,10 +118,10 @@ def test_each_row_yields_to_whom_it_says(row):
     run.step(cause)
     run.step(cause, row.delay_s + 0.05)
     full = run.last.action
-    by_hand = run.step(replace(cause, manual=True))
+    by_hand = run.step(changed(cause, manual=True))
     assert (by_hand <= Action.WARN) == (row.takeover is not Takeover.NEVER or full <= Action.WARN)
     assert run.step(cause) == full, "manual control ends, the action is back"
-    ordered = run.step(replace(cause, operator_order=Order.GUIDED))
+    ordered = run.step(changed(cause, operator_order=Order.GUIDED))
     assert (ordered <= Action.WARN) == (row.takeover is Takeover.ORDER or full <= Action.WARN)
     after = run.step(cause)
     assert after == ordered, "a takeover lasts"
@@ -129,11 +129,11 @@ def test_each_row_yields_to_whom_it_says(row):
 
 def test_the_takeover_is_told_once_and_the_end_too():
     run = Run()
-    cause = replace(WELL, depth_shallow=True)
+    cause = changed(WELL, depth_shallow=True)
     run.step(cause)
-    run.step(replace(cause, operator_order=Order.GUIDED))
+    run.step(changed(cause, operator_order=Order.GUIDED))
     assert len(run.texts) == 2, "at once"
-    run.step(replace(cause, operator_order=Order.GUIDED))
+    run.step(changed(cause, operator_order=Order.GUIDED))
     run.step(WELL)
     run.step(WELL)
     assert [text for _, text in run.texts] == [
@@ -146,23 +146,23 @@ def test_the_takeover_is_told_once_and_the_end_too():
 
 def test_after_a_takeover_the_cause_gone_is_enough():
     run = Run()
-    cause = replace(WELL, depth_shallow=True)
+    cause = changed(WELL, depth_shallow=True)
     run.step(cause)
-    run.step(replace(cause, operator_arm=True))
+    run.step(changed(cause, operator_arm=True))
     assert run.step(WELL) is Action.NONE
     assert run.step(cause) is Action.STOP, "a new cause counts anew"
 
 
 def test_the_worst_action_wins_and_causes_come_most_urgent_first():
     run = Run()
-    action = run.step(replace(WELL, fence_ahead=True, emergency_stop=True, tick_late=True))
+    action = run.step(changed(WELL, fence_ahead=True, emergency_stop=True, tick_late=True))
     assert action is Action.DISARM
     assert run.causes == ("emergency_stop", "fence_ahead", "tick_late")
 
 
 def test_a_flag_that_flickers_starts_its_delay_again():
     run = Run()
-    low = replace(WELL, battery_empty=True)
+    low = changed(WELL, battery_empty=True)
     run.step(low)
     run.step(low, 4.9)
     run.step(WELL, 0.05)
@@ -174,7 +174,7 @@ def test_a_flag_that_flickers_starts_its_delay_again():
 
 def test_a_cause_that_comes_back_while_clearing_does_not_start_anew():
     run = Run()
-    lost = replace(WELL, position_lost=True)
+    lost = changed(WELL, position_lost=True)
     run.step(lost)
     run.step(WELL)
     run.step(lost)
@@ -183,7 +183,7 @@ def test_a_cause_that_comes_back_while_clearing_does_not_start_anew():
     run.step(WELL, 4.0)
     run.step(lost)
     run.step(WELL)
-    assert run.step(replace(WELL, operator_order=Order.GUIDED), 4.0) is Action.STOP, (
+    assert run.step(changed(WELL, operator_order=Order.GUIDED), 4.0) is Action.STOP, (
         "five seconds count from the last loss"
     )
 
@@ -191,21 +191,21 @@ def test_a_cause_that_comes_back_while_clearing_does_not_start_anew():
 def test_hold_becomes_stop_without_position_or_heading():
     for lost in ("position_lost", "heading_lost"):
         run = Run()
-        assert run.step(replace(WELL, gcs_age_s=9.0)) is Action.HOLD
-        assert run.step(replace(WELL, gcs_age_s=9.0, autonomous=False, **{lost: True})) is Action.STOP
-        assert Run().step(replace(WELL, autonomous=False, tick_late=True, **{lost: True})) is Action.WARN
+        assert run.step(changed(WELL, gcs_age_s=9.0)) is Action.HOLD
+        assert run.step(changed(WELL, gcs_age_s=9.0, autonomous=False, **{lost: True})) is Action.STOP
+        assert Run().step(changed(WELL, autonomous=False, tick_late=True, **{lost: True})) is Action.WARN
 
 
 def test_a_return_does_not_cross_the_fence():
     run = Run(FailsafeConfig(gcs_action=Action.RETURN))
-    lost = replace(WELL, gcs_age_s=9.0)
+    lost = changed(WELL, gcs_age_s=9.0)
     assert run.step(lost) is Action.RETURN
-    assert run.step(replace(lost, fence_ahead=True)) is Action.HOLD
-    assert run.step(replace(lost, fence_ahead=True, manual=True)) is Action.WARN
+    assert run.step(changed(lost, fence_ahead=True)) is Action.HOLD
+    assert run.step(changed(lost, fence_ahead=True, manual=True)) is Action.WARN
     run = Run(FailsafeConfig(gcs_action=Action.RETURN))
-    run.step(replace(WELL, fence_ahead=True))
-    assert run.step(replace(lost, manual=True, battery_critical=True)) is Action.WARN
-    assert run.step(replace(WELL, fence_ahead=True, actuator_garbage=True)) is Action.STOP
+    run.step(changed(WELL, fence_ahead=True))
+    assert run.step(changed(lost, manual=True, battery_critical=True)) is Action.WARN
+    assert run.step(changed(WELL, fence_ahead=True, actuator_garbage=True)) is Action.STOP
 
 
 def test_row_36_the_last_ground_station_lost():
@@ -214,7 +214,7 @@ def test_row_36_the_last_ground_station_lost():
     age_s, acted, warned = 0.0, None, None
     while age_s < 66.0:
         age_s = round(age_s + TICK_S, 3)
-        action = run.step(replace(WELL, gcs_age_s=age_s))
+        action = run.step(changed(WELL, gcs_age_s=age_s))
         warned = age_s if warned is None and action is Action.WARN else warned
         acted = age_s if acted is None and action is Action.HOLD else acted
         if action is Action.RETURN:
@@ -226,13 +226,13 @@ def test_row_36_the_last_ground_station_lost():
         "Ground station lost: RETURN",
     ]
     assert run.step(WELL) is Action.RETURN, "the return goes on until an operator speaks"
-    assert run.step(replace(WELL, operator_order=Order.GUIDED)) is Action.NONE
+    assert run.step(changed(WELL, operator_order=Order.GUIDED)) is Action.NONE
 
 
 def test_ground_loss_counts_from_the_first_requirement_when_never_heard():
     run = Run()
-    silent = Flags(armed=True, autonomous=True, gcs_required=True)
-    run.step(replace(silent, armed=False), 100.0)
+    silent = flags_of(armed=True, autonomous=True, gcs_required=True)
+    run.step(changed(silent, armed=False), 100.0)
     run.step(silent)
     assert run.step(silent, 4.95) is Action.WARN
     assert run.step(silent, 0.05) is Action.HOLD
@@ -240,69 +240,71 @@ def test_ground_loss_counts_from_the_first_requirement_when_never_heard():
 
 def test_ground_loss_is_forgotten_while_not_required():
     run = Run()
-    silent = Flags(armed=True, autonomous=True, gcs_required=True)
+    silent = flags_of(armed=True, autonomous=True, gcs_required=True)
     run.step(silent)
-    run.step(replace(silent, gcs_required=False), 3.0)
+    run.step(changed(silent, gcs_required=False), 3.0)
     run.step(silent, 0.05)
     assert run.step(silent, 4.9) is Action.WARN
 
 
 def test_the_best_link_to_the_ground_decides():
     run = Run()
-    assert run.step(replace(WELL, gcs_age_s=100.0, radio_age_s=60.0)) is Action.NONE
-    assert run.step(replace(WELL, gcs_age_s=1.0, radio_age_s=1000.0)) is Action.NONE
-    assert run.step(replace(WELL, gcs_age_s=100.0, radio_age_s=65.0)) is Action.HOLD
+    assert run.step(changed(WELL, gcs_age_s=100.0, radio_age_s=60.0)) is Action.NONE
+    assert run.step(changed(WELL, gcs_age_s=1.0, radio_age_s=1000.0)) is Action.NONE
+    assert run.step(changed(WELL, gcs_age_s=100.0, radio_age_s=65.0)) is Action.HOLD
     assert run.causes == ("gcs_lost", "radio_lost", "gcs_degraded")
 
 
 def test_row_51_radio_alone_has_its_own_time():
     """Fault row 51: where the radio is the only link, its own time counts (30 s when so configured)."""
     run = Run(FailsafeConfig(radio_timeout_s=30.0))
-    radio = replace(WELL, gcs_age_s=None)
-    assert run.step(replace(radio, radio_age_s=29.99)) is Action.NONE
-    assert run.step(replace(radio, radio_age_s=30.0)) is Action.HOLD
+    radio = changed(WELL, gcs_age_s=None)
+    assert run.step(changed(radio, radio_age_s=29.99)) is Action.NONE
+    assert run.step(changed(radio, radio_age_s=30.0)) is Action.HOLD
 
 
 def test_row_37_row_38_streams_that_stop():
     """Fault rows 37 and 38: sticks 0.5 s, streamed set-points 1 s; both come back with the stream."""
     run = Run()
-    hand = replace(WELL, autonomous=False, manual=True)
-    assert run.step(replace(hand, manual_age_s=0.499)) is Action.NONE
-    assert run.step(replace(hand, manual_age_s=0.5)) is Action.STOP
-    assert run.step(replace(hand, manual_age_s=0.0)) is Action.NONE
-    assert run.step(replace(WELL, guided_age_s=0.99)) is Action.NONE
-    assert run.step(replace(WELL, guided_age_s=1.0)) is Action.HOLD
-    assert run.step(replace(WELL, guided_age_s=0.0)) is Action.NONE
+    hand = changed(WELL, autonomous=False, manual=True)
+    assert run.step(changed(hand, manual_age_s=0.499)) is Action.NONE
+    assert run.step(changed(hand, manual_age_s=0.5)) is Action.STOP
+    assert run.step(changed(hand, manual_age_s=0.0)) is Action.NONE
+    assert run.step(changed(WELL, guided_age_s=0.99)) is Action.NONE
+    assert run.step(changed(WELL, guided_age_s=1.0)) is Action.HOLD
+    assert run.step(changed(WELL, guided_age_s=0.0)) is Action.NONE
 
 
 @pytest.mark.parametrize("age_s", [math.inf, math.nan])
 def test_an_age_that_is_no_number_counts_as_lost(age_s):
-    assert Run().step(replace(WELL, gcs_age_s=age_s)) is Action.HOLD
+    assert Run().step(changed(WELL, gcs_age_s=age_s)) is Action.HOLD
 
 
 def test_conditions_of_a_vessel_under_way_do_not_hold_a_disarmed_one():
-    idle = Flags(
+    idle = flags_of(
         position_lost=True, heading_lost=True, gcs_required=True, gcs_age_s=99.0, fence_breach=True, stuck=True
     )
-    assert Run().step(replace(idle, autonomous=True)) is Action.NONE
+    assert Run().step(changed(idle, autonomous=True)) is Action.NONE
 
 
 def test_what_is_wrong_counts_disarmed_and_unheard_too():
-    assert Run().step(Flags(gcs_required=True, emergency_stop=True)) is Action.DISARM
+    assert Run().step(flags_of(gcs_required=True, emergency_stop=True)) is Action.DISARM
 
 
 def test_every_age_belongs_to_an_armed_vessel():
-    old = Flags(armed=True, gcs_required=True, gcs_age_s=99.0, radio_age_s=99.0, manual_age_s=99.0, guided_age_s=99.0)
+    old = flags_of(
+        armed=True, gcs_required=True, gcs_age_s=99.0, radio_age_s=99.0, manual_age_s=99.0, guided_age_s=99.0
+    )
     for row in TABLE:
         if row.age is not None:
             assert row.age(old) == 99.0
-            assert row.age(replace(old, armed=False)) is None
+            assert row.age(changed(old, armed=False)) is None
 
 
 def test_row_63_a_stuck_vessel_is_stopped_in_the_end():
     """Fault row 63: the monitor reports after 10 s of thrust without speed; neutral 10 s later."""
     run = Run()
-    stuck = replace(WELL, stuck=True)
+    stuck = changed(WELL, stuck=True)
     assert run.step(stuck) is Action.WARN
     assert run.step(stuck, 9.99) is Action.WARN
     assert run.step(stuck, 0.01) is Action.STOP
@@ -313,50 +315,50 @@ def test_row_59_oscillation_cuts_thrust():
     run = Run()
     run.step(WELL)
     assert run.last.thrust_limit == 1.0
-    run.step(replace(WELL, oscillating=True))
+    run.step(changed(WELL, oscillating=True))
     assert (run.last.action, run.last.thrust_limit) == (Action.WARN, 0.3)
 
 
 def test_row_64_emergency_stop_is_latched():
     """Fault row 64: same tick, whatever else goes on; only a re-arm with the cause gone ends it."""
     run = Run()
-    assert run.step(replace(WELL, emergency_stop=True, manual=True)) is Action.DISARM
-    assert run.step(replace(WELL, emergency_stop=True, operator_arm=True)) is Action.DISARM
-    assert run.step(replace(WELL, operator_order=Order.GUIDED)) is Action.DISARM
-    assert run.step(replace(WELL, operator_arm=True)) is Action.NONE
+    assert run.step(changed(WELL, emergency_stop=True, manual=True)) is Action.DISARM
+    assert run.step(changed(WELL, emergency_stop=True, operator_arm=True)) is Action.DISARM
+    assert run.step(changed(WELL, operator_order=Order.GUIDED)) is Action.DISARM
+    assert run.step(changed(WELL, operator_arm=True)) is Action.NONE
 
 
 def test_termination_is_for_ever():
     run = Run()
-    run.step(replace(WELL, terminate=True))
-    assert run.step(replace(WELL, operator_arm=True, operator_order=Order.GUIDED, manual=True), 1e6) is Action.TERMINATE
+    run.step(changed(WELL, terminate=True))
+    assert run.step(changed(WELL, operator_arm=True, operator_order=Order.GUIDED, manual=True), 1e6) is Action.TERMINATE
 
 
 def test_holding_names_what_arming_cannot_clear():
     run = Run()
-    flags = replace(WELL, depth_locked=True, battery_low=True, overruns=True, actuator_lost=True)
+    flags = changed(WELL, depth_locked=True, battery_low=True, overruns=True, actuator_lost=True)
     run.step(flags)
     run.step(flags, 9.0)
     assert holding(run.memory, CONFIG) == ("actuator_lost", "depth_locked")
     run.step(flags, 1.0)
     assert "overruns" in holding(run.memory, CONFIG), "after it has grown to STOP"
-    run.step(replace(flags, actuator_lost=False))
+    run.step(changed(flags, actuator_lost=False))
     assert "actuator_lost" not in holding(run.memory, CONFIG)
     assert holding(FailsafeMemory(), CONFIG) == ()
 
 
 def test_holding_passes_over_what_waits_and_what_was_taken_over():
     run = Run()
-    flags = replace(WELL, battery_empty=True, depth_shallow=True)
+    flags = changed(WELL, battery_empty=True, depth_shallow=True)
     run.step(flags)
     assert holding(run.memory, CONFIG) == ("depth_shallow",)
-    run.step(replace(flags, operator_order=Order.GUIDED))
+    run.step(changed(flags, operator_order=Order.GUIDED))
     assert holding(run.memory, CONFIG) == ()
 
 
 def test_an_order_is_barred_by_what_it_could_not_lift():
     run = Run()
-    run.step(replace(WELL, heading_lost=True))
+    run.step(changed(WELL, heading_lost=True))
     assert barring(run.memory, run.now_us, CONFIG) == "heading lost"
     run.step(WELL, 1.0)
     run.step(WELL, 4.95)
@@ -369,8 +371,8 @@ def test_an_order_is_barred_by_what_it_could_not_lift():
 
 def test_what_only_a_new_arming_lifts_says_so():
     run = Run()
-    run.step(replace(WELL, depth_locked=True))
-    for flags in (replace(WELL, depth_locked=True), WELL):
+    run.step(changed(WELL, depth_locked=True))
+    for flags in (changed(WELL, depth_locked=True), WELL):
         run.step(flags, 60.0)
         assert barring(run.memory, run.now_us, CONFIG) == "too shallow: locked, no manoeuvre: arm again first"
 
@@ -403,7 +405,7 @@ def test_an_order_goes_on_only_where_the_table_says_so(name, order):
     acting = run.step(flags, 6.0)
     bars = barring(run.memory, run.now_us, CONFIG, order)
     arms = order is Order.ARM
-    after = run.step(replace(flags, operator_order=None if arms else order, operator_arm=arms))
+    after = run.step(changed(flags, operator_order=None if arms else order, operator_arm=arms))
     may = order in ENDS_STANDING[name]
     assert after is (Action.WARN if may else acting)
     assert bars == ("" if may or order is Order.HOLD else f"{BY_NAME[name].text}: order {names(name)}")
@@ -427,7 +429,7 @@ def test_a_lost_station_bars_no_order_because_the_order_ends_the_silence():
     run.step(raised("gcs_lost"))
     assert run.last.action is Action.HOLD
     assert barring(run.memory, run.now_us, CONFIG, Order.AUTO) == ""
-    assert run.step(replace(WELL, gcs_age_s=0.0, operator_order=Order.AUTO)) is Action.NONE
+    assert run.step(changed(WELL, gcs_age_s=0.0, operator_order=Order.AUTO)) is Action.NONE
     assert run.step(raised("gcs_lost"), 6.0) is Action.HOLD, "the timer starts anew"
 
 
@@ -452,15 +454,15 @@ def test_what_an_order_lifts_or_need_not_does_not_bar(name, why):
 
 def test_a_condition_bars_when_it_acts_and_as_it_acts():
     run = Run(FailsafeConfig(conditions={"heading_lost": {"delay_s": 1.0}}))
-    run.step(replace(WELL, heading_lost=True))
+    run.step(changed(WELL, heading_lost=True))
     assert barring(run.memory, run.now_us, run.config) == "", "its delay runs"
-    run.step(replace(WELL, heading_lost=True), 1.0)
+    run.step(changed(WELL, heading_lost=True), 1.0)
     assert barring(run.memory, run.now_us, run.config) == "heading lost"
     run = Run()
-    run.step(replace(WELL, overruns=True))
-    run.step(replace(WELL, overruns=True), 9.9)
+    run.step(changed(WELL, overruns=True))
+    run.step(changed(WELL, overruns=True), 9.9)
     assert barring(run.memory, run.now_us, CONFIG) == "", "a warning as yet"
-    run.step(replace(WELL, overruns=True), 0.1)
+    run.step(changed(WELL, overruns=True), 0.1)
     assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded"
     run.step(WELL, 1.0)
     assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded", "gone, but not for long"
@@ -468,7 +470,7 @@ def test_a_condition_bars_when_it_acts_and_as_it_acts():
 
 def test_a_fence_ahead_that_is_gone_bars_nothing():
     run = Run()
-    run.step(replace(WELL, fence_ahead=True))
+    run.step(changed(WELL, fence_ahead=True))
     assert barring(run.memory, run.now_us, CONFIG) == "fence ahead"
     run.step(WELL)
     assert barring(run.memory, run.now_us, CONFIG) == ""
@@ -481,8 +483,8 @@ def test_the_texts_say_what_is_done():
     lost = raised("gcs_lost")
     by_hand = Run()
     by_hand.step(WELL)
-    by_hand.step(replace(lost, manual=True, manual_age_s=0.1))
-    by_hand.step(replace(lost, manual=True, manual_age_s=0.1), 60.0)
+    by_hand.step(changed(lost, manual=True, manual_age_s=0.1))
+    by_hand.step(changed(lost, manual=True, manual_age_s=0.1), 60.0)
     assert told(by_hand) == ["Ground station lost"] * 2, "nothing is done about it while an operator steers"
     grown = Run()
     grown.step(WELL)
@@ -497,7 +499,7 @@ def test_the_texts_say_what_is_done():
 def test_a_row_can_be_made_stricter_or_later_within_its_floor():
     config = FailsafeConfig(conditions={"fence_breach": {"action": "STOP", "delay_s": 0.5}})
     run = Run(config)
-    outside = replace(WELL, fence_breach=True)
+    outside = changed(WELL, fence_breach=True)
     assert run.step(outside) is Action.NONE
     assert run.step(outside, 0.5) is Action.STOP
 
@@ -520,22 +522,22 @@ def test_what_lies_below_a_floor_is_refused(name, over, message):
 
 def test_a_floor_itself_is_allowed():
     config = FailsafeConfig(conditions={"position_lost": {"action": Action.STOP, "delay_s": 2.0}})
-    assert Run(config).step(replace(WELL, position_lost=True)) is Action.NONE
+    assert Run(config).step(changed(WELL, position_lost=True)) is Action.NONE
 
 
 def test_ground_loss_by_parameters():
     config = FailsafeConfig(gcs_timeout_s=2.0, gcs_action="return", gcs_then_action=Action.STOP, gcs_then_s=1.0)
     run = Run(config)
-    assert run.step(replace(WELL, gcs_age_s=1.0)) is Action.WARN
-    assert run.step(replace(WELL, gcs_age_s=2.0)) is Action.RETURN
-    assert run.step(replace(WELL, gcs_age_s=3.0), 1.0) is Action.STOP
+    assert run.step(changed(WELL, gcs_age_s=1.0)) is Action.WARN
+    assert run.step(changed(WELL, gcs_age_s=2.0)) is Action.RETURN
+    assert run.step(changed(WELL, gcs_age_s=3.0), 1.0) is Action.STOP
     config = FailsafeConfig(gcs_then_action=Action.NONE)
     run = Run(config)
-    run.step(replace(WELL, gcs_age_s=5.0))
-    assert run.step(replace(WELL, gcs_age_s=999.0), 999.0) is Action.HOLD, "no second action"
+    run.step(changed(WELL, gcs_age_s=5.0))
+    assert run.step(changed(WELL, gcs_age_s=999.0), 999.0) is Action.HOLD, "no second action"
     run = Run(FailsafeConfig(gcs_action=Action.RETURN, gcs_then_action=Action.RETURN))
-    run.step(replace(WELL, gcs_age_s=5.0))
-    run.step(replace(WELL, gcs_age_s=99.0), 99.0)
+    run.step(changed(WELL, gcs_age_s=5.0))
+    run.step(changed(WELL, gcs_age_s=99.0), 99.0)
     assert [text for _, text in run.texts].count("Ground station lost: RETURN") == 1
 
 
@@ -588,7 +590,7 @@ def test_every_alarm_has_a_row_and_every_row_its_cause():
     for row in TABLE:
         if row.flag is not None:
             assert not row.flag(WELL)
-            assert row.flag(replace(WELL, **{row.name: True}))
+            assert row.flag(changed(WELL, **{row.name: True}))
 
 
 def test_the_markdown_has_a_line_per_row():
@@ -670,6 +672,6 @@ def test_the_defaults_of_the_parameters_are_the_tables():
 
 
 def test_the_radio_counts_only_armed_and_required():
-    for flags in (replace(WELL, armed=False), replace(WELL, gcs_required=False)):
+    for flags in (changed(WELL, armed=False), changed(WELL, gcs_required=False)):
         run = Run()
-        assert run.step(replace(flags, gcs_age_s=None, radio_age_s=1e4)) is Action.NONE
+        assert run.step(changed(flags, gcs_age_s=None, radio_age_s=1e4)) is Action.NONE

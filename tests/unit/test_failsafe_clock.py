@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import replace
 
 import pytest
 
 from companion.core.guard.failsafe import FailsafeConfig, FailsafeMemory, Flags
+from companion.core.guard.failsafe_flags import changed
 from companion.core.guard.failsafe_orders import Order
-from companion.core.guard.failsafe_table import TABLE, Clear
+from companion.core.guard.failsafe_row import Clear
+from companion.core.guard.failsafe_table import TABLE
 from companion.core.guard.failsafe_words import BACK, DOING, SHORT, WAYS
 from companion.core.guard.outlook import outlook
 from mavlink_bridge.language.messages import Action, Severity
@@ -39,7 +40,7 @@ class Link:
             if up and (self.now_s % BEAT_S) < STEP_S / 2:
                 self.heard_s = self.now_s
             age_s = round(self.now_s - self.heard_s, 3)
-            seen = replace(
+            seen = changed(
                 WELL, **{"gcs_age_s": None, self.over: age_s}, operator_order=Order.GUIDED if order else None, **flags
             )
             order = False
@@ -146,15 +147,15 @@ def test_an_order_with_the_station_back_starts_all_anew():
 def test_silence_that_has_no_number_counts_from_when_the_station_was_last_well():
     for age_s in (math.inf, math.nan):
         run = Run()
-        run.step(replace(WELL, gcs_age_s=age_s))
+        run.step(changed(WELL, gcs_age_s=age_s))
         run.step(WELL)
         run.step(WELL, 59.0)
         assert run.step(WELL, 1.0) is Action.HOLD
-        assert run.step(replace(WELL, gcs_age_s=age_s)) is Action.RETURN
+        assert run.step(changed(WELL, gcs_age_s=age_s)) is Action.RETURN
 
 
 def test_thrust_without_speed_that_ends_is_forgotten_and_what_stopped_the_boat_is_not():
-    stuck = replace(WELL, stuck=True)
+    stuck = changed(WELL, stuck=True)
     run = Run()
     run.step(stuck)
     run.step(stuck, 6.0)
@@ -164,7 +165,7 @@ def test_thrust_without_speed_that_ends_is_forgotten_and_what_stopped_the_boat_i
     assert run.step(stuck, 5.0) is Action.STOP, "and goes on"
     run.step(WELL)
     assert run.step(WELL, 60.0) is Action.STOP
-    assert run.step(replace(WELL, operator_order=Order.GUIDED)) is Action.NONE
+    assert run.step(changed(WELL, operator_order=Order.GUIDED)) is Action.NONE
     run.step(stuck)
     run.step(WELL)
     assert run.step(WELL, 10.0) is Action.NONE, "a mere warning ends by itself"
@@ -172,10 +173,10 @@ def test_thrust_without_speed_that_ends_is_forgotten_and_what_stopped_the_boat_i
 
 def test_an_overloaded_loop_that_has_recovered_is_not_stopped():
     run = Run()
-    run.step(replace(WELL, overruns=True))
+    run.step(changed(WELL, overruns=True))
     run.step(WELL)
     assert run.step(WELL, 9.99) is Action.WARN
-    assert run.step(replace(WELL, overruns=True)) is Action.WARN
+    assert run.step(changed(WELL, overruns=True)) is Action.WARN
 
 
 def steps(run: Run, flags: Flags, seconds: float) -> None:
@@ -195,11 +196,11 @@ def steps(run: Run, flags: Flags, seconds: float) -> None:
 )
 def test_what_goes_on_is_said_when_a_cause_is_gone(name, told):
     run = Run()
-    flags = replace(WELL, resume="Auto")
-    steps(run, replace(flags, **{name: True}), 8.0)
+    flags = changed(WELL, resume="Auto")
+    steps(run, changed(flags, **{name: True}), 8.0)
     steps(run, flags, 60.0)
     assert [text for severity, text in run.texts if severity is Severity.INFO and not text.startswith("Over")] == [told]
-    steps(run, replace(flags, **{name: True}), 1.0)
+    steps(run, changed(flags, **{name: True}), 1.0)
     steps(run, flags, 60.0)
     assert [text for severity, text in run.texts if severity is Severity.INFO and not text.startswith("Over")] == [
         told
@@ -208,12 +209,12 @@ def test_what_goes_on_is_said_when_a_cause_is_gone(name, told):
 
 def test_what_lets_go_by_itself_needs_no_order_and_a_hand_on_the_sticks_none_either():
     run = Run()
-    steps(run, replace(WELL, manual=True, manual_age_s=1.0), 1.0)
+    steps(run, changed(WELL, manual=True, manual_age_s=1.0), 1.0)
     steps(run, WELL, 30.0)
     assert [text for _, text in run.texts] == ["Manual control lost: STOP", "Over: manual control lost"]
     run = Run()
-    by_hand = replace(WELL, manual=True, manual_age_s=0.1)
-    steps(run, replace(by_hand, fence_breach=True), 1.0)
+    by_hand = changed(WELL, manual=True, manual_age_s=0.1)
+    steps(run, changed(by_hand, fence_breach=True), 1.0)
     steps(run, by_hand, 30.0)
     assert [text for _, text in run.texts] == ["Outside the fence"]
 
@@ -229,7 +230,7 @@ def test_every_row_that_waits_for_an_order_or_does_more_than_warn_has_words_for_
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
 def test_every_row_that_grows_or_waits_for_an_order_is_foretold(row):
     run = Run()
-    flags = replace(WELL, resume="Guided")
+    flags = changed(WELL, resume="Guided")
     run.step(raised(row.name, flags))
     run.step(raised(row.name, flags), 0.1 if row.age is not None else row.delay_s + 0.05)
     seen = {each.name: each for each in outlook(run.memory, flags, run.now_us, run.config)}[row.name]
@@ -266,34 +267,34 @@ def test_a_second_action_is_told_again_shortly_before_it_comes():
 
 def test_what_was_taken_over_is_said_so_and_nothing_is_foretold_of_it():
     run = Run()
-    steps(run, replace(WELL, fence_breach=True), 1.0)
-    flags = replace(WELL, fence_breach=True, operator_order=Order.RETURN)
+    steps(run, changed(WELL, fence_breach=True), 1.0)
+    flags = changed(WELL, fence_breach=True, operator_order=Order.RETURN)
     run.step(flags)
     (seen,) = outlook(run.memory, WELL, run.now_us, run.config)
     assert seen.sentence().startswith("outside the fence: taken over; until the boat is inside the fence again")
     assert outlook(FailsafeMemory(), WELL, 0, run.config) == ()
     run = Run()
-    run.step(replace(WELL, battery_low=True))
+    run.step(changed(WELL, battery_low=True))
     assert outlook(run.memory, WELL, run.now_us, run.config) == (), "its delay runs"
 
 
 def test_an_order_to_return_is_not_stopped_by_a_lost_station():
     run = Run()
-    home = replace(WELL, return_ordered=True)
+    home = changed(WELL, return_ordered=True)
     run.step(home)
-    assert run.step(replace(home, gcs_age_s=6.0)) is Action.WARN
-    assert run.step(replace(home, gcs_age_s=600.0), 600.0) is Action.WARN
-    assert run.step(replace(home, gcs_age_s=None, radio_age_s=600.0), 600.0) is Action.WARN
-    assert run.step(replace(home, gcs_age_s=600.0, fence_breach=True)) is Action.HOLD, "other causes stop it"
-    assert run.step(replace(home, return_ordered=False, gcs_age_s=601.0, radio_age_s=601.0), 1.0) >= Action.HOLD
+    assert run.step(changed(home, gcs_age_s=6.0)) is Action.WARN
+    assert run.step(changed(home, gcs_age_s=600.0), 600.0) is Action.WARN
+    assert run.step(changed(home, gcs_age_s=None, radio_age_s=600.0), 600.0) is Action.WARN
+    assert run.step(changed(home, gcs_age_s=600.0, fence_breach=True)) is Action.HOLD, "other causes stop it"
+    assert run.step(changed(home, return_ordered=False, gcs_age_s=601.0, radio_age_s=601.0), 1.0) >= Action.HOLD
 
 
 @pytest.mark.parametrize("name", ["fence_breach", "position_lost"])
 def test_a_cause_is_steadily_gone_after_ten_seconds_and_not_before(name):
     """Also where the row itself asks for less."""
     run = Run()
-    run.step(replace(WELL, **{name: True}))
-    run.step(replace(WELL, **{name: True}), 1.0)
+    run.step(changed(WELL, **{name: True}))
+    run.step(changed(WELL, **{name: True}), 1.0)
     run.step(WELL)
     run.step(WELL, 9.999999)
     assert not [text for _, text in run.texts if "to go on" in text]
@@ -302,7 +303,7 @@ def test_a_cause_is_steadily_gone_after_ten_seconds_and_not_before(name):
 
 
 def test_the_clock_adds_up_to_the_microsecond():
-    stuck = replace(WELL, stuck=True)
+    stuck = changed(WELL, stuck=True)
     run = Run()
     run.step(stuck)
     run.step(stuck, 4.0)
@@ -315,7 +316,7 @@ def test_the_clock_adds_up_to_the_microsecond():
 
 def test_silence_hidden_by_another_link_counts_from_when_that_link_fell_silent():
     run = Run()
-    run.step(replace(WELL, gcs_age_s=5.0))
-    run.step(replace(WELL, gcs_age_s=None, radio_age_s=1.0))
-    run.step(replace(WELL, gcs_age_s=None, radio_age_s=1.0), 10.0)
-    assert run.step(replace(WELL, gcs_age_s=1000.0)) is Action.HOLD, "10 s on the clock, not 1000"
+    run.step(changed(WELL, gcs_age_s=5.0))
+    run.step(changed(WELL, gcs_age_s=None, radio_age_s=1.0))
+    run.step(changed(WELL, gcs_age_s=None, radio_age_s=1.0), 10.0)
+    assert run.step(changed(WELL, gcs_age_s=1000.0)) is Action.HOLD, "10 s on the clock, not 1000"

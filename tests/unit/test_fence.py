@@ -109,40 +109,40 @@ def fence(*areas, **config) -> Fence:
 def test_stops_when_the_way_to_stop_reaches_the_margin_and_not_before():
     made = fence(disc(0.0, 0.0, 60.0))
     # 5 m to stop, 0.6 s of 2 m/s, 1 m of margin: 7.2 m
-    assert not made.check(state(52.7, speed=2.0), 5.0).stop
+    assert not made.check(state(52.7, speed=2.0), 5.0).flags.fence_ahead
     out = made.check(state(52.9, speed=2.0), 5.0)
-    assert out.stop
+    assert out.flags.fence_ahead
     assert out.texts == ((Severity.WARNING, "Fence in 7.1 m: stopping"),)
     assert made.check(state(52.9, speed=2.0), 5.0).texts == (), "told once"
-    assert not made.check(state(58.0, speed=2.0, course=math.pi), 5.0).stop, "sailing inward"
+    assert not made.check(state(58.0, speed=2.0, course=math.pi), 5.0).flags.fence_ahead, "sailing inward"
 
 
 def test_sailing_along_the_edge_is_allowed():
     made = fence(square(50.0))
-    assert not made.check(state(48.0, 0.0, 2.0, math.pi / 2.0), 5.0).stop
-    assert made.check(state(48.0, 0.0, 2.0, math.pi / 2.0 - 0.5), 5.0).stop
+    assert not made.check(state(48.0, 0.0, 2.0, math.pi / 2.0), 5.0).flags.fence_ahead
+    assert made.check(state(48.0, 0.0, 2.0, math.pi / 2.0 - 0.5), 5.0).flags.fence_ahead
 
 
 def test_inside_the_margin_outward_stops_and_inward_does_not():
     made = fence(square(50.0))
-    assert made.check(state(49.5, 0.0, 0.5, 0.0), 0.1).stop
-    assert not made.check(state(49.5, 0.0, 0.5, math.pi), 0.1).stop
+    assert made.check(state(49.5, 0.0, 0.5, 0.0), 0.1).flags.fence_ahead
+    assert not made.check(state(49.5, 0.0, 0.5, math.pi), 0.1).flags.fence_ahead
 
 
 def test_wind_and_current_that_set_outward_count_while_under_way():
     made = fence(disc(0.0, 0.0, 60.0))
     setting = {"drift_n_mps": 0.5, "drift_e_mps": 0.0}
-    assert not made.check(state(52.0, speed=1.0), 2.0).stop
-    assert made.check(state(54.0, speed=1.0, **setting), 2.0).stop
-    assert not made.check(state(54.0, speed=0.2, **setting), 0.1).stop, "keeping station is not being set"
+    assert not made.check(state(52.0, speed=1.0), 2.0).flags.fence_ahead
+    assert made.check(state(54.0, speed=1.0, **setting), 2.0).flags.fence_ahead
+    assert not made.check(state(54.0, speed=0.2, **setting), 0.1).flags.fence_ahead, "keeping station is not being set"
 
 
 def test_from_rest_the_order_or_the_bow_says_where_to():
     made = fence(square(50.0))
-    assert made.check(state(49.8), 0.5).stop, "the bow points out"
-    assert not made.check(state(49.8), 0.5, ahead=(0.0, 0.0)).stop
-    assert made.check(state(49.8, course=math.pi), 0.5, ahead=(80.0, 0.0)).stop
-    assert not made.check(state(49.8, vx_mps=None, vy_mps=None, psi_rad=None), 0.5).stop
+    assert made.check(state(49.8), 0.5).flags.fence_ahead, "the bow points out"
+    assert not made.check(state(49.8), 0.5, ahead=(0.0, 0.0)).flags.fence_ahead
+    assert made.check(state(49.8, course=math.pi), 0.5, ahead=(80.0, 0.0)).flags.fence_ahead
+    assert not made.check(state(49.8, vx_mps=None, vy_mps=None, psi_rad=None), 0.5).flags.fence_ahead
 
 
 def test_a_breach_is_counted_told_and_ended():
@@ -156,7 +156,7 @@ def test_a_breach_is_counted_told_and_ended():
         7,
     )
     assert out.texts == ((Severity.CRITICAL, "Outside the fence by 3.0 m"),)
-    assert not out.stop
+    assert not out.flags.fence_ahead
     assert made.check(state(54.0), 0.0).texts == ()
     out = made.check(state(40.0, course=math.pi), 0.0)
     assert (out.status.breached, out.status.breach_count, out.status.breach_type) == (False, 1, 0)

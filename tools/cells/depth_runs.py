@@ -87,7 +87,7 @@ class DepthRun:
                 distance_m = altitude_m + self.vessel.keel_depth_m - self.vessel.transducer_depth_m
                 guard.measure(Distance(now_us, self.noise.read(rng, distance_m)), state)
             out = guard.step(now_us, state, cut_us is None, None, stopping)
-            if cut_us is None and (out.abort or out.stop_ahead or out.brake):
+            if cut_us is None and (out.abort or out.flags.depth_ahead or out.flags.depth_braking):
                 cut_us = now_us + round(self.delay_s * 1e6)
             if self.slow and out.slow_to_mps is not None:
                 wanted_mps = min(self.speed_mps, out.slow_to_mps)

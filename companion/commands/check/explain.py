@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
 
 from ...core.guard.failsafe import FailsafeConfig, FailsafeMemory, Flags, failsafe_table_markdown, step
+from ...core.guard.failsafe_flags import HOME, changed, now
 from ...core.guard.failsafe_orders import Order
 from ...settings import Settings, load
 from ..numbers import number
@@ -60,8 +60,8 @@ def play(words: list[str], config: FailsafeConfig, tail_s: float = 90.0) -> list
         while events and events[0][0] * 1e6 <= now_us:
             changes = events.pop(0)[1]
             momentary |= {name: value for name, value in changes.items() if name.startswith("operator")}
-            flags = replace(flags, **{k: v for k, v in changes.items() if not k.startswith("operator")})
-        result = step(memory, replace(flags, **momentary), now_us, config)
+            flags = changed(flags, **{k: v for k, v in changes.items() if not k.startswith("operator")})
+        result = step(memory, changed(flags, **momentary), now_us, config)
         memory = result.memory
         lines += [f"{now_us / 1e6:7.2f} s  {severity.name.lower()}: {text}" for severity, text in result.texts]
         if result.action is not action:
@@ -94,17 +94,16 @@ def _event(word: str) -> tuple[float, dict[str, Any]]:
 
 def _change(part: str) -> tuple[str, Any]:
     """A flag that is set or cleared, or one that has a value. Raises ``ValueError``."""
-    known = {field.name: field.type for field in fields(Flags)}
     name, equals, value = part.lstrip("-").partition("=")
-    if name not in known:
-        raise ValueError(f"{name!r} is no flag; there are {', '.join(known)}")
+    if name not in HOME:
+        raise ValueError(f"{name!r} is no flag; there are {', '.join(HOME)}")
     if name == "operator_order":
         if value and value.upper() not in Order.__members__:
             raise ValueError(f"{part!r}: an order is one of {', '.join(Order.__members__).lower()}")
         return name, Order[value.upper()] if value else Order.GUIDED
     if name == "resume":
         return name, value
-    if known[name] == "bool":
+    if isinstance(now(Flags(), name), bool):
         if equals:
             raise ValueError(f"{part!r}: {name} has no value; write {name} or -{name}")
         return name, not part.startswith("-")

@@ -17,7 +17,7 @@ from mavlink_bridge.language.value import value
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
-from .failsafe_table import Clear, Takeover
+from .failsafe_row import Clear, Takeover
 from .failsafe_words import BACK, DOING, WAYS, capital, until
 
 __all__ = [
@@ -125,7 +125,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
             action = max(action, acting(rule, entry, flags))
     if action is Action.RETURN and _bars_the_way(entries, flags):
         action = Action.HOLD
-    if action in (Action.HOLD, Action.RETURN) and (flags.position_lost or flags.heading_lost):
+    if action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
         action = Action.STOP
     result = FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts))
     return replace(result, thrust_limit=config.oscillation_thrust) if "oscillating" in causes else result
@@ -133,11 +133,11 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
 
 def _bars_the_way(entries: Mapping[str, Entry], flags: Flags) -> bool:
     """A return that would lead across the fence waits before it."""
-    return "fence_ahead" in entries and not flags.manual
+    return "fence_ahead" in entries and not flags.helm.manual
 
 
 def _required_since(memory: FailsafeMemory, flags: Flags, now_us: int) -> int | None:
-    if not (flags.armed and flags.gcs_required):
+    if not (flags.helm.armed and flags.ground.gcs_required):
         return None
     return now_us if memory.required_since_us is None else memory.required_since_us
 
@@ -149,15 +149,15 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     """
     if since_us is None:
         return flags
-    gcs_s, radio_s = flags.gcs_age_s, flags.radio_age_s
+    gcs_s, radio_s = flags.ground.gcs_age_s, flags.ground.radio_age_s
     if gcs_s is None and radio_s is None:
-        return replace(flags, gcs_age_s=(now_us - since_us) / 1e6)
+        return replace(flags, ground=replace(flags.ground, gcs_age_s=(now_us - since_us) / 1e6))
     if gcs_s is None or radio_s is None:
         return flags
     if not reached(radio_s, microseconds(config.radio_timeout_s)):
-        return replace(flags, gcs_age_s=None)
+        return replace(flags, ground=replace(flags.ground, gcs_age_s=None))
     if not reached(gcs_s, microseconds(config.gcs_timeout_s)):
-        return replace(flags, radio_age_s=None)
+        return replace(flags, ground=replace(flags.ground, radio_age_s=None))
     return flags
 
 
@@ -207,8 +207,8 @@ def clock_us(entry: Entry, now_us: int) -> int:
 
 
 def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
-    arming = Order.ARM if flags.operator_arm else None
-    if ends(rule.row.name, flags.operator_order) or ends(rule.row.name, arming):
+    arming = Order.ARM if flags.ground.operator_arm else None
+    if ends(rule.row.name, flags.ground.operator_order) or ends(rule.row.name, arming):
         entry = replace(entry, taken=True)
     runs = rule.then_us is not None and entry.gone_us is None and not entry.escalated
     if runs:
@@ -227,8 +227,8 @@ def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
     if rule.row.clear is Clear.GONE or (rule.row.clear is Clear.ACTED and _wanted(rule, entry) <= Action.WARN):
         return True
     if rule.row.clear in (Clear.OPERATOR, Clear.ACTED):
-        return entry.taken or flags.operator_order is not None or flags.operator_arm
-    return rule.row.clear is Clear.REARM and flags.operator_arm
+        return entry.taken or flags.ground.operator_order is not None or flags.ground.operator_arm
+    return rule.row.clear is Clear.REARM and flags.ground.operator_arm
 
 
 def _wanted(rule: Rule, entry: Entry) -> Action:
@@ -238,8 +238,8 @@ def _wanted(rule: Rule, entry: Entry) -> Action:
 def acting(rule: Rule, entry: Entry, flags: Flags) -> Action:
     """What a condition that has acted asks for now."""
     action = _wanted(rule, entry)
-    by_hand = flags.manual and rule.row.takeover is not Takeover.NEVER
-    on_its_way = flags.return_ordered and rule.row.station
+    by_hand = flags.helm.manual and rule.row.takeover is not Takeover.NEVER
+    on_its_way = flags.helm.return_ordered and rule.row.station
     return min(action, Action.WARN) if entry.taken or by_hand or on_its_way else action
 
 
@@ -266,7 +266,7 @@ def _foretell(rule: Rule, entry: Entry, action: Action, flags: Flags, texts: lis
     """Say what comes next and what ends it, of whatever does more than warn or will."""
     if action < _wanted(rule, entry):
         return
-    end = until(rule.row, flags.resume)
+    end = until(rule.row, flags.helm.resume)
     if rule.then_us is not None and not entry.escalated:
         texts.append((Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}"))
     elif end and (action > Action.WARN or rule.row.clear is not Clear.GONE):
@@ -284,7 +284,7 @@ def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[
         clock = ""
         if rule.then_us is not None and not entry.escalated:
             clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
-        order = way.format(flags.resume or "Auto")
+        order = way.format(flags.helm.resume or "Auto")
         texts.append((Severity.INFO, f"{capital(BACK[rule.row.name])}: {clock}{DOING[action]}: {order} to go on"))
     return replace(entry, told_back=True)
 

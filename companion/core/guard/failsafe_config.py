@@ -13,7 +13,8 @@ from mavlink_bridge.language.messages import Action
 
 from ..config import Config, param
 from .failsafe_flags import Flags
-from .failsafe_table import BY_NAME, TABLE, Clear, Condition
+from .failsafe_row import Clear, Condition
+from .failsafe_table import BY_NAME, TABLE
 
 
 def _by_name(value: object) -> object:
@@ -159,13 +160,13 @@ class Watch:
         """True when no row's flag is up and no age is within a microsecond of its delay."""
         if flags.any_alarm():
             return False
-        if not flags.armed:  # mutation: same (skipped), slower only: every row with an age asks for it
+        if not flags.helm.armed:  # mutation: same (skipped), slower only: every row with an age asks for it
             return True  # mutation: same, slower only
         manual_s, guided_s, gcs_s, radio_s = (
-            flags.manual_age_s,
-            flags.guided_age_s,
-            flags.gcs_age_s,
-            flags.radio_age_s,
+            flags.helm.manual_age_s,
+            flags.helm.guided_age_s,
+            flags.ground.gcs_age_s,
+            flags.ground.radio_age_s,
         )
         never_heard = gcs_s is None and radio_s is None  # mutation: same (And -> Or), slower only
         return (
@@ -173,7 +174,7 @@ class Watch:
             and (guided_s is None or guided_s < self._guided_s)  # mutation: same (Lt -> LtE), as above
             and (gcs_s is None or gcs_s < self._gcs_s)  # mutation: same (Lt -> LtE), as above
             and (radio_s is None or radio_s < self._radio_s)  # mutation: same (Lt -> LtE), as above
-            and not (never_heard and flags.gcs_required)  # mutation: same (And -> Or), slower only
+            and not (never_heard and flags.ground.gcs_required)  # mutation: same (And -> Or), slower only
         )
 
 

@@ -3,74 +3,29 @@
 Each row says when a condition holds (a plain look at ``Flags``), how long it must hold, what happens by default and at
 the least, how it clears, and whether an operator may take over. Deadlines are those of the fault matrix
 (firmware-reliability §C), structure and clear rules those of architecture-study §4.8. To add a condition: add a field
-to ``Flags`` and a row here.
+to the group of flags whose owner knows it, and a row here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum
 from typing import Final
 
 from mavlink_bridge.language.messages import Action, Severity
 
 from .failsafe_flags import Flags
-
-
-class Clear(Enum):
-    """When a condition that has acted lets go. Always only after its flag is gone for ``clear_s``."""
-
-    GONE = "when the cause is gone"
-    OPERATOR = "cause gone, then an operator's order or re-arm"
-    REARM = "cause gone, then a re-arm"
-    ACTED = "a warning when the cause is gone; once it has acted, an operator's order or re-arm"
-    RESTART = "only by a restart"
-
-
-class Takeover(Enum):
-    """Who may go on while the cause is still there; the action is then no more than WARN."""
-
-    NEVER = "nobody"
-    MANUAL = "manual control"
-    ORDER = "manual control, or an order that is named for it"
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """One row. ``flag`` is timed by the engine; an ``age`` is compared with the delay itself."""
-
-    name: str
-    action: Action
-    text: str
-    flag: Callable[[Flags], bool] | None = None
-    age: Callable[[Flags], float | None] | None = None
-    delay_s: float = 0.0
-    clear: Clear = Clear.OPERATOR
-    clear_s: float = 0.0
-    takeover: Takeover = Takeover.NEVER
-    floor: Action = Action.WARN
-    """The least action a configuration may choose."""
-    delay_max_s: float = 120.0
-    """The longest delay a configuration may choose."""
-    then_after_s: float | None = None
-    """Seconds of the action after which ``then_action`` follows."""
-    then_action: Action = Action.NONE
-    severity: Severity = Severity.CRITICAL
-    station: bool = False
-    """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
+from .failsafe_row import Clear, Condition, Takeover
 
 
 def _gcs_age(flags: Flags) -> float | None:
-    return flags.gcs_age_s if flags.armed and flags.gcs_required else None
+    return flags.ground.gcs_age_s if flags.helm.armed and flags.ground.gcs_required else None
 
 
 def _radio_age(flags: Flags) -> float | None:
-    return flags.radio_age_s if flags.armed and flags.gcs_required else None
+    return flags.ground.radio_age_s if flags.helm.armed and flags.ground.gcs_required else None
 
 
 def _autonomous(flags: Flags) -> bool:
-    return flags.armed and flags.autonomous
+    return flags.helm.armed and flags.helm.autonomous
 
 
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
@@ -79,23 +34,37 @@ INFO = Severity.INFO
 
 TABLE: Final[tuple[Condition, ...]] = (
     Condition(
-        "terminate", T, "terminated by the operator", lambda f: f.terminate, clear=RESTART, floor=T, delay_max_s=0
+        "terminate", T, "terminated by the operator", lambda f: f.stop.terminate, clear=RESTART, floor=T, delay_max_s=0
     ),
-    Condition("emergency_stop", D, "emergency stop", lambda f: f.emergency_stop, clear=REARM, floor=D, delay_max_s=0),
     Condition(
-        "aborted", D, "an operator's stop", lambda f: f.aborted, clear=REARM, floor=D, delay_max_s=0, severity=INFO
+        "emergency_stop", D, "emergency stop", lambda f: f.board.emergency_stop, clear=REARM, floor=D, delay_max_s=0
     ),
-    Condition("time_jump", D, "the computer stood still", lambda f: f.time_jump, clear=REARM, floor=S, delay_max_s=0),
-    Condition("task_failing", D, "a part keeps failing", lambda f: f.task_failing, clear=REARM, floor=S, delay_max_s=0),
-    Condition("actuator_lost", D, "actuators lost", lambda f: f.actuator_lost, clear=REARM, floor=S, delay_max_s=0.2),
     Condition(
-        "actuator_reset", D, "actuator board restarted", lambda f: f.actuator_reset, clear=REARM, floor=S, delay_max_s=0
+        "aborted", D, "an operator's stop", lambda f: f.stop.aborted, clear=REARM, floor=D, delay_max_s=0, severity=INFO
+    ),
+    Condition(
+        "time_jump", D, "the computer stood still", lambda f: f.monitors.time_jump, clear=REARM, floor=S, delay_max_s=0
+    ),
+    Condition(
+        "task_failing", D, "a part keeps failing", lambda f: f.process.task_failing, clear=REARM, floor=S, delay_max_s=0
+    ),
+    Condition(
+        "actuator_lost", D, "actuators lost", lambda f: f.board.actuator_lost, clear=REARM, floor=S, delay_max_s=0.2
+    ),
+    Condition(
+        "actuator_reset",
+        D,
+        "actuator board restarted",
+        lambda f: f.board.actuator_reset,
+        clear=REARM,
+        floor=S,
+        delay_max_s=0,
     ),
     Condition(
         "actuator_mismatch",
         D,
         "actuators apply something else",
-        lambda f: f.actuator_mismatch,
+        lambda f: f.board.actuator_mismatch,
         clear=REARM,
         floor=S,
         delay_max_s=0.5,
@@ -104,7 +73,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "actuator_garbage",
         S,
         "actuator line unreadable",
-        lambda f: f.actuator_garbage,
+        lambda f: f.board.actuator_garbage,
         clear=GONE,
         clear_s=2.0,
         floor=S,
@@ -114,7 +83,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "position_lost",
         S,
         "position lost",
-        lambda f: f.position_lost and _autonomous(f),
+        lambda f: f.place.position_lost and _autonomous(f),
         clear_s=5.0,
         takeover=Takeover.MANUAL,
         floor=S,
@@ -124,7 +93,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "heading_lost",
         S,
         "heading lost",
-        lambda f: f.heading_lost and _autonomous(f),
+        lambda f: f.place.heading_lost and _autonomous(f),
         clear_s=5.0,
         takeover=Takeover.MANUAL,
         floor=S,
@@ -134,7 +103,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_locked",
         S,
         "too shallow: locked, no manoeuvre",
-        lambda f: f.depth_locked,
+        lambda f: f.depth.depth_locked,
         clear=REARM,
         takeover=Takeover.MANUAL,
         floor=S,
@@ -144,7 +113,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_shallow",
         S,
         "too shallow: a correcting manoeuvre is allowed",
-        lambda f: f.depth_shallow,
+        lambda f: f.depth.depth_shallow,
         takeover=Takeover.ORDER,
         floor=S,
         delay_max_s=0,
@@ -153,7 +122,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_ahead",
         S,
         "shallow water ahead",
-        lambda f: f.depth_ahead and _autonomous(f),
+        lambda f: f.depth.depth_ahead and _autonomous(f),
         takeover=Takeover.MANUAL,
         floor=H,
         delay_max_s=0,
@@ -162,7 +131,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_braking",
         H,
         "shallow water: braking",
-        lambda f: f.depth_braking,
+        lambda f: f.depth.depth_braking,
         takeover=Takeover.MANUAL,
         floor=H,
         delay_max_s=0,
@@ -171,7 +140,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_blind",
         S,
         "water depth unknown",
-        lambda f: f.depth_blind and _autonomous(f),
+        lambda f: f.depth.depth_blind and _autonomous(f),
         takeover=Takeover.MANUAL,
         delay_max_s=30,
     ),
@@ -179,7 +148,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "fence_ahead",
         H,
         "fence ahead",
-        lambda f: f.fence_ahead and _autonomous(f),
+        lambda f: f.fence.fence_ahead and _autonomous(f),
         takeover=Takeover.MANUAL,
         floor=H,
         delay_max_s=0,
@@ -188,7 +157,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "fence_breach",
         H,
         "outside the fence",
-        lambda f: f.fence_breach and f.armed,
+        lambda f: f.fence.fence_breach and f.helm.armed,
         takeover=Takeover.ORDER,
         floor=W,
         delay_max_s=0.5,
@@ -197,7 +166,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "manual_lost",
         S,
         "manual control lost",
-        age=lambda f: f.manual_age_s if f.armed else None,
+        age=lambda f: f.helm.manual_age_s if f.helm.armed else None,
         delay_s=0.5,
         clear=GONE,
         floor=S,
@@ -207,7 +176,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "guided_lost",
         H,
         "guided set-points stopped",
-        age=lambda f: f.guided_age_s if f.armed else None,
+        age=lambda f: f.helm.guided_age_s if f.helm.armed else None,
         delay_s=1.0,
         clear=GONE,
         takeover=Takeover.MANUAL,
@@ -250,7 +219,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "tick_very_late",
         S,
         "control loop stalled",
-        lambda f: f.tick_very_late,
+        lambda f: f.monitors.tick_very_late,
         clear=GONE,
         clear_s=10.0,
         floor=S,
@@ -260,7 +229,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "overruns",
         W,
         "control loop overloaded",
-        lambda f: f.overruns,
+        lambda f: f.monitors.overruns,
         clear=GONE,
         clear_s=10.0,
         delay_max_s=10,
@@ -269,13 +238,19 @@ TABLE: Final[tuple[Condition, ...]] = (
         severity=Severity.WARNING,
     ),
     Condition(
-        "tick_late", W, "control loop late", lambda f: f.tick_late, clear=GONE, clear_s=10.0, severity=Severity.WARNING
+        "tick_late",
+        W,
+        "control loop late",
+        lambda f: f.monitors.tick_late,
+        clear=GONE,
+        clear_s=10.0,
+        severity=Severity.WARNING,
     ),
     Condition(
         "plan_invalid",
         H,
         "the plan cannot go on",
-        lambda f: f.plan_invalid and f.armed,
+        lambda f: f.plan.plan_invalid and f.helm.armed,
         takeover=Takeover.ORDER,
         floor=H,
     ),
@@ -283,7 +258,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery_empty",
         S,
         "battery empty",
-        lambda f: f.battery_empty and f.armed,
+        lambda f: f.monitors.battery_empty and f.helm.armed,
         delay_s=5.0,
         takeover=Takeover.ORDER,
         delay_max_s=30,
@@ -292,7 +267,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery_critical",
         R,
         "battery critical",
-        lambda f: f.battery_critical and f.armed,
+        lambda f: f.monitors.battery_critical and f.helm.armed,
         delay_s=5.0,
         takeover=Takeover.ORDER,
         delay_max_s=60,
@@ -301,7 +276,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery_low",
         W,
         "battery low",
-        lambda f: f.battery_low,
+        lambda f: f.monitors.battery_low,
         delay_s=5.0,
         clear=GONE,
         clear_s=5.0,
@@ -311,7 +286,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "battery_lost",
         W,
         "battery sensor lost",
-        lambda f: f.battery_lost,
+        lambda f: f.monitors.battery_lost,
         delay_s=1.0,
         clear=GONE,
         severity=Severity.WARNING,
@@ -320,7 +295,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "stuck",
         W,
         "thrust without speed",
-        lambda f: f.stuck and f.armed,
+        lambda f: f.monitors.stuck and f.helm.armed,
         clear=Clear.ACTED,
         clear_s=10.0,
         takeover=Takeover.MANUAL,
@@ -332,7 +307,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "moving_in_neutral",
         W,
         "moving with thrusters in neutral",
-        lambda f: f.moving_in_neutral,
+        lambda f: f.monitors.moving_in_neutral,
         clear=GONE,
         severity=Severity.WARNING,
     ),
@@ -340,19 +315,24 @@ TABLE: Final[tuple[Condition, ...]] = (
         "drifting_while_stopped",
         W,
         "drifting while stopped by a failsafe",
-        lambda f: f.drifting_while_stopped,
+        lambda f: f.monitors.drifting_while_stopped,
         clear=GONE,
         severity=Severity.ALERT,
     ),
-    Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.oscillating, clear=OPERATOR),
+    Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.monitors.oscillating, clear=OPERATOR),
     Condition(
-        "thruster_weak", W, "a thruster gives too little", lambda f: f.thruster_weak, clear=Clear.ACTED, clear_s=10.0
+        "thruster_weak",
+        W,
+        "a thruster gives too little",
+        lambda f: f.thrust.thruster_weak,
+        clear=Clear.ACTED,
+        clear_s=10.0,
     ),
     Condition(
         "depth_lost",
         W,
         "no water depth",
-        lambda f: f.depth_lost,
+        lambda f: f.depth.depth_lost,
         clear=GONE,
         clear_s=2.0,
         severity=Severity.WARNING,
@@ -361,7 +341,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "position_frozen",
         W,
         "position does not move",
-        lambda f: f.position_frozen,
+        lambda f: f.place.position_frozen,
         clear=GONE,
         severity=Severity.WARNING,
     ),
@@ -369,7 +349,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "sources_disagree",
         W,
         "position sources disagree",
-        lambda f: f.sources_disagree,
+        lambda f: f.place.sources_disagree,
         clear=GONE,
         severity=Severity.WARNING,
     ),
@@ -377,7 +357,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "actuator_noise",
         W,
         "errors on the actuator line",
-        lambda f: f.actuator_noise,
+        lambda f: f.board.actuator_noise,
         clear=GONE,
         clear_s=2.0,
         severity=Severity.WARNING,
@@ -386,7 +366,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "storage_fault",
         W,
         "cannot store: running from memory",
-        lambda f: f.storage_fault,
+        lambda f: f.process.storage_fault,
         clear=GONE,
         severity=Severity.WARNING,
     ),

@@ -7,7 +7,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Action
 
 from .failsafe_orders import names
-from .failsafe_table import Clear, Condition
+from .failsafe_row import Clear, Condition
 
 BACK: Final = {
     "emergency_stop": "the emergency stop is released",

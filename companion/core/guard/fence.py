@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import field
 from typing import Final
 
 from pydantic import Field
@@ -46,12 +47,20 @@ class FenceConfig(Config):
 
 
 @value
+class FenceFlags:
+    """Of the fence; names as in the failsafe table."""
+
+    fence_ahead: bool = False
+    """On the present course the vessel can only just stop inside."""
+    fence_breach: bool = False
+
+
+@value
 class FenceOutput:
     """One tick of the fence."""
 
     status: FenceStatus
-    stop: bool = False
-    """On the present course the vessel can only just stop inside."""
+    flags: FenceFlags = field(default_factory=FenceFlags)
     texts: tuple[tuple[Severity, str], ...] = ()
 
 
@@ -200,7 +209,7 @@ class Fence:
         if stop and not self._stopping:
             texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
         self._stopping = stop
-        return FenceOutput(self._status, stop, tuple(texts))
+        return FenceOutput(self._status, FenceFlags(stop, self._status.breached), tuple(texts))
 
     def _nothing(self) -> FenceOutput:
         self._stopping = False

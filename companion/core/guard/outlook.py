@@ -29,7 +29,7 @@ def outlook(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeC
                 next_action=rule.then_action if grows else Action.NONE,
                 next_in_s=left_s,
                 runs=entry.gone_us is None,
-                until=until(rule.row, flags.resume),
+                until=until(rule.row, flags.helm.resume),
             )
         )
     return tuple(found)

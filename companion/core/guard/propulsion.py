@@ -12,6 +12,7 @@ import math
 from typing import Final
 
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+from mavlink_bridge.language.value import value
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
@@ -33,6 +34,14 @@ _SMALL_NM: Final = 1.0
 _USUAL_S: Final = 30.0
 _TIMES_USUAL: Final = 8.0
 """In quieter weather than a gale: this many times what is usually unexplained, once that is known for ``_USUAL_S``."""
+
+
+@value
+class ThrustFlags:
+    """Of the thrusters; names as in the failsafe table."""
+
+    thruster_weak: bool = False
+    """A thruster gives much less than it is told to, as far as the hull's motion shows."""
 
 
 class PropulsionWatch:
@@ -88,8 +97,8 @@ class PropulsionWatch:
             self._smooth = values
             return self.weak
         smooth, share = self._smooth, dt_s / _TAU_S
-        for k, value in enumerate(values):
-            smooth[k] += share * (value - smooth[k])
+        for k, newest in enumerate(values):
+            smooth[k] += share * (newest - smooth[k])
         missing_nm = hull.m33_kgm2 * (r - smooth[0]) / _TAU_S - smooth[1]
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
         self._judge(dt_s, missing_nm, lost_n)

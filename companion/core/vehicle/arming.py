@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from mavlink_bridge.language.messages import EstimatedState, GuardState, Mode
 from mavlink_bridge.language.snapshot import FenceStatus
 
-from ..guard.failsafe_table import BY_NAME, Takeover
+from ..guard.failsafe_row import Takeover
+from ..guard.failsafe_table import BY_NAME
 
 _STEERS_ITSELF = (Mode.HOLD, Mode.AUTO, Mode.RTL, Mode.GUIDED, Mode.CIRCLE, Mode.LOITER)
 

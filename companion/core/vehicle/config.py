@@ -17,6 +17,7 @@ from ..config import Config, param
 from ..estimate import EstimatorConfig
 from ..guard.depth.guard import DepthGuardConfig
 from ..guard.failsafe import FailsafeConfig
+from ..guard.failsafe_flags import ProcessFlags
 from ..guard.fence import FenceConfig
 from ..guard.gate import GateConfig
 from ..guard.monitors import MonitorConfig
@@ -110,10 +111,10 @@ class TickInputs:
     """Every ground station's newest HEARTBEAT."""
     standing: Sequence[tuple[Severity, str]] = ()
     """What is told at the start, by others than the vessel, and holds still."""
-    storage_fault: bool = False
+    process: ProcessFlags = field(default_factory=ProcessFlags)
+    """How the program around the vessel is."""
     barred: tuple[str, ...] = ()
     """Why the vessel must not depart, as the app knows it (its store); no reason against going on with a voyage."""
-    task_failing: bool = False
     late_s: float = 0.0
     load: float = 0.0
     plan_ids: tuple[int, int, int] = (0, 0, 0)

@@ -23,12 +23,12 @@ from mavlink_bridge.language.messages import (
     PlanState,
     Severity,
     Source,
-    SupplyVoltage,
 )
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Outlook
 
 from ..estimate import Estimator
+from ..guard.board_watch import BoardReport, BoardWatch
 from ..guard.depth.guard import DepthGuard, GuardOutput
 from ..guard.failsafe import FailsafeMemory, FailsafeResult
 from ..guard.failsafe_orders import Order
@@ -95,9 +95,7 @@ class Controls:
         self.guided: GuidanceOutput | None = None
         self._output = self.gate.neutral(0, "start")
         self.inputs = TickInputs()
-        self.supply: SupplyVoltage | None = None
-        self._board_known = False
-        """The battery as the actuator board sees it; None when it does not measure."""
+        self.board_watch, self.board = BoardWatch(), BoardReport()
         self._home_by_operator = False
         self.voyage = Voyage()
         self.started_at: Point | None = None
@@ -358,19 +356,6 @@ class Controls:
         """Queue a text for every operator."""
         self._text_number += 1
         self._texts.append(LogText(self._text_number, self._last_us or 0, severity, text))
-
-    @property
-    def board_known(self) -> bool:
-        """Whether the actuator board has ever been ready: one that never was there cannot be lost. Armed, it must be there."""
-        return self._board_known or self.armed
-
-    def _note_board(self) -> None:
-        status, known = self.inputs.actuator, self.supply
-        self._board_known = self._board_known or self.inputs.actuator_ready
-        if status.voltage_v is None:
-            self.supply = None
-        elif known is None or known.t_us != status.t_us or known.voltage_v != status.voltage_v:
-            self.supply = SupplyVoltage(status.t_us, status.voltage_v)
 
     def _set_home_here(self) -> None:
         """Home is where the vessel was last armed, and before that where it first knew its place, unless an operator set it."""

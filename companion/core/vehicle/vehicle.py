@@ -72,7 +72,9 @@ class Vehicle(Controls):
         self.inputs, self._last_us = inputs, now_us
         self.ticks += 1
         self._measure(inputs.measurements, now_us)
-        self._note_board()
+        self.board = self.board_watch.step(
+            inputs.actuator, inputs.actuator_faults, ready=inputs.actuator_ready, armed=self.armed
+        )
         self._watch_thrusters(dt_s)
         if self.plan_reach.is_new(self.mission.plan, plan_number(inputs.plan_ids[0]), self.state):
             self.look_at_reach()
@@ -81,7 +83,7 @@ class Vehicle(Controls):
         demand = self._steer(now_us, dt_s, intent)
         self._guard(now_us, steers_itself=self.armed and intent is not None and not manual)
         self._judge(now_us)
-        if self.guard_out.brake and not manual:
+        if self.guard_out.flags.depth_braking and not manual:
             demand = ActuatorDemand(now_us, -1.0, -1.0)
         output = self._decide(now_us, demand, manual)
         self._follow_up(now_us)
@@ -195,11 +197,11 @@ class Vehicle(Controls):
             desired=self.desired,
             stopped=before >= _STOP,
             late_s=self.inputs.late_s,
-            supply=self.supply,
+            supply=self.board.supply,
             vessel_speed_fn=self.statics.throttle_to_speed,
         )
         self.ages = self.operators.ages(self.inputs.heard, now_us)
-        flags = gather(self, now_us, monitored, fence.stop)
+        flags = gather(self, now_us, monitored, fence.flags)
         self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)
         self.memory = result.memory
         self.outlook = outlook(result.memory, flags, now_us, self._failsafe) if result.memory.entries else ()

@@ -68,7 +68,7 @@ class View:
             standing=(*vehicle.standing, *inputs.standing) if inputs.standing else vehicle.standing,
             health=self._see_health(() if vehicle.armed else prearm_reasons(vehicle, now_us), now_us),
             fence=vehicle.fence_status,
-            supply=vehicle.supply if self._board_speaks(now_us) else None,
+            supply=vehicle.board.supply if self._board_speaks(now_us) else None,
             actuator=self._see_board(now_us),
             commanded_us=inputs.commanded_us,
             home_lat_rad=None if home is None else home[0],
@@ -110,7 +110,7 @@ class View:
             None
             if inputs.actuator.voltage_v is None
             else self._board_speaks(now_us) and "battery_low" not in vehicle.result.causes,
-            not inputs.storage_fault,
+            not inputs.process.storage_fault,
             not vehicle.fence_status.breached and (not vehicle.fence.enabled or state.x_m is not None),
             vehicle.fence.enabled,
             not reasons,

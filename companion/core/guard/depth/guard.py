@@ -23,7 +23,7 @@ from .input import DepthInput
 from .lookahead import PathAhead, Point, StoppingDistance
 from .memory import DepthMemory
 
-__all__ = ["DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
+__all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
 _EPS_M: Final = 1e-9
 _UNKNOWN_AFTER_S: Final = 5.0
@@ -41,6 +41,23 @@ UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.
 
 
 @value
+class DepthFlags:
+    """Of the water under the keel; names as in the failsafe table."""
+
+    depth_shallow: bool = False
+    """Correction was entered below the least altitude, and the altitude has not been good since."""
+    depth_locked: bool = False
+    depth_ahead: bool = False
+    """Look-ahead says stop (the state may still be ok)."""
+    depth_braking: bool = False
+    """Lose way with astern thrust now; the stop follows when the way is off."""
+    depth_lost: bool = False
+    """The altitude is unknown, it was not lost in deep water, and the policy is not ``ignore``."""
+    depth_blind: bool = False
+    """Lost for longer than the policy ``stop`` or ``required`` allows."""
+
+
+@value
 class GuardOutput:
     """One tick of the guard."""
 
@@ -53,17 +70,7 @@ class GuardOutput:
     abort: bool = False
     """Stop everything, now: an entry into correction or locked, or a forbidden activation."""
     slow_to_mps: float | None = None
-    stop_ahead: bool = False
-    """Look-ahead says stop (the state may still be ok)."""
-    shallow: bool = False
-    """Correction was entered below the least altitude, and the altitude has not been good since."""
-    locked: bool = False
-    lost: bool = False
-    """The altitude is unknown, it was not lost in deep water, and the policy is not ``ignore``."""
-    blind: bool = False
-    """Lost for longer than the policy ``stop`` or ``required`` allows."""
-    brake: bool = False
-    """Lose way with astern thrust now; the stop follows when the way is off."""
+    flags: DepthFlags = field(default_factory=DepthFlags)
     closing_mps: float = 0.0
     """How fast the bottom closes, as far as proven."""
     map_least_m: float | None = None
@@ -218,12 +225,14 @@ class DepthGuard:
             limit_m=ahead.limit_m,
             abort=abort,
             slow_to_mps=self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
-            stop_ahead=stop_ahead and not brake,
-            shallow=self._shallow and not brake,
-            locked=self.state is LOCKED and not self._unlocked and not brake,
-            lost=lost,
-            blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
-            brake=brake,
+            flags=DepthFlags(
+                depth_shallow=self._shallow and not brake,
+                depth_locked=self.state is LOCKED and not self._unlocked and not brake,
+                depth_ahead=stop_ahead and not brake,
+                depth_braking=brake,
+                depth_lost=lost,
+                depth_blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+            ),
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
             suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,

@@ -1,0 +1,54 @@
+"""One row of the failsafe table: when a condition holds, what happens then, how it clears, who may go on in spite of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from mavlink_bridge.language.messages import Action, Severity
+
+from .failsafe_flags import Flags
+
+
+class Clear(Enum):
+    """When a condition that has acted lets go. Always only after its flag is gone for ``clear_s``."""
+
+    GONE = "when the cause is gone"
+    OPERATOR = "cause gone, then an operator's order or re-arm"
+    REARM = "cause gone, then a re-arm"
+    ACTED = "a warning when the cause is gone; once it has acted, an operator's order or re-arm"
+    RESTART = "only by a restart"
+
+
+class Takeover(Enum):
+    """Who may go on while the cause is still there; the action is then no more than WARN."""
+
+    NEVER = "nobody"
+    MANUAL = "manual control"
+    ORDER = "manual control, or an order that is named for it"
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One row. ``flag`` is timed by the engine; an ``age`` is compared with the delay itself."""
+
+    name: str
+    action: Action
+    text: str
+    flag: Callable[[Flags], bool] | None = None
+    age: Callable[[Flags], float | None] | None = None
+    delay_s: float = 0.0
+    clear: Clear = Clear.OPERATOR
+    clear_s: float = 0.0
+    takeover: Takeover = Takeover.NEVER
+    floor: Action = Action.WARN
+    """The least action a configuration may choose."""
+    delay_max_s: float = 120.0
+    """The longest delay a configuration may choose."""
+    then_after_s: float | None = None
+    """Seconds of the action after which ``then_action`` follows."""
+    then_action: Action = Action.NONE
+    severity: Severity = Severity.CRITICAL
+    station: bool = False
+    """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
