@@ -1,0 +1,161 @@
+"""Orders as jobs: a command with its answer, repeated until the vehicle has spoken, and the reason when it refuses.
+
+Repeats are safe: a vehicle answers a copy from memory. A stop is repeated until it shows. Times: a vehicle on a wire answers at its
+next tick; behind a radio the answer takes seconds, with IN_PROGRESS where the vehicle may say so. Source: MAVLink command protocol.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from ...language.messages import Mode
+from ..commands.command import ACCEPTED, IN_PROGRESS
+from ..persona import modes
+from ..wire.codec import dialect
+from .exchange import DONE, Job, Outcome, Step
+from .texts import Texts
+from .vehicle import SAFETY_ARMED, Vehicle
+
+REPEAT_S: Final = 0.5
+"""Longer than a tick and its answer; six repeats fall into the 3 s for which a vehicle of ours remembers a command."""
+REASON_S: Final = 0.4
+"""The text that says why comes with the refusal or just behind it."""
+_SET_MODE: Final = 176
+_ARM: Final = 400
+_START: Final = 300
+_SET_CURRENT: Final = 224
+_REQUEST_MESSAGE: Final = 512
+_SET_INTERVAL: Final = 511
+_FORCE: Final = 21196.0
+"""COMPONENT_ARM_DISARM, parameter 2: whatever the checks say; for a disarm, at once."""
+_RESULTS: Final = {
+    1: "temporarily rejected",
+    2: "denied",
+    3: "not supported",
+    4: "failed",
+    6: "cancelled",
+}
+"""MAV_RESULT, for a vehicle that gives no reason."""
+
+
+def is_ack(message: Any, number: int) -> bool:
+    return bool(message.get_type() == "COMMAND_ACK" and message.command == number)
+
+
+def command(
+    vehicle: Vehicle,
+    number: int,
+    *params: float,
+    texts: Texts,
+    answer_s: float,
+    shows: Callable[[Any], bool] = lambda message: False,
+) -> Job:
+    """COMMAND_LONG and its final answer. ``answer_s``: given up after so long without one; IN_PROGRESS starts it anew.
+
+    ``shows``: a message by which the vehicle shows what was asked for is an answer too, so that nothing is asked for twice whose
+    acknowledgement is lost.
+    """
+    values = [*params, *([0.0] * (7 - len(params)))]
+
+    def said(tried: int) -> list[Any]:
+        fields = dict(zip(("param1", "param2", "param3", "param4", "param5", "param6", "param7"), values, strict=True))
+        return [
+            dialect.MAVLink_command_long_message(
+                target_system=vehicle.system,
+                target_component=vehicle.component,
+                command=number,
+                confirmation=min(tried, 255),
+                **fields,
+            )
+        ]
+
+    since = texts.count
+
+    def answers(message: Any) -> bool:
+        return is_ack(message, number) or shows(message)
+
+    answer = yield Step(said, answers, REPEAT_S, max(1, round(answer_s / REPEAT_S)))
+    while answer is not None and is_ack(answer, number) and answer.result == IN_PROGRESS:
+        answer = yield Step(lambda _: (), answers, answer_s)
+    if answer is None:
+        return Outcome(False, "the vehicle does not answer")
+    if not is_ack(answer, number) or answer.result == ACCEPTED:
+        return DONE
+    return (yield from _refused(answer.result, texts, since))
+
+
+def _refused(result: int, texts: Texts, since: int) -> Job:
+    """Wait a moment for the vehicle's own words."""
+    yield Step(lambda _: (), lambda _: False, REASON_S)
+    words = texts.reasons(since)
+    return Outcome(False, words or _RESULTS.get(result, f"result {result}"))
+
+
+def set_mode(vehicle: Vehicle, mode: Mode, *, texts: Texts, answer_s: float) -> Job:
+    main, sub = vehicle.numbers_of(mode)
+
+    def shows(message: Any) -> bool:
+        return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is mode
+
+    return command(vehicle, _SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s, shows=shows)
+
+
+def arm(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+    def shows(message: Any) -> bool:
+        return message.get_type() == "HEARTBEAT" and bool(message.base_mode & SAFETY_ARMED)
+
+    return command(vehicle, _ARM, 1.0, texts=texts, answer_s=answer_s, shows=shows)
+
+
+def disarm(vehicle: Vehicle, *, force: bool, texts: Texts, answer_s: float) -> Job:
+    """``force``: the emergency stop, whatever it is doing."""
+    return command(vehicle, _ARM, 0.0, _FORCE if force else 0.0, texts=texts, answer_s=answer_s)
+
+
+def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+    """Sail the plan from its first item. The vehicle must not be in Auto already."""
+
+    def shows(message: Any) -> bool:
+        return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is Mode.AUTO
+
+    return command(vehicle, _START, texts=texts, answer_s=answer_s, shows=shows)
+
+
+def to_first_item(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+    """Forget how far the plan had come."""
+    return command(vehicle, _SET_CURRENT, float(vehicle.home_item), 1.0, texts=texts, answer_s=answer_s)
+
+
+def request_message(vehicle: Vehicle, number: int, *, texts: Texts, answer_s: float) -> Job:
+    return command(vehicle, _REQUEST_MESSAGE, float(number), texts=texts, answer_s=answer_s)
+
+
+def set_interval(vehicle: Vehicle, number: int, rate_hz: float, *, texts: Texts, answer_s: float) -> Job:
+    """Ask an autopilot that streams nothing by itself for a message."""
+    return command(vehicle, _SET_INTERVAL, float(number), 1e6 / rate_hz, texts=texts, answer_s=answer_s)
+
+
+def one_after_the_other(*jobs: Callable[[], Job]) -> Job:
+    """Jobs in their order; the first that fails ends it."""
+    for make in jobs:
+        outcome = yield from make()
+        if not outcome.ok:
+            return outcome
+    return DONE
+
+
+def heartbeat() -> Any:
+    """MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE."""
+    return dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+
+
+def manual_control(vehicle: Vehicle, surge: float, yaw: float) -> Any:
+    """Sticks, -1...1 each: ahead and to starboard positive."""
+    return dialect.MAVLink_manual_control_message(
+        target=vehicle.system, x=0, y=_thousandths(yaw), z=_thousandths(surge), r=0, buttons=0
+    )
+
+
+def _thousandths(share: float) -> int:
+    return round(max(-1.0, min(1.0, share)) * 1000.0)
