@@ -147,7 +147,9 @@ def one_after_the_other(*jobs: Callable[[], Job]) -> Job:
 
 def heartbeat() -> Any:
     """MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE."""
-    return dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
+    return dialect.MAVLink_heartbeat_message(
+        type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
+    )
 
 
 def manual_control(vehicle: Vehicle, surge: float, yaw: float) -> Any:
