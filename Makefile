@@ -3,22 +3,30 @@ SHELL := /bin/bash
 VENV := .venv
 PY := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
+LEAN := $(VENV)/.lean
 PYTHON ?= python3
 PYTEST_ARGS ?=
 PYTEST := $(PY) -m pytest --dist loadgroup
 NONE_CHOSEN := 5
 
-.PHONY: help setup compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
+.PHONY: help setup lean lean-compiled compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-setup: $(STAMP) ## set up .venv (once; again when the lock file changes)
+lean: $(LEAN) ## set up .venv with what sailing, simulating and reporting need (270 MB)
+
+$(LEAN): requirements-lean.lock pyproject.toml
+	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV) requirements-lean.lock .lean
+
+setup: $(STAMP) ## set up .venv with everything that developers need too (930 MB)
 
 $(STAMP): requirements.lock pyproject.toml
 	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV)
 
-compiled: $(STAMP)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
+compiled: $(STAMP) lean-compiled
+
+lean-compiled: $(LEAN)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
 	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
 
 pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at two to three times the speed (docs/RECORDINGS.md)
@@ -26,7 +34,7 @@ pypy: .venv-pypy/.ready ## set up .venv-pypy: long simulations and replays at tw
 .venv-pypy/.ready: requirements-pypy.lock pyproject.toml
 	@python="$$(PYPY="$(PYPY)" tools/find_pypy.sh)" && PYTHON="$$python" tools/setup.sh .venv-pypy requirements-pypy.lock
 
-sim: compiled ## run the simulated vessel with all its links
+sim: lean-compiled ## run the simulated vessel with all its links
 	@$(VENV)/bin/companion sim $(SIM_ARGS)
 
 test: compiled ## the whole test suite (what CI runs); what fails in the first half hides nothing of the second
@@ -60,7 +68,8 @@ docs: $(STAMP) ## write the generated pages of docs/ again
 	@$(PY) -m tools.generate_docs
 
 lock: ## pin every dependency again (needs uv)
-	uv pip compile pyproject.toml --all-extras --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml --all-extras --overrides requirements-overrides.txt --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements.lock
+	uv pip compile pyproject.toml requirements-lean.in --extra status --extra report --extra ground --constraint requirements.lock --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-lean.lock
 	uv pip compile pyproject.toml requirements-pypy.in --extra status --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-pypy.lock
 
 clean: ## remove what was built

@@ -7,4 +7,4 @@ class MissingExtraError(Exception):
 
 def install_line(extra: str) -> str:
     """How the packages of an extra are installed; the program is on no index, so from where it came."""
-    return f"pip install '.[{extra}]' in the checkout, or pip install 'PATH/TO/usv_companion-….whl[{extra}]'"
+    return f"make setup (or pip install '.[{extra}]') in the checkout, or pip install 'PATH/TO/usv_companion-….whl[{extra}]'"

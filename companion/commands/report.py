@@ -42,7 +42,7 @@ def command(arguments: argparse.Namespace) -> int:
         shown.say(f"reading {arguments.source} ...")
         flight = read(arguments.source)
     if importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError(f"reports need matplotlib: {install_line('design')}")
+        raise MissingExtraError(f"reports need matplotlib: {install_line('report')}")
     from ..report import page, plots
     from ..report.map_plot import draw_map
 

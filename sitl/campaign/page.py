@@ -63,7 +63,7 @@ def make_page(title: str, rows: Sequence[dict[str, str]], total: int) -> str:
         *(_group(number, *names, group, drawn) for number, (names, group) in enumerate(found.items())),
     ]
     if not drawn:
-        body.append('<p class=soft>No pictures: they need matplotlib (the extra "design").</p>')
+        body.append('<p class=soft>No pictures: they need matplotlib (the extra "report").</p>')
     return document(f"Campaign {title}", "".join(body))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -22,3 +23,24 @@ def test_a_failed_first_half_hides_nothing_of_the_second(tmp_path, first, second
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert [line for line in done.stdout.splitlines() if line in ("first", "second")] == ["first", "second"]
     assert done.returncode == ends
+
+
+def pins(name: str) -> dict[str, str]:
+    """Each pinned package with its version, its marker and its hashes."""
+    text = (REPO / name).read_text(encoding="utf-8")
+    blocks = re.split(r"^(?=[a-z0-9])", text, flags=re.M)
+    return {block.split(" ")[0]: re.sub(r"\n +#.*", "", block).strip() for block in blocks if "==" in block}
+
+
+def test_the_lean_set_is_a_part_of_the_whole_one():
+    """So that 'make sim' and 'make test' follow each other in one environment without changing a version."""
+    lean, whole = pins("requirements-lean.lock"), pins("requirements.lock")
+    assert set(lean) <= set(whole)
+    hashes = re.compile(r"sha256:\w+")
+    assert all(set(hashes.findall(text)) == set(hashes.findall(whole[name])) for name, text in lean.items())
+
+
+def test_the_lean_set_holds_what_sailing_needs_and_no_more():
+    names = {name.partition("==")[0] for name in pins("requirements-lean.lock")}
+    assert {"pymavlink", "pydantic", "pyserial", "fastcrc", "rich", "mavsdk", "setuptools"} <= names
+    assert not names & {"scipy", "control", "rasterio", "mavproxy", "atheris", "mypy", "pytest", "distributed"}
