@@ -1,0 +1,60 @@
+"""Who a number is: the kinds of MMSI (ITU-R M.585) and which of them may be a vessel."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Final
+
+
+class Station(Enum):
+    """What an MMSI's digits say."""
+
+    SHIP = "ship"
+    COAST = "coast station"
+    GROUP = "group"
+    SAR_AIRCRAFT = "search and rescue aircraft"
+    AID = "aid to navigation"
+    CRAFT = "craft of a mothership"
+    SART = "search and rescue transmitter"
+    MAN_OVERBOARD = "man overboard beacon"
+    EPIRB = "distress beacon"
+    UNKNOWN = "unknown"
+    """Numbers that nobody was given (8 digits, 0, 123456789): somebody is there all the same."""
+
+
+DISTRESS: Final = frozenset((Station.SART, Station.MAN_OVERBOARD, Station.EPIRB))
+"""Where one of these is, people are: never a vessel to deal with, always somebody to tell of."""
+_LAND: Final = frozenset((Station.COAST, Station.GROUP, Station.AID, Station.SAR_AIRCRAFT))
+_BY_PREFIX: Final = (
+    ("970", Station.SART),
+    ("972", Station.MAN_OVERBOARD),
+    ("974", Station.EPIRB),
+    ("111", Station.SAR_AIRCRAFT),
+    ("99", Station.AID),
+    ("98", Station.CRAFT),
+    ("00", Station.COAST),
+    ("0", Station.GROUP),
+)
+"""Looked through in this order, the longest first."""
+_MID: Final = range(201, 776)
+"""Maritime identification digits: the flags."""
+_MADE_UP: Final = frozenset((0, 1, 111_111_111, 123_456_789))
+
+
+def station_of(mmsi: int) -> Station:
+    """Return what kind of station a number is given to."""
+    if mmsi in _MADE_UP or not 0 <= mmsi <= 999_999_999:
+        return Station.UNKNOWN
+    digits = f"{mmsi:09d}"
+    if digits[:3] in ("000",) or (digits[0] == "0" and digits[1] != "0" and int(digits[1:4]) not in _MID):
+        return Station.UNKNOWN
+    for prefix, station in _BY_PREFIX:
+        if digits.startswith(prefix):
+            return station
+    return Station.SHIP if int(digits[:3]) in _MID else Station.UNKNOWN
+
+
+def may_be_vessel(mmsi: int) -> bool:
+    """Whether something that can be run into may report under this number; beacons of people in the water are none."""
+    station = station_of(mmsi)
+    return station not in _LAND and station not in DISTRESS
