@@ -1,6 +1,7 @@
-"""The checksums on the wires: CRC-16/MCRF4XX of MAVLink frames, CRC-8/SMBUS of the actuator line, CRC-24Q of RTCM frames.
+"""The checksums on the wires: CRC-16/MCRF4XX of MAVLink frames, CRC-16/ARC of IMC packets, CRC-8/SMBUS of the actuator line,
+CRC-24Q of RTCM frames.
 
-fastcrc reckons the first two; on PyPy a table does, because there a call into an extension costs more than the whole compiled loop.
+fastcrc reckons the first three; on PyPy a table does, because there a call into an extension costs more than the whole compiled loop.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ def _stepped(value: int, polynomial: int) -> int:
 
 
 _TABLE_16: Final = tuple(_stepped(byte, 0x8408) for byte in range(256))
+_TABLE_ARC: Final = tuple(_stepped(byte, 0xA001) for byte in range(256))
 _MIRRORED: Final = tuple(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 _TABLE_8: Final = tuple(_MIRRORED[_stepped(_MIRRORED[byte], 0xE0)] for byte in range(256))
 """SMBus shifts the other way: 0x07 is 0xE0 seen in a mirror."""
@@ -30,6 +32,14 @@ def table_mcrf4xx(data: bytes) -> int:
     crc = 0xFFFF
     for byte in data:
         crc = crc >> 8 ^ _TABLE_16[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def table_arc(data: bytes) -> int:
+    """CRC-16/ARC: polynomial 0x8005 reflected, start 0; 0xBB3D for b'123456789'."""
+    crc = 0
+    for byte in data:
+        crc = crc >> 8 ^ _TABLE_ARC[(crc ^ byte) & 0xFF]
     return crc
 
 
@@ -66,4 +76,5 @@ def crc24q(data: bytes) -> int:
 
 _IS_PYPY: Final = sys.implementation.name == "pypy"
 mcrf4xx: Final[Callable[[bytes], int]] = table_mcrf4xx if _IS_PYPY else crc16.mcrf4xx
+arc: Final[Callable[[bytes], int]] = table_arc if _IS_PYPY else crc16.arc
 smbus: Final[Callable[[bytes], int]] = table_smbus if _IS_PYPY else crc8.smbus

@@ -5,18 +5,20 @@ from __future__ import annotations
 from fastcrc import crc8, crc16
 from hypothesis import given, strategies as st
 
-from mavlink_bridge.crc import crc24q, mcrf4xx, smbus, table_mcrf4xx, table_smbus
+from mavlink_bridge.crc import arc, crc24q, mcrf4xx, smbus, table_arc, table_mcrf4xx, table_smbus
 
 
 def test_check_values():
     assert mcrf4xx(b"123456789") == table_mcrf4xx(b"123456789") == 0x6F91
     assert smbus(b"123456789") == table_smbus(b"123456789") == 0xF4
+    assert arc(b"123456789") == table_arc(b"123456789") == 0xBB3D
 
 
 @given(st.binary(max_size=300))
 def test_the_tables_agree_with_the_library(data):
     assert table_mcrf4xx(data) == crc16.mcrf4xx(data)
     assert table_smbus(data) == crc8.smbus(data)
+    assert table_arc(data) == crc16.arc(data)
 
 
 def divided(data: bytes, polynomial: int = 0x1864CFB) -> int:
