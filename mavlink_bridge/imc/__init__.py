@@ -20,3 +20,13 @@ from .packet import (
     fields_bytes as fields_bytes,
     parse_fields as parse_fields,
 )
+from .system import (
+    Asker as Asker,
+    Destination as Destination,
+    Discovery as Discovery,
+    Outgoing as Outgoing,
+    Place as Place,
+    Service as Service,
+    Tcp as Tcp,
+    Udp as Udp,
+)
