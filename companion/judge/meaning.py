@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from ..core.hull import VesselConfig
-from ..core.hull.vessel_file import top_speed_mps
+from ..core.hull.statics import top_speed_mps
 from ..core.steer.gain_check import gains_problem
 from ..settings import Settings
 from ..settings.schema import EndpointSettings

@@ -11,9 +11,9 @@ import tomllib
 from collections.abc import Callable, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal, Self, TypeVar
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 import config as shipped
 
@@ -126,6 +126,15 @@ class Settings(VehicleConfig):
     """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
     record: RecordConfig = RecordConfig()
     security: SecurityConfig = SecurityConfig()
+
+    @model_validator(mode="after")
+    def _law_knows_the_latest_compass(self) -> Self:
+        """The law leaves margins for the heading that is latest, where nothing else is said."""
+        law, late_s = self.steering.model, max((item.nmea.heading_latency_s for item in self.sensors), default=0.0)
+        if late_s > 0.0 and "heading_late_s" not in law.model_fields_set:
+            told = law.model_copy(update={"heading_late_s": late_s})
+            object.__setattr__(self, "steering", self.steering.model_copy(update={"model": told}))
+        return self
 
 
 def load(

@@ -122,4 +122,4 @@ def each_margin(
             loop = seed_loop(config, vessel, speed, gains)
         else:
             raise ValueError("profile 'seed' has no gains to check: set steering.seed.heading_gains")
-        yield loop_margins(loop, speed, delay_s)
+        yield loop_margins(loop, speed, delay_s + config.model.heading_late_s)

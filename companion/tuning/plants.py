@@ -11,7 +11,8 @@ import math
 from typing import Any
 
 from ..core.hull import ForceModel, VesselConfig
-from ..core.hull.vessel_file import drag_n, full_ahead_n, full_astern_n, speed_for_thrust
+from ..core.hull.statics import drag_n, top_speed_mps
+from ..core.hull.thrust import ThrustLaw
 from ..core.steer.allocation import Allocator
 
 STATES = ("u", "v", "r", "psi", "revs_port", "revs_starboard", "rudder")
@@ -43,7 +44,8 @@ def derivatives(
 ) -> list[float]:
     """Return the time derivatives of STATES in still water."""
     u, v, r, _, revs_port, revs_starboard, angle = (float(value) for value in x)
-    thrusts = [_thrust(vessel, revs) for revs in (revs_port, revs_starboard)]
+    law = ThrustLaw(vessel)
+    thrusts = [law.thrust_n(side, revs, u) for side, revs in ((0, revs_port), (1, revs_starboard))]
     du, dv, dr = model.rates(
         u,
         v,
@@ -54,25 +56,28 @@ def derivatives(
         rudder_starboard_rad=angle,
     )
     lag_s, most = max(vessel.rudder.lag_s, 0.02), math.radians(vessel.rudder.rate_dps)
-    turn = max(-most, min(most, (rudder_rad - angle) / lag_s))
+    turn = max(-most, min(most, (rudder_rad + vessel.rudder.offset_rad - angle) / lag_s))
     spin = [
-        (command - revs) / vessel.thruster.lag_s for command, revs in ((port, revs_port), (starboard, revs_starboard))
+        (_smooth_revs(law, command) - revs) / vessel.thruster.lag_s
+        for command, revs in ((port, revs_port), (starboard, revs_starboard))
     ]
     return [du, dv, dr, r, spin[0], spin[1], turn]
 
 
-def _thrust(vessel: VesselConfig, revs: float) -> float:
-    return (full_ahead_n(vessel) if revs > 0.0 else full_astern_n(vessel)) * revs * abs(revs)
+def _smooth_revs(law: ThrustLaw, command: float) -> float:
+    """Revolutions without the dead band, which has no slope."""
+    return command if law.plain else law.revs(command)
 
 
 def cruise_command(vessel: VesselConfig, speed_mps: float) -> float:
     """Return the thruster command that holds a speed through the water."""
-    return math.sqrt(min(1.0, drag_n(vessel, speed_mps) / (2.0 * full_ahead_n(vessel))))
+    law = ThrustLaw(vessel)
+    return law.command(0, drag_n(vessel, speed_mps) * law.sides[0].ahead_n / law.all_ahead_n, speed_mps)
 
 
 def reachable(vessel: VesselConfig, speeds: tuple[float, ...]) -> tuple[float, ...]:
     """Return the speeds up to nine tenths of the greatest; beyond, nothing is left to steer with."""
-    top = speed_for_thrust(vessel, 2.0 * full_ahead_n(vessel))
+    top = top_speed_mps(vessel)
     return tuple(speed for speed in speeds if speed <= 0.9 * top)
 
 
@@ -152,4 +157,4 @@ def nomoto(vessel: VesselConfig, speed_mps: float) -> tuple[float, float]:
 
 def _inputs(vessel: VesselConfig, speed_mps: float) -> list[float]:
     command = cruise_command(vessel, speed_mps)
-    return [command, command, 0.0]
+    return [command, command, -vessel.rudder.offset_rad]

@@ -10,7 +10,7 @@ import math
 from math import cos, sin
 
 from companion.core.hull import ForceModel, VesselConfig
-from companion.core.hull.vessel_file import full_ahead_n, full_astern_n
+from companion.core.hull.thrust import ThrustLaw
 from mavlink_bridge.language.units import wrap_pi
 
 from .water import STILL, Conditions
@@ -35,13 +35,18 @@ class SimVessel:
         """Fault: share of its thrust that a thruster gives."""
         self.rudder_stuck_rad: list[float | None] = [None, None]
         """Fault: a rudder that stands at an angle."""
-        self._ahead_n = full_ahead_n(config)
-        self._astern_n = full_astern_n(config)
+        self._law = law = ThrustLaw(config)
+        self._ahead_n, self._astern_n, self._plain = (
+            law.ahead_n,
+            law.astern_n,
+            law.plain and law.sides[0] == law.sides[1],
+        )
         thruster, rudder = config.thruster, config.rudder
         self._dead_band, self._thruster_lag_s = thruster.dead_band, thruster.lag_s
         self._one_thruster, self._one_rudder = thruster.count == 1, rudder.count == 1
         self._rudder_max, self._rudder_lag_s = rudder.max_rad, rudder.lag_s
         self._rudder_rate = math.radians(rudder.rate_dps)
+        self._rudder_offset = rudder.offset_rad if rudder.count else 0.0
 
     def place(self, *, north_m: float = 0.0, east_m: float = 0.0, psi_rad: float = 0.0, surge_mps: float = 0.0) -> None:
         """Put the hull somewhere, with way on through still water."""
@@ -77,8 +82,12 @@ class SimVessel:
             thruster_starboard = thruster_port
         if self._one_rudder:
             rudder_starboard_rad = rudder_port_rad
-        self._turn_propellers(dt_s, thruster_port, thruster_starboard)
-        self._turn_rudders(dt_s, rudder_port_rad, rudder_starboard_rad)
+        if self._plain:
+            self._turn_propellers(dt_s, thruster_port, thruster_starboard)
+        else:
+            self._turn_by_law(dt_s, thruster_port, thruster_starboard)
+        offset = self._rudder_offset
+        self._turn_rudders(dt_s, rudder_port_rad + offset, rudder_starboard_rad + offset)
         psi_rad = self.psi_rad
         cosine, sine = cos(psi_rad), sin(psi_rad)
         surge_n = sway_n = yaw_nm = 0.0
@@ -134,6 +143,13 @@ class SimVessel:
                 revs[1], thrust_n[1] = revs[0], thrust_n[0]
                 return
             side = 1
+
+    def _turn_by_law(self, dt_s: float, port: float, starboard: float) -> None:
+        """The same for propellers whose thrust is not the square of the command, alike on both sides, at any speed."""
+        share, law = min(1.0, dt_s / self._thruster_lag_s), self._law
+        for side, command in ((0, port), (1, starboard)):
+            self.revs[side] += (law.revs(max(-1.0, min(1.0, command))) - self.revs[side]) * share
+            self.thrust_n[side] = law.thrust_n(side, self.revs[side], self.u_mps) * self.thruster_health[side]
 
     def _turn_rudders(self, dt_s: float, port_rad: float, starboard_rad: float) -> None:
         share = 1.0 if self._rudder_lag_s <= dt_s else dt_s / self._rudder_lag_s

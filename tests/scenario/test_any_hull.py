@@ -4,6 +4,7 @@ import pytest
 
 from companion.core.vehicle.config import VehicleConfig
 from companion.core.vehicle.vehicle import Vehicle
+from sitl.plant.library import load_vessel
 from tools.cells import control_cells as cells
 from tools.cells.control_cells import WATERS, Case
 from tools.cells.foreign_hulls import bare
@@ -52,3 +53,19 @@ def test_the_lowered_top_speed_stands_in_the_operators_log():
     for munk, told in ((1.0, True), (0.0, False)):
         vehicle = Vehicle(VehicleConfig(), bare("otter", munk))
         assert any(text.text.startswith("Top speed lowered from 3.1 to") for text in vehicle._texts) == told
+
+
+def test_a_hull_whose_propellers_and_rudders_are_odd_sails_as_straight_as_any_when_its_file_says_so():
+    """Thrust with the 1.3rd power, starboard a fifth weaker, dead band 12 %, rudders 4 degrees off their middle."""
+    otter = load_vessel("otter")
+    thruster = {"exponent": 1.3, "starboard_share": 0.8, "dead_band": 0.12, "speed_loss": 0.05}
+    odd = otter.model_copy(
+        update={
+            "thruster": otter.thruster.model_copy(update=thruster),
+            "rudder": otter.rudder.model_copy(update={"offset_deg": 4.0}),
+        }
+    )
+    found, _ = cells.legs(Case(odd, BLOW, source=SensedState), 1.5, 50.0)
+    assert found.finished
+    assert found.rms < 0.13
+    assert found.most < 0.5

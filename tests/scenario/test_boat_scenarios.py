@@ -7,7 +7,7 @@ import math
 import pytest
 
 import config
-from companion.core.hull.vessel_file import throttle_to_speed
+from companion.core.hull.statics import throttle_to_speed
 from companion.io.links.link import Received
 from companion.settings.schema import EndpointSettings, load
 from mavlink_bridge.language.messages import Action, Mode

@@ -11,8 +11,8 @@ import pytest
 from companion.core.guard.depth.input import Altitude
 from companion.core.guard.depth.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
 from companion.core.guide.paths import Line, Track, fillet
+from companion.core.hull.statics import stopping_distance_m
 from companion.core.hull.stopping import braking_distance_m
-from companion.core.hull.vessel_file import stopping_distance_m
 from mavlink_bridge.language.figures import Circle, Racetrack
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant.library import load_vessel

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from companion.core.hull.handling import Handling
-from companion.core.hull.vessel_file import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
+from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
 

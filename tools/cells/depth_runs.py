@@ -15,8 +15,8 @@ from companion.core.guard.depth.grid import DepthGrid
 from companion.core.guard.depth.guard import DepthGuard
 from companion.core.hull import VesselConfig
 from companion.core.hull.geometry import geometry_of
+from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m
 from companion.core.hull.stopping import braking_distance_m
-from companion.core.hull.vessel_file import command_for_thrust, drag_n, stopping_distance_m
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant import SimVessel
 from sitl.plant.bottom import Bottom

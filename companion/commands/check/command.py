@@ -8,7 +8,7 @@ from typing import Any
 
 from ...configuration import mistakes_of, vessel_settings
 from ...core.hull.geometry import mounted, strangers
-from ...core.hull.vessel_file import stopping_distance_m, top_speed_mps
+from ...core.hull.statics import stopping_distance_m, top_speed_mps
 from ...doors import vessel_doors
 from ...judge import verdict, vessel_notes, vessel_warnings
 from ...radio import read_key

@@ -16,9 +16,9 @@ def heading_loop(config: SteeringConfig, vessel: VesselConfig) -> list[str]:
         return [f"  heading     law '{config.profile}': see `companion tune margins`"]
     controller = ModelController(config, vessel)
     schedule = controller.schedule
-    worst = schedule.worst
+    worst, delay_s = schedule.worst, DELAY_S + config.model.heading_late_s
     lines = [
-        f"  heading     at least {worst.margins.gain_db:.0f} dB and {worst.margins.phase_deg:.0f} deg at {DELAY_S:g} s of delay "
+        f"  heading     at least {worst.margins.gain_db:.0f} dB and {worst.margins.phase_deg:.0f} deg at {delay_s:g} s of delay "
         f"up to {schedule.steady_mps:.1f} m/s (bars {GAIN_BAR_DB:g} dB, {PHASE_BAR_DEG:g} deg)"
     ]
     problem = gains_problem(config, vessel)

@@ -23,7 +23,7 @@ from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
 from mavlink_bridge.plans.files import write_wpl
 
-from ...core.hull.vessel_file import top_speed_mps
+from ...core.hull.statics import top_speed_mps
 from ...core.vehicle.mission import MissionConfig
 from ...io.log_file import parts_of
 from ...io.whole_file import write_whole

@@ -16,7 +16,7 @@ from mavlink_bridge.language.value import value
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
-from ..hull.vessel_file import drag_n
+from ..hull.statics import drag_n
 
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""
@@ -70,15 +70,16 @@ class PropulsionWatch:
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak."""
-        self._actuators.step(dt_s, sent)
         psi, u, v, r = state.psi_rad, state.u_mps, state.v_mps, state.r_radps
         if not self._lateral_m or psi is None or u is None or v is None or r is None or not 0.0 < dt_s < 0.5:
+            self._actuators.step(dt_s, sent)
             self._smooth = None
             return self.weak
-        port_n, starboard_n, angle = self._actuators.port_n, self._actuators.starboard_n, self._actuators.rudder_rad
         drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
         cos, sin = math.cos(psi), math.sin(psi)
         water_u, water_v = u - drift_n * cos - drift_e * sin, v + drift_n * sin - drift_e * cos
+        self._actuators.step(dt_s, sent, water_u)
+        port_n, starboard_n, angle = self._actuators.port_n, self._actuators.starboard_n, self._actuators.rudder_rad
         _, dv, dr = self._model.rates(
             water_u,
             water_v,

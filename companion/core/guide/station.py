@@ -16,7 +16,7 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
-from ..hull.vessel_file import Statics
+from ..hull.statics import Statics
 from .push import PushObserver
 
 _TURN_ROUND_S = 6.0

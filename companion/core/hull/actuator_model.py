@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from mavlink_bridge.language.messages import ActuatorOutput
 
-from .vessel_file import VesselConfig, full_ahead_n, full_astern_n
+from .thrust import ThrustLaw
+from .vessel_file import VesselConfig
 
 _LINK_S = 0.02
 """Between a tick and the servo's start."""
@@ -15,12 +16,17 @@ class ActuatorModel:
 
     def __init__(self, vessel: VesselConfig) -> None:
         thruster = vessel.thruster
-        self._ahead_n = full_ahead_n(vessel)
-        self._astern_n = full_astern_n(vessel)
+        self._law = law = ThrustLaw(vessel)
+        self._ahead_n, self._astern_n, self._plain = (
+            law.ahead_n,
+            law.astern_n,
+            law.plain and law.sides[0] == law.sides[1],
+        )
         self._single = thruster.count == 1
         self._dead_band = thruster.dead_band
         self._lag_s = thruster.lag_s
         self._rudder_lag_s = vessel.rudder.lag_s + _LINK_S
+        self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
         self.clear()
 
     def clear(self) -> None:
@@ -30,18 +36,32 @@ class ActuatorModel:
         """Thrust, N."""
         self.rudder_rad = 0.0
 
-    def step(self, dt_s: float, sent: ActuatorOutput | None) -> None:
-        """Advance by one tick with what was sent during it."""
+    def step(self, dt_s: float, sent: ActuatorOutput | None, surge_mps: float = 0.0) -> None:
+        """Advance by one tick with what was sent during it, at a speed through the water."""
         port = starboard = rudder_rad = 0.0
         if sent is not None:
             port, rudder_rad = sent.thruster_port, sent.rudder_port_rad
             starboard = port if self._single else sent.thruster_starboard
         share = dt_s / self._lag_s if dt_s < self._lag_s else 1.0
+        if not self._plain:
+            self._turn(port, starboard, share, surge_mps)
+        else:
+            self._turn_plain(port, starboard, share)
+        share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
+        self.rudder_rad += (rudder_rad + self._offset_rad - self.rudder_rad) * share
+
+    def _turn(self, port: float, starboard: float, share: float, surge_mps: float) -> None:
+        law = self._law
+        self._port_revs += (law.revs(port) - self._port_revs) * share
+        self._starboard_revs += (law.revs(starboard) - self._starboard_revs) * share
+        self.port_n = law.thrust_n(0, self._port_revs, surge_mps)
+        self.starboard_n = law.thrust_n(1, self._starboard_revs, surge_mps)
+
+    def _turn_plain(self, port: float, starboard: float, share: float) -> None:
+        """The same where thrust is the square of the command: every tick asks for it."""
         band, revs = self._dead_band, self._port_revs
         self._port_revs = revs = revs + ((0.0 if -band < port < band else port) - revs) * share
         self.port_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
         revs = self._starboard_revs
         self._starboard_revs = revs = revs + ((0.0 if -band < starboard < band else starboard) - revs) * share
         self.starboard_n = (self._ahead_n if revs > 0.0 else self._astern_n) * revs * abs(revs)
-        share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
-        self.rudder_rad += (rudder_rad - self.rudder_rad) * share

@@ -9,7 +9,9 @@ import math
 from dataclasses import dataclass
 
 from .forces import ForceModel
-from .vessel_file import Statics, VesselConfig, drag_n, full_ahead_n, full_astern_n, top_speed_mps
+from .statics import Statics, drag_n, top_speed_mps
+from .thrust import ThrustLaw
+from .vessel_file import VesselConfig
 
 _POINTS = 9
 _STEP_S = 0.05
@@ -32,6 +34,7 @@ class Handling:
     def __init__(self, vessel: VesselConfig) -> None:
         self.vessel = vessel
         self.model = ForceModel(vessel)
+        self._law = ThrustLaw(vessel)
         self.drag_n = Statics(vessel).drag_n
         """Resistance in N at a speed through the water in m/s."""
         self.top_mps = top_speed_mps(vessel)
@@ -48,11 +51,12 @@ class Handling:
 
     def authority(self, speed_mps: float) -> Authority:
         """Return what rudders and thrusters can give at a steady speed."""
-        vessel = self.vessel
-        each_n = min(drag_n(vessel, speed_mps) / 2.0, full_ahead_n(vessel))
+        vessel, law = self.vessel, self._law
+        most_n = law.ahead_n * (1.0 - law.loss * speed_mps) if law.loss else law.ahead_n
+        each_n = min(drag_n(vessel, speed_mps) / 2.0, most_n)
         slope = self.model.rudder_slope_nm(speed_mps, each_n, each_n)
         rudder = 0.5 * slope * math.sin(2.0 * vessel.rudder.max_rad) if vessel.rudder.count else 0.0
-        spare_n = min(full_ahead_n(vessel) - each_n, full_astern_n(vessel) + each_n)
+        spare_n = min(most_n - each_n, law.astern_n + each_n)
         return Authority(rudder, 2.0 * self.model.lateral_m * spare_n)
 
     def yaw_damping(self, speed_mps: float) -> tuple[float, float]:

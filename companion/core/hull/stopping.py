@@ -5,7 +5,9 @@ Both through the water, in metres, without any reaction time; whoever uses them 
 
 from __future__ import annotations
 
-from .vessel_file import Statics, VesselConfig, full_astern_n
+from .statics import Statics
+from .thrust import ThrustLaw
+from .vessel_file import VesselConfig
 
 _STEPS = 16
 
@@ -14,14 +16,14 @@ def braking_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
     """Way made from ``speed_mps`` to rest under full astern thrust, m.
 
     Integral of m11 u du / (F + (Xu + Xuu u) u) by Simpson's rule; the thrusters' spin-up counts as coasting at full
-    speed for one time constant.
+    speed for one time constant. Water that comes from ahead takes nothing from thrust astern.
     """
     speed = abs(speed_mps)
-    force_n, m11, drag_n = 2.0 * full_astern_n(vessel), vessel.hull.m11_kg, Statics(vessel).drag_n
+    force_n, m11, drag_n = ThrustLaw(vessel).all_astern_n, vessel.hull.m11_kg, Statics(vessel).drag_n
     width = speed / _STEPS
     inner = 0.0
     for i in range(1, _STEPS):
         mps = i * width
         inner += (4.0 if i % 2 else 2.0) * (m11 * mps / (force_n + drag_n(mps)))
     last = m11 * speed / (force_n + drag_n(speed))
-    return (inner + last) * width / 3.0 + speed * vessel.thruster.lag_s
+    return vessel.stopping_factor * ((inner + last) * width / 3.0 + speed * vessel.thruster.lag_s)

@@ -8,9 +8,10 @@ relative to the water); rudders in the propeller race by momentum theory.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from ..config import Config
 
@@ -48,7 +49,7 @@ class HullConfig(Config):
 
 
 class ThrusterConfig(Config):
-    """Fixed propellers. The command -1...1 sets revolutions, as an ESC does, so thrust goes with its square."""
+    """Fixed propellers. The command -1...1 sets revolutions, as an ESC does, so thrust goes with its square, if not else said."""
 
     count: Literal[1, 2] = 2
     lateral_m: float = Field(0.0, ge=0)
@@ -59,9 +60,28 @@ class ThrusterConfig(Config):
     lag_s: float = Field(0.15, gt=0)
     dead_band: float = Field(0.03, ge=0, lt=0.5)
     """Commands smaller than this do not turn the propeller."""
+    exponent: float = Field(2.0, ge=0.8, le=4.0)
+    """Thrust at rest goes with this power of the command."""
+    exponent_astern: float | None = Field(None, ge=0.8, le=4.0)
+    """Likewise astern; none: as ahead."""
+    curve: tuple[tuple[float, float], ...] = ()
+    """Instead of exponents: [command, share of full thrust at rest], rising from [-1, -1] through zero to [1, 1]."""
+    starboard_share: float = Field(1.0, ge=0.3, le=3.0)
+    """Thrust of the starboard thruster over that of the port one, which ``ahead_n`` and ``astern_n`` say."""
+    speed_loss: float = Field(0.0, ge=0.0, le=0.5)
+    """Share of the bollard thrust that is lost for each m/s ahead at full revolutions, 1/(m/s)."""
     diameter_m: float = Field(0.18, gt=0)
     race_share: float = Field(0.8, ge=0, le=1)
     """Share of the fully developed race that the rudder feels."""
+
+    @field_validator("curve")
+    @classmethod
+    def _rises(cls, points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+        rising = all(a[0] < b[0] and a[1] < b[1] for a, b in pairwise(points))
+        whole = not points or (points[0] == (-1.0, -1.0) and points[-1] == (1.0, 1.0) and (0.0, 0.0) in points)
+        if not (rising and whole):
+            raise ValueError("must rise in both columns from [-1, -1] through [0, 0] to [1, 1]")
+        return points
 
 
 class RudderConfig(Config):
@@ -83,12 +103,18 @@ class RudderConfig(Config):
     """Share of the lift that is left beyond the stall angle."""
     astern_share: float = Field(0.5, ge=0, le=1)
     """Force in water from behind, against the same flow from ahead."""
+    offset_deg: float = Field(0.0, ge=-20, le=20)
+    """Angle at which the rudders stand when told 0, positive as a command to starboard: a linkage that is not straight."""
     lift_shape: Literal["sin", "half-sin-2"] = "sin"
     """Lift goes with sin(alpha), or with sin(2 alpha)/2."""
 
     @property
     def max_rad(self) -> float:
         return math.radians(self.max_deg)
+
+    @property
+    def offset_rad(self) -> float:
+        return math.radians(self.offset_deg)
 
 
 class WindageConfig(Config):
@@ -142,6 +168,8 @@ class VesselConfig(Config):
     """Lowest point of the vessel (keel, rudder, propeller) below the waterline, positive down. The guard measures from here."""
     antenna: AntennaConfig = AntennaConfig()
     """GNSS antenna."""
+    stopping_factor: float = Field(1.0, ge=1.0, le=3.0)
+    """How much farther than the best estimate the guards reckon the vessel to run: the upper bound of what is not known."""
     mounts: dict[str, MountConfig] = Field(default_factory=dict)
     """By name of a sensor link of the settings (`mavlink`: what stations send): what of it sits elsewhere."""
 
@@ -162,89 +190,3 @@ class VesselConfig(Config):
                 "thruster": self.thruster.model_copy(update=power),
             }
         )
-
-
-def drag_n(vessel: VesselConfig, surge_mps: float) -> float:
-    """Return the resistance at a speed through the water, N, with the sign of the speed."""
-    return Statics(vessel).drag_n(surge_mps)
-
-
-def thrust_n(vessel: VesselConfig, command: float) -> float:
-    """Return the steady thrust of one thruster for a command -1...1."""
-    if abs(command) < vessel.thruster.dead_band:
-        return 0.0
-    full = vessel.thruster.ahead_n if command > 0.0 else vessel.thruster.astern_n
-    return full * command * abs(command)
-
-
-def command_for_thrust(vessel: VesselConfig, force_n: float) -> float:
-    """Return the command -1...1 for a thrust of one thruster; the inverse of ``thrust_n``, saturated."""
-    full = vessel.thruster.ahead_n if force_n > 0.0 else vessel.thruster.astern_n
-    return math.copysign(min(1.0, math.sqrt(abs(force_n) / full)), force_n)
-
-
-def speed_for_thrust(vessel: VesselConfig, total_n: float) -> float:
-    """Return the steady speed through the water, m/s, for a total thrust ahead of at least 0 N."""
-    return Statics(vessel).speed_for_thrust(total_n)
-
-
-def top_speed_mps(vessel: VesselConfig) -> float:
-    """Return the greatest steady speed through the water."""
-    return speed_for_thrust(vessel, 2.0 * full_ahead_n(vessel))
-
-
-def throttle_to_speed(vessel: VesselConfig, throttle: float) -> float:
-    """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
-    return Statics(vessel).throttle_to_speed(throttle)
-
-
-def full_ahead_n(vessel: VesselConfig) -> float:
-    """Return full thrust ahead of one side; a single thruster counts as two halves on the centre line."""
-    return vessel.thruster.ahead_n * (0.5 if vessel.thruster.count == 1 else 1.0)
-
-
-def full_astern_n(vessel: VesselConfig) -> float:
-    """Return full thrust astern of one side, positive."""
-    return vessel.thruster.astern_n * (0.5 if vessel.thruster.count == 1 else 1.0)
-
-
-def stopping_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
-    """Return the way made through the water while coasting to rest."""
-    return Statics(vessel).stopping_distance_m(speed_mps)
-
-
-class Statics:
-    """One vessel's numbers at hand, for what asks every tick. Holds no state."""
-
-    __slots__ = ("_all_ahead_n", "_dead_band", "_m11", "_xu", "_xuu")
-
-    def __init__(self, vessel: VesselConfig) -> None:
-        self._m11, self._xu, self._xuu = vessel.hull.m11_kg, vessel.hull.xu, vessel.hull.xuu
-        self._all_ahead_n = 2.0 * full_ahead_n(vessel)
-        self._dead_band = vessel.thruster.dead_band
-
-    def drag_n(self, surge_mps: float) -> float:
-        """Return the resistance at a speed through the water, N, with the sign of the speed."""
-        return (self._xu + self._xuu * abs(surge_mps)) * surge_mps
-
-    def speed_for_thrust(self, total_n: float) -> float:
-        """Return the steady speed through the water, m/s, for a total thrust ahead of at least 0 N."""
-        xu, xuu = self._xu, self._xuu
-        if xuu < 1e-9:
-            return total_n / max(xu, 1e-9)
-        return (math.sqrt(xu * xu + 4.0 * xuu * total_n) - xu) / (2.0 * xuu)
-
-    def throttle_to_speed(self, throttle: float) -> float:
-        """Return the steady speed through the water, m/s, at a thrust command 0...1 of all thrusters."""
-        if throttle < self._dead_band:
-            return self.speed_for_thrust(0.0)
-        return self.speed_for_thrust(self._all_ahead_n * throttle * throttle if throttle > 0.0 else 0.0)
-
-    def stopping_distance_m(self, speed_mps: float) -> float:
-        """Return the way made through the water while coasting to rest (closed form of m u' = -(Xu + Xuu u) u)."""
-        xu, xuu, speed = self._xu, self._xuu, abs(speed_mps)
-        if xu < 1e-9:
-            raise ValueError("without linear surge damping the vessel coasts for ever: give hull.xu")
-        if xuu < 1e-9:
-            return self._m11 * speed / xu
-        return self._m11 / xuu * math.log1p(xuu * speed / xu)

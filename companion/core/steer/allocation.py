@@ -12,16 +12,13 @@ from mavlink_bridge.language.units import clamp
 from mavlink_bridge.language.value import value
 
 from ..hull import ForceModel, VesselConfig
-from ..hull.vessel_file import full_ahead_n, full_astern_n
+from ..hull.thrust import ThrustLaw
 
 _WEAK = 0.1
 _USEFUL = 0.35
 """Shares of the yaw authority at which rudders begin to be used and are used in full."""
 _KICK = 0.3
 """Share of full thrust that may be spent on the rudders' flow where there is no other way to turn."""
-_SOFT = 0.01
-"""Share of full thrust below which the inverse of the propellers' law is a straight line."""
-_SOFT_ROOT = math.sqrt(_SOFT)
 
 
 @value
@@ -31,6 +28,8 @@ class Allocation:
     thruster_port: float
     thruster_starboard: float
     rudder_rad: float
+    angle_rad: float
+    """At which the rudders then stand: the command and the file's offset."""
     yaw_nm: float
     surge_n: float
 
@@ -41,29 +40,34 @@ class Allocator:
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
         self._model = model
         self._lateral_m = model.lateral_m
-        self._ahead_n = full_ahead_n(vessel)
-        self._astern_n = full_astern_n(vessel)
+        self._law = law = ThrustLaw(vessel)
+        self._ahead_n, self._astern_n = law.ahead_n, law.astern_n
+        self._all_ahead_n, self._all_astern_n = law.all_ahead_n, law.all_astern_n
         self._differential_n = 0.5 * (self._ahead_n + self._astern_n) if model.lateral_m > 0.0 else 0.0
         self._rudder_max = vessel.rudder.max_rad if vessel.rudder.count else 0.0
+        self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
 
     def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float) -> Allocation:
         """Return commands for a total thrust and a yaw moment at a speed through the water."""
-        ahead_n, astern_n, lateral_m, most_n = self._ahead_n, self._astern_n, self._lateral_m, self._differential_n
-        surge_n = clamp(surge_n, -2.0 * astern_n, 2.0 * ahead_n)
+        lateral_m, most_n = self._lateral_m, self._differential_n
+        surge_n = clamp(surge_n, -self._all_astern_n, self._all_ahead_n)
         if most_n <= 0.0 < self._rudder_max:
             surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
         slope = self._model.rudder_slope_nm(surge_mps, 0.5 * surge_n, 0.5 * surge_n)
-        rudder_rad = self._rudder(yaw_nm, slope)
-        by_rudder = 0.5 * slope * math.sin(2.0 * rudder_rad)
+        angle_rad = self._rudder(yaw_nm, slope)
+        by_rudder = 0.5 * slope * math.sin(2.0 * angle_rad)
         half_n = clamp((yaw_nm - by_rudder) / (2.0 * lateral_m), -most_n, most_n) if most_n > 0.0 else 0.0
-        low, high = -astern_n + abs(half_n), ahead_n - abs(half_n)
+        port, starboard = self._law.sides
+        low = max(-port.astern_n - half_n, -starboard.astern_n + half_n)
+        high = min(port.ahead_n - half_n, starboard.ahead_n + half_n)
         each_n = clamp(0.5 * surge_n, low, high) if low < high else 0.5 * (low + high)
         return Allocation(
-            self._command(each_n + half_n),
-            self._command(each_n - half_n),
-            rudder_rad,
-            by_rudder + 2.0 * lateral_m * half_n,
-            2.0 * each_n,
+            self._law.command(0, each_n + half_n, surge_mps),
+            self._law.command(1, each_n - half_n, surge_mps),
+            rudder_rad=clamp(angle_rad - self._offset_rad, -self._rudder_max, self._rudder_max),
+            angle_rad=angle_rad,
+            yaw_nm=by_rudder + 2.0 * lateral_m * half_n,
+            surge_n=2.0 * each_n,
         )
 
     def _kick_n(self, yaw_nm: float, surge_mps: float) -> float:
@@ -85,12 +89,3 @@ class Allocator:
                 share = clamp((most - _WEAK) / (_USEFUL - _WEAK), 0.0, 1.0)
         ratio = clamp(2.0 * share * yaw_nm / slope, -1.0, 1.0)
         return clamp(0.5 * math.asin(ratio), -self._rudder_max, self._rudder_max)
-
-    def _command(self, force_n: float) -> float:
-        """Inverse of the propellers' law; straight through zero, where its slope would be infinite."""
-        full = self._ahead_n if force_n > 0.0 else self._astern_n
-        share = abs(force_n) / full
-        if share > 1.0:
-            share = 1.0
-        size = math.sqrt(share) if share > _SOFT else share / _SOFT_ROOT
-        return math.copysign(size, force_n)

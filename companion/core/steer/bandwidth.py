@@ -46,6 +46,8 @@ class Wishes:
     zeta: float
     integral: float
     """Share of the proportional gain per second."""
+    late_s: float = 0.0
+    """Age of headings when they arrive, beside the delay that every set of gains bears."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +153,8 @@ class _Trial:
         self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
         self._counted = max(handling.yaw_damping(speed_mps)[0], 0.0)
         self._lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
-        self._judge = LoopJudge(yaw_plant(vessel, speed_mps))
+        self._delay_s = DELAY_S + wishes.late_s
+        self._judge = LoopJudge(yaw_plant(vessel, speed_mps), self._delay_s)
 
     def gain(self, omega: float, stiffer: float = 1.0, integral: float | None = None) -> HeadingGain:
         """Judge one bandwidth, with the settings' damping and integral or others."""
@@ -165,19 +168,21 @@ class _Trial:
         """The greatest bandwidth that a hull of one pole would allow, behind one lag; 0 when none."""
         damping, wishes = self._counted / self._inertia, self._wishes
         for omega in omegas:
-            if _holds(damping, self._lag_s, omega, wishes.zeta, wishes.integral):
+            if _holds(damping, self._lag_s, omega, wishes, self._delay_s):
                 return omega
         return 0.0
 
 
-def _holds(damping: float, lag_s: float, omega: float, zeta: float, integral: float) -> bool:
+def _holds(damping: float, lag_s: float, omega: float, wishes: Wishes, delay_s: float) -> bool:
     """True when the loop, per unit of inertia, keeps both margins."""
     kp = omega * omega
-    kd = max(2.0 * zeta * omega - damping, 0.0)
+    kd = max(2.0 * wishes.zeta * omega - damping, 0.0)
     last_size, last_phase = math.inf, 0.0
     for w in _FREQUENCIES:
         s = complex(0.0, w)
-        loop = (kp + kp * integral / s + kd * s) / (s * (s + damping)) / (1.0 + s * lag_s) * cmath.exp(-s * DELAY_S)
+        loop = (
+            (kp + kp * wishes.integral / s + kd * s) / (s * (s + damping)) / (1.0 + s * lag_s) * cmath.exp(-s * delay_s)
+        )
         size, phase = abs(loop), cmath.phase(loop)
         phase -= 2.0 * math.pi if phase > 0.0 else 0.0
         if last_size > 1.0 >= size and phase < -math.pi + _PHASE_RAD:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Final
 
 from ..hull import VesselConfig
-from ..hull.vessel_file import drag_n
+from ..hull.statics import drag_n
 from .law import SteeringConfig
 from .model import ModelController
 from .yaw_loop import DELAY_S

@@ -74,6 +74,9 @@ class ModelConfig(Config):
     speed_integral: float = param(
         0.3, "SPEED_I", "Speed integral, share of the speed gain per second", unit="1/s", ge=0.0, le=2.0
     )
+    heading_late_s: float = Field(0.0, ge=0.0, le=1.0)
+    """Age of headings when they arrive, s: the heading loop leaves its margins at 0.15 s and this together. Where it is not
+    said, the greatest `sensors.nmea.heading_latency_s`."""
 
 
 class SteeringConfig(Config):

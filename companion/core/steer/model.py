@@ -76,7 +76,7 @@ class ModelController:
         authority = handling.authority(0.5 * handling.top_mps)
         reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
         most = min(config.heading_bandwidth, reach)
-        self._wishes = Wishes(most, config.heading_damping, config.heading_integral)
+        self._wishes = Wishes(most, config.heading_damping, config.heading_integral, config.heading_late_s)
         self._schedule = schedule = heading_schedule(vessel, self._wishes)
         self._step_mps = schedule.step_mps
         self._attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps

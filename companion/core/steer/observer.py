@@ -65,7 +65,7 @@ class WaterSpeedObserver:
     def _advance(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[float, float]:
         """Carry the speed through the water on; return the accelerations of surge and yaw."""
         actuators = self._actuators
-        actuators.step(dt_s, sent)
+        actuators.step(dt_s, sent, self.u_mps)
         angle = actuators.rudder_rad
         rate = self.rate_radps if self.rate_radps is not None else state.r_radps or 0.0
         du, dv, dr = self._rates(

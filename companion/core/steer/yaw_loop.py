@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass
 
 from ..hull import ForceModel, VesselConfig
-from ..hull.vessel_file import drag_n
+from ..hull.statics import drag_n
 from .allocation import Allocator
 
 DELAY_S = 0.15
@@ -93,13 +93,13 @@ def yaw_plant(vessel: VesselConfig, speed_mps: float) -> YawPlant:
     asked_nm = 0.05 * model.lateral_m * each_n + 1e-3
     given = Allocator(vessel, model).allocate(2.0 * each_n, asked_nm, speed_mps)
     by_rudder = by_thrust = (0.0, 0.0)
-    if given.rudder_rad:
+    if given.angle_rad:
         v_part, r_part = slope(0.0, 0.0, _NUDGE, 0.0)
-        per_nm = given.rudder_rad / asked_nm
+        per_nm = given.angle_rad / asked_nm
         by_rudder = (v_part * per_nm, r_part * per_nm)
     if model.lateral_m:
         v_part, r_part = slope(0.0, 0.0, 0.0, _NUDGE)
-        by_rudder_nm = 0.5 * model.rudder_slope_nm(speed_mps, each_n, each_n) * math.sin(2.0 * given.rudder_rad)
+        by_rudder_nm = 0.5 * model.rudder_slope_nm(speed_mps, each_n, each_n) * math.sin(2.0 * given.angle_rad)
         half_per_nm = (given.yaw_nm - by_rudder_nm) / (2.0 * model.lateral_m * asked_nm)
         by_thrust = (v_part * half_per_nm, r_part * half_per_nm)
     return YawPlant((vv, vr, rv, rr), by_rudder, by_thrust, vessel.rudder.lag_s, vessel.thruster.lag_s)

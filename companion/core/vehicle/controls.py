@@ -39,8 +39,8 @@ from ..guard.propulsion import PropulsionWatch
 from ..guide import Guidance, GuidanceOutput
 from ..hull import VesselConfig
 from ..hull.geometry import geometry_of
+from ..hull.statics import Statics, top_speed_mps
 from ..hull.stopping import braking_distance_m
-from ..hull.vessel_file import Statics, top_speed_mps
 from ..steer import make_controller
 from ..steer.law import lowered_text, steady_speed_mps
 from .config import TickInputs, VehicleConfig

@@ -43,7 +43,7 @@ from mavlink_bridge.language.requests import (
 from mavlink_bridge.language.units import clamp
 
 from ..guard.failsafe_orders import Order
-from ..hull.vessel_file import throttle_to_speed, top_speed_mps
+from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .controls import Controls
 from .operators import leads

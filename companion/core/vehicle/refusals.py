@@ -14,7 +14,7 @@ from mavlink_bridge.language.requests import LoadPlan
 from ..guard import failsafe
 from ..guard.depth.grid import Leg
 from ..guard.failsafe_orders import Order
-from ..hull.vessel_file import top_speed_mps
+from ..hull.statics import top_speed_mps
 from . import arming, insist
 from .controls import Controls
 from .mission import Point
