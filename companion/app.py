@@ -94,13 +94,15 @@ class App:
         self.store = store
         self.recorder: TickRecorder | None = None
         self.vehicle = Vehicle(settings, vessel, [item.name for item in settings.sensors])
-        self.facade = Facade(settings, self.vehicle.mission, identity)
-        self.shared = Shared(self.vehicle.say)
+        self.controls = self.vehicle.controls
+        say = self.controls.voice.say
+        self.facade = Facade(settings, self.vehicle.parts.mission, identity)
+        self.shared = Shared(say)
         self.keeper: Keeper | None = None
         self.voyages: VoyageKeeper | None = None
-        self.strangers = Strangers(self.vehicle.say)
+        self.strangers = Strangers(say)
         self.audit = Audit()
-        self._watched = Supervisor(self.vehicle.say)
+        self._watched = Supervisor(say)
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
@@ -108,9 +110,9 @@ class App:
         self.on_submit: Callable[[RequestBody], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
-        self.storage = StoreWatch(self.vehicle.say, self.store.snapshot(), required=settings.operator.store_required)
+        self.storage = StoreWatch(say, self.store.snapshot(), required=settings.operator.store_required)
         self._lasting = Lasting(store, self.storage)
-        self.depths = DepthKeeper(self.vehicle.guard.memory, settings.depth.memory, self._lasting.submit)
+        self.depths = DepthKeeper(self.vehicle.parts.guard.memory, settings.depth.memory, self._lasting.submit)
         self._now_us = 0
         self._closed = False
         self._ticks = 0
@@ -157,7 +159,7 @@ class App:
 
     def keep_voyage(self) -> None:
         """Remember in the store that a voyage is under way, and go on with one that is."""
-        self.voyages = VoyageKeeper(self._lasting, self.vehicle, self.store.snapshot())
+        self.voyages = VoyageKeeper(self._lasting, self.controls, self.store.snapshot())
 
     @property
     def ports(self) -> tuple[NmeaPort | ArduinoPort | GroundPort | PlotterPort, ...]:
@@ -186,9 +188,9 @@ class App:
     def _run(self, now_us: int, late_s: float, load: float) -> Snapshot:
         self._read(now_us)
         inputs = self._inputs(now_us, late_s, load)
-        self.vehicle.inputs = inputs
+        self.vehicle.bring(inputs)
         self._answer_requests(now_us)
-        snapshot = self.vehicle.tick(now_us, inputs)
+        snapshot = self.vehicle.tick(now_us)
         self.snapshot = snapshot
         if self.actuators is not None:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
@@ -226,9 +228,9 @@ class App:
 
     def _inputs(self, now_us: int, late_s: float, load: float) -> TickInputs:
         for port in self.sensors:
-            self._say(port.reader.drain_texts())
+            self.controls.voice.say_all(port.reader.drain_texts())
         if self.recorder is not None:
-            self._say(self.recorder.drain_texts())
+            self.controls.voice.say_all(self.recorder.drain_texts())
         self.storage.tick(now_us)
         if self._ticks % _HEALTH_EVERY == 0:
             self._health = tuple(port.health(now_us) for port in self.ports)
@@ -236,7 +238,7 @@ class App:
         board = None if self.actuators is None else self.actuators.board
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
-            self._say(board.drain_texts())
+            self.controls.voice.say_all(board.drain_texts())
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
             actuator=_NO_BOARD if board is None else board.status,
@@ -254,21 +256,17 @@ class App:
             plan_ids=self.facade.plans.ids,
         )
 
-    def _say(self, texts: Sequence[tuple[Severity, str]]) -> None:
-        for severity, text in texts:
-            self.vehicle.say(severity, text)
-
     def _fault(self, now_us: int, error: Exception) -> None:
         """Neutral first, then the trace, then (three in a row) give up."""
         self._neutral(now_us, f"fault: {type(error).__name__}")
         self._faults += 1
         log.error("tick failed (%d in a row), neutral is written", self._faults, exc_info=error)
-        self.vehicle.disarm(f"internal fault: {type(error).__name__}")
+        self.controls.disarm(f"internal fault: {type(error).__name__}")
         if self._faults >= FAULTS_IN_A_ROW:
             raise AppFaultError(f"{self._faults} ticks in a row failed: {error}") from error
 
     def _neutral(self, now_us: int, cause: str) -> None:
-        output = self.vehicle.gate.neutral(now_us, cause)
+        output = self.vehicle.parts.gate.neutral(now_us, cause)
         if self.actuators is not None:
             self.actuators.write(output, now_us)
 
@@ -313,7 +311,7 @@ class App:
                 self.depths.due_us = now_us
 
     def _load(self, body: LoadPlan, answer: Answer) -> None:
-        refusal = plan_refusal(self.vehicle, body)
+        refusal = plan_refusal(self.controls, body)
         if refusal:
             answer(Reply(Result.DENIED, refusal))
             return
@@ -325,14 +323,14 @@ class App:
             self._reconfigure(FAR_OK, 0.0)
         self.facade.plans.put(body.kind, body.items)
         if body.kind is PlanKind.MISSION:
-            self.vehicle.load_plan(body.plan)
+            self.controls.load_plan(body.plan)
         elif body.kind is PlanKind.FENCE:
-            self.vehicle.load_fence(body.fence)
+            self.controls.load_fence(body.fence)
         else:
-            self.vehicle.load_rally(body.rally_rad)
+            self.controls.load_rally(body.rally_rad)
 
     def _set_parameter(self, body: SetParameter, answer: Answer) -> None:
-        problem = parameter_problem(self.facade, self.vehicle.vessel, body)
+        problem = parameter_problem(self.facade, self.vehicle.parts.vessel, body)
         if problem:
             answer(Reply(Result.DENIED, problem))
             return
@@ -341,7 +339,7 @@ class App:
     def _reconfigure(self, name: str, value: float) -> None:
         settings = self.facade.params.change(name, value)
         self.settings = self.facade.params.settings = settings
-        self.vehicle.configure(settings)
+        self.controls.configure(settings)
         if self.actuators is not None:
             self.actuators.board.configure(settings.actuators.board)
         for ground in self.grounds:
@@ -349,9 +347,9 @@ class App:
                 talk.param_changed(name)
 
     def _reboot(self, body: Reboot, now_us: int, *, by_radio: bool) -> Reply:
-        refusal = "armed: disarm first" if self.vehicle.armed else ""
+        refusal = "armed: disarm first" if self.controls.armed else ""
         if body.shutdown:
-            refusal = refusal or shutdown_refusal(self.vehicle, now_us, by_radio=by_radio)
+            refusal = refusal or shutdown_refusal(self.controls, now_us, by_radio=by_radio)
         if refusal:
             return Reply(Result.REJECTED_NOW, refusal)
         self.shutdown_wanted = body.shutdown
@@ -364,14 +362,14 @@ class App:
         """Take back what the store kept: parameters, then plans. What no longer fits is told and left out."""
         content = self.store.snapshot()
         self.settings = self.storage.take_back(self.facade.params, content.params, self.store.warnings)
-        self.vehicle.configure(self.settings)
-        problem = gains_problem(self.settings.steering, self.vehicle.vessel)
+        self.controls.configure(self.settings)
+        problem = gains_problem(self.settings.steering, self.vehicle.parts.vessel)
         if problem:
-            self.vehicle.say(Severity.CRITICAL, f"Steering: {problem}")
+            self.controls.voice.say(Severity.CRITICAL, f"Steering: {problem}")
         for kind, items in content.plans.items():
             plan = load_plan(kind, items)
             if isinstance(plan, LoadPlan):
                 self._adopt(plan)
             else:
-                self.vehicle.say(Severity.WARNING, f"stored {kind.name.lower()} left out: {plan.reason}")
-        self._say([(Severity.INFO, text) for text in self.depths.restore(content.depth)])
+                self.controls.voice.say(Severity.WARNING, f"stored {kind.name.lower()} left out: {plan.reason}")
+        self.controls.voice.say_all([(Severity.INFO, text) for text in self.depths.restore(content.depth)])

@@ -105,11 +105,11 @@ def build_app(
         recording.start({**(about or {}), **_header(settings, vessel, identity), **more})
     app = App(settings=settings, vessel=vessel, sensors=sensors, actuators=actuators, store=kept, identity=identity)
     app.recorder = app.audit.diary = recording
-    app.facade.logs = None if archive is None else Logs(archive, app.vehicle.say)
+    app.facade.logs = None if archive is None else Logs(archive, app.controls.voice.say)
     if keeps_voyage:
         app.keep_voyage()
     _load_map(app)
-    app.keeper = Keeper(settings, kept, app.vehicle.say, identity.started_utc_us, witness)
+    app.keeper = Keeper(settings, kept, app.controls.voice.say, identity.started_utc_us, witness)
     app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
     if radio is not None:
         app.grounds.append(_radio(app, radio, witness))
@@ -167,7 +167,7 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
             shared.met(system_id, persona)
             warning = keeper.met(item.name)
             if warning:
-                app.vehicle.say(Severity.WARNING, warning)
+                app.controls.voice.say(Severity.WARNING, warning)
             for text in app.storage.standing:
                 talk.say(Severity.INFO, text)
 
@@ -201,7 +201,7 @@ def _load_map(app: App) -> None:
     """Give the guard its depth map. Raises ConfigError when the file cannot be used."""
     chart = depth_map(app.settings.depth.map)
     if chart is not None:
-        app.vehicle.guard.set_map(chart)
+        app.vehicle.parts.guard.set_map(chart)
 
 
 def in_run_dir(settings: AnySettings, run_dir: Path) -> AnySettings:

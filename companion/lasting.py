@@ -8,7 +8,7 @@ from typing import Final
 
 from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
-from .core.vehicle import Vehicle
+from .core.vehicle.controls import Controls
 from .io.keeping import AnyStore, Completion, StoreContent, StoreOp
 from .io.keeping.content import ForgetRecord, SaveRecord
 from .store_watch import StoreWatch
@@ -59,20 +59,20 @@ class Lasting:
 class VoyageKeeper:
     """Keeps in the store that a voyage is under way, and where its home is: a computer that starts again offshore is no departure."""
 
-    def __init__(self, lasting: Lasting, vehicle: Vehicle, content: StoreContent) -> None:
+    def __init__(self, lasting: Lasting, controls: Controls, content: StoreContent) -> None:
         self._lasting = lasting
-        self._vehicle = vehicle
+        self._controls = controls
         self._saved: dict[str, object] | None = None
         record = content.records.get(_VOYAGE)
         data = record.data if record is not None and record.version == 1 else None
         if isinstance(data, dict):
             place, home = _point(data.get("place")), _point(data.get("home"))
-            vehicle.resume_voyage(place, home, by_operator=data.get("by_operator") is True)
-            self._saved = vehicle.lasting_voyage
+            controls.resume_voyage(place, home, by_operator=data.get("by_operator") is True)
+            self._saved = controls.lasting_voyage
 
     def tick(self) -> None:
         """Store what has changed since."""
-        now = self._vehicle.lasting_voyage
+        now = self._controls.lasting_voyage
         if now == self._saved:
             return
         self._saved = now

@@ -82,7 +82,7 @@ class Target:
             (folder / name).mkdir()
             (folder / name / "mavlink.tlog").write_bytes(bytes(50_000))
         app = self.world.app
-        app.facade.logs = Logs(LogArchive(folder, folder / "now"), app.vehicle.say)
+        app.facade.logs = Logs(LogArchive(folder, folder / "now"), app.vehicle.controls.voice.say)
 
     def endpoint(self) -> Endpoint:
         """One of the vessel's endpoints, for its list of accepted messages."""

@@ -101,5 +101,7 @@ def _note(world: World, log: Logbook, texts: list[str]) -> None:
     if snapshot is None:
         return
     surroundings = world.surroundings
-    log.add(surroundings.truth, snapshot, world.app.vehicle.mission.plan.maneuvers, surroundings.plant.board.pulses_us)
+    log.add(
+        surroundings.truth, snapshot, world.app.vehicle.parts.mission.plan.maneuvers, surroundings.plant.board.pulses_us
+    )
     texts += [f"{world.now_us * 1e-6:7.2f} s  {text.text}" for text in snapshot.texts]

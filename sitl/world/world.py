@@ -174,7 +174,7 @@ class World:
             end.discard(now_us)
         if isinstance(snapshot, Snapshot):
             self.snapshot = snapshot
-            self.metrics.add(truth, snapshot, self.app.vehicle.mission.plan)
+            self.metrics.add(truth, snapshot, self.app.vehicle.parts.mission.plan)
             self._write_truth(truth, snapshot)
         return snapshot
 

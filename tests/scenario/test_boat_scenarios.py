@@ -171,7 +171,7 @@ def test_full_stick_gives_its_speed_and_no_fault(helm):
     sticks(helm, 25.0, ahead=1000)
     limit = helm.world.app.settings.steering.seed.max_thruster_output
     assert helm.world.snapshot.output.thruster_port == pytest.approx(limit), "full stick is all that is configured"
-    expected_mps = throttle_to_speed(helm.world.app.vehicle.vessel, limit)
+    expected_mps = throttle_to_speed(helm.world.app.vehicle.parts.vessel, limit)
     assert 0.8 * expected_mps < sog_mps(helm) < 1.2 * expected_mps
     assert helm.world.snapshot.action is Action.NONE
     assert all(1000 <= pulse <= 2000 for pulse in helm.pulses_us)

@@ -58,7 +58,7 @@ def test_under_way_without_a_plan_it_is_stopped_before_it(voyage, tmp_path):
     grid = load_depth_map(chart)
     trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=20.35", "world.latitude_deg=41.1845")
     trip.sail(1.5, (900.0, 0.0))
-    trip.world.app.vehicle.guard.set_map(grid)  # a chart that came after the plan was taken
+    trip.world.app.vehicle.parts.guard.set_map(grid)  # a chart that came after the plan was taken
     stopped = trip.until(lambda: trip.snapshot.action >= Action.HOLD, 300.0)
     trip.run(15.0)
     assert stopped

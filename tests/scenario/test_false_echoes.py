@@ -66,14 +66,14 @@ def test_every_boat_with_a_false_echo_sails_again_after_one_order(voyage, second
 def test_what_was_forgotten_is_forgotten_in_the_store_too(voyage):
     store = MemoryStore()
     trip = fooled(voyage, 3.0, -18.5, 20.0, store=store)
-    memory = trip.world.app.vehicle.guard.memory
+    memory = trip.world.app.vehicle.parts.guard.memory
     before = sum(cell.least_m < 4.0 for *_, cell in memory.known())
     assert before
     trip.ask(ForgetDepth())
     trip.run(0.2)
     kept = store.snapshot().depth
     trip = voyage(*DEEP, store=store)
-    again = trip.world.app.vehicle.guard.memory
+    again = trip.world.app.vehicle.parts.guard.memory
     assert len(again) == len(kept) > 0
     assert not [cell for *_, cell in again.known() if cell.least_m < 4.0]
 

@@ -38,7 +38,7 @@ def test_a_plan_across_the_4_m_contour_is_refused_with_its_item(voyage, leixoes)
     reply = trip.plan(1.5, (0.0, 200.0), (40.0, 300.0), (60.0, 560.0), (0.0, 0.0))
     assert reply.reason.startswith("item 3: charted depth ")
     assert "at least 4.3 m needed" in reply.reason or "at least 4.4 m needed" in reply.reason
-    assert len(trip.world.app.vehicle.mission.plan.maneuvers) == 3, "the old plan is kept"
+    assert len(trip.world.app.vehicle.parts.mission.plan.maneuvers) == 3, "the old plan is kept"
 
 
 def test_a_guided_target_in_the_shallows_is_refused(voyage, leixoes):

@@ -35,7 +35,7 @@ def test_the_guard_measures_from_the_keel_of_the_hull_file(tmp_path: Path, sente
     truth = sailing.run(10.0)
     assert sailing.snapshot is not None
     assert truth.depth_m is not None
-    altitude_m = sailing.app.vehicle.guard_out.altitude_m
+    altitude_m = sailing.app.vehicle.controls.last.guarded.depth.altitude_m
     assert altitude_m == pytest.approx(truth.depth_m - 1.35, abs=0.15)
 
 
@@ -46,14 +46,14 @@ def test_a_second_sounder_has_a_place_of_its_own(tmp_path: Path) -> None:
     truth = sailing.run(10.0)
     assert sailing.snapshot is not None
     assert truth.depth_m is not None
-    assert sailing.app.vehicle.guard_out.altitude_m == pytest.approx(truth.depth_m - 0.35, abs=0.15)
+    assert sailing.app.vehicle.controls.last.guarded.depth.altitude_m == pytest.approx(truth.depth_m - 0.35, abs=0.15)
 
 
 def test_the_antenna_of_the_hull_file_is_the_simulator_s_and_the_estimator_s(tmp_path: Path) -> None:
     text = OTTER + "\n[antenna]\nforward_m = 3.0\nstarboard_m = -1.0\nup_m = 2.0\n"
     sailing = world(hull(tmp_path, text), "world.heading_deg=90.0")
     truth = sailing.run(10.0)
-    state = sailing.app.vehicle.state
+    state = sailing.app.vehicle.controls.state
     assert state.lat_rad is not None
     assert state.lon_rad is not None
     north_m = (state.lat_rad - truth.lat_rad) * 6.37e6
@@ -66,10 +66,10 @@ def test_a_slower_tick_is_every_part_s_tick(tmp_path: Path) -> None:
     sailing = world("system.tick_hz=10", "depth.enabled=false", "operator.gcs_required=false")
     sailing.run(5.0)
     vehicle = sailing.app.vehicle
-    assert vehicle.gate.period_us == vehicle.monitors.period_us == sailing.period_us == 100_000
+    assert vehicle.parts.gate.period_us == vehicle.parts.monitors.period_us == sailing.period_us == 100_000
 
 
 def test_rudders_go_as_far_as_the_hull_file_says(tmp_path: Path) -> None:
     sailing = world(hull(tmp_path, OTTER.replace("max_deg = 30.0", "max_deg = 18.0")))
     sailing.run(1.0)
-    assert sailing.app.vehicle.gate.rudder_max_rad == pytest.approx(math.radians(18.0))
+    assert sailing.app.vehicle.parts.gate.rudder_max_rad == pytest.approx(math.radians(18.0))

@@ -18,7 +18,7 @@ def chart(trip, *rocks):
     """Put rocks 2 m deep on the chart from now on (a plan onto one would be refused)."""
     frame = trip.world.surroundings.plant.frame
     soundings = [Sounding(*frame.to_geodetic(*rock), 2.0) for rock in rocks]
-    trip.world.app.vehicle.guard.set_map(build(soundings, pitch_m=1.0, spread_m=1.0))
+    trip.world.app.vehicle.parts.guard.set_map(build(soundings, pitch_m=1.0, spread_m=1.0))
 
 
 def stops(trip):

@@ -78,7 +78,7 @@ class Operator:
             if not self.trip.snapshot.armed and not self.try_(Arm(arm=True)):
                 self.trip.run(5.0)
                 continue
-            home = self.trip.world.app.vehicle.mission.home
+            home = self.trip.world.app.vehicle.parts.mission.home
             at_pier = home is not None and math.dist(home, self.pier) < math.radians(HOME_M / 111_000.0)
             before_m = self.away_m()
             if not (at_pier and self.try_(SetMode(Mode.RTL))):
@@ -172,7 +172,7 @@ def test_a_voyage_goes_on_where_the_computer_starts_again_and_return_leads_to_it
     again = voyage("depth.enabled=false", "operator.gcs_required=true", *place, store=store)
     assert any("voyage goes on" in text for text in again.texts)
     assert again.ask(Arm(arm=True)).reason == "", "no ground station was heard: that would refuse a departure"
-    home = again.world.app.vehicle.mission.home
+    home = again.world.app.vehicle.parts.mission.home
     assert math.dist(home, pier) < 1e-6
     again.ask(Arm(arm=False))
     fresh = voyage("depth.enabled=false", "operator.gcs_required=true", store=MemoryStore())
@@ -186,4 +186,4 @@ def test_a_boat_that_was_carried_away_does_not_go_on_with_its_last_voyage(voyage
     assert any("it is over, and home is here" in text for text in again.texts)
     assert "no ground station heard" in again.ask(Arm(arm=True)).reason
     here = again.world.surroundings.plant.frame.to_geodetic(again.truth.north_m, again.truth.east_m)
-    assert math.dist(again.world.app.vehicle.mission.home, here) < 1e-6
+    assert math.dist(again.world.app.vehicle.parts.mission.home, here) < 1e-6

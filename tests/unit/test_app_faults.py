@@ -33,8 +33,8 @@ def test_row_05_an_exception_in_the_tick_writes_neutral_in_that_tick(
         raise ZeroDivisionError
 
     with monkeypatch.context() as patch:
-        patch.setattr(under_way.app.vehicle.guidance, "step", broken)
-        patch.setattr(under_way.app.vehicle.estimator, "predict", broken)
+        patch.setattr(under_way.app.vehicle.parts.guidance, "step", broken)
+        patch.setattr(under_way.app.vehicle.parts.estimator, "predict", broken)
         assert under_way.tick() is None
     under_way.step()
     assert all(abs(pulse - 1500) < 1 for pulse in under_way.surroundings.plant.board.pulses_us)
@@ -47,7 +47,7 @@ def test_three_in_a_row_end_the_process(under_way: World, monkeypatch: pytest.Mo
     def broken(*arguments: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(under_way.app.vehicle.estimator, "predict", broken)
+    monkeypatch.setattr(under_way.app.vehicle.parts.estimator, "predict", broken)
     under_way.tick()
     under_way.tick()
     with pytest.raises(AppFaultError):

@@ -123,7 +123,7 @@ def test_an_orbit_circles_and_ends_after_its_turns(world: World) -> None:
     assert world.snapshot is not None
     assert world.snapshot.path.orbit_radius_m == pytest.approx(12.0)
     world.run(90.0)
-    leg = world.app.vehicle.navigator.intent(world.now_us, world.snapshot.state)
+    leg = world.app.vehicle.parts.navigator.intent(world.now_us, world.snapshot.state)
     assert leg is not None
     assert isinstance(leg.maneuver, Loiter)
     assert leg.maneuver.figure == Hover()
@@ -137,7 +137,7 @@ def test_a_heading_is_steered_and_a_stream_that_stops_ends_in_station_keeping(wo
     assert math.degrees(world.surroundings.truth.psi_rad) == pytest.approx(90.0, abs=5.0)
     accept(world, GuidedTarget(LAT, LON))
     world.run(8.0)
-    leg = world.app.vehicle.navigator.intent(world.now_us, world.snapshot.state)
+    leg = world.app.vehicle.parts.navigator.intent(world.now_us, world.snapshot.state)
     assert leg is None or leg.maneuver.figure == Hover()
 
 
@@ -150,7 +150,7 @@ def test_sticks_belong_to_one_station_and_time_out(world: World) -> None:
     assert world.snapshot is not None
     assert world.snapshot.output.thruster_port > 0.5
     reply: list[Reply] = []
-    world.app.vehicle.manual_owner(255, world.now_us)
+    world.app.vehicle.controls.manual_owner(255, world.now_us)
     world.app.submit(ManualInput(0.8, 0.0, 1), reply.append)
     world.run(0.7)
     assert world.snapshot.output.thruster_port == 0.0
@@ -197,5 +197,5 @@ def test_termination_is_final(world: World) -> None:
 
 def test_wrong_numbers_and_needless_unlocks_are_denied(world: World) -> None:
     assert ask(world, SetCurrent(3)).result is Result.DENIED
-    assert world.app.vehicle.guard_state is not GuardState.LOCKED
+    assert world.app.vehicle.controls.guard_state is not GuardState.LOCKED
     assert ask(world, UnlockGuard()).result is Result.DENIED

@@ -1,27 +1,39 @@
-"""What the vehicle knows reaches the failsafe under its own name: the flags are handed over by place, so each is looked at."""
+"""What each part of the vessel knows reaches the failsafe under its own name, and under no other."""
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from companion.core.estimate.flags import PlaceFlags
 from companion.core.guard.board_watch import BoardFlags, BoardReport, BoardWatch
 from companion.core.guard.depth.guard import DepthFlags, GuardOutput
 from companion.core.guard.failsafe_flags import ALARMS, HOME, Flags, ProcessFlags, changed, flags_of as flags_named
 from companion.core.guard.failsafe_orders import Order
-from companion.core.guard.fence import FenceFlags
+from companion.core.guard.fence import FenceFlags, FenceOutput
 from companion.core.guard.monitors import MonitorFlags
+from companion.core.guard.propulsion import ThrustFlags
+from companion.core.guide import GuidanceOutput
 from companion.core.vehicle.config import TickInputs
-from companion.core.vehicle.flags import gather
+from companion.core.vehicle.controls import Decided
+from companion.core.vehicle.flags import flags_of
 from companion.core.vehicle.operators import Ages
-from mavlink_bridge.language.messages import ActuatorStatus, EstimatedState, GuardState, Mode
+from companion.core.vehicle.ticked import Course, Guarded, Sensed
+from mavlink_bridge.language.messages import (
+    ActuatorStatus,
+    Desired,
+    EstimatedState,
+    GuardState,
+    Mode,
+    PathControlState,
+)
+from mavlink_bridge.language.snapshot import FenceStatus
 
-GUARD = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0)
-STATE = EstimatedState(0, x_m=0.0, y_m=0.0, psi_rad=0.0)
 CALM = flags_named(autonomous=True)
+STUCK = GuidanceOutput(Desired(None, None), PathControlState(), unable="the water is faster than the vessel")
 
 
 class Helm:
@@ -36,25 +48,42 @@ class Helm:
         return self._ages[1]
 
 
-def flags_of(*, seen: MonitorFlags | None = None, fence: FenceFlags | None = None, **parts: Any) -> Flags:
-    """Return the flags of a vessel on which all is well but for ``parts``."""
-    vessel: Any = SimpleNamespace(
-        state=STATE,
-        inputs=TickInputs(),
-        guard_out=GUARD,
-        navigator=Helm(),
-        estimator=SimpleNamespace(frozen=False, sources_disagree=False),
-        propulsion=SimpleNamespace(weak=(False, False)),
-        guided=None,
-        returns_by_order=False,
-        ordered=None,
-        ages=Ages(),
-        board=BoardReport(),
-        goes_on_with="",
-        **dict.fromkeys(("armed", "rearmed", "terminating", "aborting", "gcs_required"), False),
+def gathered(
+    *,
+    helm: Helm | None = None,
+    ages: Ages | None = None,
+    place: PlaceFlags | None = None,
+    thrust: ThrustFlags | None = None,
+    board: BoardFlags | None = None,
+    process: ProcessFlags | None = None,
+    depth: DepthFlags | None = None,
+    fence: FenceFlags | None = None,
+    seen: MonitorFlags | None = None,
+    guided: GuidanceOutput | None = None,
+    required: bool = False,
+    **controls: Any,
+) -> Flags:
+    """Return the flags of a vessel on which all is well but for what is given."""
+    parts = SimpleNamespace(
+        navigator=helm or Helm(),
+        operators=SimpleNamespace(ages=lambda heard, now_us: ages or Ages()),
+        estimator=SimpleNamespace(flags=lambda state: place or PlaceFlags()),
+        propulsion=SimpleNamespace(flags=thrust or ThrustFlags()),
     )
-    vars(vessel).update(parts)
-    return gather(vessel, 0, seen or MonitorFlags(), fence or FenceFlags())
+    standing: dict[str, Any] = {
+        "armed": False,
+        "terminating": False,
+        "decided": Decided(),
+        "returns_by_order": False,
+        "goes_on_with": "",
+    }
+    config = SimpleNamespace(operator=SimpleNamespace(gcs_required=required))
+    vessel: Any = SimpleNamespace(parts=parts, config=config, **(standing | controls))
+    inputs = TickInputs(process=process or ProcessFlags())
+    sensed = Sensed(0, 0.05, inputs, EstimatedState(0), board=BoardReport(board or BoardFlags()))
+    water = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0, flags=depth or DepthFlags())
+    guarded = Guarded(water, FenceOutput(FenceStatus(), fence or FenceFlags()), seen or MonitorFlags())
+    return flags_of(vessel, sensed, Course(guided=guided), guarded)
 
 
 FAULTS = {
@@ -71,31 +100,30 @@ def reported(*faults: str, known: bool = True, emergency_stop: bool = False) -> 
     return BoardWatch().step(status, faults, ready=known, armed=False).flags
 
 
+GROUPS: dict[str, Any] = {
+    "place": PlaceFlags,
+    "thrust": ThrustFlags,
+    "board": BoardFlags,
+    "process": ProcessFlags,
+    "depth": DepthFlags,
+    "fence": FenceFlags,
+    "seen": MonitorFlags,
+}
+
 BY_CAUSE: dict[str, dict[str, Any]] = {
     "armed": {"armed": True},
-    "operator_order": {"ordered": Order.AUTO},
-    "return_ordered": {"returns_by_order": True, "navigator": Helm(Mode.RTL)},
+    "operator_order": {"decided": Decided(order=Order.AUTO)},
+    "operator_arm": {"decided": Decided(armed=True)},
+    "aborted": {"decided": Decided(aborted=True)},
+    "return_ordered": {"returns_by_order": True, "helm": Helm(Mode.RTL)},
     "resume": {"goes_on_with": "Auto"},
-    "operator_arm": {"rearmed": True},
     "terminate": {"terminating": True},
-    "aborted": {"aborting": True},
-    "gcs_required": {"gcs_required": True},
+    "gcs_required": {"required": True},
     "gcs_age_s": {"ages": Ages(gcs_s=1.5)},
     "radio_age_s": {"ages": Ages(radio_s=1.5)},
-    "guided_age_s": {"navigator": Helm(Mode.GUIDED, guided_s=1.5)},
-    "position_lost": {"state": replace(STATE, x_m=None, y_m=None)},
-    "heading_lost": {"state": replace(STATE, psi_rad=None)},
-    "position_frozen": {"estimator": SimpleNamespace(frozen=True, sources_disagree=False)},
-    "sources_disagree": {"estimator": SimpleNamespace(frozen=False, sources_disagree=True)},
-    "thruster_weak": {"propulsion": SimpleNamespace(weak=(False, True))},
-    **{item.name: {"guard_out": replace(GUARD, flags=DepthFlags(**{item.name: True}))} for item in fields(DepthFlags)},
-    **{name: {"board": BoardReport(reported(fault))} for name, fault in FAULTS.items()},
-    "emergency_stop": {"board": BoardReport(reported(emergency_stop=True))},
-    **{item.name: {"fence": FenceFlags(**{item.name: True})} for item in fields(FenceFlags)},
-    "plan_invalid": {"guided": SimpleNamespace(unable="the water is faster than the vessel")},
-    "storage_fault": {"inputs": TickInputs(process=ProcessFlags(storage_fault=True))},
-    "task_failing": {"inputs": TickInputs(process=ProcessFlags(task_failing=True))},
-    **{item.name: {"seen": MonitorFlags(**{item.name: True})} for item in fields(MonitorFlags)},
+    "guided_age_s": {"helm": Helm(Mode.GUIDED, guided_s=1.5)},
+    "plan_invalid": {"guided": STUCK},
+    **{item.name: {name: group(**{item.name: True})} for name, group in GROUPS.items() for item in fields(group)},
 }
 """Each flag, and the one thing that raises it."""
 
@@ -103,7 +131,16 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("name", BY_CAUSE)
 def test_each_cause_raises_its_own_flag_and_no_other(name):
     value = {"resume": "Auto", "operator_order": Order.AUTO}.get(name, 1.5 if name.endswith("_s") else True)
-    assert flags_of(**BY_CAUSE[name]) == changed(CALM, **{name: value})
+    assert gathered(**BY_CAUSE[name]) == changed(CALM, **{name: value})
+
+
+@pytest.mark.parametrize(("name", "fault"), FAULTS.items())
+def test_a_fault_of_the_board_raises_its_own_flag(name, fault):
+    assert reported(fault) == BoardFlags(**{name: True})
+
+
+def test_the_stop_input_of_the_board_is_an_emergency_stop():
+    assert reported(emergency_stop=True) == BoardFlags(emergency_stop=True)
 
 
 def test_a_board_that_never_was_there_is_not_lost():
@@ -119,9 +156,9 @@ def test_every_flag_has_been_looked_at():
 
 
 def test_the_flags_of_a_mode():
-    assert flags_of(navigator=Helm(Mode.AUTO, stick_s=0.2)) == CALM, "sticks count by hand only"
-    assert flags_of(navigator=Helm(Mode.MANUAL)) == Flags()
-    assert flags_of(navigator=Helm(Mode.MANUAL, stick_s=0.2)) == flags_named(manual=True, manual_age_s=0.2)
+    assert gathered(helm=Helm(Mode.AUTO, stick_s=0.2)) == CALM, "sticks count by hand only"
+    assert gathered(helm=Helm(Mode.MANUAL)) == Flags()
+    assert gathered(helm=Helm(Mode.MANUAL, stick_s=0.2)) == flags_named(manual=True, manual_age_s=0.2)
 
 
 @pytest.mark.parametrize("name", ALARMS)

@@ -23,6 +23,7 @@ from mavlink_bridge.language.units import wrap_pi
 from ..hull.geometry import HullGeometry
 from .config import EstimatorConfig
 from .drift import DriftFilter, FixText
+from .flags import PlaceFlags
 from .heading import HeadingTrack
 from .magnetic import MagneticModel
 from .position import Heading, Motion, PositionTrack
@@ -100,10 +101,14 @@ class Estimator:
         """Origin of x and y: the first good fix of the run; None before."""
         return self._position.origin
 
-    @property
-    def frozen(self) -> bool:
-        """True while the receiver repeats one position although the vessel moves."""
-        return self._position.frozen
+    def flags(self, state: EstimatedState) -> PlaceFlags:
+        """What the failsafe should know of the place, with the state that was predicted last."""
+        return PlaceFlags(
+            position_lost=state.x_m is None or state.y_m is None,
+            heading_lost=state.psi_rad is None,
+            position_frozen=self._position.frozen,
+            sources_disagree=self._receivers.disagree,
+        )
 
     @property
     def sources_disagree(self) -> bool:

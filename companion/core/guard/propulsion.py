@@ -68,6 +68,11 @@ class PropulsionWatch:
         self.weak = (False, False)
         """Port, starboard: this thruster gives much less than it is told to."""
 
+    @property
+    def flags(self) -> ThrustFlags:
+        """What the failsafe should know of the thrusters."""
+        return ThrustFlags(thruster_weak=any(self.weak))
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak."""
         psi, u, v, r = state.psi_rad, state.u_mps, state.v_mps, state.r_radps

@@ -1,4 +1,4 @@
-"""Joins the failsafe's flags: most are made by the part that knows them; of the helm and the ground they are made here."""
+"""Joins the failsafe's flags: most groups are made by the part that knows them; those of the helm and the ground here."""
 
 from __future__ import annotations
 
@@ -6,57 +6,54 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Mode
 
-from ..estimate.flags import PlaceFlags
 from ..guard.failsafe import Flags
 from ..guard.failsafe_flags import GroundFlags, HelmFlags, PlanFlags, StopFlags
-from ..guard.fence import FenceFlags
-from ..guard.monitors import MonitorFlags
-from ..guard.propulsion import ThrustFlags
 from .controls import Controls
+from .ticked import Course, Guarded, Sensed
 
-_MANUAL: Final = Mode.MANUAL
-_RETURN: Final = Mode.RTL
+_SOUND: Final = PlanFlags()
+_INVALID: Final = PlanFlags(plan_invalid=True)
 
 
-def gather(vehicle: Controls, now_us: int, seen: MonitorFlags, fence: FenceFlags) -> Flags:
+def flags_of(controls: Controls, sensed: Sensed, course: Course, guarded: Guarded) -> Flags:
     """Return this tick's flags."""
-    state, estimator = vehicle.state, vehicle.estimator
+    parts = controls.parts
     return Flags(
-        helm=_helm(vehicle, now_us),
-        ground=GroundFlags(
-            operator_order=vehicle.ordered,
-            operator_arm=vehicle.rearmed,
-            gcs_required=vehicle.gcs_required,
-            gcs_age_s=vehicle.ages.gcs_s,
-            radio_age_s=vehicle.ages.radio_s,
-        ),
-        stop=StopFlags(terminate=vehicle.terminating, aborted=vehicle.aborting),
-        process=vehicle.inputs.process,
-        board=vehicle.board.flags,
-        place=PlaceFlags(
-            position_lost=state.x_m is None or state.y_m is None,
-            heading_lost=state.psi_rad is None,
-            position_frozen=estimator.frozen,
-            sources_disagree=estimator.sources_disagree,
-        ),
-        depth=vehicle.guard_out.flags,
-        fence=fence,
-        plan=PlanFlags(plan_invalid=vehicle.guided is not None and bool(vehicle.guided.unable)),
-        monitors=seen,
-        thrust=ThrustFlags(thruster_weak=any(vehicle.propulsion.weak)),
+        helm=_helm(controls, sensed.now_us),
+        ground=_ground(controls, sensed),
+        stop=StopFlags(terminate=controls.terminating, aborted=controls.decided.aborted),
+        process=sensed.inputs.process,
+        board=sensed.board.flags,
+        place=parts.estimator.flags(sensed.state),
+        depth=guarded.depth.flags,
+        fence=guarded.fence.flags,
+        plan=_INVALID if course.guided is not None and course.guided.unable else _SOUND,
+        monitors=guarded.monitors,
+        thrust=parts.propulsion.flags,
     )
 
 
-def _helm(vehicle: Controls, now_us: int) -> HelmFlags:
-    navigator = vehicle.navigator
-    by_hand = navigator.mode is _MANUAL
+def _helm(controls: Controls, now_us: int) -> HelmFlags:
+    navigator = controls.parts.navigator
+    by_hand = navigator.mode is Mode.MANUAL
     stick_age_s = navigator.stick_age_s(now_us) if by_hand else None
     return HelmFlags(
-        armed=vehicle.armed,
+        armed=controls.armed,
         autonomous=not by_hand,
         manual=stick_age_s is not None,
         manual_age_s=stick_age_s,
         guided_age_s=navigator.guided_age_s(now_us),
-        return_ordered=vehicle.returns_by_order and navigator.mode is _RETURN,
-        resume=vehicle.goes_on_with,
+        return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,
+        resume=controls.goes_on_with,
+    )
+
+
+def _ground(controls: Controls, sensed: Sensed) -> GroundFlags:
+    ages = controls.parts.operators.ages(sensed.inputs.heard, sensed.now_us)
+    return GroundFlags(
+        operator_order=controls.decided.order,
+        operator_arm=controls.decided.armed,
+        gcs_required=controls.config.operator.gcs_required,
+        gcs_age_s=ages.gcs_s,
+        radio_age_s=ages.radio_s,
     )

@@ -196,6 +196,37 @@ class Operators:
             self.texts.append((Severity.WARNING, f"{_start(station)} commands now, not {before}"))
 
 
+class StickOwner:
+    """Who has the sticks: manual control comes from one station at a time."""
+
+    def __init__(self) -> None:
+        self._owner: tuple[int, int] | None = None
+
+    def owner(self, sender: int, now_us: int, timeout_s: float) -> tuple[int, str]:
+        """A stick message came. Return who has the sticks, and what is to be told of a change of hands.
+
+        They are free when their owner has been silent for ``timeout_s``.
+        """
+        owner = self._owner
+        if owner is None or now_us - owner[1] > timeout_s * 1e6:
+            return sender, self._hand_over(sender, now_us)
+        if owner[0] == sender:
+            self._owner = (sender, now_us)
+        return owner[0], ""
+
+    def take(self, sender: int, now_us: int, timeout_s: float) -> tuple[int, str]:
+        """``sender`` orders manual control: the same, with the time after which sticks are neutral."""
+        owner = self._owner
+        stopped = owner is not None and now_us - owner[1] > timeout_s * 1e6
+        return sender, self._hand_over(sender, now_us) if sender and stopped else ""
+
+    def _hand_over(self, sender: int, now_us: int) -> str:
+        before = self._owner
+        self._owner = (sender, now_us)
+        changed = before is not None and before[0] != sender
+        return f"ground station {sender} has the sticks now, not {before[0]}" if before and changed else ""
+
+
 def leads(body: RequestBody, *, manual: bool) -> bool:
     """Whether a request sets the vessel going or changes where it goes: only who may command does that.
 

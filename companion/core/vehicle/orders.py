@@ -54,170 +54,182 @@ def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
     return Reply(result, refusal) if refusal else ACCEPTED
 
 
-def _speed_refusal(vehicle: Controls, speed_mps: float | None) -> str:
-    limit_mps = top_speed_mps(vehicle.vessel)
+def _speed_refusal(controls: Controls, speed_mps: float | None) -> str:
+    limit_mps = top_speed_mps(controls.parts.vessel)
     fits = speed_mps is None or 0.0 < speed_mps <= limit_mps
     return "" if fits else f"speed {speed_mps:.2f} m/s is outside 0...{limit_mps:.2f}"
 
 
 class Orders:
-    """Carries out requests on one vehicle."""
+    """Carries out requests on one controls."""
 
-    def __init__(self, vehicle: Controls) -> None:
-        self._vehicle = vehicle
+    def __init__(self, controls: Controls) -> None:
+        self._controls = controls
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request; UNSUPPORTED for a kind that the vessel itself does not answer."""
         if isinstance(request.body, TakeCommand):
-            return self._vehicle.operators.asked(request.body, request.station, now_us)
+            return self._controls.parts.operators.asked(request.body, request.station, now_us)
         method = _METHODS.get(type(request.body))
         if method is None:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
-        vehicle, body, station = self._vehicle, request.body, request.station
-        by_hand, order = vehicle.navigator.mode is Mode.MANUAL, order_of(body)
-        refusal = vehicle.operators.refusal(station, now_us) if leads(body, manual=by_hand) else ""
+        controls, body, station = self._controls, request.body, request.station
+        by_hand, order = controls.parts.navigator.mode is Mode.MANUAL, order_of(body)
+        refusal = controls.parts.operators.refusal(station, now_us) if leads(body, manual=by_hand) else ""
         if not refusal and body.nature.moves:
-            refusal = motion_refusal(vehicle, now_us, order)
+            refusal = motion_refusal(controls, now_us, order)
         if refusal:
             return Reply(Result.REJECTED_NOW, refusal)
         reply = method(self, body, request.sender, now_us)
         if reply.result is Result.ACCEPTED:
-            vehicle.operators.obeyed(body, station, now_us, manual=by_hand)
+            controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
             if order is not None:
-                vehicle.operator_acted(order)
+                controls.operator_acted(order)
         return reply
 
     def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
+        controls = self._controls
         if not body.arm:
             why = "operator abort" if body.force else "disarmed by the operator"
-            vehicle.disarm(why, abort=body.force, by_operator=True)
+            controls.disarm(why, abort=body.force, by_operator=True)
             return ACCEPTED
-        reasons = prearm_reasons(vehicle, now_us, force=body.force)
+        reasons = prearm_reasons(controls, now_us, force=body.force)
         if reasons:
-            mend = "" if body.force or prearm_reasons(vehicle, now_us, force=True) else f"; {insist.FORCE}"
+            mend = "" if body.force or prearm_reasons(controls, now_us, force=True) else f"; {insist.FORCE}"
             why = "; ".join(reasons)
             return Reply(Result.REJECTED_NOW, why if "by force" in why else why + mend)
-        vehicle.arm(now_us, sender)
+        controls.arm(now_us, sender)
         return ACCEPTED
 
     def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
         if body.mode is Mode.MANUAL:
-            self._vehicle.take_sticks(sender, now_us)
+            self._controls.take_sticks(sender, now_us)
         return self._enter(body.mode)
 
     def _enter(self, mode: Mode) -> Reply:
         """Change mode; a plan that would leave the fence is not sailed."""
-        vehicle = self._vehicle
-        refusal = start_refusal(vehicle) if mode is Mode.AUTO else ""
-        begins = mode is Mode.AUTO and vehicle.mission.state not in (PlanState.PAUSED, PlanState.ACTIVE)
-        refusal = refusal or vehicle.navigator.enter(mode, vehicle.state)
+        controls = self._controls
+        refusal = start_refusal(controls) if mode is Mode.AUTO else ""
+        begins = mode is Mode.AUTO and controls.parts.mission.state not in (PlanState.PAUSED, PlanState.ACTIVE)
+        refusal = refusal or controls.parts.navigator.enter(mode, controls.state)
         if begins and not refusal:
-            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+            controls.parts.plan_reach.begin(controls.parts.mission.plan, controls.state)
         return _reply(refusal)
 
     def start_plan(self, body: StartPlan, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
-        if not vehicle.armed:
+        controls = self._controls
+        if not controls.armed:
             return Reply(Result.REJECTED_NOW, "not armed")
-        first = body.first if body.first else (0 if vehicle.navigator.mode is not Mode.AUTO else None)
-        refusal = start_refusal(vehicle, first)
-        if not refusal and vehicle.navigator.mode is not Mode.AUTO:
-            refusal = vehicle.navigator.enter(Mode.AUTO, vehicle.state)
-        refusal = refusal or vehicle.mission.start(first, body.last)
+        first = body.first if body.first else (0 if controls.parts.navigator.mode is not Mode.AUTO else None)
+        refusal = start_refusal(controls, first)
+        if not refusal and controls.parts.navigator.mode is not Mode.AUTO:
+            refusal = controls.parts.navigator.enter(Mode.AUTO, controls.state)
+        refusal = refusal or controls.parts.mission.start(first, body.last)
         if first is not None and not refusal:
-            vehicle.plan_reach.begin(vehicle.mission.plan, vehicle.state)
+            controls.parts.plan_reach.begin(controls.parts.mission.plan, controls.state)
         return _reply(refusal)
 
     def pause(self, body: PausePlan, sender: int, now_us: int) -> Reply:
         return self._enter(Mode.HOLD if body.pause else Mode.AUTO)
 
     def set_current(self, body: SetCurrent, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
-        if vehicle.navigator.mode is Mode.AUTO and vehicle.mission.state is PlanState.ACTIVE:
-            far = vehicle.reach_refusal(body.seq, under_way=True)
+        controls = self._controls
+        if controls.parts.navigator.mode is Mode.AUTO and controls.parts.mission.state is PlanState.ACTIVE:
+            far = controls.reach_refusal(body.seq, under_way=True)
             if far:
                 return Reply(Result.REJECTED_NOW, far)
-        return _reply(vehicle.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
+        return _reply(controls.parts.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
 
     def reposition(self, body: Reposition, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
-        if not body.change_mode and vehicle.navigator.mode is not Mode.GUIDED:
+        controls = self._controls
+        if not body.change_mode and controls.parts.navigator.mode is not Mode.GUIDED:
             return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
-        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
-        return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.reposition(body, vehicle.state))
+        refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or _speed_refusal(
+            controls, body.speed_mps or None
+        )
+        return (
+            _reply(refusal, Result.DENIED)
+            if refusal
+            else _reply(controls.parts.navigator.reposition(body, controls.state))
+        )
 
     def orbit(self, body: Orbit, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
-        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad) or _speed_refusal(vehicle, body.speed_mps or None)
-        return _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.orbit(body, vehicle.state))
+        controls = self._controls
+        refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or _speed_refusal(
+            controls, body.speed_mps or None
+        )
+        return (
+            _reply(refusal, Result.DENIED) if refusal else _reply(controls.parts.navigator.orbit(body, controls.state))
+        )
 
     def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
-            speed = throttle_to_speed(self._vehicle.vessel, body.throttle)
-        refusal = _speed_refusal(self._vehicle, speed)
+            speed = throttle_to_speed(self._controls.parts.vessel, body.throttle)
+        refusal = _speed_refusal(self._controls, speed)
         if refusal:
             return Reply(Result.DENIED, refusal)
-        self._vehicle.navigator.set_speed(speed)
+        self._controls.parts.navigator.set_speed(speed)
         return ACCEPTED
 
     def guided_heading(self, body: GuidedHeading, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
+        controls = self._controls
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
-            speed = throttle_to_speed(vehicle.vessel, body.throttle)
+            speed = throttle_to_speed(controls.parts.vessel, body.throttle)
         if speed is None:
-            speed = vehicle.navigator.speed_mps
-        top_mps = top_speed_mps(vehicle.vessel)
+            speed = controls.parts.navigator.speed_mps
+        top_mps = top_speed_mps(controls.parts.vessel)
         if body.stream:
             speed = clamp(speed, -top_mps, top_mps)
-        refusal = _speed_refusal(vehicle, abs(speed) or None)
+        refusal = _speed_refusal(controls, abs(speed) or None)
         if refusal:
             return Reply(Result.DENIED, refusal)
-        return _reply(vehicle.navigator.steer(body, speed, vehicle.state, now_us))
+        return _reply(controls.parts.navigator.steer(body, speed, controls.state, now_us))
 
     def guided_target(self, body: GuidedTarget, sender: int, now_us: int) -> Reply:
-        vehicle = self._vehicle
-        refusal = target_refusal(vehicle, body.lat_rad, body.lon_rad)
+        controls = self._controls
+        refusal = target_refusal(controls, body.lat_rad, body.lon_rad)
         return (
-            _reply(refusal, Result.DENIED) if refusal else _reply(vehicle.navigator.target(body, vehicle.state, now_us))
+            _reply(refusal, Result.DENIED)
+            if refusal
+            else _reply(controls.parts.navigator.target(body, controls.state, now_us))
         )
 
     def manual(self, body: ManualInput, sender: int, now_us: int) -> Reply:
-        owner = self._vehicle.manual_owner(sender, now_us)
+        owner = self._controls.manual_owner(sender, now_us)
         if owner != sender:
             return Reply(Result.DENIED, f"ground station {owner} has the sticks")
-        self._vehicle.navigator.sticks(body, now_us)
+        self._controls.parts.navigator.sticks(body, now_us)
         return ACCEPTED
 
     def set_home(self, body: SetHomePosition, sender: int, now_us: int) -> Reply:
-        return _reply(self._vehicle.set_home(body.lat_rad, body.lon_rad))
+        return _reply(self._controls.set_home(body.lat_rad, body.lon_rad))
 
     def terminate(self, body: Terminate, sender: int, now_us: int) -> Reply:
-        self._vehicle.terminate("terminated by the operator")
+        self._controls.terminate("terminated by the operator")
         return ACCEPTED
 
     def fence(self, body: EnableFence, sender: int, now_us: int) -> Reply:
-        return _reply(self._vehicle.enable_fence(body.enable))
+        return _reply(self._controls.enable_fence(body.enable))
 
     def distance(self, body: DistanceInput, sender: int, now_us: int) -> Reply:
-        self._vehicle.depth_input(body, now_us)
+        self._controls.depth_input(body, now_us)
         return ACCEPTED
 
     def prearm(self, body: RunPrearmChecks, sender: int, now_us: int) -> Reply:
-        for reason in prearm_reasons(self._vehicle, now_us):
-            self._vehicle.say(Severity.WARNING, f"PreArm: {reason}")
+        for reason in prearm_reasons(self._controls, now_us):
+            self._controls.voice.say(Severity.WARNING, f"PreArm: {reason}")
         return ACCEPTED
 
     def unlock(self, body: UnlockGuard, sender: int, now_us: int) -> Reply:
-        if self._vehicle.guard_state is not GuardState.LOCKED:
+        if self._controls.guard_state is not GuardState.LOCKED:
             return Reply(Result.DENIED, "the depth guard is not locked")
-        self._vehicle.unlock_guard()
+        self._controls.unlock_guard()
         return ACCEPTED
 
     def forget_depth(self, body: ForgetDepth, sender: int, now_us: int) -> Reply:
-        return _reply(self._vehicle.forget_depth(body))
+        return _reply(self._controls.forget_depth(body))
 
 
 def order_of(body: RequestBody) -> Order | None:

@@ -26,110 +26,114 @@ LYING_MPS: Final = 0.5
 """Above the speed noise of such a receiver; any current that carries a vessel away brings it out of ``LYING_M`` soon."""
 
 
-def prearm_reasons(vehicle: Controls, now_us: int, *, force: bool = False) -> tuple[str, ...]:
+def prearm_reasons(controls: Controls, now_us: int, *, force: bool = False) -> tuple[str, ...]:
     """Return why the vessel must not be armed now; empty when it may. On a voyage only what the gate needs: it is no departure."""
-    inputs, causes = vehicle.inputs, vehicle.result.causes
-    if vehicle.gate.terminated:
+    inputs, causes = controls.inputs, controls.last.verdict.result.causes
+    if controls.parts.gate.terminated:
         return ("terminated: restart first",)
-    if force or vehicle.voyage.has_begun(now_us):
-        return _forced(vehicle)
-    barred = () if vehicle.voyage.has_sailed else inputs.barred
+    if force or controls.voyage.has_begun(now_us):
+        return _forced(controls)
+    barred = () if controls.voyage.has_sailed else inputs.barred
     return barred + arming.reasons(
-        mode=vehicle.navigator.mode,
-        state=vehicle.state,
+        mode=controls.parts.navigator.mode,
+        state=controls.state,
         actuator_ready=inputs.actuator_ready,
         actuator_reason=inputs.actuator_reason,
         emergency_stop=inputs.actuator.emergency_stop,
-        holding_causes=failsafe.holding(vehicle.memory, vehicle.config.failsafe),
-        guard=vehicle.guard.state if vehicle.config.depth.enabled else GuardState.UNKNOWN,
-        guard_reason=vehicle.guard.refusal(now_us),
-        depth_required=vehicle.config.depth.required,
-        altitude_known=vehicle.guard_out.altitude_m is not None,
-        fence=vehicle.fence_status,
+        holding_causes=failsafe.holding(controls.last.verdict.result.memory, controls.config.failsafe),
+        guard=controls.parts.guard.state if controls.config.depth.enabled else GuardState.UNKNOWN,
+        guard_reason=controls.parts.guard.refusal(now_us),
+        depth_required=controls.config.depth.required,
+        altitude_known=controls.last.guarded.depth.altitude_m is not None,
+        fence=controls.last.guarded.fence.status,
         battery_low="battery_low" in causes,
         battery_lost="battery_lost" in causes,
-        sources_disagree=vehicle.estimator.sources_disagree,
-        gcs_required=vehicle.config.operator.gcs_required,
-        gcs_heard=vehicle.operators.hears(inputs.heard),
+        sources_disagree=controls.parts.estimator.sources_disagree,
+        gcs_required=controls.config.operator.gcs_required,
+        gcs_heard=controls.parts.operators.hears(inputs.heard),
         plan_needed=True,
-        plan_loaded=bool(vehicle.mission.total),
-        plan_refusal=start_refusal(vehicle, from_here=False) if vehicle.navigator.mode is Mode.AUTO else "",
+        plan_loaded=bool(controls.parts.mission.total),
+        plan_refusal=start_refusal(controls, from_here=False) if controls.parts.navigator.mode is Mode.AUTO else "",
     )
 
 
-def _forced(vehicle: Controls) -> tuple[str, ...]:
+def _forced(controls: Controls) -> tuple[str, ...]:
     """A forced arm passes over all checks but the actuators' own."""
-    return () if vehicle.inputs.actuator_ready else (f"actuators not ready: {vehicle.inputs.actuator_reason}",)
+    return () if controls.inputs.actuator_ready else (f"actuators not ready: {controls.inputs.actuator_reason}",)
 
 
-def plan_refusal(vehicle: Controls, body: LoadPlan) -> str:
+def plan_refusal(controls: Controls, body: LoadPlan) -> str:
     """Return why a plan that is sound on the wire is still refused by this vessel, or an empty string."""
-    top_mps = top_speed_mps(vehicle.vessel)
+    top_mps = top_speed_mps(controls.parts.vessel)
     for item in body.plan.maneuvers:
         speed = getattr(item, "speed_mps", None)
         if speed is not None and speed > top_mps:
             return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
-    state = vehicle.state
+    state = controls.state
     here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
-    legs = plan_legs(body.plan.maneuvers, here, vehicle.config.guidance.loiter_radius_m)
-    shallow = vehicle.guard.check_plan(legs)
+    legs = plan_legs(body.plan.maneuvers, here, controls.config.guidance.loiter_radius_m)
+    shallow = controls.parts.guard.check_plan(legs)
     return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}; {insist.CHART}"
 
 
-def start_refusal(vehicle: Controls, first: int | None = None, *, from_here: bool = True) -> str:
+def start_refusal(controls: Controls, first: int | None = None, *, from_here: bool = True) -> str:
     """Return why the plan must not be sailed from item ``first`` (None: where it stands) on, or an empty string."""
     if first is None:
-        first = 0 if vehicle.mission.state is PlanState.COMPLETE else vehicle.mission.seq
-    fence = vehicle.plan_fence.refusal(vehicle.state, first, from_here=from_here)
+        first = 0 if controls.parts.mission.state is PlanState.COMPLETE else controls.parts.mission.seq
+    fence = controls.parts.plan_fence.refusal(controls.state, first, from_here=from_here)
     refusal = f"{fence}; {insist.FENCE}" if fence and from_here else fence
-    return refusal or (vehicle.reach_refusal(first) if from_here else "")
+    return refusal or (controls.reach_refusal(first) if from_here else "")
 
 
-def target_refusal(vehicle: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
+def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
     """Return why a guided target is refused (outside the fence, charted too shallow), or an empty string."""
     if lat_rad is None or lon_rad is None:
         return ""
-    shallow = vehicle.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
-    if shallow is not None and not _leads_home(vehicle, (lat_rad, lon_rad)):
+    shallow = controls.parts.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
+    if shallow is not None and not _leads_home(controls, (lat_rad, lon_rad)):
         return f"the target: {shallow.reason}; {insist.CHART}"
-    if not vehicle.fence.enabled or vehicle.estimator.origin is None:
+    if not controls.parts.fence.enabled or controls.parts.estimator.origin is None:
         return ""
-    inside_m = vehicle.fence.distance_m(vehicle.state, vehicle.estimator.origin.to_local(lat_rad, lon_rad))
+    inside_m = controls.parts.fence.distance_m(
+        controls.state, controls.parts.estimator.origin.to_local(lat_rad, lon_rad)
+    )
     fits = inside_m is None or inside_m >= 0.0
     return "" if fits else f"the target is {-(inside_m or 0.0):.0f} m outside the fence; {insist.FENCE}"
 
 
-def _leads_home(vehicle: Controls, target: Point) -> bool:
+def _leads_home(controls: Controls, target: Point) -> bool:
     """Whether a target is nearer home than the vessel, on a voyage."""
-    home, here = vehicle.mission.home, vehicle.here
-    if home is None or here is None or vehicle.voyage.lasting is None:
+    home, here = controls.parts.mission.home, controls.here
+    if home is None or here is None or controls.voyage.lasting is None:
         return False
     return inverse(*home, *target)[0] < inverse(*home, *here)[0]
 
 
-def shutdown_refusal(vehicle: Controls, now_us: int, *, by_radio: bool) -> str:
+def shutdown_refusal(controls: Controls, now_us: int, *, by_radio: bool) -> str:
     """Return why the vessel does not go dark for good, or an empty string: only where somebody stands beside it."""
     mend = "; a restart is obeyed"
     if by_radio:
         return f"a shutdown is not taken by radio: nobody could switch the vessel on again{mend}"
-    here, began = vehicle.here, vehicle.started_at
+    here, began = controls.here, controls.started_at
     if here is None or began is None:
         return f"no position: a vessel that may be adrift does not go dark{mend}"
-    away_m, speed_mps = inverse(*began, *here)[0], vehicle.state.sog_mps or 0.0
-    if vehicle.voyage.has_begun(now_us) or away_m > LYING_M or speed_mps > LYING_MPS:
+    away_m, speed_mps = inverse(*began, *here)[0], controls.state.sog_mps or 0.0
+    if controls.voyage.has_begun(now_us) or away_m > LYING_M or speed_mps > LYING_MPS:
         return f"not where it was started ({away_m:.0f} m, {speed_mps:.1f} m/s): a vessel adrift does not go dark{mend}"
     return ""
 
 
-def motion_refusal(vehicle: Controls, now_us: int, order: Order | None = None) -> str:
+def motion_refusal(controls: Controls, now_us: int, order: Order | None = None) -> str:
     """Return why an order that sets the vessel moving is refused now, or an empty string."""
-    if vehicle.gate.terminated or vehicle.terminating:
+    if controls.parts.gate.terminated or controls.terminating:
         return "terminated: restart to go on"
     way_back = (
-        order is Order.RETURN and vehicle.voyage.has_begun(now_us) and vehicle.guard.state is not GuardState.LOCKED
+        order is Order.RETURN
+        and controls.voyage.has_begun(now_us)
+        and controls.parts.guard.state is not GuardState.LOCKED
     )
-    depth = "" if way_back else vehicle.guard.activation(now_us)
+    depth = "" if way_back else controls.parts.guard.activation(now_us)
     if depth:
-        return f"{depth}; {insist.UNLOCK if vehicle.guard.state is GuardState.LOCKED else insist.REQUIRED}"
-    barred = failsafe.barring(vehicle.memory, now_us, vehicle.config.failsafe, order)
+        return f"{depth}; {insist.UNLOCK if controls.parts.guard.state is GuardState.LOCKED else insist.REQUIRED}"
+    barred = failsafe.barring(controls.last.verdict.result.memory, now_us, controls.config.failsafe, order)
     return f"{barred}; {insist.MANUAL}" if barred and "arm again" not in barred else barred

@@ -1,15 +1,15 @@
-"""The vessel in one place: holds the parts and runs them in one fixed order, once per tick.
+"""The vessel in one place: runs its parts in one fixed order, once per tick.
 
-estimate → mission → guidance → steering → depth guard → failsafe → gate. It knows nothing of links or MAVLink; what comes
-in is measurements and requests, what goes out is one actuator output and one snapshot. An exception in a part is
-not caught here: the app answers it with neutral in the same tick.
+estimate → mission → guidance → steering → depth guard → failsafe → gate. Each step takes the values of those before it and returns one
+of its own (``ticked.py``). It knows nothing of links or MAVLink; what comes in is measurements and requests, what goes out is one
+actuator output and one snapshot. An exception in a part is not caught here: the app answers it with neutral in the same tick.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, assert_never
 
 from mavlink_bridge.language.messages import (
     Action,
@@ -18,7 +18,6 @@ from mavlink_bridge.language.messages import (
     Desired,
     Distance,
     FenceEnable,
-    LogText,
     Mode,
     Noted,
     PlanState,
@@ -26,252 +25,294 @@ from mavlink_bridge.language.messages import (
     Severity,
 )
 from mavlink_bridge.language.requests import Reply, Request
-from mavlink_bridge.language.snapshot import ControlTrace, Snapshot
+from mavlink_bridge.language.snapshot import Snapshot
 
 from ..guard import failsafe
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..hull import VesselConfig
 from ..steer import manual_demand
-from .config import Measurement, TickInputs, VehicleConfig
-from .controls import Controls
-from .flags import gather
-from .mission import Leg
+from .config import TickInputs, VehicleConfig
+from .controls import Controls, Decided
+from .flags import flags_of
+from .mission import Effect, Leg
 from .navigator import Intent, Steer, Sticks
 from .orders import Orders
+from .parts import make_parts
 from .plan_reach import plan_number
-from .progress_watch import ProgressWatch
+from .ticked import Course, Demand, Guarded, Sensed, Ticked, Verdict
 from .view import View
 
-_STOP: Final = Action.STOP
-_WARN: Final = Action.WARN
-_MANUAL: Final = Mode.MANUAL
-_AUTO: Final = Mode.AUTO
-_NO_TRACE: Final = ControlTrace()
 _GROUND_LINK: Final = 99
 """What a station sends as a depth comes after every sensor of the vessel's own."""
+_COURSE_MPS: Final = 0.5
+"""Slower than this the course over ground is the receiver's noise, and a course to steer is steered as a heading."""
+_ASTERN: Final = -1.0
+"""The guard's braking: all that the thrusters have; the gate keeps it within the hull's limits."""
+_WEAK: Final = "gives much less than it is told to (suspected): weed, a lost propeller, or a stuck rudder"
 
 
-class Vehicle(Controls):
-    """The vessel's decisions. One call of ``tick`` per control period; ``handle`` in between."""
+class Vehicle:
+    """The vessel's decisions. In each control period: ``bring`` what was measured, ``handle`` requests, then one ``tick``."""
 
     def __init__(self, config: VehicleConfig, vessel: VesselConfig, sources: Sequence[str] = ()) -> None:
         """``sources``: names of the sensor links, in the order of their numbers."""
-        super().__init__(config, vessel, sources)
-        self.orders = Orders(self)
-        self._view = View(self)
-        self._progress = ProgressWatch()
+        self.parts = make_parts(config, vessel, sources)
+        self.controls = Controls(config, self.parts)
+        self._orders = Orders(self.controls)
+        self._view = View(self.controls)
+
+    def bring(self, inputs: TickInputs) -> None:
+        """What this control period brings: orders look at it, and the tick."""
+        self.controls.inputs = inputs
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request at a tick boundary and answer it."""
-        return self.orders.handle(request, now_us)
+        return self._orders.handle(request, now_us)
 
-    def tick(self, now_us: int, inputs: TickInputs) -> Snapshot:
+    def tick(self, now_us: int) -> Snapshot:
         """Run one control period."""
-        dt_s = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6
-        self.inputs, self._last_us = inputs, now_us
-        self.ticks += 1
-        self._measure(inputs.measurements, now_us)
-        self.board = self.board_watch.step(
-            inputs.actuator, inputs.actuator_faults, ready=inputs.actuator_ready, armed=self.armed
+        controls, before = self.controls, self.controls.last
+        sensed = self._sense(now_us, before)
+        intent = self._intend(sensed, before)
+        course = self._steer_for(sensed, intent, before)
+        demand = self._demand(sensed, course, before)
+        guarded = self._guard(sensed, course, before)
+        verdict = self._judge(sensed, course, guarded, before)
+        demand = _braked(sensed, course, demand, guarded)
+        output = self._decide(sensed, course, demand, verdict)
+        controls.last = ticked = Ticked(
+            number=before.number + 1,
+            sensed=sensed,
+            course=course,
+            demand=demand,
+            guarded=guarded,
+            verdict=verdict,
+            output=output,
         )
-        self._watch_thrusters(dt_s)
-        if self.plan_reach.is_new(self.mission.plan, plan_number(inputs.plan_ids[0]), self.state):
-            self.look_at_reach()
-        intent = self.navigator.intent(now_us, self.state) if self.armed and self.result.action < _STOP else None
-        manual = isinstance(intent, Sticks)
-        demand = self._steer(now_us, dt_s, intent)
-        self._guard(now_us, steers_itself=self.armed and intent is not None and not manual)
-        self._judge(now_us)
-        if self.guard_out.flags.depth_braking and not manual:
-            demand = ActuatorDemand(now_us, -1.0, -1.0)
-        output = self._decide(now_us, demand, manual)
-        self._follow_up(now_us)
-        reached = self._effects()
-        texts: tuple[LogText, ...] = ()
-        if self._texts:
-            texts, self._texts = tuple(self._texts), []
-        return self._view.picture(now_us, demand, output, reached, texts)
+        reached = self._follow_up(ticked)
+        return self._view.picture(ticked, reached, controls.voice.take())
 
-    def _watch_thrusters(self, dt_s: float) -> None:
+    # ---- sensed
+
+    def _sense(self, now_us: int, before: Ticked) -> Sensed:
+        """Take in the measurements, and what follows at once from where the vessel is."""
+        controls, parts, inputs = self.controls, self.parts, self.controls.inputs
+        dt_s = (now_us - controls.sensed.now_us) * 1e-6 if before.number else 0.0
+        controls.voice.now_us = now_us
+        self._measure(inputs)
+        parts.estimator.note_water_speed(parts.controller.water_speed_mps())
+        state = parts.estimator.predict(now_us, before.guarded.depth.altitude_m)
+        utc_us = parts.estimator.utc_us(now_us)
+        parts.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
+        parts.guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
+        board = parts.board.step(
+            inputs.actuator, inputs.actuator_faults, ready=inputs.actuator_ready, armed=controls.armed
+        )
+        controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us)
+        if controls.started_at is None:
+            controls.look_where_started()
+        if parts.mission.home is None:
+            controls.set_home_here()
+        self._watch_thrusters(sensed, before)
+        return sensed
+
+    def _measure(self, inputs: TickInputs) -> None:
+        estimator, guard, state = self.parts.estimator, self.parts.guard, self.controls.state
+        for item, source in inputs.measurements:
+            if estimator.update(item, source) and isinstance(item, Distance):
+                guard.measure(item, state, source)
+        for reading in self.controls.take_soundings():
+            if estimator.update(reading, _GROUND_LINK):
+                guard.measure(reading, state, None)
+
+    def _watch_thrusters(self, sensed: Sensed, before: Ticked) -> None:
         """Tell when one begins to give much less than it is told to, and when it is back."""
-        watch = self.propulsion
-        if not self.armed:
+        watch, say = self.parts.propulsion, self.controls.voice.say
+        if not self.controls.armed:
             watch.clear()
             return
-        before, now = watch.weak, watch.step(dt_s, self.state, self._output)
-        if now == before:
-            return
-        for side, was, weak in zip(("Port", "Starboard"), before, now, strict=True):
-            if weak and not was:
-                self.say(
-                    Severity.CRITICAL,
-                    f"{side} thruster gives much less than it is told to (suspected): weed, a lost propeller, or a stuck rudder",
-                )
-            elif was and not weak:
-                self.say(Severity.NOTICE, f"{side} thruster gives what it is told again")
+        was, now = watch.weak, watch.step(sensed.dt_s, sensed.state, before.output)
+        for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
+            if weak and not was_weak:
+                say(Severity.CRITICAL, f"{side} thruster {_WEAK}")
+            elif was_weak and not weak:
+                say(Severity.NOTICE, f"{side} thruster gives what it is told again")
 
-    def _measure(self, measurements: Sequence[tuple[Measurement, int]], now_us: int) -> None:
-        estimator, guard = self.estimator, self.guard
-        for item, source in measurements:
-            if estimator.update(item, source) and isinstance(item, Distance):
-                guard.measure(item, self.state, source)
-        if self._depth_inputs:
-            for reading in self._depth_inputs:
-                if estimator.update(reading, _GROUND_LINK):
-                    guard.measure(reading, self.state, None)
-            self._depth_inputs.clear()
-        estimator.note_water_speed(self.controller.water_speed_mps())
-        self.state = estimator.predict(now_us, self.guard_out.altitude_m)
-        self.utc_us = utc_us = estimator.utc_us(now_us)
-        self.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
-        guard.utc_s = 0 if utc_us is None else utc_us // 1_000_000
-        if self.started_at is None:
-            self.look_where_started()
-        if self.mission.home is None:
-            self._set_home_here()
+    # ---- course and demand
 
-    def _steer(self, now_us: int, dt_s: float, intent: Intent) -> ActuatorDemand | None:
-        """Turn the intent into a demand; None where there is none (and the gate makes neutral of it)."""
-        self.guided, self.desired, self.trace = None, None, _NO_TRACE
-        if intent is None:
-            self._generation = None
-            self.controller.reset(self.state, dt_s, self._output)
-            return None
-        if isinstance(intent, Sticks):
-            self._generation = None
-            self.controller.reset(self.state, dt_s, self._output)
-            return manual_demand(now_us, intent.surge, intent.yaw, self.config.steering, self.vessel)
-        desired = self._course(intent) if isinstance(intent, Steer) else self._path(now_us, dt_s, intent)
-        slow = self.guard_out.slow_to_mps
-        if slow is not None and desired.speed_mps is not None:
-            desired = replace(desired, speed_mps=min(slow, desired.speed_mps))
-        self.desired = desired
-        if desired.psi_rad is None and desired.speed_mps is None:
-            self.controller.reset(self.state, dt_s, self._output)
-            return None
-        demand, self.trace = self.controller.step(now_us, dt_s, self.state, desired, self._output)
-        return demand
+    def _intend(self, sensed: Sensed, before: Ticked) -> Intent:
+        """What the mode in force wants done; None while disarmed or stopped."""
+        controls, parts = self.controls, self.parts
+        if parts.plan_reach.is_new(parts.mission.plan, plan_number(sensed.inputs.plan_ids[0]), sensed.state):
+            controls.look_at_reach()
+        may_move = controls.armed and before.verdict.result.action < Action.STOP
+        return parts.navigator.intent(sensed.now_us, sensed.state) if may_move else None
 
-    def _course(self, intent: Steer) -> Desired:
-        self._generation = None
-        psi_rad = intent.psi_rad
-        if intent.course and self.state.cog_rad is not None and self.state.psi_rad is not None:
-            psi_rad += self.state.psi_rad - self.state.cog_rad if (self.state.sog_mps or 0.0) > 0.5 else 0.0
-        return Desired(psi_rad, intent.speed_mps)
+    def _steer_for(self, sensed: Sensed, intent: Intent, before: Ticked) -> Course:
+        """Turn the intent into a heading and a speed; sticks and nothing have neither."""
+        match intent:
+            case None | Sticks():
+                return Course(intent)
+            case Steer():
+                course = Course(intent, _heading(sensed, intent))
+            case Leg():
+                course = self._sail(sensed, intent, before)
+            case _:
+                assert_never(intent)
+        slow = before.guarded.depth.slow_to_mps
+        desired = course.desired
+        if slow is None or desired is None or desired.speed_mps is None:
+            return course
+        return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
 
-    def _path(self, now_us: int, dt_s: float, leg: Leg) -> Desired:
-        state, speed_mps = self.state, self.navigator.speed_mps
-        if leg.generation != self._generation:
+    def _sail(self, sensed: Sensed, leg: Leg, before: Ticked) -> Course:
+        """Let guidance sail a leg; one that is new begins here, once the position is known."""
+        guidance, state, speed_mps = self.parts.guidance, sensed.state, self.parts.navigator.speed_mps
+        if leg.generation != before.course.generation:
             if not state.position_valid:
-                return Desired(None, None)
-            self._generation = leg.generation
-            self.guidance.begin(
-                now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
+                return Course(leg, Desired(None, None), generation=before.course.generation)
+            guidance.begin(
+                sensed.now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
             )
-        self.guided = guided = self.guidance.step(now_us, dt_s, state, speed_mps, self._output)
-        return guided.desired
+        guided = guidance.step(sensed.now_us, sensed.dt_s, state, speed_mps, before.output)
+        return Course(leg, guided.desired, guided, leg.generation)
 
-    def _guard(self, now_us: int, *, steers_itself: bool) -> None:
-        path_ahead = None if self.guided is None else self.guidance.path_ahead
-        self.guard_out = guard = self.guard.step(now_us, self.state, steers_itself, path_ahead, self._stopping)
-        if guard.texts:
-            self._say_all(guard.texts)
-        if guard.abort and self.navigator.mode is not _MANUAL:
-            self.break_off()
+    def _demand(self, sensed: Sensed, course: Course, before: Ticked) -> Demand:
+        """Turn the course into a demand; None where there is none (and the gate makes neutral of it)."""
+        controller, desired, intent = self.parts.controller, course.desired, course.intent
+        if desired is None or (desired.psi_rad is None and desired.speed_mps is None):
+            controller.reset(sensed.state, sensed.dt_s, before.output)
+            if not isinstance(intent, Sticks):
+                return Demand()
+            steering, vessel = self.controls.config.steering, self.parts.vessel
+            return Demand(manual_demand(sensed.now_us, intent.surge, intent.yaw, steering, vessel))
+        actuators, trace = controller.step(sensed.now_us, sensed.dt_s, sensed.state, desired, before.output)
+        return Demand(actuators, trace)
 
-    def _judge(self, now_us: int) -> None:
-        state, before = self.state, self.result.action
-        run_m = self._stopping(state.sog_mps or 0.0) if self.fence.enabled else 0.0
-        fence = self.fence.check(state, run_m)
-        self.fence_status = fence.status
-        if fence.texts:
-            self._say_all(fence.texts)
-        told = self.plan_fence.step(now_us, self.mission.plan, state, self._loiter_radius_m)
-        if told is not None:
-            self.say(*told)
-        monitored = self.monitors.step(
-            now_us,
+    # ---- guarded, verdict, output
+
+    def _guard(self, sensed: Sensed, course: Course, before: Ticked) -> Guarded:
+        """Let those look who may stop the vessel, and say what they have to say."""
+        controls, parts, state = self.controls, self.parts, sensed.state
+        depth = parts.guard.step(
+            sensed.now_us,
             state,
-            self._output,
-            desired=self.desired,
-            stopped=before >= _STOP,
-            late_s=self.inputs.late_s,
-            supply=self.board.supply,
-            vessel_speed_fn=self.statics.throttle_to_speed,
+            controls.armed and course.intent is not None and not isinstance(course.intent, Sticks),
+            None if course.guided is None else parts.guidance.path_ahead,
+            controls.stopping_distance_m,
         )
-        self.ages = self.operators.ages(self.inputs.heard, now_us)
-        flags = gather(self, now_us, monitored, fence.flags)
-        self.result = result = failsafe.step(self.memory, flags, now_us, self._failsafe)
-        self.memory = result.memory
-        self.outlook = outlook(result.memory, flags, now_us, self._failsafe) if result.memory.entries else ()
-        if result.texts:
-            self._say_all(result.texts)
-        self.ordered, self.rearmed, self.aborting = None, False, False
-        if result.action > _WARN:
-            self._react(before)
+        controls.voice.say_all(depth.texts)
+        if depth.abort and parts.navigator.mode is not Mode.MANUAL:
+            controls.break_off()
+        run_m = controls.stopping_distance_m(state.sog_mps or 0.0) if parts.fence.enabled else 0.0
+        fence = parts.fence.check(state, run_m)
+        controls.voice.say_all(fence.texts)
+        told = parts.plan_fence.step(sensed.now_us, parts.mission.plan, state, controls.config.guidance.loiter_radius_m)
+        if told is not None:
+            controls.voice.say(*told)
+        monitors = parts.monitors.step(
+            sensed.now_us,
+            state,
+            before.output,
+            desired=course.desired,
+            stopped=before.verdict.result.action >= Action.STOP,
+            late_s=sensed.inputs.late_s,
+            supply=sensed.board.supply,
+            vessel_speed_fn=parts.statics.throttle_to_speed,
+        )
+        return Guarded(depth, fence, monitors)
 
-    def _react(self, before: Action) -> None:
+    def _judge(self, sensed: Sensed, course: Course, guarded: Guarded, before: Ticked) -> Verdict:
+        """Let the failsafe judge, and change mode as it asks."""
+        controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
+        flags = flags_of(controls, sensed, course, guarded)
+        result = failsafe.step(before.verdict.result.memory, flags, now_us, config)
+        verdict = Verdict(result, outlook(result.memory, flags, now_us, config) if result.memory.entries else ())
+        controls.voice.say_all(result.texts)
+        controls.decided = Decided()
+        if result.action > Action.WARN:
+            self._react(verdict, before.verdict.result.action)
+        return verdict
+
+    def _react(self, verdict: Verdict, before: Action) -> None:
         """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
-        action = self.result.action
-        if action >= Action.DISARM and self.armed:
-            self.disarm(", ".join(each.cause for each in self.outlook))
-        mode = self.navigator.mode
+        controls, action = self.controls, verdict.result.action
+        if action >= Action.DISARM and controls.armed:
+            controls.disarm(", ".join(each.cause for each in verdict.outlook))
+        mode = self.parts.navigator.mode
         if mode is Mode.MANUAL:
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
-            self.break_off()
+            controls.break_off()
         elif action is Action.RETURN and before is not Action.RETURN and mode is not Mode.RTL:
             # Once only: a vessel that has come home holds there.
-            self.break_off(Mode.RTL)
+            controls.break_off(Mode.RTL)
 
-    def _decide(self, now_us: int, demand: ActuatorDemand | None, manual: bool) -> ActuatorOutput:
-        inputs, result = self.inputs, self.result
-        ready, reason = inputs.actuator_ready, inputs.actuator_reason
-        evidence = Evidence(ready, reason, manual, inputs.actuator.emergency_stop, result.thrust_limit)
-        if result.action >= _STOP:
-            self.navigator.forget_hold()
-        self._output = output = self.gate.decide(now_us, demand, result.action, self.armed, evidence)
-        return output
+    def _decide(self, sensed: Sensed, course: Course, demand: Demand, verdict: Verdict) -> ActuatorOutput:
+        """Ask the gate."""
+        inputs, result, manual = sensed.inputs, verdict.result, isinstance(course.intent, Sticks)
+        if result.action >= Action.STOP:
+            self.parts.navigator.forget_hold()
+        evidence = Evidence(
+            inputs.actuator_ready,
+            inputs.actuator_reason,
+            manual,
+            inputs.actuator.emergency_stop,
+            result.thrust_limit,
+        )
+        return self.parts.gate.decide(sensed.now_us, demand.actuators, result.action, self.controls.armed, evidence)
 
-    def _follow_up(self, now_us: int) -> None:
-        """Let the plan move on, and collect what the parts have to say."""
-        if self.guided is not None:
-            self.navigator.advance(now_us, self.state, self.guided)
-        self._watch_progress(now_us)
-        for part in (self.estimator, self.guidance, self.navigator, self.operators):
-            texts = part.drain_texts()
-            if texts:
-                self._say_all(texts)
+    # ---- afterwards
 
-    def _watch_progress(self, now_us: int) -> None:
-        """A plan that is being sailed should get somewhere."""
-        guided, mission = self.guided, self.mission
-        if (
-            guided is None
-            or not self.armed
-            or self.navigator.mode is not _AUTO
-            or mission.state is not PlanState.ACTIVE
-        ):
-            self._progress.rest()
-            return
-        texts = self._progress.step(now_us, mission.seq, guided.path, self.state)
-        if texts:
-            self._say_all(texts)
-
-    def _say_all(self, texts: Sequence[tuple[Severity, str]]) -> None:
-        for severity, text in texts:
-            self.say(severity, text)
-
-    def _effects(self) -> tuple[int, ...]:
-        reached, effects, texts = self.mission.drain()
+    def _follow_up(self, ticked: Ticked) -> tuple[int, ...]:
+        """Let the plan move on, and say what the parts have to say; return the items that were reached."""
+        parts, sensed, guided, say_all = self.parts, ticked.sensed, ticked.course.guided, self.controls.voice.say_all
+        if guided is not None:
+            parts.navigator.advance(sensed.now_us, sensed.state, guided)
+        self._watch_progress(ticked)
+        for part in (parts.estimator, parts.guidance, parts.navigator, parts.operators):
+            say_all(part.drain_texts())
+        reached, effects, texts = parts.mission.drain()
         for effect in effects:
-            if isinstance(effect, SetHome):
-                self.set_home(effect.lat_rad, effect.lon_rad)
-            elif isinstance(effect, FenceEnable):
-                self.enable_fence(effect.enable)
-            elif isinstance(effect, Noted):
-                self.say(Severity.INFO, f"item {effect.seq}: command {effect.command} noted, nothing done")
-        if texts:
-            self._say_all(texts)
+            self._take_effect(effect)
+        say_all(texts)
         return reached
+
+    def _watch_progress(self, ticked: Ticked) -> None:
+        """A plan that is being sailed should get somewhere."""
+        parts, guided, mission = self.parts, ticked.course.guided, self.parts.mission
+        in_auto = parts.navigator.mode is Mode.AUTO and mission.state is PlanState.ACTIVE
+        if guided is None or not self.controls.armed or not in_auto:
+            parts.progress.rest()
+            return
+        sensed = ticked.sensed
+        self.controls.voice.say_all(parts.progress.step(sensed.now_us, mission.seq, guided.path, sensed.state))
+
+    def _take_effect(self, effect: Effect) -> None:
+        """What an item of the plan does beside sailing."""
+        controls = self.controls
+        match effect:
+            case SetHome():
+                controls.set_home(effect.lat_rad, effect.lon_rad)
+            case FenceEnable():
+                controls.enable_fence(effect.enable)
+            case Noted():
+                controls.voice.say(Severity.INFO, f"item {effect.seq}: command {effect.command} noted, nothing done")
+            case _:
+                assert_never(effect)
+
+
+def _braked(sensed: Sensed, course: Course, demand: Demand, guarded: Guarded) -> Demand:
+    """The depth guard may take the way off with astern thrust; sticks stay the operator's."""
+    if not guarded.depth.flags.depth_braking or isinstance(course.intent, Sticks):
+        return demand
+    return replace(demand, actuators=ActuatorDemand(sensed.now_us, _ASTERN, _ASTERN))
+
+
+def _heading(sensed: Sensed, intent: Steer) -> Desired:
+    """A heading as it is; a course as the heading that makes it good, by what wind and current do now."""
+    state, psi_rad = sensed.state, intent.psi_rad
+    if intent.course and state.cog_rad is not None and state.psi_rad is not None:
+        psi_rad += state.psi_rad - state.cog_rad if (state.sog_mps or 0.0) > _COURSE_MPS else 0.0
+    return Desired(psi_rad, intent.speed_mps)

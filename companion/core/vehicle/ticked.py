@@ -1,0 +1,111 @@
+"""What the steps of one tick hand on: each a frozen value, made by one step, read by those after it, never changed.
+
+A tick folds them: sensed → course → demand → guarded → verdict → output. All together are ``Ticked``, which the view, the refusals and
+the next tick read; what a step needs of the tick before it takes from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from mavlink_bridge.language.messages import (
+    Action,
+    ActuatorDemand,
+    ActuatorOutput,
+    Desired,
+    EstimatedState,
+    GuardState,
+)
+from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Outlook
+from mavlink_bridge.language.value import value
+
+from ..guard.board_watch import BoardReport
+from ..guard.depth.guard import GuardOutput
+from ..guard.failsafe import FailsafeMemory, FailsafeResult
+from ..guard.fence import FenceOutput
+from ..guard.monitors import MonitorFlags
+from ..guide import GuidanceOutput
+from .config import TickInputs
+from .navigator import Intent
+
+
+@value
+class Sensed:
+    """What is known at the beginning of a tick."""
+
+    now_us: int
+    dt_s: float
+    """Since the tick before; 0 in the first."""
+    inputs: TickInputs
+    state: EstimatedState
+    board: BoardReport = field(default_factory=BoardReport)
+    utc_us: int | None = None
+    """UTC of this tick, microseconds since 1970; None = unknown."""
+
+
+@value
+class Course:
+    """What the mode in force wants."""
+
+    intent: Intent = None
+    """None: disarmed or stopped, or nothing to do."""
+    desired: Desired | None = None
+    """None: nothing for the loops to do."""
+    guided: GuidanceOutput | None = None
+    """What guidance said; None where no path is sailed."""
+    generation: int | None = None
+    """The number of the leg that guidance sails."""
+
+
+@value
+class Demand:
+    """What the actuators are asked for, and why."""
+
+    actuators: ActuatorDemand | None = None
+    """None: nothing, of which the gate makes neutral."""
+    trace: ControlTrace = field(default_factory=ControlTrace)
+
+
+@value
+class Guarded:
+    """What those who look ahead and watch have found."""
+
+    depth: GuardOutput
+    fence: FenceOutput
+    monitors: MonitorFlags = field(default_factory=MonitorFlags)
+
+
+@value
+class Verdict:
+    """What the failsafe makes of it."""
+
+    result: FailsafeResult
+    outlook: tuple[Outlook, ...] = ()
+
+
+@value
+class Ticked:
+    """One whole tick."""
+
+    number: int
+    """Ticks so far, this one with them; 0 = before the first."""
+    sensed: Sensed
+    course: Course
+    demand: Demand
+    guarded: Guarded
+    verdict: Verdict
+    output: ActuatorOutput
+    """What the gate let pass."""
+
+
+def before_the_first(output: ActuatorOutput) -> Ticked:
+    """What the first tick finds behind it: nothing is known. ``output``: the gate's neutral."""
+    return Ticked(
+        number=0,
+        sensed=Sensed(0, 0.0, TickInputs(), EstimatedState(0)),
+        course=Course(),
+        demand=Demand(),
+        guarded=Guarded(GuardOutput(GuardState.UNKNOWN, None, None, None), FenceOutput(FenceStatus())),
+        verdict=Verdict(FailsafeResult(FailsafeMemory(), Action.NONE)),
+        output=output,
+    )
