@@ -82,6 +82,7 @@ class GatewaySettings(Config):
     system_id: int = Field(1, ge=1, le=250)
     """The vessel's system id."""
     name: str = "usv"
+    """The vessel's name as stations and texts here show it."""
     vessel_config: str = ""
     """The vessel's own configuration file: the parameters then start from its values. Empty: from the defaults."""
     store: str = "state/gateway.db"

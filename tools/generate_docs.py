@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from companion.core.guard.failsafe import failsafe_table_markdown
+from companion.core.hull import VesselConfig
 from companion.core.vehicle.insist import table_markdown
 from companion.gateway import GatewaySettings
 from companion.settings import Settings, params
@@ -27,6 +28,7 @@ ABOUT = {
     "sensors": "A list: one `[[sensors]]` for each link.",
     "endpoints": "A list: one `[[endpoints]]` for each link.",
     "failsafe.conditions.NAME": "One table for each condition that is changed; their names: `companion explain failsafe`.",
+    "mounts.NAME": "One table for each sensor link that does not sit where the hull's common keys say.",
     "world.bottom.mounds": "A list: one `[[world.bottom.mounds]]` for each mound.",
 }
 """What a reader must know of a table before its keys."""
@@ -65,6 +67,14 @@ def configuration() -> str:
     ]
     own = (key for key in keys(GatewaySettings) if not key.path.startswith(("endpoints.", "security.")))
     parts += _tables(own, "At the top of a gateway's file")
+    parts += [
+        "",
+        "# The hull file",
+        "",
+        "What `vessel` names: a file of `config/vessels`, or your own ([VESSEL.md](VESSEL.md) says how to come by the figures). It is",
+        "the only home of the boat's geometry and dynamics.",
+    ]
+    parts += _tables(keys(VesselConfig), "At the top of a hull file")
     return "\n".join(parts) + "\n"
 
 

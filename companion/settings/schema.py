@@ -46,6 +46,7 @@ class SensorConfig(Config):
     """One NMEA link. The seed's spellings of a device are accepted."""
 
     name: str = "nmea"
+    """Names the link in texts, logs and in the hull file's antennas and transducers."""
     url: str = ""
     """serial:/dev/..., tcp://host:port, udp://..., file:path; also the seed's '/dev/ttyS0'. A vessel's file must name it."""
     baud: int | None = None
@@ -59,7 +60,9 @@ class ActuatorLinkConfig(Config):
     """The actuator board: its link, and its protocol and channels."""
 
     url: str = "serial:/dev/ttyACM0?baud=115200"
+    """serial:/dev/..., tcp://host:port; empty = no actuators."""
     baud: int | None = None
+    """For a bare device path."""
     board: ActuatorConfig = ActuatorConfig()
 
 
@@ -67,10 +70,15 @@ class EndpointSettings(Config):
     """One link to ground stations."""
 
     name: str
+    """Names the link in texts and logs."""
     url: str
+    """serial:/dev/..., udp://host:port, udp-listen://:port, tcp-listen://:port."""
     persona: Literal["ardurover", "generic"] = "ardurover"
+    """How the vessel presents itself: as ArduPilot's Rover, which stations know, or as itself."""
     link_class: Literal["trusted", "signed", "telemetry"] = "trusted"
+    """Who is believed here: everybody, signed frames only, or nobody (the link only tells)."""
     profile: Literal["lan", "lora", "high_latency"] = "lan"
+    """What is sent by itself: all, what a slow link carries, or HIGH_LATENCY2 alone."""
     budget_bytes_per_s: int | None = Field(None, ge=10)
     """Cap of what goes out; None = the profile's own."""
     insecure: bool = False
@@ -83,6 +91,7 @@ class RadioSettings(Config):
     url: str = ""
     """Empty: no radio."""
     protocol: Literal["mavlink", "json", "compact"] = "mavlink"
+    """compact: authenticated and short; json: the seed's text; mavlink: for a ground station's own modem."""
     profile: str = "o-10"
     """Name of a file in config/radio, or a path."""
     key_file: str = ""
@@ -95,7 +104,9 @@ class RecordConfig(Config):
     """What a run leaves behind."""
 
     directory: str = "runs"
+    """Where each run gets a folder of its own."""
     enabled: bool = True
+    """Record at all."""
     max_mb: int = Field(512, ge=8)
     """Total size of one run's files; the oldest pieces go first."""
     free_floor_mb: int = Field(200, ge=0)

@@ -32,17 +32,24 @@ class MoundConfig(Config):
     """A shoal, or with a negative height a hole, of cosine shape."""
 
     north_m: float = 0.0
+    """Of its top, from the start of the run."""
     east_m: float = 0.0
+    """Of its top, from the start of the run."""
     radius_m: float = Field(40.0, gt=0)
+    """Where it has run out."""
     height_m: float = 0.0
+    """Of its top above the bottom around; negative = a hole."""
 
 
 class SlopeConfig(Config):
     """A bottom that rises from ``start_m`` along ``bearing_deg`` by ``gradient`` metres per metre."""
 
     bearing_deg: float = 90.0
+    """Which way the bottom rises, true."""
     start_m: float = 150.0
+    """Where along that bearing the rise begins, from the start of the run."""
     gradient: float = Field(0.05, ge=0, le=10)
+    """Metres of rise a metre."""
 
 
 class BottomConfig(Config):

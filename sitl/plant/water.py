@@ -19,20 +19,29 @@ class WaterConfig(Config):
     """Conditions. Current flows *to*, wind blows *from*, as sailors say it."""
 
     current_mps: float = 0.0
+    """Speed of the current."""
     current_to_deg: float = 60.0
+    """Where it sets, true."""
     current_sigma_mps: float = 0.0
     """Slow wander of the current."""
     current_tau_s: float = 120.0
+    """Time constant of that wander."""
     wind_mps: float = 0.0
+    """Mean wind."""
     wind_from_deg: float = 280.0
+    """Where it blows from, true."""
     gust_share: float = 0.18
     """RMS of the gusts over the mean wind."""
     gust_tau_s: float = 5.0
+    """Time constant of the gusts."""
     direction_wander_deg: float = 0.0
+    """Wander of the wind's direction, RMS."""
     direction_tau_s: float = 60.0
+    """Time constant of that wander."""
     wave_height_m: float = 0.0
     """Significant height."""
     wave_period_s: float = 3.0
+    """Mean period of the waves."""
     start_s: float = 0.0
     """Before this time the water is still."""
 

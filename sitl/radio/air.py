@@ -41,11 +41,13 @@ class RadioConfig(Config):
     gap_ms: float = Field(5.0, ge=0.0, le=200.0)
     """Idle time on the serial line after which the module sends what it has."""
     buffer_bytes: int = Field(512, ge=64, le=65536)
+    """What the module keeps of bytes that it cannot send yet; what comes beyond is lost."""
     split: bool = False
     """Reads return random pieces."""
     listen_first: bool = False
     """The module waits while it hears the other one (its LBT box)."""
     model: str = "LORA6500PRO_VER3.1_E"
+    """What the module calls itself when its settings are read."""
 
     @field_validator("phy")
     @classmethod

@@ -96,35 +96,47 @@ class SensorConfig(Config):
     sentences: str = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
     """The sentences of one epoch, in order (the seed's by default). GST may be added."""
     fix_hz: float = Field(5.0, ge=0.1, le=50.0)
+    """Epochs a second."""
     fix_latency_s: float = Field(0.12, ge=0.0, le=2.0)
+    """From the time of a fix to its first byte."""
     heading_hz: float = Field(10.0, ge=0.0, le=100.0)
     """0 = only the heading inside the epoch."""
     heading_sentence: Literal["HDT", "THS", "HDG", "HDM"] = "HDT"
+    """How the heading is said; HDG and HDM are magnetic."""
     rate_hz: float = Field(10.0, ge=0.0, le=100.0)
     """ROT; 0 = none."""
     attitude_sentence: Literal["", "PASHR", "PSAT", "PSXN"] = ""
     """Roll and pitch, with the heading's rate; empty = not measured."""
     talker: str = Field("GP", pattern="^[A-Z]{2}$")
+    """The two letters before HDG, ROT and the like."""
     depth_hz: float = Field(10.0, ge=0.0, le=50.0)
     """0 = no echo sounder."""
     depth_sentence: Literal["DPT", "DBT"] = "DPT"
+    """How the depth is said: below the transducer with its offset, or below it alone."""
     position_tau_s: float = Field(200.0, gt=0.0)
+    """Time constant of the slow error of position."""
     heading_tau_s: float = Field(60.0, gt=0.0)
-    """Time constants of the slow errors."""
+    """Time constant of the slow error of heading."""
     geoid_m: float = Field(52.3, ge=-120.0, le=120.0)
+    """Height of the geoid above the ellipsoid, for GGA."""
     variation_deg: float | None = Field(None, ge=-180.0, le=180.0)
     """Magnetic variation, sent in RMC and HDG and subtracted for HDG and HDM; None = blank, and no difference."""
     heading_mount_deg: float = 0.0
     """The baseline shows this much less than the hull's heading."""
     sounder_sigma_m: float = Field(0.05, ge=0.0, le=5.0)
+    """Noise of a sounding."""
     sounder_sigma_share: float = Field(0.005, ge=0.0, le=0.2)
-    """Noise: the larger of the two."""
+    """The same as a share of the depth; the larger of the two counts."""
     sounder_dropout: float = Field(0.02, ge=0.0, le=1.0)
+    """Share of readings without a bottom."""
     sounder_outlier: float = Field(0.01, ge=0.0, le=1.0)
-    """Shares of readings without a bottom, and of false echoes (0.3, 0.5 or 2 times the depth)."""
+    """Share of false echoes (0.3, 0.5 or 2 times the depth)."""
     sounder_blanking_m: float = Field(0.3, ge=0.0, le=10.0)
+    """Nearer than this the sounder hears nothing."""
     sounder_range_m: float = Field(100.0, ge=1.0, le=5000.0)
+    """Farther than this neither."""
     sounder_cone_deg: float = Field(20.0, ge=1.0, le=60.0)
+    """Full width of the beam: the least depth inside it is heard."""
 
 
 @dataclass(slots=True)

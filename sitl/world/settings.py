@@ -21,9 +21,11 @@ class WorldConfig(Config):
     """The simulated surroundings."""
 
     latitude_deg: float = Field(41.1850123, ge=-89, le=89)
+    """Where the vessel starts."""
     longitude_deg: float = Field(-8.7062154, ge=-180, le=180)
+    """Where the vessel starts."""
     heading_deg: float = Field(0.0, ge=0, lt=360)
-    """Where the vessel starts, and which way it looks."""
+    """Which way it looks then."""
     step_us: int = Field(20_000, ge=1_000, le=50_000)
     """Step of the physics."""
     vessel: str = ""

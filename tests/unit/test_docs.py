@@ -10,10 +10,13 @@ import pytest
 
 from companion import cli
 from companion.cli import COMMANDS
+from companion.core.hull import VesselConfig
+from companion.gateway import GatewaySettings
 from companion.settings import params
 from companion.settings.schema import Settings
 from mavlink_bridge.language import messages as imc, requests
 from mavlink_bridge.mavlink.wire.codec import dialect
+from sitl.world.settings import WorldConfig
 from tools import from_dune, generate_docs
 from tools.schema_text import keys, texts_of
 
@@ -25,6 +28,17 @@ KEYS = {key.path for key in keys(Settings)}
 def test_the_generated_pages_are_up_to_date():
     stale = [path.name for path, text in generate_docs.wanted(DOCS).items() if path.read_text(encoding="utf-8") != text]
     assert not stale, f"run 'make docs' and commit {', '.join(stale)}"
+
+
+def test_every_key_and_every_parameter_has_a_meaning():
+    silent = [
+        key.path
+        for model in (Settings, WorldConfig, GatewaySettings, VesselConfig)
+        for key in keys(model)
+        if not key.text.strip()
+    ]
+    silent += [entry.param.name for entry in params.entries(Settings) if not entry.text.strip()]
+    assert not silent, "a sentence below the field says what it is for"
 
 
 def test_every_parameter_and_key_is_on_its_page():

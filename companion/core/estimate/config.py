@@ -50,8 +50,9 @@ class EstimatorConfig(Config):
     reaccept_s: float = Field(10.0, ge=1.0, le=600.0)
     """Refused values that agree with each other for this long are taken as the new truth, with a text."""
     frozen_warn_s: float = Field(5.0, ge=1.0, le=60.0)
+    """The very same position for this long while moving is warned of."""
     frozen_invalid_s: float = Field(10.0, ge=1.0, le=120.0)
-    """The very same position for this long while moving: warned of, then no position."""
+    """And for this long it is no position any more."""
     accept_dead_reckoning: bool = False
     """Take positions that the receiver itself extrapolates (GGA quality 6)."""
     accept_simulated: bool = False
@@ -65,7 +66,9 @@ class EstimatorConfig(Config):
         le=180.0,
     )
     roll_offset_deg: float = Field(0.0, ge=-45.0, le=45.0)
+    """Added to the roll as measured: how askew the sensor is mounted."""
     pitch_offset_deg: float = Field(0.0, ge=-45.0, le=45.0)
+    """Added to the pitch as measured."""
     variation_deg: float | None = Field(None, ge=-180.0, le=180.0)
     """Magnetic variation, east positive, for HDG and HDM when neither they nor the receiver give one. None: then the
     World Magnetic Model, and without that a magnetic heading is not used."""
@@ -80,6 +83,7 @@ class EstimatorConfig(Config):
     heading_sigma_deg: float = Field(0.5, gt=0.0, le=20.0)
     """White noise of the compass."""
     rate_sigma_dps: float = Field(0.3, gt=0.0, le=20.0)
+    """White noise of the measured rate of turn."""
     yaw_acceleration_psd: float = Field(0.03, gt=0.0, le=100.0)
     """How lively the vessel turns, rad2/s3."""
     align_clock: bool = True

@@ -31,7 +31,9 @@ class Override(Config):
     """What a configuration may change of one row; the table's floors hold."""
 
     action: ActionByName | None = None
+    """What is done instead; not less than the floor of this condition."""
     delay_s: float | None = Field(None, ge=0)
+    """How long the cause must stand before; not beyond the longest of this condition."""
 
 
 class FailsafeConfig(Config):

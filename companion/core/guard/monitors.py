@@ -35,24 +35,32 @@ class MonitorConfig(Config):
     battery_critical_v: float = param(0.0, "BATT_CRT_VOLT", "Return below (0 = off)", unit="V", ge=0, le=1000)
     battery_empty_v: float = param(0.0, "BATT_MIN_VOLT", "Stop below (0 = off)", unit="V", ge=0, le=1000)
     battery_filter_s: float = Field(5.0, gt=0, le=60)
+    """Time constant of the voltage that is judged: a start of the thrusters must not count."""
     battery_stale_s: float = Field(5.0, gt=0, le=60)
+    """A board that has given voltages and gives none for this long has lost its sensor."""
     stuck_s: float = param(10.0, "STUCK_TIME", "Thrust without speed: warn after (0 = off)", unit="s", ge=0, le=600)
     stuck_share: float = Field(0.25, gt=0, le=1)
     """Stuck when slower than this share of what the thrust should give, and than `drift_mps`."""
     drift_mps: float = Field(0.3, gt=0, le=5)
     """Speed over ground in neutral that is worth a warning; what makes as much is not stuck."""
     drift_s: float = Field(10.0, gt=0, le=600)
+    """So long in neutral before moving is warned of."""
     drift_alarm_m: float = Field(5.0, gt=0, le=1000)
     """Drift since a failsafe stop at which the alarm is given; again at each doubling."""
     oscillation_reversals: int = Field(5, ge=3, le=50)
+    """So many swings from one side to the other within the window are an oscillation."""
     oscillation_window_s: float = Field(3.0, gt=0, le=20)
     """A rudder or thruster loop that is unstable swings with about nine times its delay: 1.3 s."""
     oscillation_output: float = Field(0.5, gt=0, le=1)
     """Share of full output that a swing must reach on both sides."""
     late_s: float = Field(0.2, gt=0, le=5)
+    """A tick that comes so late is warned of."""
     very_late_s: float = Field(0.5, gt=0, le=5)
+    """One that comes so late stops the vessel."""
     jump_s: float = Field(1.0, gt=0, le=60)
+    """A gap between two ticks beyond this means that the computer stood still, and disarms."""
     overrun_share: float = Field(0.05, gt=0, le=1)
+    """More late ticks than this share of ten seconds' are an overload."""
 
 
 @value

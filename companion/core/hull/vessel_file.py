@@ -23,23 +23,33 @@ class HullConfig(Config):
     """Size, inertia with added mass, and damping (all coefficients positive)."""
 
     length_m: float = Field(gt=0)
+    """Of the waterline, m."""
     beam_m: float = Field(gt=0)
+    """Greatest breadth, m."""
     draught_m: float = Field(gt=0)
+    """Of the hull without keel and rudders, m."""
     mass_kg: float = Field(gt=0)
+    """As she sails, with battery and load."""
     m11_kg: float = Field(gt=0)
     """Surge: mass and added mass."""
     m22_kg: float = Field(gt=0)
+    """Sway: mass and added mass."""
     m23_kgm: float = 0.0
+    """Coupling of sway and yaw; 0 for a hull that is alike before and behind."""
     m33_kgm2: float = Field(gt=0)
+    """Yaw: moment of inertia and added inertia."""
     xu: float = Field(ge=0)
     """Surge damping, N/(m/s)."""
     xuu: float = Field(ge=0)
     """N/(m/s)²."""
     yv: float = Field(ge=0)
+    """Sway damping, N/(m/s)."""
     yvv: float = Field(ge=0)
+    """Sway damping, N/(m/s)²."""
     nr: float = Field(ge=0)
     """Yaw damping, Nm/(rad/s)."""
     nrr: float = Field(ge=0)
+    """Yaw damping, Nm/(rad/s)²."""
     nur: float = Field(0.0, ge=0)
     """Yaw damping that grows with speed, Nm/(rad/s)/(m/s)."""
     munk: float = Field(0.5, ge=0, le=1)
@@ -52,12 +62,15 @@ class ThrusterConfig(Config):
     """Fixed propellers. The command -1...1 sets revolutions, as an ESC does, so thrust goes with its square, if not else said."""
 
     count: Literal[1, 2] = 2
+    """One, or two that turn the boat by their difference."""
     lateral_m: float = Field(0.0, ge=0)
     """Distance of each of two thrusters from the centre line."""
     ahead_n: float = Field(gt=0)
     """Bollard thrust of one thruster at command 1."""
     astern_n: float = Field(gt=0)
+    """Bollard thrust of one thruster at command -1."""
     lag_s: float = Field(0.15, gt=0)
+    """Time constant from command to thrust."""
     dead_band: float = Field(0.03, ge=0, lt=0.5)
     """Commands smaller than this do not turn the propeller."""
     exponent: float = Field(2.0, ge=0.8, le=4.0)
@@ -71,6 +84,7 @@ class ThrusterConfig(Config):
     speed_loss: float = Field(0.0, ge=0.0, le=0.5)
     """Share of the bollard thrust that is lost for each m/s ahead at full revolutions, 1/(m/s)."""
     diameter_m: float = Field(0.18, gt=0)
+    """Of the propeller: how wide its race is at the rudder."""
     race_share: float = Field(0.8, ge=0, le=1)
     """Share of the fully developed race that the rudder feels."""
 
@@ -88,17 +102,21 @@ class RudderConfig(Config):
     """Rudders behind the thrusters, all linked mechanically alike: same area, same servo."""
 
     count: Literal[0, 1, 2] = 2
+    """0: none."""
     area_m2: float = Field(0.01, gt=0)
     """Each."""
     lift_slope_per_rad: float = Field(2.51, gt=0)
+    """Lift coefficient per radian of angle of attack (2 pi for a thin wing of infinite span)."""
     x_m: float = Field(-1.0, lt=0)
     """Position along the hull, forward positive."""
     max_deg: float = Field(30.0, gt=0, le=60)
     """Rudder angle at the servo's outer pulses; neither steering nor gate goes beyond."""
     rate_dps: float = Field(60.0, gt=0)
+    """How fast the servo turns it."""
     lag_s: float = Field(0.1, ge=0)
     """First-order lag of the servo; 0 = the rate limit alone."""
     stall_deg: float = Field(35.0, gt=0)
+    """Angle of attack at which the flow breaks away."""
     after_stall: float = Field(0.8, ge=0, le=1)
     """Share of the lift that is left beyond the stall angle."""
     astern_share: float = Field(0.5, ge=0, le=1)
@@ -121,27 +139,39 @@ class WindageConfig(Config):
     """Areas and coefficients of the wind force (Fossen's form)."""
 
     frontal_m2: float = Field(0.0, ge=0)
+    """Area above the water, seen from ahead."""
     lateral_m2: float = Field(0.0, ge=0)
+    """Seen from the side."""
     cx: float = Field(0.7, ge=0)
+    """Coefficient of the force along the hull."""
     cy: float = Field(0.9, ge=0)
+    """Across it."""
     cn: float = Field(0.1, ge=0)
+    """Of the turning moment."""
 
 
 class SeakeepingConfig(Config):
     """Static answer to waves, per metre of significant height (RMS)."""
 
     roll_deg_per_m: float = Field(10.0, ge=0)
+    """Roll."""
     pitch_deg_per_m: float = Field(6.7, ge=0)
+    """Pitch."""
     heave_m_per_m: float = Field(0.25, ge=0)
+    """Heave."""
     yaw_nm_per_m: float = Field(26.7, ge=0)
+    """Turning moment of the waves."""
 
 
 class AntennaConfig(Config):
     """A GNSS antenna, from the vessel's reference point."""
 
     forward_m: float = Field(0.0, ge=-50, le=50)
+    """Forward of the reference point."""
     starboard_m: float = Field(0.0, ge=-50, le=50)
+    """To starboard of it."""
     up_m: float = Field(0.0, ge=-10, le=50)
+    """Above the waterline."""
 
 
 class MountConfig(Config):
@@ -157,6 +187,7 @@ class VesselConfig(Config):
     """One vessel, from one file: the only home of its geometry."""
 
     name: str
+    """Shown to people."""
     hull: HullConfig
     thruster: ThrusterConfig
     rudder: RudderConfig = RudderConfig(count=0)

@@ -15,9 +15,13 @@ class PidGains(Config):
     """Gains of one loop. An output or integral limit of 0 means none."""
 
     kp: float
+    """Output per unit of error."""
     ki: float = 0.0
+    """Output per unit of error and second."""
     kd: float = 0.0
+    """Output per unit of error a second."""
     integral_limit: float = 0.0
+    """Greatest integral part, either way; 0 = none."""
 
 
 @dataclass(frozen=True, slots=True)
