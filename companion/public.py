@@ -71,7 +71,7 @@ def write_plan(plan: PlanFile, path: str | Path) -> None:
 
 
 def write_report(source: str | Path, out: str | Path | None = None) -> Path:
-    """Write the HTML report of a run's folder or a telemetry log; return where it is. Needs matplotlib. Raises ConfigError."""
+    """Write the HTML report of a run's folder or a telemetry log; return where it is. Raises ConfigError."""
     target = Path(out) if out is not None else default_output(Path(source))
     write_whole(target, make_page(read_run(Path(source))).encode("utf-8"))
     return target

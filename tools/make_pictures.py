@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         sail(Path(folder) / "run")
         flight = read_run(Path(folder) / "run")
-    for name, draw in (("loiter", draw_map), ("control", plots.draw_control)):
+    for name, draw in (("loiter", draw_map),):
         made = draw(flight)
         if made is None:
             print(f"nothing to draw for {name}", file=sys.stderr)

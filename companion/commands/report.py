@@ -14,7 +14,8 @@ from ..io.whole_file import write_whole
 from ..report.flight import Flight
 from ..report.from_run import read_run
 from ..report.from_tlog import read_tlog
-from ..report.verdicts import Limits, judge
+from ..report.page import make_page
+from ..report.verdicts import WORDS, Limits, judge
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .numbers import number
@@ -41,24 +42,30 @@ def command(arguments: argparse.Namespace) -> int:
     with Progress("report", None) as shown:
         shown.say(f"reading {arguments.source} ...")
         flight = read(arguments.source)
-    if importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError(f"reports need matplotlib: {install_line('report')}")
-    from ..report import page, plots
-    from ..report.map_plot import draw_map
-
     output = arguments.output or default_output(arguments.source)
     with Progress("report", None) as shown:
         shown.say("drawing ...")
-        text = page.make_page(flight, limits)
-        made = draw_map(flight) if arguments.picture else None
+        text = make_page(flight, limits)
+        picture = _picture(flight) if arguments.picture else None
     write_whole(output, text.encode("utf-8"))
-    if made is not None:
-        write_whole(arguments.picture, plots.as_png(made))
+    if picture is not None:
+        write_whole(arguments.picture, picture)
     for verdict in judge(flight, limits):
-        mark = {True: "holds", False: "FAILS", None: ""}[verdict.ok]
+        mark = WORDS[verdict.ok] if verdict.ok is not False else WORDS[False].upper()
         print(f"  {verdict.name:40} {verdict.value:>18}  {verdict.limit:14} {mark}")
     print(output)
     return 0
+
+
+def _picture(flight: Flight) -> bytes | None:
+    """The map as PNG; None without anything to draw."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError(f"a picture file needs matplotlib: {install_line('report')}")
+    from ..report.map_plot import draw_map
+    from ..report.plots import as_png
+
+    made = draw_map(flight)
+    return None if made is None else as_png(made)
 
 
 def read(source: Path) -> Flight:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from .chart import Shapes, figure, plan_shapes
 from .flight import Flight, Track
+from .plots import figure
+from .shapes import Shapes, plan_shapes
 from .verdicts import offset_m
 
 FLAT_M: Final = 0.3
@@ -38,7 +39,7 @@ def draw_map(flight: Flight) -> Any | None:
         _draw_depth(made, ax, flight, place)
         _draw_track(ax, flight, place)
     _draw_actions(ax, flight, place)
-    _frame(ax, _extent(flight, shapes, place))
+    _frame(ax, extent(flight, shapes, place))
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel("east, m")
     ax.set_ylabel("north, m")
@@ -47,7 +48,7 @@ def draw_map(flight: Flight) -> Any | None:
     return made
 
 
-def _extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, float]]:
+def extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, float]]:
     """What the picture must hold, m: the track and the plan; a fence far around it may lie outside."""
     found = [place(lat, lon) for lat, lon, _ in shapes.points]
     found += [place(*point) for line in shapes.loiters for point in line]

@@ -1,43 +1,42 @@
-"""The report as one HTML file that needs nothing else: no network, no scripts."""
+"""The report as one HTML file that needs nothing else: style, data and the script that draws them are inside."""
 
 from __future__ import annotations
 
 import html
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
-from . import plots
+from .charts import charts
+from .embed import embedded
 from .flight import Event, Flight
+from .map_data import map_data
 from .story import tell, weightiest
-from .verdicts import Limits, Verdict, clock, judge
+from .verdicts import WORDS, Limits, Verdict, clock, judge
 
 MAX_EVENTS: Final = 1500
 MAX_ORDERS: Final = 500
-_STYLE: Final = """
-:root{--ink:#1f2328;--soft:#57606a;--line:#d0d7de;--page:#f6f8fa;--card:#fff;--good:#1a7f37;--bad:#cf222e}
-*{box-sizing:border-box}body{margin:0;font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--page)}
-main{max-width:1040px;margin:0 auto;padding:24px 16px}h1{font-size:26px;margin:0 0 4px}h2{font-size:18px;margin:0 0 4px}
-p.soft,.soft{color:var(--soft);margin:0}section{background:var(--card);border:1px solid var(--line);border-radius:8px;
-padding:16px 20px;margin:16px 0}svg{width:100%;height:auto;display:block}table{border-collapse:collapse;width:100%}
-td,th{padding:4px 10px 4px 0;text-align:left;border-bottom:1px solid #eaeef2;vertical-align:top}
-th{color:var(--soft);font-weight:600}td.n{font-variant-numeric:tabular-nums;white-space:nowrap}
-.pass{color:var(--good);font-weight:600}.fail{color:var(--bad);font-weight:600}
-.chip{display:inline-block;padding:3px 12px;border-radius:20px;color:#fff;font-weight:600;margin-right:8px}
-.chip.pass{background:var(--good);color:#fff}.chip.fail{background:var(--bad);color:#fff}
-.events{max-height:440px;overflow:auto}.ERROR,.CRITICAL,.ALERT,.EMERGENCY{color:var(--bad);font-weight:600}
-.WARNING{color:#9a6700;font-weight:600}nav a{margin-right:14px;color:#0969da;text-decoration:none}
-#story td:first-child,#events td:first-child{width:1%}
-pre{overflow:auto;max-height:420px;font-size:12px}@media print{.events{max-height:none}section{break-inside:avoid}}
-"""
+_HERE: Final = Path(__file__).resolve().parent
+_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+"""For the browser: nothing from anywhere, whatever stands in a run's texts."""
+_TIME_BAR: Final = (
+    "<div id=time hidden><div><output></output>"
+    '<input type=range min=0 max=1 step=0.1 value=0 aria-label="time in the run">'
+    '<button type=button data-do=out aria-label="show more time">−</button>'
+    '<button type=button data-do=in aria-label="show less time">+</button>'
+    '<button type=button data-do=whole aria-label="show the whole run">all</button></div></div>'
+)
 
 
 def make_page(flight: Flight, limits: Limits | None = None) -> str:
     """The whole report."""
     verdicts = judge(flight, limits or Limits())
-    drawn = [(title, caption, made) for title, caption, draw in plots.PLOTS if (made := draw(flight)) is not None]
+    drawn, track = charts(flight), map_data(flight)
     sections = [_summary(flight, verdicts), _story(flight.events)]
-    sections += [_section(title, caption, plots.as_svg(made)) for title, caption, made in drawn]
+    if track is not None:
+        sections.append(_section("Track", "Where it went, over plan, fence and chart.", "data-map"))
+    sections += [_section(item.title, item.caption, f"data-chart={number}") for number, item in enumerate(drawn)]
     sections += [_orders(flight.events), _events(flight.events)]
     if flight.plan:
         sections.append(_plan(flight))
@@ -46,26 +45,34 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
         sections.append(
             f"<section id=settings><details><summary>Settings in force</summary><pre>{shown}</pre></details></section>"
         )
-    links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title, _, _ in drawn)
+    titles = [*(["Track"] if track is not None else []), *(item.title for item in drawn)]
+    links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title in titles)
     nav = (
         f"<nav><a href='#story'>What happened</a>{links}<a href='#orders'>Orders</a><a href='#events'>Events</a></nav>"
     )
-    return document(flight.title, f"{_head(flight, verdicts)}{nav}{''.join(sections)}")
+    script = (
+        "<noscript><p>The charts and the map are drawn by the page itself, and need scripts.</p></noscript>"
+        f'{_TIME_BAR}<script type="application/json" id=data>{embedded(flight, drawn, track)}</script>'
+        f"<script id=drawing>{(_HERE / 'report.js').read_text(encoding='utf-8')}</script>"
+    )
+    return document(flight.title, f"{_head(flight, verdicts)}{nav}{''.join(sections)}", script)
 
 
-def document(title: str, body: str) -> str:
-    """A whole page in the reports' style around ``body`` (HTML)."""
+def document(title: str, body: str, after: str = "") -> str:
+    """A whole page in the reports' style around ``body`` (HTML); ``after``: what stands behind the main part."""
+    style = (_HERE / "report.css").read_text(encoding="utf-8")
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body><main>{body}</main></body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{style}</style></head><body><main>{body}</main>{after}</body></html>\n"
     )
 
 
 def chips(held: int, failed: int) -> str:
     """How much holds and how much does not, in colour."""
-    bad = f'<span class="chip fail">{failed} failed</span>' if failed else ""
-    good = f'<span class="chip pass">{held} within limits</span>' if held else ""
+    bad = f'<span class="chip fail">{failed} not ok</span>' if failed else ""
+    good = f'<span class="chip pass">{held} ok</span>' if held else ""
     return bad + good
 
 
@@ -78,20 +85,26 @@ def _head(flight: Flight, verdicts: Sequence[Verdict]) -> str:
             f"scenario {flight.about['scenario']}" if "scenario" in flight.about else "",
             f"seed {flight.about['seed']}" if "seed" in flight.about else "",
             flight.about.get("vehicle", ""),
-            flight.about.get("start", ""),
+            _start(flight),
             clock(flight.duration_s),
             flight.source,
             f"version {flight.about['version']}" if "version" in flight.about else "",
         )
         if text
     )
-    return f"<h1>{html.escape(flight.title)}</h1><p class=soft>{facts}</p><p>{chips(held, failed)}</p>"
+    return f"<h1>Report of {html.escape(flight.title)}</h1><p class=soft>{facts}</p><p>{chips(held, failed)}</p>"
+
+
+def _start(flight: Flight) -> str:
+    """When it began; a simulation has a calendar of its own."""
+    start = flight.about.get("start", "")
+    return f"simulated time {start}" if start and flight.about.get("world_kind") == "simulated" else start
 
 
 def _summary(flight: Flight, verdicts: Sequence[Verdict]) -> str:
     rows = "".join(
         f"<tr><td>{html.escape(item.name)}<td class=n>{html.escape(item.value)}<td class=n>{html.escape(item.limit)}"
-        f"<td class={'pass' if item.ok else 'fail'}>{ {True: 'holds', False: 'fails', None: ''}[item.ok] }"
+        f"<td class={'pass' if item.ok else 'fail'}>{WORDS[item.ok]}"
         for item in verdicts
     )
     notes = "".join(f"<p class=soft>Note: {html.escape(note)}.</p>" for note in flight.notes)
@@ -130,8 +143,9 @@ def _orders(events: Sequence[Event]) -> str:
     )
 
 
-def _section(title: str, caption: str, svg: str) -> str:
-    return f'<section id="{_anchor(title)}"><h2>{html.escape(title)}</h2><p class=soft>{html.escape(caption)}</p>{svg}</section>'
+def _section(title: str, caption: str, drawn_by: str) -> str:
+    head = f"<h2>{html.escape(title)}</h2><p class=soft>{html.escape(caption)}</p>"
+    return f'<section id="{_anchor(title)}">{head}<div {drawn_by}></div></section>'
 
 
 def _events(events: Sequence[Event]) -> str:
@@ -160,8 +174,8 @@ def _plan(flight: Flight) -> str:
         for number, item in enumerate(flight.plan)
     )
     return (
-        "<section id=plan><details><summary>Plan</summary><table><tr><th>Item<th>Command<th>Latitude<th>Longitude"
-        f"<th>p1<th>p2<th>p3<th>p4</tr>{rows}</table></details></section>"
+        "<section id=plan><details><summary>Plan</summary><div class=wide-table><table><tr><th>Item<th>Command<th>Latitude<th>Longitude"
+        f"<th>p1<th>p2<th>p3<th>p4</tr>{rows}</table></div></details></section>"
     )
 
 

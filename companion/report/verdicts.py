@@ -12,6 +12,8 @@ from .flight import Flight, Series, percentile, rms
 
 _AT_REST_MPS: Final = 0.1
 """Slower than this is a receiver's noise."""
+WORDS: Final = {True: "ok", False: "not ok", None: ""}
+"""How a verdict is said. Not "holds": Hold is a mode."""
 _PAUSE_S: Final = 5.0
 """A longer time between two speeds is a gap in the log."""
 

@@ -148,7 +148,8 @@ def _shown(value: Any) -> str:
 def _picture(items: Sequence[Quantity]) -> str:
     """How much of each limit every run used: a row of dots for each expectation with a number."""
     from companion.report import plots
-    from companion.report.chart import PALETTE, figure
+    from companion.report.plots import figure
+    from companion.report.shapes import PALETTE
 
     shown = [item for item in items if item.used]
     if not shown or len(shown[0].used) < 2:

@@ -15,10 +15,10 @@ import config as shipped
 from companion.cli import main
 from companion.io.clock import EARLIEST_UTC_US
 from companion.report import map_plot, page, plots, story
-from companion.report.chart import plan_shapes
 from companion.report.flight import Event, Flight, Series, Track, percentile, rms, thin
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
+from companion.report.shapes import plan_shapes
 from companion.report.verdicts import Limits, clock, judge, offset_m
 from companion.settings.schema import load
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack

@@ -1,10 +1,10 @@
-"""Colours, an empty figure, and the plan as shapes to draw."""
+"""Colours, and the plan as shapes to draw."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
 
 from mavlink_bridge.language.figures import outline
 from mavlink_bridge.language.geodesy import LocalFrame
@@ -16,7 +16,6 @@ from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS
 
 from .flight import Flight
 
-WIDTH_IN: Final = 9.6
 PALETTE: Final = ("#0969da", "#bc4c00", "#1a7f37", "#cf222e", "#8250df", "#0a7ea4", "#9a6700")
 PASTEL: Final = ("#b6e3ff", "#ffd8b5", "#aceebb", "#ffced3", "#e2c5ff", "#b3f0ff", "#fae17d")
 STATE_COLOURS: Final = {
@@ -85,16 +84,3 @@ def _figure(loiter: Loiter) -> list[list[tuple[float, float]]]:
 
 def _degrees(place_rad: tuple[float, float]) -> tuple[float, float]:
     return math.degrees(place_rad[0]), math.degrees(place_rad[1])
-
-
-def figure(height_in: float, rows: int = 1, **options: Any) -> tuple[Any, list[Any]]:
-    """A figure without any window system behind it, and its axes."""
-    from matplotlib.figure import Figure
-
-    made = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    axes = made.subplots(rows, 1, squeeze=False, **options)
-    found = [row[0] for row in axes]
-    for ax in found:
-        ax.grid(True, color="#d8dee4", linewidth=0.6)
-        ax.spines[["top", "right"]].set_visible(False)
-    return made, found
