@@ -1,8 +1,10 @@
-"""Makes the pictures of README and docs with the report's own code: sails a loiter in the simulator and draws it."""
+"""Makes the pictures of README and docs with the report's own code: sails a loiter in the simulator, draws it, and looks at its report."""
 
 from __future__ import annotations
 
 import argparse
+import math
+import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -12,9 +14,12 @@ import config as shipped
 from companion.report import plots
 from companion.report.from_run import read_run
 from companion.report.map_plot import draw_map
+from companion.report.page import make_page
 from companion.settings import load
+from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, RequestBody, StartPlan
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from sitl.plant.bottom import BottomConfig, make_bottom
 from sitl.world import SimSettings, World
 
 REPO = Path(__file__).resolve().parents[1]
@@ -32,9 +37,25 @@ FENCE = tuple(
 SETTINGS = ("operator.gcs_required=false",)
 
 
-def sail(run_dir: Path, seconds: float = 330.0) -> None:
-    """A loiter with a leg before and after it, inside a fence."""
-    world = World(load(shipped.path("sim.toml"), SETTINGS, SimSettings), 11, run_dir=run_dir)
+def write_chart(path: Path) -> None:
+    """The simulator's bottom around the plan as an owner's chart."""
+    frame = LocalFrame(math.radians(41.1850), math.radians(-8.7062))
+    bottom = make_bottom(BottomConfig(), frame)
+    lines = []
+    for north_m in range(-160, 260, 5):
+        for east_m in range(-260, 400, 5):
+            depth_m = bottom.depth_at(float(north_m), float(east_m))
+            lat_rad, lon_rad = frame.to_geodetic(float(north_m), float(east_m))
+            if depth_m is not None:
+                lines.append(f"{math.degrees(lon_rad):.8f} {math.degrees(lat_rad):.8f} {depth_m:.2f}\n")
+    path.write_text("".join(lines), encoding="utf-8")
+
+
+def sail(run_dir: Path, chart: Path, seconds: float = 330.0) -> None:
+    """A loiter with a leg before and after it, inside a fence, over a chart."""
+    changes = (*SETTINGS, f'depth.map.file="{chart}"')
+    settings = load(shipped.path("sim.toml"), changes, SimSettings)
+    world = World(settings, 11, run_dir=run_dir, about={"settings": settings.model_dump(mode="json")})
     orders: list[RequestBody] = []
     for kind, items in ((PlanKind.FENCE, FENCE), (PlanKind.MISSION, PLAN)):
         plan = load_plan(kind, items)
@@ -56,18 +77,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("-o", "--output", type=Path, default=REPO / "docs" / "images")
     arguments = parser.parse_args(argv)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        sail(Path(folder) / "run")
-        flight = read_run(Path(folder) / "run")
-    for name, draw in (("loiter", draw_map),):
-        made = draw(flight)
-        if made is None:
-            print(f"nothing to draw for {name}", file=sys.stderr)
-            return 1
-        path = arguments.output / f"{name}.png"
-        path.write_bytes(plots.as_png(made))
-        print(path)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_chart(folder / "harbour.xyz")
+        sail(folder / "loiter", folder / "harbour.xyz")
+        flight = read_run(folder / "loiter")
+        made = draw_map(flight)
+        (arguments.output / "loiter.png").write_bytes(plots.as_png(made))
+        (folder / "report.html").write_text(make_page(flight), encoding="utf-8")
+        for picture, width, height in (("report", 1280, 2300), ("report-phone", 390, 2000)):
+            photograph(folder, arguments.output / f"{picture}.png", width, height)
     return 0
+
+
+def photograph(folder: Path, out: Path, width: int, height: int) -> None:
+    """The report in a window of that size, its time pointed at 2 min 30 s. The frame is there because a window is never so narrow."""
+    act = "const s = f.contentDocument.querySelector('#time input'); s.value = 150; s.dispatchEvent(new Event('input'))"
+    frame = f'<iframe style="border:0;width:{width}px;height:{height}px"></iframe>'
+    script = f"const f = document.querySelector('iframe'); f.onload = () => {{ {act} }}; f.src = 'report.html'"
+    page = f"<body style=margin:0>{frame}<script>{script}</script>"
+    (folder / "frame.html").write_text(page, encoding="utf-8")
+    words = [
+        "chromium",
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--hide-scrollbars",
+        "--virtual-time-budget=3000",
+    ]
+    words += ["--allow-file-access-from-files", f"--user-data-dir={folder}/profile", f"--window-size={width},{height}"]
+    subprocess.run([*words, f"--screenshot={out}", (folder / "frame.html").as_uri()], check=True, capture_output=True)
+    print(out)
 
 
 if __name__ == "__main__":

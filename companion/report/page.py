@@ -71,8 +71,8 @@ def document(title: str, body: str, after: str = "") -> str:
 
 def chips(held: int, failed: int) -> str:
     """How much holds and how much does not, in colour."""
-    bad = f'<span class="chip fail">{failed} not ok</span>' if failed else ""
-    good = f'<span class="chip pass">{held} ok</span>' if held else ""
+    bad = f'<span class="chip fail">{failed} failed</span>' if failed else ""
+    good = f'<span class="chip pass">{held} within limits</span>' if held else ""
     return bad + good
 
 

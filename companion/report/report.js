@@ -350,7 +350,8 @@
     const FENCE = (keep) => ({ stroke: keep ? "#1a7f37" : "#cf222e", "stroke-width": 1.6, "stroke-dasharray": "7 4" });
 
     const scaleBar = () => {
-      const length = roundStep((width * 0.3) / perMetre, 1.0001), fits = length * perMetre > width * 0.3 ? length / 2 : length;
+      const most = (width * 0.3) / perMetre, power = 10 ** Math.floor(Math.log10(most));
+      const fits = power * [5, 2, 1].find((n) => n * power <= most);
       const y = height - 14, x = 14, end = x + fits * perMetre;
       made.append(svg("path", { d: `M${x} ${y - 5}V${y}H${end}V${y - 5}`, class: "scale" }));
       text((x + end) / 2, y - 6, fits >= 1000 ? `${fits / 1000} km` : `${fits} m`, { "text-anchor": "middle", class: "halo scale-text" });
