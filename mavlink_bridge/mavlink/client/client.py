@@ -114,6 +114,10 @@ class VehicleClient:
         """Begin a job of this room's; ``done`` gets what became of it."""
         self._exchange.start(job, done, now_us)
 
+    def give_up(self, reason: str, job: Job | None = None) -> None:
+        """End a job that runs, or all of them: they have failed for this reason."""
+        self._exchange.drop(reason, job)
+
     def send(self, message: Any) -> None:
         """Send a message that nobody answers, sticks for one. Dropped when nothing has been taken for long."""
         if len(self._queue) < _QUEUE:

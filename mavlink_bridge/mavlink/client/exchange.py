@@ -39,7 +39,7 @@ class Step:
 Job = Generator[Step, Any, Outcome]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Running:
     job: Job
     done: Callable[[Outcome], None]
@@ -91,10 +91,11 @@ class Exchange:
                 running.due_us = now_us + round(running.step.wait_s * 1e6)
         return messages
 
-    def drop(self, reason: str) -> None:
-        """End all jobs without success."""
-        jobs, self._running = self._running, []
-        for running in jobs:
+    def drop(self, reason: str, job: Job | None = None) -> None:
+        """End a job without success; None: all of them."""
+        ended = [running for running in self._running if job is None or running.job is job]
+        self._running = [running for running in self._running if running not in ended]
+        for running in ended:
             running.job.close()
             running.done(Outcome(False, reason))
 
