@@ -26,10 +26,11 @@ from mavlink_bridge.language.requests import (
     SetParameter,
 )
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
+from mavlink_bridge.language.stations import Station
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
-from .audit import Audit
+from .audit import Audit, ordered_text, own_request
 from .changes import ends_far_word, parameter_problem, saving
 from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
@@ -106,8 +107,8 @@ class App:
         self.snapshot: Snapshot | None = None
         self.actuator_fresh = False
         """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
-        self._own: list[tuple[Answer, RequestBody]] = []
-        self.on_submit: Callable[[RequestBody], None] | None = None
+        self._own: list[tuple[Answer, RequestBody, Station | None]] = []
+        self.on_submit: Callable[[RequestBody, Station | None], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
         self._faults = 0
         self.storage = StoreWatch(say, self.store.snapshot(), required=settings.operator.store_required)
@@ -177,11 +178,11 @@ class App:
         """When the first sensor, the one that steers the vessel, last spoke; None = never."""
         return self.sensors[0].last_rx_us if self.sensors else None
 
-    def submit(self, body: RequestBody, answer: Answer = lambda reply: None) -> None:
-        """Queue a request of the vessel's own people: the command line, a scenario. Answered at a coming tick."""
+    def submit(self, body: RequestBody, answer: Answer = lambda reply: None, *, station: Station | None = None) -> None:
+        """Queue a request of the vessel's own people (the command line, a scenario), or of the page. Answered at a coming tick."""
         if self.on_submit is not None:
-            self.on_submit(body)
-        self._own.append((answer, body))
+            self.on_submit(body, station)
+        self._own.append((answer, body, station))
 
     # ---- one tick -----------------------------------------------------------------------------------------------
 
@@ -275,8 +276,10 @@ class App:
     def _answer_requests(self, now_us: int) -> None:
         if self._own:
             own, self._own = self._own, []
-            for answer, body in own:
-                self._carry_out(Request(0, body, sender=0), answer, now_us, by_radio=False)
+            for answer, body, station in own:
+                self._carry_out(own_request(body, station), answer, now_us, by_radio=False)
+                if station is not None:
+                    self.controls.voice.say(Severity.NOTICE, ordered_text(body, station))
         for ground in self.grounds:
             for channel, talk in ground.talks:
                 if talk.asked:

@@ -13,7 +13,17 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any, Final, Protocol
 
-from mavlink_bridge.language.requests import Arm, DistanceInput, LoadPlan, Reply, Request, RequestBody, RtcmData
+from mavlink_bridge.language.requests import (
+    Arm,
+    DistanceInput,
+    LoadPlan,
+    Reply,
+    Request,
+    RequestBody,
+    RtcmData,
+    SetMode,
+)
+from mavlink_bridge.language.stations import Proof, Station
 
 STREAM_GAP_US: Final = 5_000_000
 """A stream that was silent for so long begins anew: as long as a ground station may be silent before it counts as lost."""
@@ -65,11 +75,24 @@ class Audit:
             fields["reason"] = reply.reason
         if station is None:
             fields["link"] = "aboard"
+        elif station.bystander:
+            fields |= {"link": station.link, "host": station.host, "proof": request.proof.value}
         else:
             fields |= {"system": request.sender, "component": request.component, "link": station.link}
             fields |= {"host": station.host, "proof": request.proof.value}
         if self.diary is not None:
             self.diary.order(now_us, fields)
+
+
+def own_request(body: RequestBody, station: Station | None) -> Request:
+    """A request that came over no link: the vessel's own people's, or one that the page's key stands behind."""
+    proof = Proof.UNSIGNED if station is None else Proof.PAGE_KEY
+    return Request(0, body, sender=0, station=station, proof=proof)
+
+
+def ordered_text(body: RequestBody, station: Station) -> str:
+    """What everybody is told of an order that came over no link."""
+    return f"{body.mode.value if isinstance(body, SetMode) else words(body).capitalize()}: ordered by {station}"
 
 
 def words(body: RequestBody) -> str:

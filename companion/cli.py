@@ -20,6 +20,7 @@ from .settings import ConfigError
 
 COMMANDS: Final = {
     "run": ("companion.commands.run", "sail the real vessel"),
+    "status": ("companion.commands.attach", "watch a running vessel, live"),
     "check": ("companion.commands.check.command", "explain and validate a configuration"),
     "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
     "lora": ("companion.commands.lora", "configure a radio module"),

@@ -20,6 +20,7 @@ from .core.nmea import KINDS
 from .core.nmea.wanted import unknown_names
 from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
+from .io.keeping import keys
 from .io.links import LinkConfigError, check_link, parse_link_url
 from .judge import collisions, endpoint_mistakes, vessel_meaning
 from .radio import SIMULATION_KEY, load_radio, read_key
@@ -65,6 +66,7 @@ def vessel_mistakes(settings: Settings) -> list[str]:
     found += [mistake for number in range(len(settings.sensors)) for mistake in _sentence_mistakes(settings, number)]
     if settings.radio.url:
         found += mistakes_of(lambda: load_radio(settings.radio.profile))
+    found += page_key_mistakes(settings)
     found += mistakes_of(lambda: depth_map(settings.depth.map))
     hull = mistakes_of(lambda: load_vessel(settings.vessel))
     if hull:
@@ -101,6 +103,17 @@ def radio_key_mistakes(settings: Settings, *, must_be: bool = True, run_dir: Pat
         return []
     url = radio.url if run_dir is None else radio.url.replace(_RUN_DIR, str(run_dir))
     return _key_mistakes(radio.key_file, url, must_be=must_be)
+
+
+def page_key_mistakes(settings: Settings) -> list[str]:
+    """What is wrong with the key of the page's orders."""
+    if not settings.page.key_file:
+        return []
+    try:
+        keys.read_key(Path(settings.page.key_file))
+    except keys.KeyFileError as error:
+        return [f"page.key_file = {settings.page.key_file!r}: {error}; or leave page.key_file out: the page only shows"]
+    return []
 
 
 def _key_mistakes(key_file: str, url: str, *, must_be: bool, table: str = "radio.") -> list[str]:

@@ -24,6 +24,7 @@ from companion.io.log_file import make_run_folder
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.recording import new_run_dir
 from companion.settings import ConfigError, load, load_vessel
+from companion.status.start import serve
 from companion.worlds import apart, check_run_dir
 
 from . import cli_scenario, rehearsal
@@ -104,8 +105,12 @@ def command(arguments: argparse.Namespace) -> int:
     driven: LoopApp = starter or world
     if gateway is not None:
         driven = WithGateway(driven, gateway)
-    if speed is not None and not arguments.json and sys.stdout.isatty():
-        driven = Watched(driven, StatusView(speed=speed, airtime=airtime_of(world.app.grounds)))
+    if speed is not None:
+        airtime = airtime_of(world.app.grounds)
+        service = serve(world.app, run_dir, say=world.tell, airtime_fn=airtime, speed=speed)
+        driven = driven if service is None else Watched(driven, service)
+        if not arguments.json and sys.stdout.isatty():
+            driven = Watched(driven, StatusView(speed=speed, airtime=airtime))
     if speed is None and sys.stderr.isatty():
         driven = Watched(driven, Progress("simulating", arguments.duration))
     status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)

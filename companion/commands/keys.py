@@ -15,6 +15,8 @@ from ..io.keeping.keys import (
     KeyFileError,
     fingerprint,
     from_passphrase,
+    new_page_passphrase,
+    page_key_from_passphrase,
     radio_key_from_passphrase,
     read_key,
     write_key,
@@ -33,6 +35,11 @@ def register(subparsers: Any) -> None:
         action="store_true",
         help="with --passphrase: a key for the radio, made so that guessing costs memory",
     )
+    make.add_argument(
+        "--page",
+        action="store_true",
+        help="a key for the page's Hold and Disarm, with the words that open it on a telephone",
+    )
     make.add_argument("--replace", action="store_true", help="overwrite a key; the other side then needs the new one")
     make.set_defaults(run=_make)
     check = actions.add_parser("check", help="say whether key files are good, with fingerprints to compare")
@@ -45,6 +52,8 @@ def register(subparsers: Any) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> int:
+    if arguments.page:
+        return _make_page(arguments)
     try:
         key = _passphrase_key(radio=arguments.radio) if arguments.passphrase else os.urandom(KEY_BYTES)
         write_key(arguments.file, key, replace=arguments.replace)
@@ -58,11 +67,32 @@ def _make(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _make_page(arguments: argparse.Namespace) -> int:
+    """A key of words: one's own with --passphrase, else new ones, which are printed once and kept nowhere."""
+    try:
+        words = _asked_words() if arguments.passphrase else new_page_passphrase()
+        key = page_key_from_passphrase(words)
+        write_key(arguments.file, key, replace=arguments.replace)
+    except KeyFileError as error:
+        print(error, file=sys.stderr)
+        return 1 if isinstance(error.__cause__, OSError) else 2
+    print(f"{arguments.file}: made, fingerprint {fingerprint(key)}")
+    if not arguments.passphrase:
+        print(f"what to type on the page: {words}")
+    print(f'in the boat\'s file: [page] key_file = "{arguments.file}"')
+    return 0
+
+
 def _passphrase_key(*, radio: bool) -> bytes:
+    words = _asked_words()
+    return radio_key_from_passphrase(words) if radio else from_passphrase(words)
+
+
+def _asked_words() -> str:
     words = getpass.getpass("passphrase: ") if sys.stdin.isatty() else sys.stdin.readline().rstrip("\n")
     if len(words) < 12:
         raise KeyFileError("a passphrase of fewer than 12 characters can be guessed; take a longer one")
-    return radio_key_from_passphrase(words) if radio else from_passphrase(words)
+    return words
 
 
 def _check(arguments: argparse.Namespace) -> int:

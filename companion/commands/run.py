@@ -22,9 +22,11 @@ from ..io.writer import Writer
 from ..judge import vessel_warnings
 from ..settings import Settings
 from ..settings.schema import RecordConfig
+from ..status.start import serve
 from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
+from .log_lines import never_waiting
 from .numbers import positive
-from .status import LinkNotes, StatusView, View, Watched, airtime_of
+from .status import Journal, StatusView, View, Views, Watched, airtime_of
 
 log = logging.getLogger(__name__)
 SHUT_DOWN: int = 3
@@ -57,6 +59,7 @@ def command(arguments: argparse.Namespace) -> int:
         settings = apart(settings, arguments.set)
         if arguments.run_dir:
             check_run_dir(arguments.run_dir)
+    never_waiting()
     stop = StopFlag().install()
     clock = SystemClock()
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
@@ -84,8 +87,11 @@ def command(arguments: argparse.Namespace) -> int:
     stats = LoopStats()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
-    view: View = StatusView(airtime=airtime_of(app.grounds)) if arguments.status else LinkNotes()
-    driven = Watched(driven, view)
+    airtime = airtime_of(app.grounds)
+    view: View = StatusView(airtime=airtime) if arguments.status else Journal()
+    say = app.controls.voice.say if recording is None else recording.recorder.tell
+    service = serve(app, run_dir, say=say, airtime_fn=airtime)
+    driven = Watched(driven, view if service is None else Views(view, service))
     try:
         status = run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
         return SHUT_DOWN if app.shutdown_wanted and status == 0 else status

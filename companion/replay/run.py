@@ -219,7 +219,8 @@ class _Replay:
 
     def _perform(self, step: Step) -> None:
         for text in step.submitted:
-            self.app.submit(request_json.loads(text))
+            body, station = request_json.loads(text)
+            self.app.submit(body, station=station)
         if step.kind == "tick":
             self.app.tick(step.now_us, late_s=step.late_s, load=step.load)
         elif step.kind == "pump":

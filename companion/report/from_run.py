@@ -242,7 +242,7 @@ def _walk(reader: InputReader, airtime: Airtime, found: dict[PlanKind, tuple[Pla
     for step in reader.steps():
         airtime.take(step)
         for text in step.submitted:
-            body = request_json.loads(text)
+            body, _ = request_json.loads(text)
             if isinstance(body, LoadPlan):
                 found[body.kind] = body.items
 

@@ -122,6 +122,17 @@ class SecurityConfig(Config):
     """32-byte key of all links with link_class = "signed"; made by 'companion keys make'. Empty = no signing."""
 
 
+class PageConfig(Config):
+    """The page on the boat: `companion web`, a process of its own that is off unless somebody starts it."""
+
+    key_file: str = ""
+    """32-byte key of Hold and Disarm on the page, made by `companion keys make --page`; empty: the page only shows."""
+    bind: str = "127.0.0.1"
+    """The address that the page is served at; 0.0.0.0 = every machine that reaches this computer reads it."""
+    port: int = Field(8080, ge=0, le=65535)
+    """0 = a free one, which is told."""
+
+
 class Settings(VehicleConfig):
     """The whole configuration of a vessel."""
 
@@ -137,6 +148,7 @@ class Settings(VehicleConfig):
     """The SQLite file that keeps plans, parameters and counters; empty = memory only."""
     record: RecordConfig = RecordConfig()
     security: SecurityConfig = SecurityConfig()
+    page: PageConfig = PageConfig()
 
     @model_validator(mode="after")
     def _law_knows_the_latest_compass(self) -> Self:

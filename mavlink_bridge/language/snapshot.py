@@ -82,6 +82,8 @@ class FenceStatus:
     breach_t_us: int = 0
     distance_m: float | None = None
     """To the nearest edge, positive inside."""
+    stops_in_m: float | None = None
+    """On the present course the vessel will be stopped after so many metres, for the fence; None = not within sight."""
 
 
 @value

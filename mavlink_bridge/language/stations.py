@@ -14,6 +14,8 @@ class Proof(Enum):
     """Nothing but that the link let it in."""
     SIGNED = "signed"
     """A MAVLink signature with the vessel's key."""
+    PAGE_KEY = "page key"
+    """A challenge answered with the page's key."""
     RADIO_KEY = "radio key"
     """The compact radio's key; which station of the gateway it was is the gateway's word."""
 
@@ -29,8 +31,12 @@ class Station:
     host: str = ""
     """Address of the peer without its port, which a program changes at each start."""
     radio: bool = False
+    bystander: bool = False
+    """Somebody at the boat's page: stops the vessel, never commands it, and its life is no station's."""
 
     def __str__(self) -> str:
+        if self.bystander:
+            return f"the {self.link} at {self.host}"
         who = "the gateway" if not self.system else f"station {self.system}"
         return f"{who} over {self.link}" if self.link else who
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from companion.io.recording import Recorder, Recording
 from companion.io.recording.truth import TRUTH_COLUMNS, truth_row
 from companion.settings import load_vessel
 from companion.worlds import simulated_content
-from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..plant import Truth
@@ -150,7 +151,9 @@ class World:
         done = self._tick()
         if now_us:
             for _ in range(self._missed(now_us)):
-                done = self._tick()
+                before, done = done, self._tick()
+                if isinstance(before, Snapshot) and isinstance(done, Snapshot) and before.texts:
+                    done = replace(done, texts=before.texts + done.texts)  # who watches sees the last tick only
         return done
 
     def _missed(self, now_us: int) -> int:
@@ -177,6 +180,10 @@ class World:
             self.metrics.add(truth, snapshot, self.app.vehicle.parts.mission.plan)
             self._write_truth(truth, snapshot)
         return snapshot
+
+    def tell(self, severity: Severity, text: str) -> None:
+        """A text for the operator that came from beside the world, recorded like all that comes in."""
+        (self.app.controls.voice.say if self._recording is None else self._recording.recorder.tell)(severity, text)
 
     def pump(self, now_us: int) -> None:
         """Serve links between ticks, at the time of the last one."""

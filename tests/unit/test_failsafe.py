@@ -382,7 +382,7 @@ depth_shallow    Return Guided Auto Arm
 fence_breach     Return Guided Auto
 plan_invalid     Return Guided Auto
 battery_empty    Return Guided
-battery_critical Hold Return Guided
+battery_critical Hold Bystander_Hold Return Guided
 """
 """Row, and the orders that go on in spite of its standing cause: written twice on purpose."""
 

@@ -209,3 +209,48 @@ def test_the_origin_of_another_run_lays_the_areas_out_anew():
     assert not made.check(state(0.0), 0.0).status.breached
     lat, lon = FRAME.to_geodetic(100.0, 0.0)
     assert made.check(state(0.0, origin_lat_rad=lat, origin_lon_rad=lon), 0.0).status.breached
+
+
+def sailing(speed_mps: float, course_rad: float, north_m: float = 0.0) -> EstimatedState:
+    return EstimatedState(
+        0,
+        origin_lat_rad=HERE[0],
+        origin_lon_rad=HERE[1],
+        x_m=north_m,
+        y_m=0.0,
+        vx_mps=speed_mps * math.cos(course_rad),
+        vy_mps=speed_mps * math.sin(course_rad),
+    )
+
+
+@pytest.mark.parametrize("course_deg", [0.0, 30.0, -40.0])
+def test_a_stop_is_foretold_after_as_much_way_as_is_then_sailed(course_deg):
+    """What is said at each place, plus the way already sailed, is where the fence does ask for the stop."""
+    fence = Fence(FenceConfig(turn_s=0.0))
+    fence.load([square(60.0)])
+    course, said, texts = math.radians(course_deg), [], []
+    for gone_m in range(100):
+        at = sailing(2.0, course, gone_m * math.cos(course))
+        at.y_m = gone_m * math.sin(course)
+        for _ in range(10):
+            out = fence.check(at, 5.0, straight_m=math.inf)
+            texts += [text for _, text in out.texts]
+        if out.flags.fence_ahead:
+            break
+        if out.status.stops_in_m is not None:
+            said.append(gone_m + out.status.stops_in_m)
+    assert said
+    assert all(abs(end_m - gone_m) <= 1.5 for end_m in said)
+    assert len([text for text in texts if text.startswith("Stops in ")]) == 1
+
+
+def test_no_stop_is_foretold_where_none_comes():
+    fence = Fence(FenceConfig())
+    fence.load([square(60.0)])
+    for straight_m, state in (
+        (20.0, sailing(2.0, 0.0)),  # turns before it
+        (None, sailing(2.0, 0.0)),  # on a figure
+        (math.inf, sailing(0.1, 0.0)),  # lies still
+        (math.inf, sailing(0.8, 0.0, -50.0)),  # out of sight
+    ):
+        assert fence.check(state, 1.0, straight_m=straight_m).status.stops_in_m is None

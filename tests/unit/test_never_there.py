@@ -6,8 +6,9 @@ from pathlib import Path
 
 import config
 from companion.build import build_app
-from companion.commands.status import rows
+from companion.commands.status import panel
 from companion.settings.schema import Settings, load
+from companion.status import picture_of
 from mavlink_bridge.language.messages import LogText, Severity
 from tests.world_station import Helm
 
@@ -73,12 +74,12 @@ def test_an_unplugged_compass_is_one_text() -> None:
 def test_no_row_of_the_panel_contradicts_another() -> None:
     helm = Helm("ardurover", "operator.gcs_required=false")
     helm.run(8.0)
-    shown = {label: text for label, text, _ in rows(helm.world.app.snapshot)}
+    shown = {label: text for label, text, _ in panel(picture_of(helm.world.app.snapshot), 120, 40)}
     assert "RTK FIXED" in shown["Position"]
     sensors = helm.world.surroundings.plant.sensors
     sensors.step = lambda now_us, truth: []
     helm.run(5.0)
-    shown = {label: text for label, text, _ in rows(helm.world.app.snapshot)}
+    shown = {label: text for label, text, _ in panel(picture_of(helm.world.app.snapshot), 120, 40)}
     assert "no position" in shown["Position"]
     assert "RTK" not in shown["Position"]
     assert "no receiver heard" in shown["Position"]

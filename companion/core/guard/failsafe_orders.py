@@ -18,6 +18,8 @@ class Order(Enum):
     GUIDED = "a go-to"
     AUTO = "Auto"
     ARM = "arming"
+    BYSTANDER_HOLD = "Hold on the page"
+    """Of somebody who stands by and is no station: a return for want of a station gives way to it, and waits for one again."""
 
 
 _ANY_MOTION: Final = frozenset((Order.RETURN, Order.GUIDED, Order.AUTO))
@@ -30,17 +32,26 @@ ENDS_STANDING: Final[dict[str, frozenset[Order]]] = {
     "plan_invalid": _ANY_MOTION,
     # the last charge is for the way back, not for the next leg of a plan
     "battery_empty": frozenset((Order.RETURN, Order.GUIDED)),
-    "battery_critical": frozenset((Order.HOLD, Order.RETURN, Order.GUIDED)),
+    "battery_critical": frozenset((Order.HOLD, Order.BYSTANDER_HOLD, Order.RETURN, Order.GUIDED)),
 }
 """By row of the failsafe table: the orders that go on in spite of the standing cause."""
 
 
 def ends(name: str, order: Order | None) -> bool:
     """Whether an order takes over from a condition whose cause stands."""
+    if order is Order.BYSTANDER_HOLD and name in GIVES_WAY:
+        return True
     return order is not None and order in ENDS_STANDING.get(name, frozenset())
+
+
+GIVES_WAY: Final = frozenset(("gcs_lost", "radio_lost"))
+"""Rows that a Hold on the page ends: a station's own order is speech and ends its silence, a page's is none and stops all the same."""
+
+_UNNAMED: Final = (Order.ARM, Order.BYSTANDER_HOLD)
+"""What a text for stations does not offer."""
 
 
 def names(name: str) -> str:
     """The orders that would go on, for a text: "Return or a go-to"."""
     allowed = ENDS_STANDING.get(name, frozenset())
-    return " or ".join(order.value for order in Order if order in allowed and order is not Order.ARM)
+    return " or ".join(order.value for order in Order if order in allowed and order not in _UNNAMED)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Final
 
 from pydantic import Field
@@ -28,6 +28,15 @@ _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
 _SAMPLE_M: Final = 0.5
 _UNDER_WAY_MPS: Final = 0.3
+_SIGHT_S: Final = 30.0
+"""A stop is foretold when it is so near in time at the present speed: long enough to look and press a button."""
+_TOLD_S: Final = 12.0
+"""And told as a text when it is so near."""
+_LOOK_TICKS: Final = 10
+"""Ticks between two looks so far ahead: twice a second."""
+_NEAR_M: Final = 0.25
+_STEPS: Final = 24
+"""Steps of the march to the edge; each is as long as the water is clear, so a straight course needs two or three."""
 
 
 class FenceConfig(Config):
@@ -151,7 +160,9 @@ class Fence:
         self._region: Region | None = None
         self._origin: Point | None = None
         self._status = FenceStatus()
-        self._stopping = False
+        self._stopping = self._told = False
+        self._stops_in_m: float | None = None
+        self._looks = 0
         self._clear = FenceOutput(self._status)
         """What is said while nothing is judged."""
         self._renew()
@@ -185,16 +196,27 @@ class Fence:
         self._switched = on
         self._renew()
 
+    @property
+    def areas(self) -> tuple[FenceArea, ...]:
+        """What is loaded, whether it counts or not."""
+        return self._areas
+
     def distance_m(self, state: EstimatedState, point: Point) -> float | None:
         """Signed distance from a point in the state's plane to the nearest edge, positive inside; None = no fence."""
         region = self._laid_out(state)
         return None if region is None else region.inside_m(point)
 
-    def check(self, state: EstimatedState, stopping_distance_m: float, ahead: Point | None = None) -> FenceOutput:
+    def check(
+        self,
+        state: EstimatedState,
+        stopping_distance_m: float,
+        ahead: Point | None = None,
+        straight_m: float | None = None,
+    ) -> FenceOutput:
         """Hold the vessel and the way it needs to stop against the fence.
 
         ``stopping_distance_m``: at the present speed. ``ahead``: the next point of the path, used for the direction
-        when the vessel has no speed yet.
+        when the vessel has no speed yet. ``straight_m``: how far it is going to keep its course; None = it turns already.
         """
         region = self._laid_out(state) if self.enabled else None
         if region is None or state.x_m is None or state.y_m is None:
@@ -209,10 +231,60 @@ class Fence:
         if stop and not self._stopping:
             texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
         self._stopping = stop
+        texts += self._foretell(region, here, state, stopping_distance_m, None if stop else straight_m)
         return FenceOutput(self._status, FenceFlags(stop, self._status.breached), tuple(texts))
 
+    def _foretell(
+        self,
+        region: Region,
+        here: Point,
+        state: EstimatedState,
+        stopping_distance_m: float,
+        straight_m: float | None,
+    ) -> list[tuple[Severity, str]]:
+        """Say after how much more way on this course the fence will ask for a stop."""
+        texts: list[tuple[Severity, str]] = []
+        self._looks += 1
+        if self._looks % _LOOK_TICKS == 1:
+            speed_mps, course_rad = _motion(state, here, None)
+            found = None
+            if straight_m is not None and course_rad is not None and speed_mps > _UNDER_WAY_MPS:
+                sight_m = min(speed_mps * _SIGHT_S, straight_m)
+                run_m = stopping_distance_m + speed_mps * self._reaction_s
+                found = self._stops_in(region, here, self._way(state, course_rad, run_m), sight_m)
+            self._stops_in_m = found
+            if found is None:
+                self._told = False
+            elif not self._told and found < speed_mps * _TOLD_S:
+                self._told = True
+                texts.append((Severity.WARNING, f"Stops in {found:.0f} m: fence"))
+        self._status = replace(self._status, stops_in_m=None if straight_m is None else self._stops_in_m)
+        return texts
+
+    def _way(self, state: EstimatedState, course_rad: float, run_m: float) -> tuple[Point, Point, Point]:
+        """Direction of the course, and from where a stop begins: its end, and where wind and current have set it."""
+        heading = (math.cos(course_rad), math.sin(course_rad))
+        run = (run_m * heading[0], run_m * heading[1])
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        return heading, run, (run[0] + drift[0] * self._turn_s, run[1] + drift[1] * self._turn_s)
+
+    def _stops_in(self, region: Region, here: Point, way: tuple[Point, Point, Point], sight_m: float) -> float | None:
+        """March along the course, each step as long as the clear water around both ends of a stop; None = nothing in sight."""
+        heading, *ends = way
+        gone_m = 0.0
+        for _ in range(_STEPS):
+            at = (here[0] + heading[0] * gone_m, here[1] + heading[1] * gone_m)
+            clear_m = min(region.inside_m((at[0] + end[0], at[1] + end[1])) for end in ends) - self._margin_m
+            if clear_m <= _NEAR_M:
+                return gone_m
+            gone_m += clear_m
+            if gone_m > sight_m:
+                return None
+        return None
+
     def _nothing(self) -> FenceOutput:
-        self._stopping = False
+        self._stopping = self._told = False
+        self._stops_in_m = None
         if self._status is not self._clear.status:
             self._status = FenceStatus(breach_count=self._status.breach_count)
             self._clear = FenceOutput(self._status)

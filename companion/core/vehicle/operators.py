@@ -97,6 +97,8 @@ class Operators:
     def may_command(self, station: Station) -> bool:
         """Whether the configuration lets this station command."""
         ids = self._ids
+        if station.bystander:
+            return False
         if not station.system:
             return True  # the gateway has ids of its own, and the radio's key
         return not ids or (station.system, None) in ids or (station.system, station.component) in ids
@@ -147,6 +149,8 @@ class Operators:
         if station is None:
             self._local_us = now_us
             return
+        if station.bystander:
+            return  # somebody on the pier has stopped the vessel; that is no station's sign of life
         commander = self.commander
         if commander is not None and self._same(station, commander):
             self._heard_us = now_us

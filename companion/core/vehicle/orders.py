@@ -84,7 +84,8 @@ class Orders:
         if reply.result is Result.ACCEPTED:
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
             if order is not None:
-                controls.operator_acted(order)
+                aside = order is Order.HOLD and station is not None and station.bystander
+                controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
         return reply
 
     def arm(self, body: Arm, sender: int, now_us: int) -> Reply:

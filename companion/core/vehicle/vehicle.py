@@ -7,6 +7,7 @@ actuator output and one snapshot. An exception in a part is not caught here: the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final, assert_never
@@ -206,7 +207,8 @@ class Vehicle:
         if depth.abort and parts.navigator.mode is not Mode.MANUAL:
             controls.break_off()
         run_m = controls.stopping_distance_m(state.sog_mps or 0.0) if parts.fence.enabled else 0.0
-        fence = parts.fence.check(state, run_m)
+        is_steered = controls.armed and before.verdict.result.action < Action.HOLD
+        fence = parts.fence.check(state, run_m, straight_m=_straight_m(course) if is_steered else None)
         controls.voice.say_all(fence.texts)
         told = parts.plan_fence.step(sensed.now_us, parts.mission.plan, state, controls.config.guidance.loiter_radius_m)
         if told is not None:
@@ -316,3 +318,13 @@ def _heading(sensed: Sensed, intent: Steer) -> Desired:
     if intent.course and state.cog_rad is not None and state.psi_rad is not None:
         psi_rad += state.psi_rad - state.cog_rad if (state.sog_mps or 0.0) > _COURSE_MPS else 0.0
     return Desired(psi_rad, intent.speed_mps)
+
+
+def _straight_m(course: Course) -> float | None:
+    """How far the vessel is going to keep its course: to the next point of a leg; None on a figure."""
+    if course.guided is None:
+        return math.inf
+    path = course.guided.path
+    if path.orbit_radius_m is not None or path.eight is not None:
+        return None
+    return math.inf if path.distance_m is None else path.distance_m

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import secrets
 from pathlib import Path
 from typing import Final
 
@@ -78,6 +79,23 @@ def radio_key_from_passphrase(passphrase: str) -> bytes:
     return hashlib.scrypt(
         passphrase.encode("utf-8"), salt=b"usv-companion radio", n=1 << 15, r=8, p=1, maxmem=1 << 26, dklen=KEY_BYTES
     )
+
+
+PAGE_ROUNDS: Final = 100_000
+"""Rounds of the page's key: half a second on a desk, two on an old telephone, which reckons them in its browser."""
+_PAGE_SALT: Final = b"usv-companion page"
+_LETTERS: Final = "abcdefghjkmnpqrstuvwxyz23456789"
+"""Letters that nobody mistakes for another on a telephone."""
+
+
+def page_key_from_passphrase(passphrase: str) -> bytes:
+    """The page's key of a passphrase: PBKDF2 with HMAC-SHA-256 (RFC 8018), because a browser on plain http has nothing else."""
+    return hashlib.pbkdf2_hmac("sha256", passphrase.strip().encode("utf-8"), _PAGE_SALT, PAGE_ROUNDS, KEY_BYTES)
+
+
+def new_page_passphrase() -> str:
+    """Five groups of four letters, 99 bits: to be typed once on a telephone."""
+    return "-".join("".join(secrets.choice(_LETTERS) for _ in range(4)) for _ in range(5))
 
 
 def fingerprint(key: bytes) -> str:

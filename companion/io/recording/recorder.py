@@ -99,6 +99,11 @@ class Recorder:
         if len(self.texts) < 100:
             self.texts.append((Severity.WARNING, f"Recorder: {text}"))
 
+    def tell(self, severity: Severity, text: str) -> None:
+        """A text for the operator that came from beside the run's inputs: it becomes one of them."""
+        if len(self.texts) < 100:
+            self.texts.append((severity, text))
+
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Texts for the operator since the last call."""
         texts, self.texts = self.texts, []

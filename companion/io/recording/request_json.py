@@ -14,6 +14,7 @@ from typing import Any, Final, cast
 from mavlink_bridge.language import messages as imc, requests
 from mavlink_bridge.language.figures import figure_of
 from mavlink_bridge.language.requests import RequestBody
+from mavlink_bridge.language.stations import Station
 from mavlink_bridge.mavlink.missions.plan_rules import Cmd
 
 _KNOWN: Final[dict[str, type]] = {"Cmd": Cmd} | {
@@ -28,15 +29,18 @@ class NoRequestError(ValueError):
     """A text that is no request, or one that only another version knows."""
 
 
-def dumps(body: RequestBody) -> str:
-    """Write a request body."""
-    return json.dumps(_plain(body))
+def dumps(body: RequestBody, station: Station | None = None) -> str:
+    """Write a request body, with who stands by and asks for it."""
+    return json.dumps(_plain(body) if station is None else {"asked": _plain(body), "by": dataclasses.asdict(station)})
 
 
-def loads(text: str) -> RequestBody:
-    """Read a request body. Raises NoRequestError for anything that is none."""
+def loads(text: str) -> tuple[RequestBody, Station | None]:
+    """Read a request body and who asked for it. Raises NoRequestError for anything that is none."""
     try:
-        return cast(RequestBody, _object(json.loads(text)))
+        data = json.loads(text)
+        if isinstance(data, dict) and "asked" in data:
+            return cast(RequestBody, _object(data["asked"])), Station(**data["by"])
+        return cast(RequestBody, _object(data)), None
     except (KeyError, TypeError, ValueError) as error:
         raise NoRequestError(f"not a request: {error}") from error
 

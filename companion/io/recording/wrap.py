@@ -20,6 +20,7 @@ from typing import Any
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import RequestBody
 from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.language.stations import Station
 from mavlink_bridge.language.witness import Witness
 
 from ..keeping import AnyStore
@@ -90,9 +91,9 @@ class Recording:
                 self._inputs.submitted(text)
             self._submitted.clear()
 
-    def submitted(self, body: RequestBody) -> None:
+    def submitted(self, body: RequestBody, station: Station | None = None) -> None:
         """Note a request that did not come over a link; it belongs to the next step."""
-        self._submitted.append(request_json.dumps(body))
+        self._submitted.append(request_json.dumps(body, station))
 
     def order(self, t_us: int, fields: dict[str, Any]) -> None:
         """Keep who ordered what."""

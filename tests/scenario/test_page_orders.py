@@ -1,0 +1,200 @@
+"""Hold and Disarm of the page on the simulated vessel: obeyed with the key and once, refused without, and no station's sign of life."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import math
+import os
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from companion.io.local_socket import LocalServer
+from companion.status.client import Client
+from companion.status.orders import LIFE_US, Challenges, Refused
+from companion.status.service import StatusService
+from mavlink_bridge.language.messages import Action, Mode
+from tests.scenario.test_station_lost import AUTO, SET_MODE, under_way
+from tests.world_station import Helm
+
+KEY = bytes(range(32))
+VESSEL = "5a" * 16
+
+
+def answer_to(challenge: dict[str, str], order: str, key: bytes = KEY) -> str:
+    """The page's response, as docs/PAGE.md words it."""
+    text = f"usv-companion page order 1\n{challenge['vessel']}\n{challenge['nonce']}\n{order}"
+    return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
+
+
+class Page:
+    """A watcher of a helm's vessel that may order."""
+
+    def __init__(self, helm: Helm, tmp_path: Path, key: bytes | None = KEY) -> None:
+        self.helm = helm
+        server = LocalServer(tmp_path / "status.sock")
+        world = helm.world
+        challenges = Challenges(key, VESSEL, os.urandom)
+        self.service = StatusService(server, world.app, challenges, say=world.tell)
+        tick = world.loop_app.tick
+
+        def watched(now_us: int, **more: Any) -> object:
+            snapshot = tick(now_us, **more)
+            self.service.update(snapshot)  # type: ignore[arg-type]
+            return snapshot
+
+        world.loop_app.tick = watched  # type: ignore[method-assign]
+        self.client = Client(server.path, wait_s=0.001)
+
+    def ask(self, **message: Any) -> dict[str, Any]:
+        self.client.ask(id=7, **message)
+        for _ in range(40):
+            self.helm.step()
+            for found in self.client.poll():
+                if found.get("id") == 7:
+                    return found
+        raise AssertionError("NOT HEARD")
+
+    def challenge(self) -> dict[str, str]:
+        found: dict[str, str] = self.ask(ask="challenge")["challenge"]
+        return found
+
+    def order(self, order: str, key: bytes = KEY) -> dict[str, Any]:
+        challenge = self.challenge()
+        response = answer_to(challenge, order, key)
+        return self.ask(ask="order", order=order, nonce=challenge["nonce"], response=response, host="10.0.0.7")
+
+
+def test_hold_and_disarm_are_obeyed_with_the_key_and_the_vessel_proves_it(tmp_path: Path) -> None:
+    page = Page(under_way(), tmp_path)
+    challenge = page.challenge()
+    response = answer_to(challenge, "hold")
+    found = page.ask(ask="order", order="hold", nonce=challenge["nonce"], response=response, host="10.0.0.7")
+    told = f"usv-companion page answer 1\n{VESSEL}\n{challenge['nonce']}\nobeyed"
+    assert found["answer"]["outcome"] == "obeyed"
+    assert found["answer"]["tag"] == hmac.new(KEY, told.encode(), hashlib.sha256).hexdigest()
+    assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.HOLD
+    page.helm.run(20.0)
+    assert page.helm.truth.u_mps < 0.3
+    assert "Hold: ordered by the page at 10.0.0.7" in page.helm.texts()
+    assert page.order("disarm")["answer"]["outcome"] == "obeyed"
+    assert not page.helm.world.app.vehicle.controls.armed
+    page.helm.run(1.0)
+    assert set(page.helm.pulses_us[:2]) == {1500}
+
+
+def test_nothing_is_obeyed_without_the_key_too_late_twice_or_as_another_order(tmp_path: Path) -> None:
+    page = Page(under_way(), tmp_path)
+    assert page.order("hold", bytes(32))["refused"] == "wrong key"
+    challenge = page.challenge()
+    hold = answer_to(challenge, "hold")
+    assert "wrong key" in page.ask(ask="order", order="disarm", nonce=challenge["nonce"], response=hold)["refused"]
+    other = {**challenge, "vessel": "00" * 16}
+    wrong = answer_to(other, "hold")
+    assert "wrong key" in page.ask(ask="order", order="hold", nonce=challenge["nonce"], response=wrong)["refused"]
+    arm = page.challenge()
+    assert (
+        "Hold and Disarm only"
+        in page.ask(ask="order", order="arm", nonce=arm["nonce"], response=answer_to(arm, "arm"))["refused"]
+    )
+    late = page.challenge()
+    page.helm.run(LIFE_US * 1e-6 + 0.1)
+    assert (
+        "too late"
+        in page.ask(ask="order", order="hold", nonce=late["nonce"], response=answer_to(late, "hold"))["refused"]
+    )
+    assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.AUTO
+    assert page.helm.texts().count("wrong key from") == 1
+    first = page.challenge()
+    response = answer_to(first, "hold")
+    assert "answer" in page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)
+    assert page.helm.command(SET_MODE, 1.0, AUTO) == 0
+    assert "heard before" in page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)["refused"]
+    assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.AUTO
+
+
+def test_a_vessel_without_a_key_takes_no_order(tmp_path: Path) -> None:
+    page = Page(under_way(), tmp_path, key=None)
+    assert "only shows" in page.order("hold")["refused"]
+    assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.AUTO
+
+
+def test_the_page_keeps_no_failsafe_asleep_and_gets_no_command(tmp_path: Path) -> None:
+    """Pressed and read all the time, while the station is silent: the failsafe acts when it would have acted."""
+    helm = under_way()
+    page = Page(helm, tmp_path)
+    commander = helm.world.app.vehicle.parts.operators.commander
+    helm.present = False
+    began_s, told_s = helm.now_s, 0.0
+    while helm.now_s - began_s < 12.0:
+        page.order("hold")
+        helm.run(0.4)
+        if not told_s and "gcs_lost" in helm.world.app.snapshot.causes:  # type: ignore[union-attr]
+            told_s = helm.now_s - began_s
+    assert told_s == pytest.approx(5.0, abs=1.6)
+    assert helm.world.app.vehicle.parts.operators.commander == commander
+
+
+def test_hold_on_the_page_ends_a_return_for_want_of_a_station(tmp_path: Path) -> None:
+    helm = under_way("failsafe.gcs_then_s=5")
+    page = Page(helm, tmp_path)
+    helm.present = False
+    helm.until(lambda: helm.world.app.snapshot.action is Action.RETURN, 30.0)  # type: ignore[union-attr]
+    helm.run(10.0)
+    assert page.order("hold")["answer"]["outcome"] == "obeyed"
+    helm.run(20.0)
+    here = helm.truth.north_m, helm.truth.east_m
+    helm.run(60.0)
+    assert math.dist(here, (helm.truth.north_m, helm.truth.east_m)) < 5.0
+
+
+def test_an_order_of_the_page_stands_in_the_runs_events_with_its_address_and_replays(tmp_path: Path) -> None:
+    from companion.replay import replay
+
+    run_dir = tmp_path / "run"
+    helm = under_way_recorded(run_dir)
+    page = Page(helm, tmp_path)
+    page.order("hold", b"\x01" * 32)
+    page.order("hold")
+    helm.run(3.0)
+    helm.world.shutdown(0)
+    events = [json.loads(line) for line in (run_dir / "events.jsonl").read_text().splitlines()]
+    orders = [event for event in events if event["event"] == "order" and event.get("link") == "page"]
+    assert [(event["host"], event["proof"], event["result"]) for event in orders] == [
+        ("10.0.0.7", "page key", "ACCEPTED")
+    ]
+    assert replay(run_dir).identical
+
+
+def under_way_recorded(run_dir: Path) -> Helm:
+    return Helm("ardurover", "depth.enabled=false", run_dir=run_dir)
+
+
+def test_nobody_guesses_an_order() -> None:
+    """Nonces and responses made of right ones, cut, mixed, of other lives: none is an order."""
+    chance = random.Random(5)
+    vessel, before = (Challenges(KEY, VESSEL, chance.randbytes) for _ in range(2))
+    for number in range(5_000):
+        now_us = number * 10_000
+        nonce, old = vessel.challenge(now_us), before.challenge(now_us)
+        right = answer_to({"vessel": VESSEL, "nonce": nonce}, "hold")
+        tried = chance.choice(
+            [
+                (nonce, right[:-1] + chance.choice("0123456789abcdef".replace(right[-1], ""))),
+                (nonce, ""),
+                (nonce, right.upper().replace("A", "a")),
+                (old, answer_to({"vessel": VESSEL, "nonce": old}, "hold")),
+                (f"{now_us + 1:016x}{nonce[16:]}", right),
+                (nonce[:32] + old[32:], right),
+                (chance.randbytes(32).hex(), right),
+                ("é" * 64, right),
+                (nonce[:63], right),
+            ]
+        )
+        if tried == (nonce, right):
+            continue
+        assert isinstance(vessel.judge("hold", tried[0], tried[1], now_us + 1), Refused)
