@@ -23,6 +23,7 @@ COMMANDS: Final = {
     "status": ("companion.commands.attach", "watch a running vessel, live"),
     "check": ("companion.commands.check.command", "explain and validate a configuration"),
     "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
+    "imc": ("companion.commands.imc.command", "show and command the vessel in Neptus, over IMC"),
     "lora": ("companion.commands.lora", "configure a radio module"),
     "plan": ("companion.commands.plan.command", "make, check, upload, download and start plans"),
     "replay": ("companion.commands.replay", "run a recording again and compare"),

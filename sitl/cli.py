@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import sys
 import time
@@ -27,7 +28,7 @@ from companion.settings import ConfigError, load, load_vessel
 from companion.status.start import serve
 from companion.worlds import apart, check_run_dir
 
-from . import cli_scenario, rehearsal
+from . import cli_scenario, imc, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .scenario.autostart import AutoStart, PlanError, read_plan_file
 from .world import SimSettings, World
@@ -63,6 +64,7 @@ def register(subparsers: Any) -> None:
     parser.add_argument(
         "--gateway", action="store_true", help="start the shore side of the radio too: stations at UDP 14560"
     )
+    parser.add_argument("--imc", action="store_true", help="start the bridge to IMC consoles (Neptus) too")
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
     rehearsal.add_arguments(parser)
     cli_scenario.add_arguments(parser)
@@ -86,6 +88,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.world_only:
         return _serve_world(settings, arguments, run_dir, stop, until_us)
     plan = _plan(arguments)
+    bridge = _bridge(arguments, settings, speed, run_dir)
     world = World(
         settings,
         arguments.seed,
@@ -113,13 +116,20 @@ def command(arguments: argparse.Namespace) -> int:
             driven = Watched(driven, StatusView(speed=speed, airtime=airtime))
     if speed is None and sys.stderr.isatty():
         driven = Watched(driven, Progress("simulating", arguments.duration))
-    status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
+    with imc.beside(bridge) if bridge else contextlib.nullcontext():
+        status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
     wall_s = time.monotonic() - began
     if arguments.json:
         print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))
     else:
         _farewell(world, wall_s, run_dir)
     return 1 if starter is not None and starter.failure else status
+
+
+def _bridge(arguments: argparse.Namespace, settings: SimSettings, speed: float | None, run_dir: Path) -> list[str]:
+    if arguments.imc and speed is None:
+        raise ConfigError("--imc", ["--imc with --speed max: a console lives in real time; leave --speed out"])
+    return imc.words(settings, arguments.instance, run_dir) if arguments.imc else []
 
 
 def summary(world: World, wall_s: float, seed: int, run_dir: Path) -> dict[str, Any]:

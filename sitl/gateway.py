@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from companion.gateway import Gateway, GatewaySettings
 from companion.io.links import Link
-from companion.io.loop import LoopApp
+from companion.io.loop import LoopApp, Waited
 from companion.radio import SIMULATION_KEY
 from companion.settings import Settings
 from companion.settings.schema import EndpointSettings
@@ -71,7 +71,7 @@ class WithGateway:
         self.gateway = gateway
 
     @property
-    def links(self) -> Sequence[Link]:
+    def links(self) -> Sequence[Waited]:
         return (*self._vessel.links, *self.gateway.links)
 
     def pump(self, now_us: int) -> None:

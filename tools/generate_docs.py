@@ -15,6 +15,7 @@ from companion.core.guard.failsafe import failsafe_table_markdown
 from companion.core.hull import VesselConfig
 from companion.core.vehicle.insist import table_markdown
 from companion.gateway import GatewaySettings
+from companion.imc.settings import ImcSettings
 from companion.settings import Settings, params
 from mavlink_bridge.language.imc_table import imc_table_markdown
 from mavlink_bridge.mavlink.telemetry.ages import ages_markdown
@@ -67,6 +68,13 @@ def configuration() -> str:
     ]
     own = (key for key in keys(GatewaySettings) if not key.path.startswith(("endpoints.", "security.")))
     parts += _tables(own, "At the top of a gateway's file")
+    parts += [
+        "",
+        "# The file of the bridge to IMC consoles",
+        "",
+        "`companion imc` reads a file of its own (`config/imc.toml`); [NEPTUS.md](NEPTUS.md) tells what it is for.",
+    ]
+    parts += _tables(keys(ImcSettings), "At the top of the bridge's file")
     parts += [
         "",
         "# The hull file",
@@ -126,7 +134,7 @@ def imc() -> str:
     head = (
         "# IMC and MAVLink\n\nHow the messages of the original installation travel here. Inside the program they keep their IMC names\n"
         "(`mavlink_bridge/language/messages.py`, SI units and radians); `mavlink_bridge/mavlink/wire/mapping.py`\n"
-        "scales their fields to MAVLink's.\n\n"
+        "scales their fields to MAVLink's. The wire protocol itself, for consoles of LSTS, is another matter: [NEPTUS.md](NEPTUS.md).\n\n"
     )
     return head + imc_table_markdown()
 

@@ -19,7 +19,6 @@ from typing import Final, Protocol
 
 from .clock import Clock, ManualClock
 from .interpreter import compile_early, settle, unsettle
-from .links import Link
 from .notify import Notifier
 
 PUMP_PAUSE_US: Final = 500
@@ -38,11 +37,19 @@ _LATE_KEPT: Final = 2_000
 log = logging.getLogger(__name__)
 
 
+class Waited(Protocol):
+    """Something whose bytes wake the loop: a link, or a socket that is none."""
+
+    def filenos(self) -> list[int]:
+        """Descriptors to select on for reading."""
+        ...
+
+
 class LoopApp(Protocol):
     """What the loop drives."""
 
     @property
-    def links(self) -> Sequence[Link]: ...
+    def links(self) -> Sequence[Waited]: ...
 
     def pump(self, now_us: int) -> None:
         """Serve protocol endpoints."""

@@ -5,6 +5,7 @@ from .layout import MalformedError as MalformedError, kinds_of as kinds_of
 from .messages import *  # noqa: F403 - the table's messages and the numbers of their fields
 from .messages import TABLE as TABLE
 from .names import holds_unknown as holds_unknown, name_of as name_of
+from .node import Node as Node, NodeConfig as NodeConfig, Position as Position
 from .packet import (
     ANNOUNCED as ANNOUNCED,
     BROADCAST as BROADCAST,

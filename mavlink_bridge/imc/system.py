@@ -79,6 +79,8 @@ class Outgoing:
     """An answer goes to its asker, once, on the transport he asked by; None: to every console."""
     label: str = ""
     """The entity that says it; empty: the system itself."""
+    age_s: float = 0.0
+    """How old what it says is: a console shows that by the packet's time."""
 
 
 class Service(Protocol):

@@ -12,6 +12,7 @@ from companion import cli
 from companion.cli import COMMANDS
 from companion.core.hull import VesselConfig
 from companion.gateway import GatewaySettings
+from companion.imc.settings import ImcSettings
 from companion.settings import params
 from companion.settings.schema import Settings
 from mavlink_bridge.language import messages as imc, requests
@@ -33,7 +34,7 @@ def test_the_generated_pages_are_up_to_date():
 def test_every_key_and_every_parameter_has_a_meaning():
     silent = [
         key.path
-        for model in (Settings, WorldConfig, GatewaySettings, VesselConfig)
+        for model in (Settings, WorldConfig, GatewaySettings, ImcSettings, VesselConfig)
         for key in keys(model)
         if not key.text.strip()
     ]

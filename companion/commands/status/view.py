@@ -12,8 +12,7 @@ from mavlink_bridge.language.messages import LogText
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.radio.air import Ledger
 
-from ...io.links import Link
-from ...io.loop import LoopApp
+from ...io.loop import LoopApp, Waited
 from ...ports import GroundPort
 from ...status.picture import Picture, picture_of
 from ...status.service import TEXTS_KEPT
@@ -158,7 +157,7 @@ class Watched:
         self._view = view
 
     @property
-    def links(self) -> Sequence[Link]:
+    def links(self) -> Sequence[Waited]:
         return self._app.links
 
     def __getattr__(self, name: str) -> Any:

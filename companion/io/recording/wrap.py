@@ -26,7 +26,7 @@ from mavlink_bridge.language.witness import Witness
 from ..keeping import AnyStore
 from ..keeping.content import to_json
 from ..links import Link
-from ..loop import LoopApp
+from ..loop import LoopApp, Waited
 from . import request_json
 from .frame_log import FrameClock, FrameLog
 from .input_recorder import RecordingLink, RecordingStore, RecordingWitness
@@ -149,7 +149,7 @@ class RecordedApp:
         self._recording = recording
 
     @property
-    def links(self) -> Sequence[Link]:
+    def links(self) -> Sequence[Waited]:
         return self._app.links
 
     @property

@@ -1,0 +1,92 @@
+"""Puts the bridge together: the node's parts in the order in which they are asked, around one vehicle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from mavlink_bridge.imc import Node
+from mavlink_bridge.mavlink.client import ClientConfig, VehicleClient
+from mavlink_bridge.mavlink.wire.signing import SigningState
+
+from ..facade import Parameters
+from ..io.imc_sockets import ImcSockets
+from ..io.keeping import AnyStore, MemoryStore, Store
+from ..io.keeping.content import SaveValue
+from ..io.links import Link, open_link
+from ..radio import read_key
+from ..settings import Settings, load
+from .bridge import Bridge
+from .desk import Desk
+from .logbook import LogBook
+from .picture import STREAMS_HZ, Picture
+from .settings import ImcSettings
+from .state_out import StateOut
+
+KEPT: Final = "imc-desk"
+
+
+def compose(
+    settings: ImcSettings,
+    node: Node,
+    sockets: ImcSockets,
+    utc_us: Callable[[], int | None],
+    *,
+    link: Link | None = None,
+    store: AnyStore | None = None,
+) -> Bridge:
+    """The whole bridge. Raises ConfigError and LinkConfigError for what cannot be meant."""
+    kept = store or (Store(Path(settings.store)) if settings.store else MemoryStore())
+    client = VehicleClient(
+        ClientConfig(vehicle_id=settings.vehicle_id, answer_s=settings.desk.answer_s, streams_hz=STREAMS_HZ),
+        _signing(settings, utc_us()),
+    )
+    picture, book = Picture(), LogBook(node.utc_s)
+    desk = Desk(
+        settings.desk,
+        client,
+        vessel_parameters(settings),
+        saved=kept.snapshot().values.get(KEPT, ""),
+        save=lambda text: _keep(kept, text),
+        utc_s=node.utc_s,
+    )
+    state = StateOut(
+        picture,
+        desk.view,
+        node.utc_s,
+        skews=node.skews,
+        rudder_full_rad=math.radians(settings.rudder_full_deg),
+        state_hz=settings.state_hz,
+    )
+    for part in (desk, book, state):
+        node.add(part)
+    return Bridge(
+        sockets=sockets,
+        node=node,
+        link=link or open_link("vehicle", settings.vehicle),
+        client=client,
+        desk=desk,
+        picture=picture,
+        book=book,
+        utc_us=utc_us,
+        store=kept,
+    )
+
+
+def vessel_parameters(settings: ImcSettings) -> Parameters:
+    """Names, ranges and units of the vessel's parameters."""
+    return Parameters(load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings())
+
+
+def _keep(store: AnyStore, text: str) -> None:
+    store.submit(SaveValue(KEPT, text))
+
+
+def _signing(settings: ImcSettings, utc_us: int | None) -> SigningState | None:
+    if not settings.key_file:
+        return None
+    state = SigningState(read_key(settings.key_file))
+    state.advance(utc_us or 0)
+    return state
