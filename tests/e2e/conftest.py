@@ -1,5 +1,5 @@
-"""End-to-end tests: real processes, real sockets, real clients, on the real clock. They wait more than they work, so three
-groups of them run side by side: what has deadlines at the pins, what talks to ground stations, and what waits for slow air."""
+"""End-to-end tests: real processes, real sockets, real clients, on the real clock. They wait more than they work, so some
+run side by side; what has deadlines is kept apart by ``tests/groups.py``."""
 
 from __future__ import annotations
 
@@ -8,17 +8,9 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-WITH_DEADLINES = ("test_firmware_vessel", "test_lifecycle", "test_kill_runs")
-
-
-def group_of(item: pytest.Item) -> str:
-    if "radio" in item.name or "gateway" in item.nodeid:
-        return "e2e-radio"
-    return "e2e" if Path(item.fspath).stem in WITH_DEADLINES else "e2e-clients"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if HERE in Path(item.fspath).parents:
             item.add_marker(pytest.mark.e2e)
-            item.add_marker(pytest.mark.xdist_group(group_of(item)))

@@ -19,7 +19,7 @@ import pytest
 
 from tests.firmware.chip_process import Chip
 
-pytestmark = [pytest.mark.e2e, pytest.mark.xdist_group("e2e")]
+pytestmark = pytest.mark.e2e
 
 COMPANION = Path(sys.executable).parent / "companion"
 LIMIT_S = 0.55

@@ -19,7 +19,6 @@ SAME = ("truth.csv", "control.csv", "events.jsonl", "mavlink.tlog")
 
 pytestmark = [
     pytest.mark.skipif(not PYPY.exists(), reason="no PyPy here: make pypy"),
-    pytest.mark.xdist_group("pypy"),
 ]
 
 

@@ -1,0 +1,39 @@
+"""Which tests must not run beside each other when several workers share them: those with deadlines on the real clock.
+
+pytest-xdist's own mark for this (``xdist_group``) writes to a field that pytest 9 no longer reads, so its groups are none. What a test's
+id tells is asked here instead, where the workers are given their tests. Everything else goes to whoever is free.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import pytest
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
+
+GROUPS: Final = {
+    # pins and processes are watched against a clock: two of these at once would take each other's time
+    "deadlines": ("test_firmware_vessel", "test_lifecycle", "test_kill_runs", "test_pty_real_time"),
+    # they share one environment, which the first one makes
+    "pypy": ("test_pypy",),
+}
+"""By group: the modules of its tests."""
+
+
+def group_of(nodeid: str) -> str | None:
+    """Return the group of a test, None for one that may run beside any."""
+    module = nodeid.partition("::")[0].rpartition("/")[2].removesuffix(".py")
+    return next((name for name, modules in GROUPS.items() if module in modules), None)
+
+
+class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc, unused-ignore]
+    """Hands a group to one worker, test after test, and any other test to whoever is free."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return group_of(nodeid) or nodeid
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> GroupScheduling | None:
+    """``--dist loadgroup`` means these groups."""
+    return GroupScheduling(config, log) if config.getoption("dist") == "loadgroup" else None
