@@ -12,7 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from mavlink_bridge.mavlink.commands.table import MEANINGS
-from mavlink_bridge.mavlink.missions.plan_rules import NOTED, Cmd
+from mavlink_bridge.mavlink.missions.plan_rules import NOTED
+from mavlink_bridge.mavlink.wire.cmd import Cmd
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from mavlink_bridge.mavlink.wire.framing import checksum
 from mavlink_bridge.mavlink.wire.signing import Signer, SigningState

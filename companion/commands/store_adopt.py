@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.language.units import e7_to_deg
 
 from ..io.keeping import StoreContent
 from ..io.keeping.content import Entry, rows_of
@@ -79,7 +80,7 @@ def waiting(content: StoreContent) -> Iterator[str]:
 def _places(items: Iterable[PlanItem]) -> Iterator[tuple[float, float]]:
     for item in items:
         if item.x or item.y:
-            yield item.x * 1e-7, item.y * 1e-7
+            yield e7_to_deg(item.x), e7_to_deg(item.y)
 
 
 def _box(places: Iterable[tuple[float, float]]) -> str:

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import PlanItem
+from mavlink_bridge.language.units import e7_to_deg
 from mavlink_bridge.mavlink.missions.wire import item_from_message
 from mavlink_bridge.mavlink.persona.modes import FACES
 from mavlink_bridge.mavlink.wire import tlog
@@ -204,7 +205,7 @@ class _Reader:
     def _position(self, lat: int, lon: int) -> None:
         if (lat or lon) and abs(lat) <= 900_000_000 and self.t_s > self._last_position_s:
             self._last_position_s = self.t_s
-            self.flight.tracks.setdefault("estimate", Track()).add(self.t_s, lat * 1e-7, lon * 1e-7)
+            self.flight.tracks.setdefault("estimate", Track()).add(self.t_s, e7_to_deg(lat), e7_to_deg(lon))
 
     def _on_global_position_int(self, m: Any) -> None:
         self._position(m.lat, m.lon)

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from mavlink_bridge.language.units import e7_to_deg
+
 from .charts import charts
 from .embed import embedded
 from .flight import Event, Flight
@@ -169,7 +171,7 @@ def _events(events: Sequence[Event]) -> str:
 
 def _plan(flight: Flight) -> str:
     rows = "".join(
-        f"<tr><td class=n>{number}<td class=n>{item.command}<td class=n>{item.x * 1e-7:.7f}<td class=n>{item.y * 1e-7:.7f}"
+        f"<tr><td class=n>{number}<td class=n>{item.command}<td class=n>{e7_to_deg(item.x):.7f}<td class=n>{e7_to_deg(item.y):.7f}"
         f"<td class=n>{item.param1:g}<td class=n>{item.param2:g}<td class=n>{item.param3:g}<td class=n>{item.param4:g}"
         for number, item in enumerate(flight.plan)
     )

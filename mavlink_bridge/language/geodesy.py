@@ -17,6 +17,8 @@ SEMI_MAJOR_AXIS_M: Final = 6_378_137.0
 """Equatorial radius of WGS-84 (NGA.STND.0036)."""
 ECCENTRICITY2: Final = 0.00669437999014
 """First eccentricity squared of WGS-84, f (2 - f) with f = 1 / 298.257223563 (NGA.STND.0036)."""
+MEAN_RADIUS_M: Final = 6_371_000.0
+"""Of the earth as a sphere (IUGG's mean radius): enough for steps of some metres."""
 _GRID_M: Final = 16.0
 _CORNERS_KEPT: Final = 4096
 _MASK: Final = Geodesic.DISTANCE | Geodesic.AZIMUTH

@@ -16,7 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from mavlink_bridge.language.units import e7_to_deg
 
 from ..language.requests import PlanItem
-from ..mavlink.missions.plan_rules import GLOBAL_FRAMES, Cmd
+from ..mavlink.missions.plan_rules import GLOBAL_FRAMES
+from ..mavlink.wire.cmd import Cmd
 from ..mavlink.wire.mapping import deg_to_degE7
 from .form import PlanFile, PlanFileError, coordinates, make_item
 

@@ -11,8 +11,8 @@ import math
 from mavlink_bridge.language.units import e7_to_rad
 
 from ..language.requests import PlanItem
-from ..mavlink.missions.plan_rules import Cmd
 from ..mavlink.missions.wire import home_problem, with_home, without_home
+from ..mavlink.wire.cmd import Cmd
 from .form import PlanFile, PlanFileError, coordinates, make_item
 
 

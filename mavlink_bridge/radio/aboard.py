@@ -4,7 +4,6 @@ onto it.
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -24,6 +23,7 @@ from ..language.requests import (
 )
 from ..language.snapshot import Snapshot
 from ..language.stations import ONE_VOICE, Proof
+from ..language.units import rad_to_e7
 from ..language.witness import Witness
 from ..mavlink.commands.table import Context
 from ..mavlink.missions.plan_mapping import load_plan
@@ -285,7 +285,7 @@ class VesselRadio:
         state = self._snapshot.state if self._snapshot else None
         if state is None or state.lat_rad is None or state.lon_rad is None:
             return None
-        return round(math.degrees(state.lat_rad) * 1e7), round(math.degrees(state.lon_rad) * 1e7)
+        return rad_to_e7(state.lat_rad), rad_to_e7(state.lon_rad)
 
     # ---- what the shore should know -----------------------------------------------------------------------------
 
@@ -294,8 +294,8 @@ class VesselRadio:
         home = None
         if snapshot is not None and snapshot.home_lat_rad is not None and snapshot.home_lon_rad is not None:
             home = (
-                round(math.degrees(snapshot.home_lat_rad) * 1e7),
-                round(math.degrees(snapshot.home_lon_rad) * 1e7),
+                rad_to_e7(snapshot.home_lat_rad),
+                rad_to_e7(snapshot.home_lon_rad),
             )
         return info_of(self.vehicle, home)
 

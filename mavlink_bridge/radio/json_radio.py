@@ -20,6 +20,7 @@ from typing import Any, Final
 from ..language.messages import Mode
 from ..language.requests import Arm, LoadPlan, PlanKind, Reply, Request, RequestBody, Result, SetMode, StartPlan
 from ..language.snapshot import Snapshot
+from ..language.units import KNOT_MPS
 from ..mavlink.missions.plan_export import items_from_maneuvers
 from ..mavlink.missions.plan_mapping import load_plan
 from ..mavlink.missions.plan_rules import PlanError, plan_id
@@ -29,7 +30,6 @@ from .air.ledger import HOUR_US
 from .codec.json_stream import JsonStream
 from .codec.request import OVERRULED
 
-_KNOT_MPS: Final = 1852.0 / 3600.0
 _AGAIN_US: Final = 60_000_000
 _MAX_WAITING: Final = 8
 _PAUSE_US: Final = 30_000
@@ -55,7 +55,7 @@ def state_json(snapshot: Snapshot, name: str, maneuver: str | None) -> bytes:
         "latitude": _degrees(state.lat_rad, 7),
         "longitude": _degrees(state.lon_rad, 7),
         "z": 0.0,
-        "speed_kn": None if state.sog_mps is None else round(state.sog_mps / _KNOT_MPS, 1),
+        "speed_kn": None if state.sog_mps is None else round(state.sog_mps / KNOT_MPS, 1),
         "yaw_deg": None if yaw is None else yaw % 360.0,
         "pitch_deg": _degrees(state.theta_rad, 1),
         "roll_deg": _degrees(state.phi_rad, 1),

@@ -12,6 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from companion.core.hull import VesselConfig
+from companion.settings import Settings
+from mavlink_bridge.mavlink.wire.cmd import Cmd
+from tools.schema_text import keys
+
 REPO = Path(__file__).resolve().parents[2]
 PACKAGES = ("companion", "mavlink_bridge", "sitl")
 HEAVY = ("control", "scipy", "matplotlib", "numpy", "mavsdk")
@@ -152,8 +157,10 @@ def test_no_room_holds_more_than_twenty_modules() -> None:
 
 HOMES = {
     "6378137": "mavlink_bridge/language/geodesy.py",
+    "6371000": "mavlink_bridge/language/geodesy.py",
+    "1852": "mavlink_bridge/language/units.py",
 }
-"""Numbers of the world that have one home each: WGS-84's axis."""
+"""Numbers of the world that have one home each: WGS-84's axis, the earth's mean radius, the nautical mile."""
 
 
 @pytest.mark.parametrize(("number", "home"), HOMES.items())
@@ -165,6 +172,58 @@ def test_a_fact_of_the_world_has_one_home(number: str, home: str) -> None:
         if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value == float(number)
     }
     assert users == {home}
+
+
+def test_degrees_times_ten_million_has_one_home() -> None:
+    """As a float: whole numbers of that size are times in microseconds."""
+    users = {
+        str(path)
+        for path, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and type(node.value) is float and node.value in (1e7, 1e-7)
+    }
+    assert users == {"mavlink_bridge/language/units.py"}
+
+
+COMMAND_NUMBERS = "mavlink_bridge/mavlink/wire/cmd.py"
+FROZEN_WITH_THE_RADIO = "mavlink_bridge/radio/codec/wire.py"
+ALSO_SOMETHING_ELSE = frozenset((224, 252, 262, 300, 400, 410, 510, 512, 5000))
+"""Command numbers that are common as sizes, ids and dates too; by name they are looked at all the same."""
+
+
+def test_the_numbers_of_commands_have_one_home() -> None:
+    telling = {int(cmd) for cmd in Cmd if cmd > 112} - ALSO_SOMETHING_ELSE
+    wrong = [
+        f"{path}:{node.lineno} {ast.unparse(node)[:60]}"
+        for path, tree in modules()
+        if path.parts[0] in ("mavlink_bridge", "companion") and "ais" not in path.parts and "imc" not in path.parts
+        if str(path) not in (COMMAND_NUMBERS, FROZEN_WITH_THE_RADIO)
+        for node in ast.walk(tree)
+        if _is_a_command(node, telling)
+    ]
+    assert not wrong, "take it from Cmd"
+
+
+def _is_a_command(node: ast.AST, telling: set[int]) -> bool:
+    """A number that is a command's, or a constant that has a command's name and a number."""
+    if isinstance(node, ast.Constant):
+        return type(node.value) is int and node.value in telling
+    if not isinstance(node, ast.AnnAssign) or not isinstance(node.value, ast.Constant):
+        return False
+    name = ast.unparse(node.target).strip("_").rpartition(".")[2]
+    return name in Cmd.__members__ and type(node.value.value) is int
+
+
+@pytest.mark.parametrize("fact", ["keel", "period"])
+def test_a_fact_of_the_boat_has_one_key(fact: str) -> None:
+    """The keel is the hull file's, the tick's period ``system.tick_hz``'s; every part gets what follows from them."""
+    paths = [key.path for model in (Settings, VesselConfig) for key in keys(model)]
+    named = {"keel": "keel_depth_m", "period": "system.tick_hz"}
+    other = [
+        path for path in paths if (fact in path or (fact == "period" and "tick_hz" in path)) and path != named[fact]
+    ]
+    assert named[fact] in paths
+    assert not other
 
 
 def test_nothing_is_encoded_by_the_order_of_an_enum() -> None:

@@ -18,6 +18,7 @@ from mavlink_bridge.language.requests import PlanItem, PlanKind
 from mavlink_bridge.language.units import e7_to_rad
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.wire import with_home, without_home
+from mavlink_bridge.mavlink.wire.cmd import Cmd
 from mavlink_bridge.plans import PlanFile
 
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
@@ -28,8 +29,6 @@ INSTALL: Final = f"this needs MAVSDK: {install_line('ground')}"
 _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
 _ARM_S: Final = 6.0
-_OPERATOR_CONTROL: Final = 32100
-"""MAV_CMD_REQUEST_OPERATOR_CONTROL; param 2 = 0 gives it up."""
 _REASON_S: Final = 1.5
 _AGAIN_S: Final = 0.5
 """Before a place that could not be opened is left for the next."""
@@ -262,7 +261,12 @@ class Vessel:
         from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkDirectError, MavlinkMessage
 
         system = self._system.get_system_id()
-        fields = {"target_system": system, "target_component": 1, "command": _OPERATOR_CONTROL, "confirmation": 0}
+        fields = {
+            "target_system": system,
+            "target_component": 1,
+            "command": Cmd.REQUEST_OPERATOR_CONTROL,
+            "confirmation": 0,
+        }
         fields |= {f"param{number}": 0.0 for number in range(1, 8)}
         message = MavlinkMessage(
             "COMMAND_LONG", target_system_id=system, target_component_id=1, fields_json=json.dumps(fields)

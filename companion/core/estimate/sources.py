@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.geodesy import MEAN_RADIUS_M, inverse
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, GpsFix, Severity, Source
 
 from .config import POSITION_ACCURACY_M
@@ -34,7 +34,6 @@ _COMPARE_US: Final = 1_000_000
 _SOURCES_MAX: Final = 16
 _SIGMAS: Final = 3.0
 _FRESH_US: Final = 2_000_000
-_EARTH_M: Final = 6_371_000.0
 _UNLABELLED: Final = Source()
 
 
@@ -332,8 +331,8 @@ def _apart_m(first: GpsFix, second: GpsFix) -> float | None:
         later_us = first.utc_us - second.utc_us  # one receiver may tell later than the other
     if second.sog_mps is not None and second.cog_rad is not None:
         moved_m = second.sog_mps * later_us * 1e-6
-        lat_rad += moved_m * math.cos(second.cog_rad) / _EARTH_M
-        lon_rad += moved_m * math.sin(second.cog_rad) / (_EARTH_M * max(math.cos(lat_rad), 1e-6))
+        lat_rad += moved_m * math.cos(second.cog_rad) / MEAN_RADIUS_M
+        lon_rad += moved_m * math.sin(second.cog_rad) / (MEAN_RADIUS_M * max(math.cos(lat_rad), 1e-6))
     distance_m, _ = inverse(*_place(first), lat_rad, lon_rad)
     between_s = abs(later_us) * 1e-6
     slack_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)

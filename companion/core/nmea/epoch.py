@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.geodesy import MEAN_RADIUS_M
 from mavlink_bridge.language.messages import FixType, GpsFix, Source
 
 from .fields import DAY_US, EpochPart, Measurement, day_number
@@ -29,7 +30,6 @@ _LATEST_DAY: Final = day_number(2026 + 19, 1, 1)
 """Less than one such turn after this program was released (2026): a date from here on is rather a wrong turn than true."""
 _LEARN_AFTER: Final = 2
 _SAME_PLACE_M: Final = 1.0
-_EARTH_M: Final = 6_371_000.0
 SAME_MOMENT_US: Final = 6_000
 """Some receivers round the time of one sentence to hundredths of a second and of the next to thousandths; none measures at 100 Hz."""
 _PAUSE_US: Final = 100_000
@@ -258,8 +258,8 @@ def _elsewhere(epoch: _Open, part: EpochPart) -> bool:
     if part.lat_rad == epoch.lat_rad and part.lon_rad == epoch.lon_rad:
         return False
     allowed_m = _SAME_PLACE_M + max(part.step_m, epoch.step_m)
-    north_m = _EARTH_M * (part.lat_rad - epoch.lat_rad)
-    east_m = _EARTH_M * math.cos(part.lat_rad) * (part.lon_rad - epoch.lon_rad)
+    north_m = MEAN_RADIUS_M * (part.lat_rad - epoch.lat_rad)
+    east_m = MEAN_RADIUS_M * math.cos(part.lat_rad) * (part.lon_rad - epoch.lon_rad)
     return abs(north_m) > allowed_m or abs(east_m) > allowed_m
 
 

@@ -15,7 +15,7 @@ from mavlink_bridge.language import messages as imc, requests
 from mavlink_bridge.language.figures import figure_of
 from mavlink_bridge.language.requests import RequestBody
 from mavlink_bridge.language.stations import Station
-from mavlink_bridge.mavlink.missions.plan_rules import Cmd
+from mavlink_bridge.mavlink.wire.cmd import Cmd
 
 _KNOWN: Final[dict[str, type]] = {"Cmd": Cmd} | {
     name: found

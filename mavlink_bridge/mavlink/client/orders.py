@@ -12,6 +12,7 @@ from typing import Any, Final
 from ...language.messages import Mode
 from ..commands.command import ACCEPTED, IN_PROGRESS
 from ..persona import modes
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from .exchange import DONE, Job, Outcome, Step
 from .texts import Texts
@@ -21,12 +22,6 @@ REPEAT_S: Final = 0.5
 """Longer than a tick and its answer; six repeats fall into the 3 s for which a vehicle of ours remembers a command."""
 REASON_S: Final = 0.4
 """The text that says why comes with the refusal or just behind it."""
-_SET_MODE: Final = 176
-_ARM: Final = 400
-_START: Final = 300
-_SET_CURRENT: Final = 224
-_REQUEST_MESSAGE: Final = 512
-_SET_INTERVAL: Final = 511
 _FORCE: Final = 21196.0
 """COMPONENT_ARM_DISARM, parameter 2: whatever the checks say; for a disarm, at once."""
 _RESULTS: Final = {
@@ -98,19 +93,19 @@ def set_mode(vehicle: Vehicle, mode: Mode, *, texts: Texts, answer_s: float) -> 
     def shows(message: Any) -> bool:
         return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is mode
 
-    return command(vehicle, _SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s, shows=shows)
+    return command(vehicle, Cmd.DO_SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s, shows=shows)
 
 
 def arm(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     def shows(message: Any) -> bool:
         return message.get_type() == "HEARTBEAT" and bool(message.base_mode & SAFETY_ARMED)
 
-    return command(vehicle, _ARM, 1.0, texts=texts, answer_s=answer_s, shows=shows)
+    return command(vehicle, Cmd.COMPONENT_ARM_DISARM, 1.0, texts=texts, answer_s=answer_s, shows=shows)
 
 
 def disarm(vehicle: Vehicle, *, force: bool, texts: Texts, answer_s: float) -> Job:
     """``force``: the emergency stop, whatever it is doing."""
-    return command(vehicle, _ARM, 0.0, _FORCE if force else 0.0, texts=texts, answer_s=answer_s)
+    return command(vehicle, Cmd.COMPONENT_ARM_DISARM, 0.0, _FORCE if force else 0.0, texts=texts, answer_s=answer_s)
 
 
 def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
@@ -119,21 +114,21 @@ def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     def shows(message: Any) -> bool:
         return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is Mode.AUTO
 
-    return command(vehicle, _START, texts=texts, answer_s=answer_s, shows=shows)
+    return command(vehicle, Cmd.MISSION_START, texts=texts, answer_s=answer_s, shows=shows)
 
 
 def to_first_item(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     """Forget how far the plan had come."""
-    return command(vehicle, _SET_CURRENT, float(vehicle.home_item), 1.0, texts=texts, answer_s=answer_s)
+    return command(vehicle, Cmd.DO_SET_MISSION_CURRENT, float(vehicle.home_item), 1.0, texts=texts, answer_s=answer_s)
 
 
 def request_message(vehicle: Vehicle, number: int, *, texts: Texts, answer_s: float) -> Job:
-    return command(vehicle, _REQUEST_MESSAGE, float(number), texts=texts, answer_s=answer_s)
+    return command(vehicle, Cmd.REQUEST_MESSAGE, float(number), texts=texts, answer_s=answer_s)
 
 
 def set_interval(vehicle: Vehicle, number: int, rate_hz: float, *, texts: Texts, answer_s: float) -> Job:
     """Ask an autopilot that streams nothing by itself for a message."""
-    return command(vehicle, _SET_INTERVAL, float(number), 1e6 / rate_hz, texts=texts, answer_s=answer_s)
+    return command(vehicle, Cmd.SET_MESSAGE_INTERVAL, float(number), 1e6 / rate_hz, texts=texts, answer_s=answer_s)
 
 
 def one_after_the_other(*jobs: Callable[[], Job]) -> Job:

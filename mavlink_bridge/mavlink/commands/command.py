@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ...language.requests import RequestBody
+from ...language.units import e7_to_deg
 from ..wire.codec import dialect
 from ..wire.mapping import deg_to_rad, degE7_to_rad
 
@@ -109,7 +110,7 @@ class Command:
             lat_deg, lon_deg = (None if math.isnan(value) else value for value in (self.x, self.y))
         else:
             lat_deg, lon_deg = (
-                None if degE7_to_rad(int(value)) is None else int(value) * 1e-7 for value in (self.x, self.y)
+                None if degE7_to_rad(int(value)) is None else e7_to_deg(int(value)) for value in (self.x, self.y)
             )
         if (lat_deg is not None and abs(lat_deg) > 90.0) or (lon_deg is not None and abs(lon_deg) > 180.0):
             raise denied("position is not on the globe")

@@ -9,6 +9,7 @@ from typing import Any, Final, Protocol
 from ..persona import EndpointConfig, VehiclePort, modes
 from ..persona.identity import autopilot_version
 from ..telemetry.streams import HEARTBEAT, STREAMED, Streams
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from ..wire.payload import Packed, message_id, packed
 from .command import ACCEPTED, DENIED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
@@ -21,23 +22,15 @@ _PROTOCOL_VERSION: Final = message_id("PROTOCOL_VERSION")
 _MAVLINK_1, _MAVLINK_2 = 100, 200
 """As PROTOCOL_VERSION counts them."""
 
-GET_HOME_POSITION: Final = 410
-GET_MESSAGE_INTERVAL: Final = 510
-SET_MESSAGE_INTERVAL: Final = 511
-REQUEST_MESSAGE: Final = 512
-REQUEST_PROTOCOL_VERSION: Final = 519
-REQUEST_CAPABILITIES: Final = 520
-CONTROL_HIGH_LATENCY: Final = 2600
-
 LOCAL: Final = frozenset(
     (
-        GET_HOME_POSITION,
-        GET_MESSAGE_INTERVAL,
-        SET_MESSAGE_INTERVAL,
-        REQUEST_MESSAGE,
-        REQUEST_PROTOCOL_VERSION,
-        REQUEST_CAPABILITIES,
-        CONTROL_HIGH_LATENCY,
+        Cmd.GET_HOME_POSITION,
+        Cmd.GET_MESSAGE_INTERVAL,
+        Cmd.SET_MESSAGE_INTERVAL,
+        Cmd.REQUEST_MESSAGE,
+        Cmd.REQUEST_PROTOCOL_VERSION,
+        Cmd.REQUEST_AUTOPILOT_CAPABILITIES,
+        Cmd.CONTROL_HIGH_LATENCY,
     )
 )
 
@@ -140,11 +133,11 @@ def _high_latency(host: Host, command: Command) -> LocalAnswer:
 
 
 _HANDLERS: Final[dict[int, Callable[[Host, Command], LocalAnswer]]] = {
-    GET_HOME_POSITION: _home,
-    GET_MESSAGE_INTERVAL: _get_interval,
-    SET_MESSAGE_INTERVAL: _set_interval,
-    REQUEST_MESSAGE: _request_message,
-    REQUEST_PROTOCOL_VERSION: _protocol,
-    REQUEST_CAPABILITIES: _version,
-    CONTROL_HIGH_LATENCY: _high_latency,
+    Cmd.GET_HOME_POSITION: _home,
+    Cmd.GET_MESSAGE_INTERVAL: _get_interval,
+    Cmd.SET_MESSAGE_INTERVAL: _set_interval,
+    Cmd.REQUEST_MESSAGE: _request_message,
+    Cmd.REQUEST_PROTOCOL_VERSION: _protocol,
+    Cmd.REQUEST_AUTOPILOT_CAPABILITIES: _version,
+    Cmd.CONTROL_HIGH_LATENCY: _high_latency,
 }

@@ -18,6 +18,7 @@ from typing import Any, Final
 from ...language.messages import Mode
 from ...language.nature import Aim
 from ...language.requests import Reply, RequestBody, Result
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from .command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
 from .table import MEANINGS, NO_PROGRESS, Context
@@ -32,7 +33,6 @@ LATE_US: Final = 500_000
 100 messages a second, and begins anew with each program that a station starts."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
-_MISSION_START: Final = 300
 _QGC: Final = 255
 """QGroundControl's system id: it waits 1.2 s for a start, and longer only after IN_PROGRESS. For a mode it looks at the HEARTBEAT."""
 MAX_REMEMBERED: Final = 64
@@ -223,7 +223,7 @@ def _contradicts(later: _Case, case: _Case) -> bool:
 
 
 def _bears_progress(command: Command) -> bool:
-    return command.id not in NO_PROGRESS or (command.id == _MISSION_START and command.sender[0] == _QGC)
+    return command.id not in NO_PROGRESS or (command.id == Cmd.MISSION_START and command.sender[0] == _QGC)
 
 
 def ack(command: Command, result: int) -> Any:

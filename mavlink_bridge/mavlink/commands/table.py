@@ -15,6 +15,7 @@ from typing import Final
 from ...language import requests as ask
 from ...language.messages import LoiterDirection, LoiterKind, Mode
 from ..persona import modes
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from .command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
 
@@ -291,32 +292,31 @@ class Row:
 
 
 ROWS: Final = (
-    Row(17, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True),
-    Row(20, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
-    Row(34, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
-    Row(35, "DO_FIGURE_EIGHT", _figure_eight, (ask.Orbit,), planned=True),
-    Row(115, "CONDITION_YAW", _condition_yaw, (ask.GuidedHeading,)),
-    Row(176, "DO_SET_MODE", _set_mode, (ask.SetMode,), stops=True, progress=False),
-    Row(178, "DO_CHANGE_SPEED", _change_speed, (ask.SetSpeed,), planned=True),
-    Row(179, "DO_SET_HOME", _set_home, (ask.SetHomePosition,), planned=True),
-    Row(185, "DO_FLIGHTTERMINATION", _terminate, (ask.Terminate,), stops=True),
-    Row(192, "DO_REPOSITION", _reposition, (ask.Reposition,), stops=True),
-    Row(193, "DO_PAUSE_CONTINUE", _pause, (ask.PausePlan,), stops=True),
-    Row(207, "DO_FENCE_ENABLE", _fence_enable, (ask.EnableFence,), planned=True),
-    Row(224, "DO_SET_MISSION_CURRENT", _set_current, (ask.SetCurrent,)),
-    Row(245, "PREFLIGHT_STORAGE", _storage, ()),
-    Row(246, "PREFLIGHT_REBOOT_SHUTDOWN", _reboot, (ask.Reboot,)),
-    Row(262, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
-    Row(300, "MISSION_START", _start, (ask.StartPlan,), progress=False),
-    Row(400, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
-    Row(401, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
-    Row(31010, "USER_1", _unlock, (ask.UnlockGuard,)),
-    Row(31011, "USER_2", _forget, (ask.ForgetDepth,)),
-    Row(32100, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
-    Row(43000, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
-    Row(43002, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
+    Row(Cmd.LOITER_UNLIM, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True),
+    Row(Cmd.RETURN_TO_LAUNCH, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
+    Row(Cmd.DO_ORBIT, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
+    Row(Cmd.DO_FIGURE_EIGHT, "DO_FIGURE_EIGHT", _figure_eight, (ask.Orbit,), planned=True),
+    Row(Cmd.CONDITION_YAW, "CONDITION_YAW", _condition_yaw, (ask.GuidedHeading,)),
+    Row(Cmd.DO_SET_MODE, "DO_SET_MODE", _set_mode, (ask.SetMode,), stops=True, progress=False),
+    Row(Cmd.DO_CHANGE_SPEED, "DO_CHANGE_SPEED", _change_speed, (ask.SetSpeed,), planned=True),
+    Row(Cmd.DO_SET_HOME, "DO_SET_HOME", _set_home, (ask.SetHomePosition,), planned=True),
+    Row(Cmd.DO_FLIGHTTERMINATION, "DO_FLIGHTTERMINATION", _terminate, (ask.Terminate,), stops=True),
+    Row(Cmd.DO_REPOSITION, "DO_REPOSITION", _reposition, (ask.Reposition,), stops=True),
+    Row(Cmd.DO_PAUSE_CONTINUE, "DO_PAUSE_CONTINUE", _pause, (ask.PausePlan,), stops=True),
+    Row(Cmd.DO_FENCE_ENABLE, "DO_FENCE_ENABLE", _fence_enable, (ask.EnableFence,), planned=True),
+    Row(Cmd.DO_SET_MISSION_CURRENT, "DO_SET_MISSION_CURRENT", _set_current, (ask.SetCurrent,)),
+    Row(Cmd.PREFLIGHT_STORAGE, "PREFLIGHT_STORAGE", _storage, ()),
+    Row(Cmd.PREFLIGHT_REBOOT_SHUTDOWN, "PREFLIGHT_REBOOT_SHUTDOWN", _reboot, (ask.Reboot,)),
+    Row(Cmd.DO_SET_STANDARD_MODE, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
+    Row(Cmd.MISSION_START, "MISSION_START", _start, (ask.StartPlan,), progress=False),
+    Row(Cmd.COMPONENT_ARM_DISARM, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
+    Row(Cmd.RUN_PREARM_CHECKS, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
+    Row(Cmd.UNLOCK_GUARD, "USER_1", _unlock, (ask.UnlockGuard,)),
+    Row(Cmd.FORGET_DEPTH, "USER_2", _forget, (ask.ForgetDepth,)),
+    Row(Cmd.REQUEST_OPERATOR_CONTROL, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
+    Row(Cmd.GUIDED_CHANGE_SPEED, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
+    Row(Cmd.GUIDED_CHANGE_HEADING, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
 )
-"""31010 lifts a locked depth guard; 31011 forgets the depths sounded around here; 32100 passes command from one station to another."""
 
 
 def flaws(rows: Sequence[Row]) -> list[str]:

@@ -13,6 +13,8 @@ from ...language.messages import Severity
 from ...language.snapshot import Snapshot
 from ..persona import EndpointConfig, Identity
 from ..persona.identity import greeting
+from ..wire.cmd import Cmd
+from ..wire.payload import message_id
 
 WAIT_US: Final = 3_000_000
 """QGroundControl shows what comes once its connect sequence is over: 2.5 s, measured."""
@@ -21,7 +23,7 @@ GONE_US: Final = 3_500_000
 AGAIN_US: Final = 15_000_000
 """A program started again within the time above shows it by asking for AUTOPILOT_VERSION, at the earliest after so long."""
 _MAX_STATIONS: Final = 32
-_REQUEST_MESSAGE, _REQUEST_CAPABILITIES, _AUTOPILOT_VERSION = 512, 520, 148
+_AUTOPILOT_VERSION: Final = message_id("AUTOPILOT_VERSION")
 _COMMANDS: Final = frozenset(("COMMAND_LONG", "COMMAND_INT"))
 
 
@@ -80,5 +82,5 @@ class Greeter:
 def _asks_who(message: Any) -> bool:
     if message.get_type() not in _COMMANDS:
         return False
-    wants = message.command == _REQUEST_MESSAGE and message.param1 == _AUTOPILOT_VERSION
-    return bool(wants or message.command == _REQUEST_CAPABILITIES)
+    wants = message.command == Cmd.REQUEST_MESSAGE and message.param1 == _AUTOPILOT_VERSION
+    return bool(wants or message.command == Cmd.REQUEST_AUTOPILOT_CAPABILITIES)

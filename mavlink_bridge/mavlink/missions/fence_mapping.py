@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from ...language import messages as imc
 from ...language.requests import PlanItem
-from .plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits, RefusedError, position
+from ..wire.cmd import Cmd
+from .plan_rules import DEFAULT_LIMITS, MissionResult, PlanError, PlanLimits, RefusedError, position
 
 
 def compile_rally(

@@ -14,8 +14,9 @@ from typing import Final, assert_never
 from ...language import messages as imc
 from ...language.figures import Circle, FigureEight, Hover, Racetrack
 from ...language.requests import PlanItem
+from ..wire.cmd import Cmd
 from ..wire.mapping import NAN, rad_to_degE7
-from .plan_rules import MISSION_FRAME, Cmd
+from .plan_rules import MISSION_FRAME
 
 POSITION_FRAME: Final = 3
 """MAV_FRAME_GLOBAL_RELATIVE_ALT, with altitude 0: what ground stations show best."""

@@ -16,12 +16,12 @@ from typing import Final
 from ...language import messages as imc
 from ...language.figures import Circle, Hover
 from ...language.requests import LoadPlan, PlanItem, PlanKind
+from ..wire.cmd import Cmd
 from .fence_mapping import compile_fence, compile_rally
 from .plan_rules import (
     DEFAULT_LIMITS,
     FRAMES,
     NOTED,
-    Cmd,
     MissionResult,
     PlanError,
     PlanLimits,

@@ -17,44 +17,12 @@ from typing import Final
 from mavlink_bridge.language.units import e7_to_deg
 
 from ...language.messages import LoiterDirection
-from ...language.requests import PlanItem
+from ...language.requests import PlanItem, Result
+from ..wire.cmd import CAMERA_AND_GIMBAL, Cmd
 from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
 
-
-class Cmd(IntEnum):
-    """MAV_CMD numbers of plan items."""
-
-    WAYPOINT = 16
-    LOITER_UNLIM = 17
-    LOITER_TURNS = 18
-    LOITER_TIME = 19
-    RETURN_TO_LAUNCH = 20
-    LOITER_TO_ALT = 31
-    DO_ORBIT = 34
-    DO_FIGURE_EIGHT = 35
-    NAV_DELAY = 93
-    CONDITION_DELAY = 112
-    DO_JUMP = 177
-    DO_CHANGE_SPEED = 178
-    DO_SET_HOME = 179
-    DO_FENCE_ENABLE = 207
-    FENCE_RETURN_POINT = 5000
-    FENCE_POLYGON_INCLUSION = 5001
-    FENCE_POLYGON_EXCLUSION = 5002
-    FENCE_CIRCLE_INCLUSION = 5003
-    FENCE_CIRCLE_EXCLUSION = 5004
-    RALLY_POINT = 5100
-    RACETRACK = 31000
-    """MAV_CMD_WAYPOINT_USER_1, our racetrack."""
-    LOITER_CHOICE = 31001
-    """MAV_CMD_WAYPOINT_USER_2, our loiter whose direction the vessel chooses."""
-
-
-NOTED: Final = frozenset(
-    {195, 196, 197, 198, 200, 201, 202, 203, 204, 205, 206, 214, 530, 531, 532, 534, 1000, 1001, 2000, 2001, 2003}
-    | {2500, 2501, 2502, 2503, 2800, 2801}
-)
-"""Camera, gimbal and region-of-interest items: accepted, logged, passed over."""
+NOTED: Final = CAMERA_AND_GIMBAL
+"""Items that are accepted, logged, passed over."""
 
 MISSION_FRAME: Final = 2
 GLOBAL_FRAMES: Final = frozenset({0, 3, 5, 6, 10, 11})
@@ -89,6 +57,16 @@ class MissionResult(IntEnum):
     INVALID_SEQUENCE = 13
     DENIED = 14
     OPERATION_CANCELLED = 15
+
+
+MISSION_RESULT: Final = {
+    Result.ACCEPTED: MissionResult.ACCEPTED,
+    Result.REJECTED_NOW: MissionResult.DENIED,
+    Result.DENIED: MissionResult.DENIED,
+    Result.UNSUPPORTED: MissionResult.UNSUPPORTED,
+    Result.FAILED: MissionResult.ERROR,
+}
+"""What a request's result is to who sent the plan."""
 
 
 @dataclass(frozen=True, slots=True)

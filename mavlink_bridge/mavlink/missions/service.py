@@ -14,12 +14,13 @@ from typing import Any, Final
 
 from ...language.messages import Severity
 from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from ..wire.mapping import degE7_to_rad
 from .acks import Acks
 from .download import Downloads
 from .plan_mapping import compile_item, load_plan
-from .plan_rules import DEFAULT_LIMITS, Cmd, MissionResult, PlanError, PlanLimits
+from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits
 from .store import MissionTiming, Pending, PlanStore, Sender, Session, UploadLocks
 from .upload import Upload
 from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
@@ -30,13 +31,6 @@ Messages = list[Any]
 
 _MAX_REQUESTS: Final = 16
 _MAX_TEXTS: Final = 20
-_RESULTS: Final = {
-    Result.ACCEPTED: MissionResult.ACCEPTED,
-    Result.REJECTED_NOW: MissionResult.DENIED,
-    Result.DENIED: MissionResult.DENIED,
-    Result.UNSUPPORTED: MissionResult.UNSUPPORTED,
-    Result.FAILED: MissionResult.ERROR,
-}
 
 
 class MissionServer:
@@ -126,7 +120,7 @@ class MissionServer:
             sender, _ = self._going.pop(handle)
             if reply.reason:
                 self._say(Severity.WARNING, f"Go-to refused: {reply.reason}")
-            return [self._ack(sender, 0, _RESULTS[reply.result], now_us)]
+            return [self._ack(sender, 0, MISSION_RESULT[reply.result], now_us)]
         pending = self._stores.get(handle)
         if pending is None:
             return []
@@ -147,7 +141,7 @@ class MissionServer:
         outcome = pending.failed or reply
         if outcome.reason:
             self._say(Severity.WARNING, f"{_NAMES[pending.kind]} refused: {outcome.reason}")
-        final = self._ack(pending.sender, pending.mission_type, _RESULTS[outcome.result], now_us, plan_id)
+        final = self._ack(pending.sender, pending.mission_type, MISSION_RESULT[outcome.result], now_us, plan_id)
         return [*self._last_again(pending.session), final]
 
     def _last_again(self, session: Session | None) -> Messages:

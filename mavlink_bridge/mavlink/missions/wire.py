@@ -11,9 +11,10 @@ import math
 from typing import Any, Final
 
 from ...language.requests import PlanItem, PlanKind
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from ..wire.mapping import INT32_UNKNOWN, deg_to_degE7, rad_to_degE7
-from .plan_rules import GLOBAL_FRAMES, Cmd, PlanError
+from .plan_rules import GLOBAL_FRAMES, PlanError
 
 ALL_KINDS: Final = 255
 """MAV_MISSION_TYPE_ALL, which only MISSION_CLEAR_ALL may name."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import replace
 from typing import Final
 
+from ...language.units import e7_to_rad, rad_to_e7
 from .bits import BitReader, BitsError, BitWriter
 from .state_fields import RadioState, from_level, to_level
 from .wire import MODE, PLAN_STATE
@@ -44,8 +44,8 @@ def encode_position(state: RadioState) -> bytes:
     armed, 3 bits 0.
     """
     known = state.lat_rad is not None and state.lon_rad is not None
-    lat_e7 = round(math.degrees(state.lat_rad or 0.0) * 1e7) if known else -(1 << 31)
-    lon_e7 = round(math.degrees(state.lon_rad or 0.0) * 1e7) if known else 0
+    lat_e7 = rad_to_e7(state.lat_rad or 0.0) if known else -(1 << 31)
+    lon_e7 = rad_to_e7(state.lon_rad or 0.0) if known else 0
     last = MODE.number(state.mode) << 4 | state.armed << 3
     return struct.pack(">iiBB", lat_e7, lon_e7, to_level(state.sog_mps, 0.1, 8), last)
 
@@ -57,8 +57,8 @@ def decode_position(body: bytes) -> RadioState:
     lat_e7, lon_e7, speed, last = struct.unpack(">iiBB", body)
     known = abs(lat_e7) <= 900_000_000 and abs(lon_e7) <= 1_800_000_000
     return RadioState(
-        lat_rad=math.radians(lat_e7 / 1e7) if known else None,
-        lon_rad=math.radians(lon_e7 / 1e7) if known else None,
+        lat_rad=e7_to_rad(lat_e7) if known else None,
+        lon_rad=e7_to_rad(lon_e7) if known else None,
         sog_mps=from_level(speed, 0.1, 8),
         mode=MODE.member(last >> 4),
         armed=bool(last & 8),

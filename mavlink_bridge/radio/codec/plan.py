@@ -16,21 +16,27 @@ from typing import Final
 from fastcrc import crc16
 
 from ...language.requests import PlanItem, PlanKind
+from ...mavlink.wire.cmd import Cmd
 from .bits import BitReader, BitsError, BitWriter, float_bits
 from .wire import PLAN_COMMANDS, PLAN_FRAMES, PLAN_KIND
 
 MAX_ITEMS: Final = 2000
 _NAN: Final = float("nan")
 _EXPECTED: Final[dict[int, tuple[int, tuple[float, float, float, float]]]] = {
-    16: (3, (0.0, 0.0, 0.0, _NAN)),
-    17: (3, (0.0, 0.0, 0.0, _NAN)),
-    18: (3, (1.0, 0.0, 0.0, 0.0)),
-    19: (3, (0.0, 0.0, 0.0, 0.0)),
-    20: (2, (0.0, 0.0, 0.0, 0.0)),
-    178: (2, (1.0, 0.0, -1.0, 0.0)),
-    93: (2, (0.0, -1.0, -1.0, -1.0)),
+    Cmd.WAYPOINT: (3, (0.0, 0.0, 0.0, _NAN)),
+    Cmd.LOITER_UNLIM: (3, (0.0, 0.0, 0.0, _NAN)),
+    Cmd.LOITER_TURNS: (3, (1.0, 0.0, 0.0, 0.0)),
+    Cmd.LOITER_TIME: (3, (0.0, 0.0, 0.0, 0.0)),
+    Cmd.RETURN_TO_LAUNCH: (2, (0.0, 0.0, 0.0, 0.0)),
+    Cmd.DO_CHANGE_SPEED: (2, (1.0, 0.0, -1.0, 0.0)),
+    Cmd.NAV_DELAY: (2, (0.0, -1.0, -1.0, -1.0)),
 }
 """Frame and parameters that ground stations send when the operator changes nothing."""
+_PLACED: Final = (Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.DO_ORBIT)
+"""Navigation commands that carry a position."""
+_FIRST_AREA: Final = Cmd.FENCE_RETURN_POINT
+_BEYOND_AREAS: Final = 6000
+"""MAVLink keeps the numbers between for fences and rally points, which all have a place."""
 _CELL_BITS: Final = (20, 24, 32)
 """Widths of a first position sent modulo: cells of 11.7 km, 187 km, everything."""
 _PREDICTORS: Final = 4
@@ -301,7 +307,7 @@ class _Items:
 
 def _usually_placed(command: int) -> bool:
     """Navigation commands carry a position, others do not."""
-    return command in (16, 17, 18, 19, 34) or 5000 <= command < 6000
+    return command in _PLACED or _FIRST_AREA <= command < _BEYOND_AREAS
 
 
 def _is_near(item: PlanItem, near: Position | None, cell: int) -> bool:

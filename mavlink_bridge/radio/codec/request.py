@@ -13,6 +13,7 @@ from typing import Any, Final, assert_never
 from fastcrc import crc16
 
 from ...language import requests as ask
+from ...language.units import e7_to_deg, rad_to_e7
 from .bits import BitReader, BitsError, BitWriter
 from .wire import LOITER_DIRECTION, LOITER_KIND, MODE, REQUEST_BITS, REQUESTS, Form
 
@@ -91,7 +92,7 @@ def _put(writer: BitWriter, form: Form, value: Any) -> None:
         case Form.NAME:
             writer.put(name_code(value), 16)
         case Form.LATITUDE | Form.LONGITUDE:
-            writer.put(round(math.degrees(value) * 1e7) & 0xFFFF_FFFF, 32)
+            writer.put(rad_to_e7(value) & 0xFFFF_FFFF, 32)
         case Form.MODE:
             writer.put(MODE.number(value), MODE.bits)
         case Form.LOITER_KIND:
@@ -140,7 +141,7 @@ def _resolved(code: int, resolve: Resolve) -> str:
 
 
 def _angle_rad(number: int, limit_deg: float) -> float:
-    angle_deg = (number - (1 << 32) if number >> 31 else number) / 1e7
+    angle_deg = e7_to_deg(number - (1 << 32) if number >> 31 else number)
     if abs(angle_deg) > limit_deg:
         raise BitsError("no such place")
     return math.radians(angle_deg)

@@ -14,7 +14,8 @@ from .wire import ACTION, FIX, GUARD, MODE, PLAN_STATE
 CLOCK_S: Final = 4096
 _LAT_STEP_DEG: Final = 180.0 / 2**26
 _LON_STEP_DEG: Final = 360.0 / 2**27
-_EARTH_M: Final = 111_320.0
+_DEGREE_M: Final = 111_320.0
+"""A degree of latitude as the format reckons it: both ends take this, so its error is nobody's. Frozen with the format."""
 _SPEED_STEP: Final = 0.05
 COARSE_SPEED_STEP: Final = 0.25
 _ANGLE_STEP_RAD: Final = math.radians(4.0)
@@ -222,13 +223,13 @@ def metres_between(key: RadioState, state: RadioState) -> tuple[float, float] | 
     """North and east from the key's position, on a plane that both ends share."""
     if key.lat_rad is None or key.lon_rad is None or state.lat_rad is None or state.lon_rad is None:
         return None
-    north = math.degrees(state.lat_rad - key.lat_rad) * _EARTH_M
-    east = math.degrees(state.lon_rad - key.lon_rad) * _EARTH_M * math.cos(key.lat_rad)
+    north = math.degrees(state.lat_rad - key.lat_rad) * _DEGREE_M
+    east = math.degrees(state.lon_rad - key.lon_rad) * _DEGREE_M * math.cos(key.lat_rad)
     return north, east
 
 
 def moved(key: RadioState, north_m: float, east_m: float) -> tuple[float, float]:
     assert key.lat_rad is not None
     assert key.lon_rad is not None
-    lat_rad = key.lat_rad + math.radians(north_m / _EARTH_M)
-    return lat_rad, key.lon_rad + math.radians(east_m / (_EARTH_M * math.cos(key.lat_rad)))
+    lat_rad = key.lat_rad + math.radians(north_m / _DEGREE_M)
+    return lat_rad, key.lon_rad + math.radians(east_m / (_DEGREE_M * math.cos(key.lat_rad)))

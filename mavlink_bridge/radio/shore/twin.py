@@ -7,7 +7,6 @@ authentic state is too old there is no snapshot, and so no heartbeat for the sta
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from ...language.requests import (
     SetParameter,
 )
 from ...language.snapshot import Snapshot
+from ...language.units import rad_to_e7
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import Identity, ParamTable
 from ..air import RadioProfile
@@ -271,7 +271,7 @@ class ShoreTwin:
         state = self.state
         if state is None or state.lat_rad is None or state.lon_rad is None:
             return None
-        return round(math.degrees(state.lat_rad) * 1e7), round(math.degrees(state.lon_rad) * 1e7)
+        return rad_to_e7(state.lat_rad), rad_to_e7(state.lon_rad)
 
     # ---- what comes ---------------------------------------------------------------------------------------------
 
@@ -394,7 +394,7 @@ class ShoreTwin:
         elif isinstance(body, SetParameter):
             self.params.put(body.name, body.value)
         elif isinstance(body, SetHomePosition) and body.lat_rad is not None and body.lon_rad is not None:
-            self.plans.home_e7 = round(math.degrees(body.lat_rad) * 1e7), round(math.degrees(body.lon_rad) * 1e7)
+            self.plans.home_e7 = rad_to_e7(body.lat_rad), rad_to_e7(body.lon_rad)
         elif isinstance(body, Arm) and body.arm and self.profile.link.beacon_s == 0.0:
             text = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
             self.say(Severity.WARNING, text, now_us)

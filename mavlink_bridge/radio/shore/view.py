@@ -6,7 +6,6 @@ unknown.
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,6 +13,7 @@ from dataclasses import replace
 from ...language.messages import ActuatorOutput, ActuatorStatus, EstimatedState, GpsFix, LogText, SupplyVoltage
 from ...language.requests import PlanItem, PlanKind
 from ...language.snapshot import Health, Progress, Snapshot
+from ...language.units import e7_to_rad
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import ParamInfo, ParamTable
 from ..codec.request import name_codes
@@ -87,7 +87,7 @@ class CachedPlans:
     def home(self) -> tuple[float, float] | None:
         if self.home_e7 is None:
             return None
-        return math.radians(self.home_e7[0] / 1e7), math.radians(self.home_e7[1] / 1e7)
+        return e7_to_rad(self.home_e7[0]), e7_to_rad(self.home_e7[1])
 
     def put(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
         self._items[kind] = tuple(items)
