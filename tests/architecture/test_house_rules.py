@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib
 import subprocess
 import sys
@@ -23,10 +24,11 @@ HEAVY = ("control", "scipy", "matplotlib", "numpy", "mavsdk")
 VOCABULARY = {"crc", "language"}
 
 
-def modules() -> Iterator[tuple[Path, ast.Module]]:
-    for package in PACKAGES:
-        for path in sorted((REPO / package).rglob("*.py")):
-            yield path.relative_to(REPO), ast.parse(path.read_text(encoding="utf-8"))
+@functools.cache
+def modules() -> tuple[tuple[Path, ast.Module], ...]:
+    """Every module that ships, parsed once."""
+    paths = [path for package in PACKAGES for path in sorted((REPO / package).rglob("*.py"))]
+    return tuple((path.relative_to(REPO), ast.parse(path.read_text(encoding="utf-8"))) for path in paths)
 
 
 def imported(tree: ast.Module) -> Iterator[str]:

@@ -13,7 +13,7 @@ from mavlink_bridge import imc
 from mavlink_bridge.language.geodesy import direct
 from mavlink_bridge.language.requests import PlanItem
 from mavlink_bridge.language.units import rad_to_e7
-from mavlink_bridge.mavlink.missions.plan_rules import Cmd
+from mavlink_bridge.mavlink.wire.cmd import Cmd
 
 MIN_ALTITUDE: Final = "DEPTH_MIN"
 """The parameter behind the least altitude."""

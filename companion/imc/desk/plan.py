@@ -17,7 +17,8 @@ from mavlink_bridge.language.requests import PlanItem
 from mavlink_bridge.mavlink.client import Autopilot
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
-from mavlink_bridge.mavlink.missions.plan_rules import MAX_ITEMS, Cmd
+from mavlink_bridge.mavlink.missions.plan_rules import MAX_ITEMS
+from mavlink_bridge.mavlink.wire.cmd import Cmd
 
 from .graph import in_order
 from .maneuvers import Means, sailed
