@@ -242,6 +242,8 @@ class App:
             self.controls.voice.say_all(board.drain_texts())
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
+            ais=[item for port in self.sensors for item in port.take_ais()],
+            ais_alive=any(port.ais_alive() for port in self.sensors),
             actuator=_NO_BOARD if board is None else board.status,
             actuator_ready=ready,
             actuator_reason=reason,

@@ -16,6 +16,7 @@ from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 
+from .core.ais.receiver import AisWord, Received as AisReport
 from .core.board import Arduino
 from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
@@ -89,6 +90,9 @@ class NmeaPort(_Counted):
         super().__init__(link, "nmea")
         self.reader = reader
         self.measurements: list[Measurement] = []
+        self.brings_ais = False
+        """Whether AIS has come over this link."""
+        self._ais_bytes = 0
 
     def read(self, now_us: int) -> None:
         reader, found = self.reader, self.measurements
@@ -102,6 +106,18 @@ class NmeaPort(_Counted):
     def take(self) -> list[Measurement]:
         taken, self.measurements = self.measurements, []
         return taken
+
+    def take_ais(self) -> list[AisReport | AisWord]:
+        found = self.reader.ais_found
+        if not found:
+            return found
+        self.brings_ais = True
+        return self.reader.take_ais()
+
+    def ais_alive(self) -> bool:
+        """Whether this link carries AIS and has brought anything since the last call."""
+        before, self._ais_bytes = self._ais_bytes, self.bytes_in
+        return self.brings_ais and before != self.bytes_in
 
     def health(self, now_us: int) -> LinkHealth:
         return self.summary(now_us, self.reader.damaged, self.link.describe())

@@ -22,6 +22,7 @@ from .messages import (
     Severity,
     SupplyVoltage,
 )
+from .traffic import NO_TRAFFIC, TrafficPicture
 from .value import value
 
 
@@ -175,3 +176,5 @@ class Snapshot:
     terminated: bool = False
     load: float = 0.0
     """Share of the tick period that the last tick took, 0...1; 0 in virtual time."""
+    traffic: TrafficPicture = NO_TRAFFIC
+    """Other vessels; the same object until something of it changes."""

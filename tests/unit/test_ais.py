@@ -9,7 +9,8 @@ import pytest
 from companion.core.ais import AidToNavigation, PositionReport, SafetyText, StaticReport
 from companion.core.ais.decode import turn_of
 from companion.core.ais.identity import Station, may_be_vessel, station_of
-from companion.core.ais.reports import Dimensions, FixState, StationClass
+from companion.core.ais.reports import FixState, StationClass
+from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.units import KNOT_MPS
 from tests.property.test_ais_fuzz import Ear, line
 
@@ -65,14 +66,14 @@ def test_class_b_with_its_static_parts() -> None:
     assert (part_a.name, part_a.callsign, part_a.ship_type) == ("VELEIRO", None, None)
     part_b = only("AIVDM,1,1,,A,H3rl@;lT00000003CHIi000h5210,0")
     assert (part_b.name, part_b.callsign, part_b.ship_type) == (None, "CSXY1", 36)
-    assert part_b.dimensions == Dimensions(6, 5, 2, 1)
+    assert part_b.dimensions == Sides(6, 5, 2, 1)
 
 
 def test_class_b_extended_is_a_position_and_a_name() -> None:
     position, static = Ear().hear(line("AIVDM,1,1,,A,C3rl@WP0?Wn2jh5q0r06T60PP:V628NT000000000000?0P21100,0"))
     assert position.report.sog_mps == pytest.approx(6.2 * KNOT_MPS)
     assert (static.report.name, static.report.ship_type) == ("PESCADOR", 30)
-    assert static.report.dimensions == Dimensions(8, 4, 2, 2)
+    assert static.report.dimensions == Sides(8, 4, 2, 2)
 
 
 def test_a_virtual_buoy_and_an_aircraft_in_whole_knots() -> None:

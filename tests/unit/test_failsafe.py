@@ -638,6 +638,10 @@ moving_in_neutral      WARN      0    -            gone      0  never    WARN   
 drifting_while_stopped WARN      0    -            gone      0  never    WARN      120
 oscillating            WARN      0    -            operator  0  never    WARN      120
 thruster_weak          WARN      0    -            acted     10 never    WARN      120
+person_in_water        WARN      0    -            gone      5  never    WARN      120
+traffic_close          WARN      0    -            gone      5  never    WARN      120
+traffic_lost           WARN      0    -            gone      5  never    WARN      120
+ais_lost               WARN      0    -            gone      5  never    WARN      120
 depth_lost             WARN      0    -            gone      2  never    WARN      120
 position_frozen        WARN      0    -            gone      0  never    WARN      120
 sources_disagree       WARN      0    -            gone      0  never    WARN      120

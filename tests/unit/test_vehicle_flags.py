@@ -17,6 +17,7 @@ from companion.core.guard.fence import FenceFlags, FenceOutput
 from companion.core.guard.monitors import MonitorFlags
 from companion.core.guard.propulsion import ThrustFlags
 from companion.core.guide import GuidanceOutput
+from companion.core.traffic.flags import TrafficFlags
 from companion.core.vehicle.config import TickInputs
 from companion.core.vehicle.controls import Decided
 from companion.core.vehicle.flags import flags_of
@@ -54,6 +55,7 @@ def gathered(
     ages: Ages | None = None,
     place: PlaceFlags | None = None,
     thrust: ThrustFlags | None = None,
+    traffic: TrafficFlags | None = None,
     board: BoardFlags | None = None,
     process: ProcessFlags | None = None,
     depth: DepthFlags | None = None,
@@ -69,6 +71,7 @@ def gathered(
         operators=SimpleNamespace(ages=lambda heard, now_us: ages or Ages()),
         estimator=SimpleNamespace(flags=lambda state: place or PlaceFlags()),
         propulsion=SimpleNamespace(flags=thrust or ThrustFlags()),
+        traffic=SimpleNamespace(flags=traffic or TrafficFlags()),
     )
     standing: dict[str, Any] = {
         "armed": False,
@@ -103,6 +106,7 @@ def reported(*faults: str, known: bool = True, emergency_stop: bool = False) -> 
 GROUPS: dict[str, Any] = {
     "place": PlaceFlags,
     "thrust": ThrustFlags,
+    "traffic": TrafficFlags,
     "board": BoardFlags,
     "process": ProcessFlags,
     "depth": DepthFlags,

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
+from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.units import KNOT_MPS
 
 from .identity import Station, station_of
@@ -17,7 +18,6 @@ from .reports import (
     AidToNavigation,
     AisReport,
     BaseStation,
-    Dimensions,
     FixState,
     PositionReport,
     SafetyText,
@@ -92,14 +92,14 @@ def turn_of(raw: int) -> tuple[float | None, int]:
     return math.copysign(root * root, raw) * _DEG_MIN_RADPS, 0
 
 
-def _dimensions(bits: Bits, start: int) -> Dimensions | None:
-    made = Dimensions(
+def _dimensions(bits: Bits, start: int) -> Sides | None:
+    made = Sides(
         bits.unsigned(start, 9), bits.unsigned(start + 9, 9), bits.unsigned(start + 18, 6), bits.unsigned(start + 24, 6)
     )
     return None if made == _NO_DIMENSIONS else made
 
 
-_NO_DIMENSIONS: Final = Dimensions(0, 0, 0, 0)
+_NO_DIMENSIONS: Final = Sides(0, 0, 0, 0)
 
 
 def _class_a(bits: Bits) -> tuple[AisReport, ...]:

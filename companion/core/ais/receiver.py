@@ -8,7 +8,7 @@ from .assembly import Assembler, is_ais
 from .decode import WrongLengthError, decode
 from .reports import AisReport
 
-__all__ = ["AisReceiver", "Received", "is_ais"]
+__all__ = ["AisReceiver", "AisWord", "Received", "is_ais"]
 
 
 @value
@@ -20,6 +20,14 @@ class Received:
     own: bool
     """The receiver says that it is its own ship's (VDO)."""
     report: AisReport
+
+
+@value
+class AisWord:
+    """A sentence in which a receiver speaks of itself ($AITXT, $AIALR)."""
+
+    t_us: int
+    fields: tuple[str, ...]
 
 
 class AisReceiver:

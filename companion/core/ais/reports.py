@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
+from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.value import value
 
 
@@ -33,19 +34,6 @@ class FixState(Enum):
     """62."""
     INOPERATIVE = "inoperative"
     """63."""
-
-
-@value
-class Dimensions:
-    """Metres from the antenna to each side of the hull. 511 or 63: that much or more.
-
-    ``bow_m`` 0 with a stern: where the antenna is along the hull is unknown, and ``stern_m`` the length.
-    """
-
-    bow_m: int
-    stern_m: int
-    port_m: int
-    starboard_m: int
 
 
 @value
@@ -103,7 +91,7 @@ class StaticReport:
     callsign: str | None = None
     ship_type: int | None = None
     """Type of ship and cargo, 0-255, numbers of ITU-R M.1371 table 53; 0: not said."""
-    dimensions: Dimensions | None = None
+    dimensions: Sides | None = None
     imo: int | None = None
     draught_m: float | None = None
     """Static, at most 25.5 (that or more)."""
@@ -141,7 +129,7 @@ class AidToNavigation:
     lat_rad: float | None
     lon_rad: float | None
     accurate: bool
-    dimensions: Dimensions | None
+    dimensions: Sides | None
     second: int | None
     off_position: bool | None
     """Away from its place; None: cannot say (fixed, or without a time)."""

@@ -12,6 +12,7 @@ from typing import Any, Final
 from mavlink_bridge.language.value import value
 
 from ..estimate.flags import PlaceFlags
+from ..traffic.flags import TrafficFlags
 from .board_watch import BoardFlags
 from .depth.guard import DepthFlags
 from .failsafe_orders import Order
@@ -94,6 +95,7 @@ class Flags:
     plan: PlanFlags = field(default_factory=PlanFlags)
     monitors: MonitorFlags = field(default_factory=MonitorFlags)
     thrust: ThrustFlags = field(default_factory=ThrustFlags)
+    traffic: TrafficFlags = field(default_factory=TrafficFlags)
 
     def any_alarm(self) -> bool:
         """Whether anything is wrong that a flag says; ages are not looked at."""

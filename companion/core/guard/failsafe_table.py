@@ -8,6 +8,7 @@ to the group of flags whose owner knows it, and a row here.
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Final
 
 from mavlink_bridge.language.messages import Action, Severity
@@ -31,6 +32,12 @@ def _autonomous(flags: Flags) -> bool:
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
 OPERATOR, REARM, GONE, RESTART = Clear.OPERATOR, Clear.REARM, Clear.GONE, Clear.RESTART
 INFO = Severity.INFO
+
+
+def _of_others(name: str, cause: str, severity: Severity) -> Condition:
+    """A row of the traffic watch: it warns and does no more."""
+    return Condition(name, W, cause, attrgetter(f"traffic.{name}"), clear=GONE, clear_s=5.0, severity=severity)
+
 
 TABLE: Final[tuple[Condition, ...]] = (
     Condition(
@@ -328,6 +335,10 @@ TABLE: Final[tuple[Condition, ...]] = (
         clear=Clear.ACTED,
         clear_s=10.0,
     ),
+    _of_others("person_in_water", "a person's beacon sends", Severity.ALERT),
+    _of_others("traffic_close", "a vessel is close", Severity.CRITICAL),
+    _of_others("traffic_lost", "a vessel with risk is not heard", Severity.WARNING),
+    _of_others("ais_lost", "AIS is silent", Severity.WARNING),
     Condition(
         "depth_lost",
         W,

@@ -11,6 +11,7 @@ from pydantic import Field, field_validator
 
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
 
+from ..ais.receiver import AisReceiver, AisWord, Received, is_ais
 from ..config import Config, param
 from .epoch import BODY_KINDS, Calendar, EpochBuilder
 from .fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
@@ -31,6 +32,10 @@ _TALKER: Final = re.compile("-?[A-Z0-9]{2}")
 _RELAY_LINES: Final = 200
 _ROUTES_MAX: Final = 64
 _VARIATION_HOLD_US: Final = 60_000_000
+_AIS_WORDS: Final = frozenset(("AITXT", "AIALR"))
+"""What an AIS receiver says of itself."""
+_AIS_MAX: Final = 512
+"""Reports kept between two ticks: a second of a full line is 47."""
 
 
 class NmeaConfig(Config):
@@ -86,6 +91,9 @@ class NmeaReader:
         self._dropped = {"malformed": 0, "unknown": 0, "filtered": 0, "other_talker": 0}
         self._bytes = 0
         self._relay: list[bytes] = []
+        self._ais: AisReceiver | None = None
+        self.ais_found: list[Received | AisWord] = []
+        """What AIS receivers have brought since ``take_ais``."""
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
         self.configure(config)
@@ -126,6 +134,11 @@ class NmeaReader:
         kept, self._relay = self._relay, []
         return b"".join(kept)
 
+    def take_ais(self) -> list[Received | AisWord]:
+        """What AIS receivers on this line have brought since the last call."""
+        found, self.ais_found = self.ais_found, []
+        return found
+
     def poll(self, now_us: int) -> list[Measurement]:
         """Close an overdue epoch and look after the line's health. Call at least once per tick."""
         if now_us - self._checked_us >= _CHECK_US:
@@ -140,7 +153,8 @@ class NmeaReader:
     def damaged(self) -> int:
         """Sentences lost to a wrong or missing checksum, to length, or to impossible fields."""
         line = self._line.counters
-        return line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"]
+        ais = 0 if self._ais is None else self._ais.damaged
+        return line.bad_checksum + line.no_checksum + line.too_long + line.not_text + self._dropped["malformed"] + ais
 
     @property
     def counters(self) -> dict[str, int]:
@@ -149,7 +163,9 @@ class NmeaReader:
         for receiver in self._receivers.all:
             epochs["late"] += receiver.epochs.late
             epochs["partial_epochs"] += receiver.epochs.partial
+        ais = self._ais
         return {
+            **({} if ais is None else {"AIS": ais.sentences, "ais_broken_sets": ais.broken_sets}),
             **self._watch.counts(),
             **self._line.counters.as_dict(),
             **self._dropped,
@@ -184,6 +200,9 @@ class NmeaReader:
 
     def _sentence(self, body: str, now_us: int, found: list[Measurement]) -> None:
         fields = body.split(",")
+        if is_ais(fields[0]) or fields[0] in _AIS_WORDS:
+            self._take_ais(fields, now_us)
+            return
         route = self._routes.get(fields[0]) or self._route(fields[0])
         if route is None:
             return
@@ -200,6 +219,18 @@ class NmeaReader:
             return
         rhythm.heard(now_us)
         take(part, now_us, found)
+
+    def _take_ais(self, fields: list[str], now_us: int) -> None:
+        """AIS has no rhythm of its own, and a list of wanted sentences says nothing of it; only a minus keeps it out."""
+        if self._wanted.forbids(fields[0]) or len(self.ais_found) >= _AIS_MAX:
+            self._dropped["filtered"] += 1
+            return
+        if fields[0] in _AIS_WORDS:
+            self.ais_found.append(AisWord(now_us, tuple(fields)))
+            return
+        if self._ais is None:
+            self._ais = AisReceiver()
+        self.ais_found += self._ais.sentence(fields, now_us)
 
     def _route(self, address: str) -> _Route | None:
         """How to decode an address, remembered; None (and counted) when it is unknown or not wanted."""

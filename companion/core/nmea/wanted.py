@@ -29,6 +29,8 @@ _KIND_RANK: Final = {
 """Of the sentences with one quantity the plainest leads: HDT before its kin, HDG (which may know its deviation) before HDM,
 DBT and DPT before what is counted from elsewhere than the transducer. What is not named here comes first."""
 _UNNAMED: Final = 99
+_AIS: Final = frozenset(("VDM", "VDO"))
+"""Sentences of AIS, read by a room of their own."""
 
 
 def _split(entries: Iterable[str]) -> tuple[list[str], frozenset[str]]:
@@ -58,6 +60,10 @@ class Wanted:
             return False
         return kind in self._kinds
 
+    def forbids(self, address: str) -> bool:
+        """Whether an address, its formatter or its talker stands behind a minus."""
+        return bool(self._forbidden & {address, address[2:]}) or address[:2] in self._forbidden_talkers
+
     def talker_rank(self, talker: str) -> int:
         """Preference of a talker: first those named, in their order, then sensors, then repeaters; lower is better."""
         if talker in self._talkers:
@@ -76,4 +82,5 @@ class Wanted:
 def unknown_names(text: str) -> list[str]:
     """Return the names in a ``sentences`` setting that are no sentence understood here."""
     named, forbidden = _split(text.split(","))
-    return [name for name in (*named, *sorted(forbidden)) if kind_of(name)[1] not in KINDS]
+    known = KINDS | _AIS
+    return [name for name in (*named, *sorted(forbidden)) if kind_of(name)[1] not in known]

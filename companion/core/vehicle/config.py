@@ -13,6 +13,7 @@ from mavlink_bridge.language.snapshot import LinkHealth
 from mavlink_bridge.language.stations import Heard
 from mavlink_bridge.language.value import value
 
+from ..ais.receiver import AisWord, Received
 from ..config import Config, param
 from ..estimate import EstimatorConfig
 from ..guard.depth.guard import DepthGuardConfig
@@ -23,6 +24,7 @@ from ..guard.gate import GateConfig
 from ..guard.monitors import MonitorConfig
 from ..guide import GuidanceConfig
 from ..steer import SteeringConfig
+from ..traffic import TrafficConfig
 from .mission import MissionConfig
 from .navigator import ModeConfig
 
@@ -93,6 +95,7 @@ class VehicleConfig(Config):
     failsafe: FailsafeConfig = FailsafeConfig()
     monitors: MonitorConfig = MonitorConfig()
     gate: GateConfig = GateConfig()
+    traffic: TrafficConfig = TrafficConfig()
 
 
 @value
@@ -101,6 +104,10 @@ class TickInputs:
 
     measurements: Sequence[tuple[Measurement, int]] = ()
     """Each with the number of its sensor link; the lowest one alive leads."""
+    ais: Sequence[Received | AisWord] = ()
+    """What AIS receivers have brought."""
+    ais_alive: bool = False
+    """A line that carries AIS has brought a byte since the last tick."""
     actuator: ActuatorStatus = field(default_factory=lambda: ActuatorStatus(0))
     actuator_ready: bool = False
     actuator_reason: str = "no actuator board"

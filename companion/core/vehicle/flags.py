@@ -30,6 +30,7 @@ def flags_of(controls: Controls, sensed: Sensed, course: Course, guarded: Guarde
         plan=_INVALID if course.guided is not None and course.guided.unable else _SOUND,
         monitors=guarded.monitors,
         thrust=parts.propulsion.flags,
+        traffic=parts.traffic.flags,
     )
 
 

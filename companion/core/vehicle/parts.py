@@ -18,6 +18,7 @@ from ..hull.geometry import geometry_of
 from ..hull.statics import Statics
 from ..steer import make_controller
 from ..steer.law import Controller
+from ..traffic import Traffic
 from .config import VehicleConfig
 from .mission import Mission
 from .navigator import Navigator
@@ -37,6 +38,7 @@ class Parts:
     estimator: Estimator
     board: BoardWatch
     propulsion: PropulsionWatch
+    traffic: Traffic
     operators: Operators
     mission: Mission
     navigator: Navigator
@@ -69,6 +71,8 @@ class Parts:
             self.fence.configure(config.fence)
         if config.monitors != old.monitors:
             self.monitors.configure(config.monitors)
+        if config.traffic != old.traffic:
+            self.traffic.configure(config.traffic)
         if config.gate != old.gate:
             self.gate.configure(config.gate)
 
@@ -83,6 +87,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         estimator=Estimator(config.estimate, geometry),
         board=BoardWatch(),
         propulsion=PropulsionWatch(vessel),
+        traffic=Traffic(config.traffic),
         operators=Operators(config.operator.ids, gcs_s=failsafe.gcs_timeout_s, radio_s=failsafe.radio_timeout_s),
         mission=mission,
         navigator=Navigator(config.modes, mission, failsafe.manual_timeout_s),

@@ -17,6 +17,7 @@ from mavlink_bridge.language.messages import (
     GuardState,
 )
 from mavlink_bridge.language.snapshot import ControlTrace, FenceStatus, Outlook
+from mavlink_bridge.language.traffic import NO_TRAFFIC, TrafficPicture
 from mavlink_bridge.language.value import value
 
 from ..guard.board_watch import BoardReport
@@ -41,6 +42,8 @@ class Sensed:
     board: BoardReport = field(default_factory=BoardReport)
     utc_us: int | None = None
     """UTC of this tick, microseconds since 1970; None = unknown."""
+    others: TrafficPicture = NO_TRAFFIC
+    """Other vessels."""
 
 
 @value

@@ -110,7 +110,10 @@ class Vehicle:
         board = parts.board.step(
             inputs.actuator, inputs.actuator_faults, ready=inputs.actuator_ready, armed=controls.armed
         )
-        controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us)
+        others = parts.traffic.step(now_us, state, utc_us, inputs.ais, line_alive=inputs.ais_alive)
+        for severity, text in parts.traffic.drain_texts():
+            controls.voice.say(severity, text)
+        controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us, others=others)
         if controls.started_at is None:
             controls.look_where_started()
         if parts.mission.home is None:

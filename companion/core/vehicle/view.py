@@ -73,6 +73,7 @@ class View:
             throttle=0.5 * (output.thruster_port + output.thruster_starboard),
             terminated=parts.gate.terminated,
             load=inputs.load,
+            traffic=sensed.others,
         )
 
     def _see_progress(self, inputs: TickInputs, reached: tuple[int, ...]) -> Progress:

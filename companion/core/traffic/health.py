@@ -1,0 +1,71 @@
+"""Whether AIS receivers are heard, and what they say of themselves ($AITXT, $AIALR)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from mavlink_bridge.language.messages import Severity
+
+from .words import Text
+
+SILENT_US: Final = 60_000_000
+QUIET_US: Final = 600_000_000
+"""No vessel for so long is normal on a lake, and worth a word at sea."""
+_AGAIN_US: Final = 600_000_000
+_TEXTS_KEPT: Final = 16
+
+
+class ReceiverHealth:
+    """Texts when the condition of the receivers changes; memory is bounded."""
+
+    def __init__(self) -> None:
+        self.heard = False
+        self.silent = False
+        self._line_us = 0
+        """When a line that has carried AIS last brought a byte."""
+        self._report_us = 0
+        self._quiet = False
+        self._said: dict[str, int] = {}
+        self._started_us: int | None = None
+        self.texts: list[Text] = []
+
+    def sentence(self, now_us: int) -> None:
+        """An AIS sentence has come."""
+        self.heard = True
+        self._line_us = self._report_us = now_us
+
+    def line_alive(self, now_us: int) -> None:
+        """A line that carries AIS has brought something."""
+        self._line_us = now_us
+
+    def receiver_text(self, fields: Sequence[str], now_us: int) -> None:
+        """$--TXT (total, number, identifier, text) or $--ALR (time, number, condition, acknowledged, text)."""
+        if fields[0].endswith("ALR"):
+            if len(fields) < 6 or fields[3] != "A":
+                return
+            severity, text = Severity.WARNING, fields[5]
+        else:
+            severity, text = Severity.INFO, fields[4] if len(fields) > 4 else ""
+        text = text.removeprefix("AIS: ").strip()[:60]
+        if not text or now_us - self._said.get(text, -_AGAIN_US) < _AGAIN_US:
+            return
+        self._said.pop(text, None)
+        self._said[text] = now_us
+        if len(self._said) > _TEXTS_KEPT:
+            del self._said[next(iter(self._said))]
+        self.texts.append((severity, f"AIS receiver: {text}"))
+
+    def step(self, now_us: int, *, required: bool) -> None:
+        """Look for silence; once a tick."""
+        if self._started_us is None:
+            self._started_us = self._line_us = self._report_us = now_us
+        silent = (self.heard or required) and now_us - self._line_us > SILENT_US
+        if silent != self.silent:
+            self.silent = silent
+            text = f"AIS silent for {SILENT_US // 1_000_000} s: traffic unknown" if silent else "AIS is heard again"
+            self.texts.append((Severity.WARNING if silent else Severity.INFO, text))
+        quiet = self.heard and not silent and now_us - self._report_us > QUIET_US
+        if quiet and not self._quiet:
+            self.texts.append((Severity.INFO, f"AIS: no vessel heard for {QUIET_US // 60_000_000} min"))
+        self._quiet = quiet

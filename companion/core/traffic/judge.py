@@ -1,0 +1,158 @@
+"""Risk, role and danger towards one vessel, kept from the first moment of risk until past and clear.
+
+Risk: on both courses over ground we would pass within the wanted clearance of her hull, inside the look-ahead; the wanted clearance
+grows with what is not known of her. The role is taken then (rules 13 to 15) and kept. Pure: what was, what is, what becomes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.traffic import Danger, Role
+from mavlink_bridge.language.value import value
+
+from ..ais.reports import StationClass
+from .clearance import Clearance, Hull, circle_of, clearance, hull_of
+from .config import TrafficConfig
+from .sectors import role_of
+from .table import Static
+from .track import Track, metres_per_rad
+
+SHIP_LENGTH_M: Final = 20.0
+"""From here on she is a ship: the wanted clearance is the larger one."""
+FAR_M: Final = 4000.0
+"""Farther away nothing is judged: within the look-ahead not even a fast ship comes so far."""
+_CLOSE_S: Final = 20.0
+_UNDER_WAY_MPS: Final = 0.3
+"""Slower we have no course of our own, and so no role."""
+_AXIS_MPS: Final = 0.514
+"""One knot: below it a course says nothing of where a bow points."""
+_SHOWN_S: Final = 1200.0
+"""How far ahead a closest point is shown, with risk or without."""
+_SURE: Final = 0.5
+"""Share of her uncertainty by which the wanted clearance grows."""
+
+
+@value
+class Own:
+    """Where we are and go, for judging others."""
+
+    lat_rad: float
+    lon_rad: float
+    metres: tuple[float, float]
+    """Of a radian of latitude and of longitude here."""
+    vn_mps: float
+    ve_mps: float
+    psi_rad: float
+    """Heading, or the course where none is known."""
+    sog_mps: float
+
+
+def own_of(state: EstimatedState) -> Own | None:
+    """Our own place and way; None without a position."""
+    if state.lat_rad is None or state.lon_rad is None:
+        return None
+    vn, ve = state.vx_mps or 0.0, state.vy_mps or 0.0
+    course = math.atan2(ve, vn)
+    psi = course if state.psi_rad is None else state.psi_rad
+    return Own(
+        lat_rad=state.lat_rad,
+        lon_rad=state.lon_rad,
+        metres=metres_per_rad(state.lat_rad),
+        vn_mps=vn,
+        ve_mps=ve,
+        psi_rad=psi,
+        sog_mps=math.hypot(vn, ve),
+    )
+
+
+@value
+class Dealing:
+    """How it stands with one vessel, from look to look."""
+
+    role: Role = Role.NONE
+    danger: Danger = Danger.NONE
+    lost: bool = False
+    """She has risk and has not been heard for two of her intervals."""
+
+
+NO_DEALING: Final = Dealing()
+
+
+@value
+class Look:
+    """What one look at a vessel gives."""
+
+    dealing: Dealing
+    range_m: float
+    bearing_rad: float
+    opening: bool
+    closest: Clearance | None
+    """None: too far away to be judged."""
+
+
+def hull_and_axis(track: Track, static: Static) -> tuple[Hull, float]:
+    """Her hull and where it points; a circle where nobody knows."""
+    hull = hull_of(static.sides, ship=track.report.sent is StationClass.CLASS_A)
+    if track.heading_rad is not None:
+        return hull, track.heading_rad
+    if track.cog_rad is not None and not track.at_rest and (track.sog_mps or 0.0) > _AXIS_MPS:
+        return hull, track.cog_rad
+    return circle_of(hull), 0.0
+
+
+def wanted_m(hull: Hull, config: TrafficConfig) -> float:
+    """The clearance that we want to her hull."""
+    return config.ship_distance_m if hull.length_m >= SHIP_LENGTH_M else config.small_distance_m
+
+
+def look(before: Dealing, track: Track, static: Static, own: Own, now_us: int, config: TrafficConfig) -> Look:
+    """Judge one vessel."""
+    age_s = track.age_s(now_us)
+    moved = track.moved_m(age_s)
+    per_lat, per_lon = own.metres
+    east_rad = math.remainder(track.lon_rad - own.lon_rad, math.tau)
+    north, east = (track.lat_rad - own.lat_rad) * per_lat + moved[0], east_rad * per_lon + moved[1]
+    vn, ve = track.velocity(age_s)
+    closing = vn - own.vn_mps, ve - own.ve_mps
+    range_m = math.hypot(north, east)
+    opening = north * closing[0] + east * closing[1] >= 0.0
+    bearing = math.atan2(east, north)
+    if range_m > FAR_M and before.danger is Danger.NONE:
+        return Look(before, range_m, bearing, opening, None)
+    hull, axis_rad = hull_and_axis(track, static)
+    closest = clearance(north, east, closing, (hull, axis_rad), config.look_ahead_s)
+    shown = closest
+    if closest.time_s >= config.look_ahead_s:
+        shown = clearance(north, east, closing, (hull, axis_rad), _SHOWN_S)
+    wanted = wanted_m(hull, config)
+    grown = wanted + _SURE * track.sigma_m(age_s + closest.time_s * 0.5)
+    danger = _danger(closest, wanted, grown)
+    if before.danger is not Danger.NONE and danger is Danger.NONE:
+        clear = closest.time_s <= 0.0 and closest.distance_m > wanted
+        danger = Danger.NONE if clear else Danger.RISK
+    if danger is Danger.NONE:
+        return Look(NO_DEALING, range_m, bearing, opening, shown)
+    role = before.role if before.danger is not Danger.NONE else _role(track, (north, east), own, (vn, ve))
+    lost = age_s > 2.0 * track.interval_s() + 5.0
+    return Look(Dealing(role, danger, lost), range_m, bearing, opening, shown)
+
+
+def _danger(closest: Clearance, wanted_m: float, grown_m: float) -> Danger:
+    if closest.distance_m < 0.5 * wanted_m and closest.time_s <= _CLOSE_S:
+        return Danger.CLOSE
+    if closest.time_s <= 0.0 or closest.distance_m >= grown_m:  # her hull goes away, or stays clear
+        return Danger.NONE
+    return Danger.RISK
+
+
+def _role(track: Track, place_m: tuple[float, float], own: Own, hers: tuple[float, float]) -> Role:
+    if track.at_rest or not track.velocity_known:
+        return Role.OBSTACLE
+    if own.sog_mps < _UNDER_WAY_MPS:
+        return Role.NONE
+    speed = math.hypot(*hers)
+    course = track.heading_rad if track.heading_rad is not None else math.atan2(hers[1], hers[0])
+    return role_of(place_m, own.psi_rad, own.sog_mps, course, speed)

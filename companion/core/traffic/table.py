@@ -1,0 +1,225 @@
+"""All that is heard, in one table: who, where, under which number; doubles, jumps, repeats and floods dealt with.
+
+One number may be two vessels, or one that seems to jump: both places are held until three reports in a row agree. A report that is
+heard twice, or sent on by a relay, never makes a track younger. At most 256 tracks: the farthest that opens goes first.
+Tracks are ordered by number, then by age, so that a replay is bit for bit the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from mavlink_bridge.language.traffic import Sides
+from mavlink_bridge.language.value import value
+
+from ..ais.identity import DISTRESS, station_of
+from ..ais.reports import PositionReport, StaticReport
+from .track import Track, offset_m
+
+TRACKS_MAX: Final = 256
+_STATICS_MAX: Final = 512
+_BELIEVED_AGE_S: Final = 10.0
+"""A UTC second older than this belongs to a receiver's wrong clock, not to latency."""
+_UNTIMED_AGE_S: Final = 1.5
+_REPEAT_US: Final = 2_000_000
+_SAME_FIX_US: Final = 50_000_000
+"""The same UTC second comes again after a minute, not before."""
+_JUMP_M: Final = 100.0
+_JUMP_MPS: Final = 10.0
+_AGREE: Final = 3
+PERSON_LIFE_S: Final = 6 * 3600.0
+"""A beacon's battery lasts days; who searches must not lose it."""
+_LIFE_INTERVALS: Final = 3.5
+
+
+@value
+class Static:
+    """What a vessel says of herself."""
+
+    name: str = ""
+    callsign: str = ""
+    ship_type: int = 0
+    sides: Sides | None = None
+
+
+NO_STATIC: Final = Static()
+
+
+class Entry:
+    """A track with what the judge last saw of it."""
+
+    __slots__ = ("confirmed", "due_us", "opening", "range_m", "since_other", "track")
+
+    def __init__(self, track: Track) -> None:
+        self.track = track
+        self.due_us = 0
+        """When she is to be looked at again."""
+        self.range_m = math.inf
+        self.opening = False
+        self.since_other = 0
+        """Reports since her double last had one."""
+        self.confirmed = True
+        """False: a place that few reports speak for, under a number that is known elsewhere."""
+
+
+class Table:
+    """Tracks and names. Never raises; memory is bounded."""
+
+    def __init__(self, life_s: float) -> None:
+        self.life_s = life_s
+        self._entries: dict[int, list[Entry]] = {}
+        self._statics: dict[int, Static] = {}
+        self.repeats = 0
+        self.dropped = 0
+        """Vessels for which there was no room."""
+        self.count = 0
+
+    def __iter__(self) -> Iterator[Entry]:
+        for mmsi in sorted(self._entries):
+            yield from self._entries[mmsi]
+
+    def of(self, mmsi: int) -> list[Entry]:
+        return self._entries.get(mmsi, [])
+
+    def static_of(self, mmsi: int) -> Static:
+        return self._statics.get(mmsi, NO_STATIC)
+
+    def take_static(self, report: StaticReport) -> None:
+        """Remember what a report says; what it leaves out stays."""
+        known = self._statics.pop(report.mmsi, NO_STATIC)
+        self._statics[report.mmsi] = replace(
+            known,
+            name=report.name or known.name,
+            callsign=report.callsign or known.callsign,
+            ship_type=report.ship_type or known.ship_type,
+            sides=report.dimensions or known.sides,
+        )
+        if len(self._statics) > _STATICS_MAX:
+            idle = next((mmsi for mmsi in self._statics if mmsi not in self._entries), next(iter(self._statics)))
+            del self._statics[idle]
+
+    def take_position(
+        self, report: PositionReport, now_us: int, utc_us: int | None, own: tuple[float, float] | None
+    ) -> Entry | None:
+        """Take a report with a position; return whose it is, None when it is no news or there is no room.
+
+        ``utc_us``: UTC now, if known; ``own``: our latitude and longitude, rad, for who is dropped in a flood.
+        """
+        t_us, timed = _when(report, now_us, utc_us)
+        entries = self._entries.get(report.mmsi, [])
+        if any(_is_repeat(entry.track, report, t_us, now_us) for entry in entries):
+            self.repeats += 1
+            return None
+        near = [entry for entry in entries if _fits(entry.track, report, t_us)]
+        if near:
+            entry = near[0]
+            entry.track.update(report, max(t_us, entry.track.t_us + 1), timed=timed)
+        else:
+            made = self._begin(report, t_us, own, timed=timed)
+            if made is None:
+                return None
+            entry = made
+        self._agree(report.mmsi, entry)
+        entry.due_us = 0
+        return entry
+
+    def _begin(
+        self, report: PositionReport, t_us: int, own: tuple[float, float] | None, *, timed: bool
+    ) -> Entry | None:
+        """Open a track at a place where none is; the weaker of two gives way to a third."""
+        entries = self._entries.setdefault(report.mmsi, [])
+        fresh = Entry(Track(report, t_us, timed=timed))
+        if own is not None:
+            assert report.lat_rad is not None
+            assert report.lon_rad is not None
+            fresh.range_m = math.hypot(*offset_m(*own, report.lat_rad, report.lon_rad))
+        if len(entries) >= 2:
+            weak = min(entries, key=lambda entry: (entry.confirmed, entry.track.t_us))
+            entries.remove(weak)
+            self.count -= 1
+        elif self.count >= TRACKS_MAX and not self._make_room(fresh):
+            if not entries:
+                del self._entries[report.mmsi]
+            self.dropped += 1
+            return None
+        fresh.confirmed = not entries
+        entries.append(fresh)
+        self.count += 1
+        return fresh
+
+    def _make_room(self, fresh: Entry) -> bool:
+        """Drop the farthest that opens, else the farthest; False when the new one is farther than all."""
+        worst = max(
+            (entry for each in self._entries.values() for entry in each),
+            key=lambda entry: (entry.opening, entry.range_m),
+        )
+        if (fresh.opening, fresh.range_m) >= (worst.opening, worst.range_m) and not worst.opening:
+            return False
+        self.drop(worst)
+        self.dropped += 1
+        return True
+
+    def _agree(self, mmsi: int, entry: Entry) -> None:
+        """Let three reports in a row decide between two places."""
+        others = [other for other in self._entries[mmsi] if other is not entry]
+        entry.since_other += 1
+        for other in others:
+            other.since_other = 0
+            if entry.since_other >= _AGREE and not (other.confirmed and entry.confirmed):
+                self.drop(other)
+        if entry.track.reports >= _AGREE:
+            entry.confirmed = True
+
+    def drop(self, entry: Entry) -> None:
+        """Forget a track."""
+        entries = self._entries[entry.track.mmsi]
+        entries.remove(entry)
+        self.count -= 1
+        if not entries:
+            del self._entries[entry.track.mmsi]
+
+    def forget_number(self, mmsi: int) -> None:
+        """Forget all under a number."""
+        self.count -= len(self._entries.pop(mmsi, []))
+
+    def is_over(self, entry: Entry, now_us: int) -> bool:
+        """Whether a track has not been heard of for so long that it is none."""
+        track = entry.track
+        life_s = max(self.life_s, _LIFE_INTERVALS * track.interval_s())
+        if station_of(track.mmsi) in DISTRESS:
+            life_s = PERSON_LIFE_S
+        return track.age_s(now_us) > life_s
+
+
+def _when(report: PositionReport, now_us: int, utc_us: int | None) -> tuple[int, bool]:
+    """When she was there: by the UTC second of her fix where that can be believed."""
+    if report.second is not None and utc_us is not None:
+        age_s = (utc_us * 1e-6 - report.second) % 60.0
+        if age_s <= _BELIEVED_AGE_S:
+            return now_us - round(age_s * 1e6), True
+    return now_us - round(_UNTIMED_AGE_S * 1e6), False
+
+
+def _is_repeat(track: Track, report: PositionReport, t_us: int, now_us: int) -> bool:
+    """Whether a report says what the last one said, or is older."""
+    last = track.report
+    if (last.lat_rad, last.lon_rad, last.second) != (report.lat_rad, report.lon_rad, report.second):
+        return t_us < track.t_us - _REPEAT_US
+    if (last.sog_mps, last.cog_rad) != (report.sog_mps, report.cog_rad):
+        return False
+    gap_us = now_us - track.t_us
+    return gap_us <= _REPEAT_US + round(_UNTIMED_AGE_S * 1e6) or (
+        gap_us <= _SAME_FIX_US and (report.second is not None or report.repeat > 0)
+    )
+
+
+def _fits(track: Track, report: PositionReport, t_us: int) -> bool:
+    """Whether she can have come from where she was."""
+    assert report.lat_rad is not None
+    assert report.lon_rad is not None
+    gap_s = max(0.0, (t_us - track.t_us) * 1e-6)
+    jump_m = math.hypot(*offset_m(track.lat_rad, track.lon_rad, report.lat_rad, report.lon_rad))
+    return jump_m <= max(track.sog_mps or 0.0, _JUMP_MPS) * gap_s + _JUMP_M

@@ -1,0 +1,323 @@
+"""The traffic watch: reports in, one picture a tick out, texts on change.
+
+Every vessel is looked at once a second and when she is heard, at most 24 in one tick, so that a harbour costs no deadline.
+The picture is the same object until something in it changes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from mavlink_bridge.language.messages import EstimatedState, Severity
+from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, TrafficPicture, Vessel, VesselKind
+from mavlink_bridge.language.units import wrap_pi
+
+from ..ais.identity import DISTRESS, Station, station_of
+from ..ais.receiver import AisWord, Received
+from ..ais.reports import AidToNavigation, PositionReport, SafetyText, StaticReport, StationClass
+from . import words
+from .aids import Aids
+from .config import TrafficConfig
+from .flags import TrafficFlags, flags_of
+from .health import ReceiverHealth
+from .judge import NO_DEALING, Dealing, Look, Own, look, own_of
+from .own import OwnNumbers
+from .table import Entry, Table
+from .track import Track
+from .words import Text
+
+LOOK_US: Final = 1_000_000
+LOOKS_A_TICK: Final = 24
+"""Some 25 us each: a tick's share stays far below 5 ms."""
+_TEXTS_MAX: Final = 10
+_TEXTS_US: Final = 10_000_000
+"""At most so many texts in this time: in a crowded anchorage words are noise."""
+_ACTIVE: Final = 14
+"""Navigational status of a beacon that is used in earnest."""
+_RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
+
+
+class Traffic:
+    """All other vessels. Never raises, whatever is received; memory is bounded."""
+
+    def __init__(self, config: TrafficConfig) -> None:
+        self.config = config
+        self.health = ReceiverHealth()
+        self.table = Table(config.track_life_s)
+        self.own_numbers = OwnNumbers(config.own_mmsi)
+        self.aids = Aids()
+        self.picture: TrafficPicture = NO_TRAFFIC
+        self.flags = TrafficFlags()
+        """What the failsafe warns of."""
+        self._seen: dict[Entry, tuple[Dealing, Vessel]] = {}
+        self._tests: dict[int, bool] = {}
+        self._told: dict[int, bool] = {}
+        """Beacons that were told of, and whether as a test."""
+        self._texts: list[Text] = []
+        self._spoken_us: list[int] = []
+        self._changed = False
+        self._own: Own | None = None
+
+    def configure(self, config: TrafficConfig) -> None:
+        """Take new settings."""
+        self.config = config
+        if not config.enabled:
+            self.flags = TrafficFlags()
+        self.table.life_s = config.track_life_s
+        self.own_numbers.configured = config.own_mmsi
+        self._changed = True
+
+    def drain_texts(self) -> list[Text]:
+        """Operator texts since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    # ---- in
+
+    def _receive(self, received: Sequence[Received | AisWord], own: Own | None, utc_us: int | None) -> None:
+        """Take reports as they came, with our own state and UTC."""
+        for item in received:
+            if isinstance(item, AisWord):
+                self.health.receiver_text(item.fields, item.t_us)
+                continue
+            self.health.sentence(item.t_us)
+            if item.own:
+                self.own_numbers.said(item.report.mmsi)
+                self.table.forget_number(item.report.mmsi)
+            elif item.report.mmsi not in self.own_numbers or self._is_apart(item.report, own, item.t_us):
+                self._take(item, own, utc_us)
+
+    def _is_apart(self, report: object, own: Own | None, now_us: int) -> bool:
+        """Whether a number that was found to move with us does so no more."""
+        if isinstance(report, PositionReport) and own is not None:
+            self._compare(report, own, now_us)
+            return report.mmsi not in self.own_numbers
+        return False
+
+    def _take(self, item: Received, own: Own | None, utc_us: int | None) -> None:
+        match item.report:
+            case PositionReport() as report:
+                self._take_position(report, item.t_us, own, utc_us)
+            case StaticReport() as report:
+                self.table.take_static(report)
+                for entry in self.table.of(report.mmsi):
+                    entry.due_us = 0
+            case AidToNavigation() as report:
+                self._texts += self.aids.take(report, item.t_us)
+                self._changed = True
+            case SafetyText() as report:
+                self._take_text(report)
+            case _:
+                pass  # a base station is no vessel and no mark
+
+    def _take_position(self, report: PositionReport, now_us: int, own: Own | None, utc_us: int | None) -> None:
+        station = station_of(report.mmsi)
+        if not report.has_position or station in (Station.COAST, Station.GROUP, Station.AID):
+            return
+        if own is not None and station not in DISTRESS and self._compare(report, own, now_us):
+            self.table.forget_number(report.mmsi)
+            text = f"AIS: MMSI {report.mmsi} moves with us, taken for our own transponder: set traffic.own_mmsi"
+            self._texts.append((Severity.NOTICE, text))
+            return
+        place = None if own is None else (own.lat_rad, own.lon_rad)
+        self.table.take_position(report, now_us, utc_us, place)
+
+    def _compare(self, report: PositionReport, own: Own, now_us: int) -> bool:
+        assert report.lat_rad is not None
+        assert report.lon_rad is not None
+        north = (report.lat_rad - own.lat_rad) * own.metres[0]
+        east = wrap_pi(report.lon_rad - own.lon_rad) * own.metres[1]
+        speed, course = report.sog_mps or 0.0, report.cog_rad
+        off = math.pi if course is None else wrap_pi(course - math.atan2(own.ve_mps, own.vn_mps))
+        # her report is a second or two old
+        apart = max(0.0, math.hypot(north, east) - 2.0 * own.sog_mps), speed - own.sog_mps, off
+        return self.own_numbers.compare(report.mmsi, apart, own.sog_mps, now_us)
+
+    def _take_text(self, report: SafetyText) -> None:
+        if station_of(report.mmsi) in DISTRESS:
+            self._tests[report.mmsi] = "TEST" in report.text.upper()
+            if len(self._tests) > 32:
+                del self._tests[next(iter(self._tests))]
+
+    # ---- one tick
+
+    def step(
+        self,
+        now_us: int,
+        state: EstimatedState,
+        utc_us: int | None = None,
+        received: Sequence[Received | AisWord] = (),
+        *,
+        line_alive: bool = False,
+    ) -> TrafficPicture:
+        """Take what was received in this tick, look at those whose turn it is; return what is known.
+
+        ``line_alive``: a line that carries AIS has brought something, if only other sentences.
+        """
+        if not self.config.enabled:
+            return NO_TRAFFIC
+        if line_alive:
+            self.health.line_alive(now_us)
+        if received:
+            self._receive(received, own_of(state), utc_us)
+        self.health.step(now_us, required=self.config.required)
+        if self.health.texts:
+            self._texts += self.health.texts
+            self.health.texts = []
+            self._changed = True
+        if self.table.count:
+            self._look_around(now_us, own_of(state))
+        if len(self._seen) > self.table.count:
+            # pushed out by a flood, told apart from a double, or found to be us
+            present = set(map(id, self.table))
+            self._seen = {entry: seen for entry, seen in self._seen.items() if id(entry) in present}
+            self._changed = True
+        if self.aids.expire(now_us):
+            self._changed = True
+        if self._changed:
+            self._changed = False
+            self.picture = self._compose()
+            self.flags = flags_of(self.picture)
+        return self.picture
+
+    def _look_around(self, now_us: int, own: Own | None) -> None:
+        due = [entry for entry in self.table if entry.due_us <= now_us]
+        if len(due) > LOOKS_A_TICK:
+            due = sorted(due, key=lambda entry: entry.due_us)[:LOOKS_A_TICK]
+        for entry in due:
+            entry.due_us = now_us + LOOK_US
+            self._changed = True
+            if self.table.is_over(entry, now_us):
+                self._forget(entry)
+            else:
+                self._look_at(entry, own, now_us)
+
+    def _forget(self, entry: Entry) -> None:
+        self.table.drop(entry)
+        _, vessel = self._seen.pop(entry, (NO_DEALING, None))
+        if vessel is not None and vessel.danger is not Danger.NONE:
+            self._speak(words.gone(vessel), vessel.t_us)
+
+    def _look_at(self, entry: Entry, own: Own | None, now_us: int) -> None:
+        track = entry.track
+        before = self._seen[entry][0] if entry in self._seen else NO_DEALING
+        kind = self._kind(track)
+        if own is None:
+            self._seen[entry] = before, self._vessel(entry, kind, None, now_us)
+            return
+        static = self.table.static_of(track.mmsi)
+        seen = look(before, track, static, own, now_us, self.config)
+        if kind not in (VesselKind.CLASS_A, VesselKind.CLASS_B):
+            seen = Look(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
+        entry.range_m, entry.opening = seen.range_m, seen.opening
+        vessel = self._vessel(entry, kind, seen, now_us)
+        self._seen[entry] = seen.dealing, vessel
+        self._tell(before, seen.dealing, vessel, now_us)
+
+    def _tell(self, before: Dealing, dealing: Dealing, vessel: Vessel, now_us: int) -> None:
+        if vessel.kind in (VesselKind.PERSON, VesselKind.BEACON_TEST):
+            test = vessel.kind is VesselKind.BEACON_TEST
+            if self._told.get(vessel.mmsi) is not test:
+                self._told[vessel.mmsi] = test
+                self._texts.append(words.beacon(vessel, test=test))
+            return
+        text = words.change(before.danger, vessel)
+        if text is not None:
+            self._speak(text, now_us)
+        if dealing.lost and not before.lost:
+            self._speak(words.lost(vessel, now_us), now_us)
+
+    def _speak(self, text: Text, now_us: int) -> None:
+        self._spoken_us = [at_us for at_us in self._spoken_us if now_us - at_us < _TEXTS_US]
+        if len(self._spoken_us) < _TEXTS_MAX:
+            self._spoken_us.append(now_us)
+            self._texts.append(text)
+
+    # ---- out
+
+    def _kind(self, track: Track) -> VesselKind:
+        report = track.report
+        if station_of(track.mmsi) in DISTRESS:
+            test = self._tests.get(track.mmsi, report.status != _ACTIVE)
+            return VesselKind.BEACON_TEST if test else VesselKind.PERSON
+        match report.sent:
+            case StationClass.CLASS_A:
+                return VesselKind.CLASS_A
+            case StationClass.CLASS_B:
+                return VesselKind.CLASS_B
+            case StationClass.SAR_AIRCRAFT:
+                return VesselKind.SAR_AIRCRAFT
+            case StationClass.LONG_RANGE:
+                return VesselKind.LONG_RANGE
+
+    def _vessel(self, entry: Entry, kind: VesselKind, seen: Look | None, now_us: int) -> Vessel:
+        track, report = entry.track, entry.track.report
+        static = self.table.static_of(track.mmsi)
+        lat_rad, lon_rad = track.place(now_us)
+        assert report.lat_rad is not None
+        assert report.lon_rad is not None
+        closest = None if seen is None else seen.closest
+        dealing = NO_DEALING if seen is None else seen.dealing
+        return Vessel(
+            mmsi=track.mmsi,
+            kind=kind,
+            t_us=now_us,
+            lat_rad=lat_rad,
+            lon_rad=lon_rad,
+            reported_lat_rad=report.lat_rad,
+            reported_lon_rad=report.lon_rad,
+            reported_us=track.t_us,
+            sigma_m=track.sigma_m(track.age_s(now_us)),
+            sog_mps=track.sog_mps,
+            cog_rad=track.cog_rad,
+            heading_rad=track.heading_rad,
+            at_rest=track.at_rest,
+            turn_radps=report.turn_radps,
+            turn_sign=report.turn_sign,
+            accurate=report.accurate,
+            sog_is_least=report.sog_is_least,
+            status=report.status,
+            ship_type=static.ship_type,
+            sides=static.sides,
+            name=static.name,
+            callsign=static.callsign,
+            range_m=None if seen is None else seen.range_m,
+            bearing_rad=None if seen is None else seen.bearing_rad,
+            cpa_m=None if closest is None else closest.distance_m,
+            tcpa_s=None if closest is None else closest.time_s,
+            role=dealing.role,
+            danger=dealing.danger,
+        )
+
+    def _compose(self) -> TrafficPicture:
+        nearest: dict[int, tuple[float, Vessel]] = {}
+        lost = False
+        for entry in self.table:
+            seen = self._seen.get(entry)
+            if seen is None:
+                continue
+            lost = lost or seen[0].lost
+            best = nearest.get(entry.track.mmsi)
+            if best is None or (_RANK[seen[1].danger], entry.range_m) < (_RANK[best[1].danger], best[0]):
+                nearest[entry.track.mmsi] = entry.range_m, seen[1]
+        vessels = [vessel for _, vessel in nearest.values()]
+        vessels += self.aids.vessels()
+        vessels.sort(
+            key=lambda vessel: (
+                _RANK[vessel.danger],
+                math.inf if vessel.range_m is None else vessel.range_m,
+                vessel.mmsi,
+            )
+        )
+        return TrafficPicture(
+            vessels=tuple(vessels),
+            heard=self.health.heard,
+            silent=self.health.silent,
+            close=any(vessel.danger is Danger.CLOSE for vessel in vessels),
+            lost=lost,
+            person=any(vessel.kind is VesselKind.PERSON for vessel in vessels),
+            range_m=self.config.shown_range_m,
+            as_adsb=self.config.show_as_adsb,
+        )

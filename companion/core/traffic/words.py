@@ -1,0 +1,112 @@
+"""What the operator hears about other vessels."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, assert_never
+
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.traffic import Danger, Role, Vessel
+from mavlink_bridge.language.units import wrap_2pi
+
+from .sectors import Duty, duty_of
+
+Text = tuple[Severity, str]
+_NAME_MAX: Final = 20
+_WINDS: Final = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+
+
+def wind_of(bearing_rad: float) -> str:
+    """A bearing as one of eight points."""
+    return _WINDS[round(wrap_2pi(bearing_rad) / math.tau * 8) % 8]
+
+
+def how(role: Role) -> str:
+    """What a vessel does, seen from us."""
+    match role:
+        case Role.NONE:
+            return "coming close"
+        case Role.HEAD_ON:
+            return "head-on"
+        case Role.GIVE_WAY:
+            return "crossing from starboard"
+        case Role.STAND_ON:
+            return "crossing from port"
+        case Role.OVERTAKING:
+            return "being overtaken"
+        case Role.OVERTAKEN:
+            return "overtaking us"
+        case Role.OBSTACLE:
+            return "in the way"
+        case _:
+            assert_never(role)
+
+
+def owed(role: Role) -> str:
+    """What the rules ask of us, in words; empty where they ask nothing."""
+    match duty_of(role):
+        case Duty.NONE:
+            return ""
+        case Duty.GIVE_WAY:
+            return "we give way"
+        case Duty.STAND_ON:
+            return "we stand on"
+        case duty:
+            assert_never(duty)
+
+
+def _closest(vessel: Vessel) -> str:
+    distance = max(0.0, vessel.cpa_m or 0.0)
+    return f"CPA {distance:.0f} m in {vessel.tcpa_s or 0.0:.0f} s"
+
+
+def begun(vessel: Vessel) -> Text:
+    """Risk has begun."""
+    duty = owed(vessel.role)
+    rest = f"; {duty}" if duty else ""
+    return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} {how(vessel.role)}, {_closest(vessel)}{rest}"
+
+
+def close(vessel: Vessel) -> Text:
+    """She is within half of the wanted clearance, or is about to be."""
+    return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {_closest(vessel)}"
+
+
+def clear(vessel: Vessel) -> Text:
+    """She is past and clear."""
+    return Severity.INFO, f"Traffic: {vessel.title[:_NAME_MAX]} past and clear"
+
+
+def lost(vessel: Vessel, now_us: int) -> Text:
+    """A vessel with risk has fallen silent."""
+    where = "" if vessel.range_m is None else f", was {vessel.range_m:.0f} m away"
+    return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} not heard for {vessel.age_s(now_us):.0f} s{where}"
+
+
+def gone(vessel: Vessel) -> Text:
+    """A track with risk has ended without being past and clear."""
+    return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} lost: not heard any more"
+
+
+def change(before: Danger, vessel: Vessel) -> Text | None:
+    """The text for a change of danger; None when there is none worth it."""
+    match vessel.danger:
+        case Danger.NONE:
+            return None if before is Danger.NONE else clear(vessel)
+        case Danger.RISK:
+            return begun(vessel) if before is Danger.NONE else None
+        case Danger.CLOSE:
+            return None if before is Danger.CLOSE else close(vessel)
+        case danger:
+            assert_never(danger)
+
+
+def beacon(vessel: Vessel, *, test: bool) -> Text:
+    """A beacon of a person, a liferaft or a vessel in distress."""
+    what = {"970": "SART", "972": "MOB", "974": "EPIRB"}.get(f"{vessel.mmsi:09d}"[:3], "Distress")
+    where = "position unknown here"
+    if vessel.range_m is not None and vessel.bearing_rad is not None:
+        where = f"{vessel.range_m:.0f} m {wind_of(vessel.bearing_rad)}"
+    if test:
+        return Severity.NOTICE, f"{what} beacon {vessel.mmsi} in test: {where}"
+    return Severity.ALERT, f"{what} beacon {vessel.mmsi}: {where}"

@@ -1,0 +1,213 @@
+"""Risk, roles and clearance towards other vessels; what is told of them, and when."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+
+import pytest
+
+from companion.core.traffic import TrafficConfig
+from companion.core.traffic.clearance import Hull, clearance, hull_of
+from companion.core.traffic.sectors import Duty, duty_of, role_of
+from mavlink_bridge.language.traffic import Danger, Role, Sides
+from sitl.traffic.target import ManoeuvreText, VesselText
+from sitl.traffic.transmitter import AisText
+from tests.traffic_rig import Sea
+
+# ---- clearance
+
+
+def by_steps(
+    hull: Hull, place: tuple[float, float], closing: tuple[float, float], heading_rad: float, horizon_s: float
+) -> float:
+    """The least distance to a stadium, looked for in small steps of time and along its axis."""
+    least = math.inf
+    for step in range(601):
+        at_s = horizon_s * step / 600
+        north, east = place[0] + closing[0] * at_s, place[1] + closing[1] * at_s
+        for part in range(41):
+            along = -hull.stern_m + (hull.bow_m + hull.stern_m) * part / 40
+            n = north + along * math.cos(heading_rad) - hull.right_m * math.sin(heading_rad)
+            e = east + along * math.sin(heading_rad) + hull.right_m * math.cos(heading_rad)
+            least = min(least, math.hypot(n, e))
+    return least - hull.half_m
+
+
+def test_the_clearance_is_the_least_distance_to_the_hull() -> None:
+    rng = random.Random(4)
+    for _ in range(8):
+        hull = Hull(rng.uniform(0, 60), rng.uniform(0, 60), rng.uniform(1, 12), rng.uniform(-6, 6), 100.0)
+        place = rng.uniform(-200, 200), rng.uniform(-200, 200)
+        closing = rng.uniform(-4, 4), rng.uniform(-4, 4)
+        heading_rad = rng.uniform(-math.pi, math.pi)
+        found = clearance(*place, closing, (hull, heading_rad), 90.0)
+        assert found.distance_m == pytest.approx(by_steps(hull, place, closing, heading_rad, 90.0), abs=1.2)
+        assert 0.0 <= found.time_s <= 90.0
+
+
+def test_a_bow_is_met_long_before_the_antenna() -> None:
+    """An antenna 140 m behind the bow, abeam of us at 120 m when the bow has long crossed our place."""
+    hull = hull_of(Sides(bow_m=140, stern_m=40, port_m=15, starboard_m=15), ship=True)
+    ahead = clearance(120.0, 0.0, (0.0, 0.0), (hull, math.pi), 180.0)
+    assert ahead.distance_m == pytest.approx(-15.0)
+
+
+@pytest.mark.parametrize(
+    ("sides", "ship", "length_m", "half_m"),
+    [
+        (None, True, 100.0, 8.0),
+        (None, False, 12.0, 2.0),
+        (Sides(6, 5, 2, 1), False, 11.0, 1.5),
+        (Sides(0, 24, 0, 6), False, 24.0, 3.0),
+        (Sides(0, 0, 2, 2), False, 12.0, 2.0),
+    ],
+)
+def test_a_hull_from_what_is_said_of_it(sides: Sides | None, ship: bool, length_m: float, half_m: float) -> None:
+    hull = hull_of(sides, ship=ship)
+    assert (hull.length_m, hull.half_m) == (length_m, half_m)
+
+
+# ---- roles: own at the origin, heading north at 1.5 m/s
+
+
+@pytest.mark.parametrize(
+    ("north_m", "east_m", "mps", "course_deg", "role"),
+    [
+        (600, 0, 5, 180, Role.HEAD_ON),
+        (300, 300, 1.5, 270, Role.GIVE_WAY),
+        (300, -300, 1.5, 90, Role.STAND_ON),
+        (-400, 0, 6, 0, Role.OVERTAKEN),
+        (200, 0, 0.8, 0, Role.OVERTAKING),
+        (-100, 275, 3, 300, Role.GIVE_WAY),
+        (-128, 274, 3, 330, Role.OVERTAKEN),
+        (600, 0, 5, 190, Role.HEAD_ON),
+    ],
+)
+def test_a_role_by_bearing_and_aspect(north_m: float, east_m: float, mps: float, course_deg: float, role: Role) -> None:
+    assert role_of((north_m, east_m), 0.0, 1.5, math.radians(course_deg), mps) is role
+
+
+def test_every_role_asks_something_or_nothing() -> None:
+    assert {role: duty_of(role) for role in Role} == {
+        Role.NONE: Duty.NONE,
+        Role.OBSTACLE: Duty.NONE,
+        Role.HEAD_ON: Duty.GIVE_WAY,
+        Role.GIVE_WAY: Duty.GIVE_WAY,
+        Role.OVERTAKING: Duty.GIVE_WAY,
+        Role.STAND_ON: Duty.STAND_ON,
+        Role.OVERTAKEN: Duty.STAND_ON,
+    }
+
+
+# ---- told
+
+
+CLEAN = AisText(loss_share=0.0)
+
+
+def test_a_meeting_is_told_from_risk_to_past_and_clear() -> None:
+    ship = VesselText(name="MV EXAMPLE", north_m=2000.0, course_deg=180.0, speed_mps=5.0, length_m=60.0)
+    sea = Sea([ship], ais=CLEAN)
+    seen: list[Danger] = []
+    sea.run(
+        400, lambda: seen.append(sea.vessel().danger) if sea.vessel() and seen[-1:] != [sea.vessel().danger] else None
+    )
+    assert seen in (
+        [Danger.NONE, Danger.RISK, Danger.CLOSE, Danger.NONE],
+        [Danger.NONE, Danger.RISK, Danger.CLOSE, Danger.RISK, Danger.NONE],
+    )
+    words = [text for _, _, text in sea.texts]
+    assert re.fullmatch(r"Traffic: MV EXAMPLE head-on, CPA \d+ m in 1\d\d s; we give way", words[0])
+    assert words[1].startswith("Traffic: MV EXAMPLE close, CPA 0 m in ")
+    assert words[2] == "Traffic: MV EXAMPLE past and clear"
+    assert len(words) == 3
+    met_s = 2000.0 / 6.5
+    assert sea.said("head-on")[0] < met_s - 120.0
+
+
+def test_the_role_is_kept_when_bearings_change() -> None:
+    """She crosses from starboard, turns towards us and passes astern: still she came from starboard (rule 13 d and 15)."""
+    turn = ManoeuvreText(at_s=60.0, turn_deg=-40.0)
+    boat = VesselText(
+        ais="B", north_m=225.0, east_m=300.0, course_deg=270.0, speed_mps=2.0, manoeuvres=(turn,), interval_s=10
+    )
+    sea = Sea([boat], ais=CLEAN)
+    roles: set[Role] = set()
+    sea.run(
+        150, lambda: roles.add(sea.vessel().role) if sea.vessel() and sea.vessel().danger is not Danger.NONE else None
+    )
+    assert roles == {Role.GIVE_WAY}
+
+
+def test_who_passes_far_off_is_shown_and_not_told() -> None:
+    sea = Sea([VesselText(north_m=1300.0, east_m=400.0, course_deg=180.0, speed_mps=5.0)], ais=CLEAN)
+    sea.run(400)
+    assert sea.texts == []
+    assert sea.vessel().range_m > 300.0
+
+
+def test_a_vessel_with_risk_that_falls_silent_is_told() -> None:
+    ship = VesselText(north_m=1300.0, course_deg=180.0, speed_mps=5.0, silent=({"from_s": 100, "to_s": 400},))
+    sea = Sea([ship], ais=CLEAN)
+    sea.run(160)
+    assert sea.said("not heard for")
+    assert sea.picture.lost
+
+
+def test_a_vessel_at_anchor_ahead_is_in_the_way_and_has_no_role() -> None:
+    sea = Sea([VesselText(status=1, north_m=400.0, length_m=40.0)], ais=CLEAN)
+    sea.run(200)
+    assert sea.vessel().role is Role.OBSTACLE
+    assert "in the way" in sea.texts[0][2]
+
+
+def test_in_a_crowd_words_are_few() -> None:
+    crowd = [VesselText(north_m=900.0 + 10 * n, course_deg=180.0, speed_mps=4.0 + 0.02 * n) for n in range(60)]
+    sea = Sea(crowd, ais=CLEAN)
+    sea.run(60)
+    assert sum(vessel.danger is not Danger.NONE for vessel in sea.picture.vessels) > 40
+    for at_s, _, _ in sea.texts:
+        assert sum(at_s - 10.0 < other <= at_s for other, _, _ in sea.texts) <= 10
+
+
+def test_a_forged_ship_on_top_of_us_is_told_and_breaks_nothing() -> None:
+    sea = Sea([VesselText(north_m=30.0, course_deg=180.0, speed_mps=15.0, length_m=200.0)], ais=CLEAN)
+    sea.run(20)
+    assert sea.picture.close or sea.said("close")
+
+
+# ---- the receiver
+
+
+def test_a_receiver_that_falls_silent_is_told_and_back_again() -> None:
+    sea = Sea()
+    sea.run(100)
+    assert sea.texts == []  # nobody has a receiver: nothing is missed
+    sea.hear(b"!AIVDM,1,1,,A,13`l7@001swH9JPGT?l:V`M5P000,0*55\r\n")
+    sea.run(70)
+    assert sea.said("AIS silent for 60 s: traffic unknown")
+    assert sea.picture.silent
+    sea.hear(b"!AIVDM,1,1,,A,B3rl@;h0<on2AN5q4Nhr;wV40000,0*60\r\n")
+    sea.run(1)
+    assert sea.said("AIS is heard again")
+    assert not sea.picture.silent
+
+
+def test_a_receiver_that_is_required_is_missed_from_the_start() -> None:
+    sea = Sea(config=TrafficConfig(required=True))
+    sea.run(70)
+    assert sea.said("AIS silent")
+
+
+def test_what_a_receiver_says_of_itself_is_told_once() -> None:
+    sea = Sea()
+    for _ in range(5):
+        sea.hear(b"$AITXT,01,01,60,AIS: Internal GNSS not in use*28\r\n")
+        sea.hear(b"$AIALR,000000.00,001,A,V,AIS: Tx malfunction*5C\r\n")
+        sea.run(10)
+    assert [text for _, _, text in sea.texts] == [
+        "AIS receiver: Internal GNSS not in use",
+        "AIS receiver: Tx malfunction",
+    ]
