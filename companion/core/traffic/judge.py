@@ -108,7 +108,7 @@ def wanted_m(hull: Hull, config: TrafficConfig) -> float:
     return config.ship_distance_m if hull.length_m >= SHIP_LENGTH_M else config.small_distance_m
 
 
-def look(before: Dealing, track: Track, static: Static, own: Own, now_us: int, config: TrafficConfig) -> Look:
+def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int, config: TrafficConfig) -> Look:
     """Judge one vessel."""
     age_s = track.age_s(now_us)
     moved = track.moved_m(age_s)

@@ -208,7 +208,7 @@ class Traffic:
             self._seen[entry] = before, self._vessel(entry, kind, None, now_us)
             return
         static = self.table.static_of(track.mmsi)
-        seen = look(before, track, static, own, now_us, self.config)
+        seen = look(before, track, static, own=own, now_us=now_us, config=self.config)
         if kind not in (VesselKind.CLASS_A, VesselKind.CLASS_B):
             seen = Look(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
         entry.range_m, entry.opening = seen.range_m, seen.opening

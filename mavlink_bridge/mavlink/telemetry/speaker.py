@@ -6,6 +6,7 @@ from typing import Final
 
 from ...language.messages import Severity
 from ...language.snapshot import Snapshot
+from ...language.traffic import NO_TRAFFIC
 from ..persona import EndpointConfig
 from ..wire.payload import Packed, packed
 from .numbering import stations_text
@@ -23,6 +24,7 @@ from .streams import (
     Streams,
 )
 from .system import mission_item_reached
+from .traffic import TrafficTeller
 
 _SLOW_LINK_SEVERITY: Final = Severity.WARNING
 """Lesser texts are not worth their air."""
@@ -41,6 +43,7 @@ class Speaker:
         self._streams = streams
         self._composer = composer
         self._texts = StatusText()
+        self._traffic = TrafficTeller(config, outbox)
         self._said: dict[str, int] = {}
         self._heartbeat_us = config.heartbeat_us
         self._next_heartbeat_us = 0
@@ -66,6 +69,8 @@ class Speaker:
             self._heartbeat(now_us)
         if composer.is_eventful:
             self._events(snapshot)
+        if snapshot.traffic is not NO_TRAFFIC:
+            self._traffic.tick(now_us, snapshot)
         if self.wanted or now_us >= self._streams.due_us:
             self._tell(now_us, snapshot)
 
