@@ -47,7 +47,10 @@ log = logging.getLogger(__name__)
 
 MEMORY_KEY: Final = "gateway"
 PICTURE_KEY: Final = "gateway-twin"
-PERIOD_US: Final = 50_000
+PERIOD_US: Final = 10_000
+"""An order that waits for a state on the air goes out to the hundredth of a second."""
+_SHOW_US: Final = 50_000
+"""How often stations are shown the vessel; what an answer of it tells is shown at once."""
 RATES_HZ: Final = {
     "ATTITUDE": 1.0,
     "GLOBAL_POSITION_INT": 1.0,
@@ -142,6 +145,8 @@ class Gateway:
         self.operators = Operators(settings.operator_ids, gcs_s=_PRESENT_US / 1e6, radio_s=_PRESENT_US / 1e6)
         self._owners: dict[tuple[int, int], tuple[Conversation, Request]] = {}
         self._ticks = 0
+        self._shown_us: int | None = None
+        self._stood_us: int | None = None
         self._local_us: int | None = None
         self._was_fresh = False
         self._started_utc_us = started_utc_us
@@ -211,7 +216,15 @@ class Gateway:
             ground.flush(now_us)
 
     def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
-        """Serve all, then let the stations see the vessel as last heard, if that is fresh enough."""
+        """Serve all, and every ``_SHOW_US`` let the stations see the vessel as last heard, if that is fresh enough."""
+        shown_us = self._shown_us
+        if shown_us is None or now_us - shown_us >= _SHOW_US - PERIOD_US // 2 or self.twin.stood_us != self._stood_us:
+            self._shown_us, self._stood_us = now_us, self.twin.stood_us
+            self._show(now_us)
+        self.pump(now_us)
+        return self
+
+    def _show(self, now_us: int) -> None:
         self._ticks += 1
         self.twin.tick(now_us, station_present=self._station_present(now_us))
         snapshot = self.twin.snapshot(now_us, self._ticks)
@@ -228,8 +241,6 @@ class Gateway:
             self._local_values(now_us)
         self._keep_picture(now_us)
         self.store.completions()
-        self.pump(now_us)
-        return self
 
     def shutdown(self, now_us: int) -> None:
         self._keep_picture(now_us, at_once=True)
@@ -243,7 +254,7 @@ class Gateway:
 
     def _keep_picture(self, now_us: int, *, at_once: bool = False) -> None:
         """Store what is known of the vessel, when it is worth it."""
-        if not at_once and now_us % _LOCAL_US >= PERIOD_US:
+        if not at_once and now_us % _LOCAL_US >= _SHOW_US:
             return
         picture = self.twin.picture(self._started_utc_us + now_us if self._started_utc_us else 0, now_us)
         kept = self._kept

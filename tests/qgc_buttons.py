@@ -82,6 +82,9 @@ class Buttons:
     generation: Generation
     mode: int | None
     armed: bool
+    wants_mode: int | None = None
+    wants_armed = False
+    """What was last pressed."""
     _now_us: int
     _outstanding: dict[int, _Asked]
 
@@ -93,6 +96,10 @@ class Buttons:
             if shows_error:
                 self._popup("Waiting on previous response to same command.")
             return
+        if command == SET_MODE:
+            self.wants_mode = round(params[1])
+        elif command == ARM:
+            self.wants_armed = bool(params[0])
         self._outstanding[command] = _Asked(self._now_us + round(self.generation.answer_s * 1e6), shows_error)
         self._command_long(command, *params)
 

@@ -145,7 +145,7 @@ class CompactLink:
             return frame if kind is Kind.REPLY else None
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
-        self._other_was_talking(now_us)
+        self._other_was_talking(len(frame.body) + OVERHEAD, now_us)
         return frame
 
     def _on_message(self, frame: Frame, now_us: int) -> Message | None:
@@ -186,12 +186,11 @@ class CompactLink:
                 item.heard_account(body[1])
                 item.next_us = now_us
 
-    def _other_was_talking(self, now_us: int) -> None:
-        """What we asked meanwhile was not heard, as the other end cannot hear while it talks: ask again at once."""
-        for item in self._outgoing:
-            if item.asked and now_us < item.next_us and self.clock.off_us < now_us:
-                item.begin_round()
-                item.next_us = now_us
+    def _other_was_talking(self, size: int, now_us: int) -> None:
+        """What we asked while the other end talked was not heard: ask again at once. What was over before is answered after it."""
+        began_us, _ = self.clock.came_us(size, now_us)
+        for item in self._outgoing if self.clock.off_us < now_us else ():
+            item.other_talked(began_us, now_us, self._patience.answer_us())
 
     # ---- out ----------------------------------------------------------------------------------------------------
 
@@ -258,8 +257,7 @@ class CompactLink:
         return 0 if self._is_vessel else STANDING_BYTES
 
     @property
-    def strange_bytes(self) -> int:
-        """Bytes that belong to no authentic frame."""
+    def strange_bytes(self) -> int:  # those that belong to no authentic frame
         return self.opener.strange_bytes
 
     def take(self, now_us: int) -> bytes:
@@ -380,7 +378,8 @@ class CompactLink:
         return frame
 
     def _would_meet(self, size: int, now_us: int) -> bool:
-        return self.rhythm is not None and self.rhythm.meets(now_us, now_us + self.clock.span_us(size))
+        end_us = now_us + self.clock.span_us(size)
+        return self.rhythm is not None and self.rhythm.meets(end_us - self.clock.airtime_us(size), end_us)
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""

@@ -13,7 +13,11 @@ from .transfer import Outgoing
 
 ANSWER_BYTES: Final = OVERHEAD + 1 + STANDING_BYTES
 """A REPLY without a reason."""
-_MARGIN: Final = 1.08
+_MARGIN: Final = 1.03
+_STORE_US: Final = 50_000
+"""A plan is answered when the disk has it, two ticks later than another order."""
+_EAGER_US: Final = 50_000
+"""The first wait of an order has nothing to spare: two tries have to fit the second and a half of a station's patience."""
 _PATIENT_TRIES: Final = 14
 _LONG_TRY: Final = 2
 _EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
@@ -48,6 +52,10 @@ class Patience:
         if item.tries == _LONG_TRY and item.kind in _EXPLAINED:
             # nothing came to two questions: perhaps it does, with a reason, and our repeats meet it
             base_us = max(base_us, self.longest_us())
+        elif item.tries == 1 and item.kind in _EXPLAINED:
+            base_us = max(self.answer_us() - _EAGER_US, self._slowest_us)
+        if item.kind is Kind.PLAN:
+            base_us += _STORE_US
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 

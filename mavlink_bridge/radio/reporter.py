@@ -11,7 +11,7 @@ from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
 from .codec.batch import encode_batch
 from .codec.brief import encode_position
-from .codec.state import encode_delta, encode_key, mark_of, settle
+from .codec.state import KEY_BYTES, encode_delta, encode_key, mark_of, settle
 from .codec.state_fields import RadioState
 from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .link import CompactLink
@@ -27,6 +27,8 @@ _CHAT_US: Final = 8_000_000
 CHAT_GAP_US: Final = 3_000_000
 """Who speaks without a pause is deaf to a stop."""
 _HEALTH_GAP_US: Final = 15_000_000
+_SHORT: Final = 0.03
+"""Share of the hour: some thirty states, before it is used up."""
 _POSITION_GAP_US: Final = 15_000_000
 """To a shore of another version: enough to find the boat by."""
 
@@ -47,6 +49,8 @@ class Reporter:
         """Mark, state as the shore has it, and when it was made."""
         self._mark = 0
         self._health_us = 0
+        self._skipped = 0
+        """Places of the grid left free since the last state."""
         self.chat_us = 0
         """Until then an operator is at work: what can wait stays out of the way of his next order."""
         self._reached: deque[int] = deque(maxlen=16)
@@ -127,6 +131,8 @@ class Reporter:
         if self.profile.link.batch > 1:
             self._collect_sample(state)
             return
+        if not self._may_spend(now_us):
+            return
         base = self._base
         body = None
         if base is not None and now_us - base[2] < self._key_us and not self._health_is_new(state, base[1], now_us):
@@ -136,6 +142,20 @@ class Reporter:
             self._post_key(state, now_us, Priority.STATE)
             return
         self._link.post(Kind.DELTA, body, Priority.STATE)
+
+    def _may_spend(self, now_us: int) -> bool:
+        """Whether a state is sent at this place of the grid: every second or third one while the hour is short, so that the picture
+        slows down and does not stop, and none that would wait for the hour and then come where nobody expects it.
+        """
+        left_us = self._link.ledger.left_us(Priority.STATE, now_us)
+        if left_us is None:
+            return True
+        short_us = round(_SHORT * (self.profile.hour_us or 0))
+        if self._skipped < (left_us < short_us) + (left_us < short_us // 2):
+            self._skipped += 1
+            return False
+        self._skipped = 0
+        return left_us >= self.profile.airtime_us(KEY_BYTES + OVERHEAD)
 
     def _health_is_new(self, state: RadioState, base: RadioState, now_us: int) -> bool:
         """Readiness that changed goes with the next state; while it flickers, or the shore has not got it, now and then."""

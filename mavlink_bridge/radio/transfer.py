@@ -111,6 +111,19 @@ class Outgoing:
         elif self.tries % 3 == 0:
             self.left = 1
 
+    def other_talked(self, began_us: int, now_us: int, answer_us: int) -> None:
+        """Something else came that was on the air from ``began_us`` on: the question was over before and is answered after it, or
+        was not heard and is asked again.
+        """
+        if not self.asked or now_us >= self.next_us:
+            return
+        if self.off_us <= began_us:
+            self.quiet_us = max(self.quiet_us, now_us + answer_us)
+            self.next_us = max(self.next_us, self.quiet_us)
+        else:
+            self.begin_round()
+            self.next_us = now_us
+
     def heard_account(self, arrived: int) -> None:
         """Take the number of rows that the other end has; what is missing is sent with a reserve for what is lost so often."""
         self.arrived = max(self.arrived, arrived)

@@ -41,6 +41,8 @@ def worst_s(phases: int) -> tuple[float, float, float]:
     """Worst arming alone, worst second and worst third order of a start, over phases of the vessel's rhythm."""
     rig, alone, second, third = ready(), 0.0, 0.0, 0.0
     for phase in range(phases):
+        if phase % 40 == 39:
+            rig = ready(phase)  # an hour holds no more orders than that beside the states
         at_s = 4.9 * phase / phases
         rig.vessel.armed, rig.vessel.mode = False, Mode.HOLD
         rig.run(26.0 + at_s)
@@ -54,8 +56,8 @@ def worst_s(phases: int) -> tuple[float, float, float]:
     return alone, second, third
 
 
-WORST_S = 1.45
-"""An arming that just does not fit before a state waits for it: 0.34 + 0.31 s, then 0.34 s of its own, a tick, and 0.34 s of answer."""
+WORST_S = 1.4
+"""An arming that just does not fit before a state waits for it: 0.34 + 0.31 s, then 0.34 s of its own, a tick, and 0.36 s of answer."""
 
 
 def test_an_order_is_answered_within_the_windows_of_stations() -> None:

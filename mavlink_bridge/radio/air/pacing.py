@@ -5,8 +5,13 @@ The module says nothing of what it does, so the time of each packet is computed.
 
 from __future__ import annotations
 
+from typing import Final
+
 from .airtime import PACKET_BYTES
 from .profile import MODULE_US, RadioProfile
+
+_WAY_US: Final = 25_000
+"""From the end of a packet on the air to the first of its bytes here: the module, and this program's waking."""
 
 
 class AirClock:
@@ -31,6 +36,11 @@ class AirClock:
     def span_us(self, size: int) -> int:
         """From the write to the end on the air."""
         return round(size * self.profile.serial_byte_us) + MODULE_US + self.airtime_us(size)
+
+    def came_us(self, size: int, now_us: int) -> tuple[int, int]:
+        """First and last moment on the air of a packet of so many bytes that is whole here now."""
+        end_us = now_us - _WAY_US - round(size * self.profile.serial_byte_us)
+        return end_us - self.airtime_us(size), end_us
 
     def sent(self, size: int, now_us: int) -> None:
         self.off_us = now_us + self.span_us(size)

@@ -14,8 +14,8 @@ from ..codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, Kind
 from ..link import CompactLink
 from .keys import HeardKeys
 
-_KEYS_WITHOUT_WORD: Final = 3
-"""So many keys in a row tell that the vessel did not hear which one it may refer to."""
+_KEYS_WITHOUT_WORD: Final = 1
+"""The vessel sends keys until it hears which one it may refer to: a word at once costs less air than the next two of them."""
 
 _GREET_GAP_US: Final = 1_000_000
 

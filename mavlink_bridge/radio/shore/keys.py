@@ -14,6 +14,8 @@ from ..codec.state_fields import RadioState
 
 _NAMES_S: Final = 4000.0
 """Half the time until the names come round."""
+_SURE_US: Final = 1_000_000
+"""A key is made before it comes."""
 
 
 class HeardKeys:
@@ -22,6 +24,8 @@ class HeardKeys:
     def __init__(self, settings: LinkSettings) -> None:
         self._limit_us = round(min(settings.key_s + 2.0 * settings.state_s, _NAMES_S) * 1e6)
         self._keys: dict[int, RadioState] = {}
+        self._came_us: dict[int, int] = {}
+        self._key_us = round(settings.key_s * 1e6)
         self._newest: tuple[int, int] | None = None
         """Counter of the newest key's frame, and when it came."""
         self._session: bytes | None = None
@@ -37,6 +41,7 @@ class HeardKeys:
         """Take a key. Raises BitsError."""
         state = decode_key(frame.body)
         self._keys[mark_of(frame.body)] = state
+        self._came_us[mark_of(frame.body)] = now_us
         self._newest = frame.counter, now_us
         return state
 
@@ -47,6 +52,11 @@ class HeardKeys:
             self._newest = None
             return None
         return decode_delta(key, frame.body)
+
+    def serves(self, frame: Frame, at_us: int) -> bool:
+        """Whether the key that a difference refers to will still serve then: the vessel sends another one when it is old."""
+        came_us = self._came_us.get(mark_of(frame.body))
+        return came_us is not None and at_us - came_us < self._key_us - _SURE_US
 
     def to_name(self, now_us: int) -> int | None:
         """Sixteen bits of the key that the vessel may refer to; None = it has to send one."""

@@ -30,7 +30,6 @@ from ...language.units import rad_to_e7
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import Identity, ParamTable
 from ..air import RadioProfile
-from ..air.rhythm import Rhythm
 from ..codec.batch import decode_batch
 from ..codec.bits import BitsError
 from ..codec.brief import STANDING_BYTES, decode_position, with_standing
@@ -38,22 +37,20 @@ from ..codec.frames import Frame
 from ..codec.info import WANTED_PLAN, Info, Wanted, decode, params_check
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
-from ..codec.state import KEY_BYTES
 from ..codec.state_fields import RadioState
-from ..codec.wire import OVERHEAD, SEVERITY, VERSION, Kind
+from ..codec.wire import SEVERITY, VERSION, Kind
 from ..link import CompactLink
 from ..old_format import GAP_US, HEARD, OldEar
 from ..session import Direction, Pairing
 from ..transfer import Message, Outcome
 from ..vessel_clock import VesselClock
 from .beacon import Beacons
+from .grid import StateGrid
 from .memory import Picture, heard_us
 from .orders import covers, message_of, submit
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
 
-_WAY_US: Final = 40_000
-"""From the end of a packet to its bytes here: module and serial line."""
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
 _FOREIGN: Final = (
@@ -96,8 +93,6 @@ class ShoreTwin:
         pairing = Pairing(key, system_id, Direction.TO_VESSEL, nonce, profile)
         self.link = CompactLink(profile, pairing, rng, memory=memory, save=save, now_us=now_us)
         self._ear = OldEar(key, Direction.TO_SHORE)
-        if profile.link.batch == 1:
-            self.link.rhythm = Rhythm(round(profile.link.state_s * 1e6), self.link.clock.span_us(KEY_BYTES + OVERHEAD))
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
@@ -106,12 +101,13 @@ class ShoreTwin:
         self.state: RadioState | None = None
         self.state_us: int | None = None
         """When the newest state was true."""
-        self._stood_us: int | None = None
+        self.stood_us: int | None = None
         """When an answer last told mode and armed bit."""
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
         self._beacons = Beacons(self.link)
+        self._grid = StateGrid(self.link, self._beacons.keys)
         self._clock = VesselClock(profile.link)
         self._pending: dict[int, _Pending] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
@@ -186,7 +182,7 @@ class ShoreTwin:
 
     def is_fresh(self, now_us: int) -> bool:
         """Whether heartbeats may be sent for the vessel."""
-        heard_us = max((stamp for stamp in (self.state_us, self._stood_us) if stamp is not None), default=None)
+        heard_us = max((stamp for stamp in (self.state_us, self.stood_us) if stamp is not None), default=None)
         return heard_us is not None and (now_us - heard_us) * 1e-6 <= self.profile.link.stale_after_s
 
     # ---- stations' side -----------------------------------------------------------------------------------------
@@ -276,9 +272,7 @@ class ShoreTwin:
     # ---- what comes ---------------------------------------------------------------------------------------------
 
     def _on_frame(self, frame: Frame, now_us: int) -> None:
-        if self.link.rhythm is not None and frame.kind in (Kind.KEY, Kind.DELTA):
-            span_us = self.link.clock.span_us(len(frame.body) + OVERHEAD)
-            self.link.rhythm.heard(now_us - span_us - _WAY_US, span_us)
+        self._grid.heard(frame, now_us)
         try:
             if frame.kind is Kind.KEY:
                 self._on_key(frame, now_us)
@@ -301,7 +295,8 @@ class ShoreTwin:
     def _on_standing(self, body: bytes, now_us: int) -> None:
         """What an answer tells of the vessel is shown at once; where it is comes with the next state, and keeps its age."""
         if self.state is not None and not self.link.pairing.is_foreign and len(body) > STANDING_BYTES:
-            self.state, self._stood_us = with_standing(self.state, body[1:]), now_us
+            before, self.state, self.stood_us = self.state, with_standing(self.state, body[1:]), now_us
+            self._grid.stands(before, self.state)
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
         state = self._beacons.key(frame, now_us)
