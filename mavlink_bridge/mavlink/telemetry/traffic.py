@@ -48,7 +48,9 @@ _COLLISION: Final = message_id("COLLISION")
 # AIS_FLAGS (common.xml)
 _ACCURATE, _VALID_COG, _VALID_SPEED, _HIGH_SPEED, _VALID_TURN, _SIGN_ONLY = 1, 2, 4, 8, 16, 32
 _VALID_SIDES, _VALID_CALLSIGN, _VALID_NAME = 64, 2048, 4096
-_LARGE: Final = ((511, 128), (511, 256), (63, 512), (63, 1024))
+_NINE_BITS: Final = (1 << 9) - 1
+_SIX_BITS: Final = (1 << 6) - 1
+_LARGE: Final = ((_NINE_BITS, 128), (_NINE_BITS, 256), (_SIX_BITS, 512), (_SIX_BITS, 1024))
 """Bow, stern, port, starboard: the value that means "that much or more", and its flag."""
 _NO_STATUS: Final = 15
 _NO_HEADING: Final = 65535
