@@ -3,8 +3,7 @@
 ``python -m tools.mutation companion/core/guard/gate.py -- tests/unit/test_gate.py`` makes every mutant of the file, runs the
 given tests against each in a process of its own, and lists the survivors. A mutant is one swapped comparison, operator,
 boolean, constant, default, deleted ``not`` or skipped statement. The source file is never touched: the mutant replaces the
-module in memory. A line with ``# mutation: same, <why>`` is left out, since its changes cannot alter an output;
-``# mutation: same (Gt -> GtE), <why>`` leaves out that change only.
+module in memory. Changes that cannot alter an output stand in ``tools/mutation_same.toml``, each with its reason, and are left out.
 """
 
 from __future__ import annotations
@@ -16,10 +15,10 @@ import importlib.abc
 import importlib.util
 import json
 import os
-import re
 import signal
 import sys
 import time
+import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec
@@ -32,7 +31,7 @@ import pytest
 
 LOADED_ONCE = (hypothesis, pydantic)
 
-_SAME = re.compile(r"# mutation: same( \((?P<what>[^)]*)\))?,")
+SAME = Path(__file__).with_name("mutation_same.toml")
 _COMPARE: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
     ast.LtE: (ast.Lt, ast.Gt),
@@ -68,8 +67,31 @@ class Mutant:
     source: str
 
 
-def mutants(source: str) -> Iterator[Mutant]:
-    """Every mutant of a module's text."""
+Excuses = dict[str, list[str]]
+"""By a line's code: how the changes begin that are left out there."""
+
+
+def excuses(file: str) -> Excuses:
+    """What is excused in a file."""
+    found: Excuses = {}
+    for entry in tomllib.loads(SAME.read_text("utf-8"))["same"]:
+        if entry["file"] == file:
+            found.setdefault(entry["line"], []).append(entry["what"])
+    return found
+
+
+def stale() -> list[str]:
+    """Excuses for lines that are not there any more."""
+    entries = tomllib.loads(SAME.read_text("utf-8"))["same"]
+    texts = {
+        name: Path(name).read_text("utf-8") for name in {entry["file"] for entry in entries} if Path(name).is_file()
+    }
+    there = {name: {line.strip() for line in text.splitlines()} for name, text in texts.items()}
+    return [f"{each['file']}: {each['line']}" for each in entries if each["line"] not in there.get(each["file"], ())]
+
+
+def mutants(source: str, excused: Excuses) -> Iterator[Mutant]:
+    """Every mutant of a module's text but those that are excused."""
     lines = source.splitlines()
     tree = ast.parse(source)
     idle = _without_effect(tree)
@@ -77,9 +99,9 @@ def mutants(source: str) -> Iterator[Mutant]:
         if id(node) in idle:
             continue
         line = getattr(node, "lineno", 0)
-        excused = _SAME.search(lines[line - 1]) if line else None
+        same = excused.get(lines[line - 1].strip(), ()) if line else ()
         for number, (what, _) in enumerate(_changes(node)):
-            if excused and what.startswith(excused["what"] or ""):
+            if any(what.startswith(beginning) for beginning in same):
                 continue
             clone = copy.deepcopy(tree)
             target = list(ast.walk(clone))[index]
@@ -269,7 +291,7 @@ def main(arguments: list[str] | None = None) -> int:
         print("the tests fail without any mutation")
         return 2
     limit_s = 5.0 * (time.monotonic() - began) + 10.0
-    todo = list(mutants(source))
+    todo = list(mutants(source, excuses(options.file.as_posix())))
     if options.lines:
         first, last = (int(part) for part in options.lines.split("-"))
         todo = [mutant for mutant in todo if first <= mutant.line <= last]

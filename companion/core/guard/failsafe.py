@@ -63,7 +63,7 @@ SOON_US: Final = 10_000_000
 """A second action is told again so long before it comes: time to press a button."""
 STEADY_US: Final = 10_000_000
 """A cause that stays away for so long is steadily gone: shorter breaks are told as nothing, so that a flapping link does not chatter."""
-_NEVER = Entry(since_us=0)  # mutation: same, its time is never looked at
+_NEVER = Entry(since_us=0)
 
 
 @value
@@ -90,7 +90,7 @@ class FailsafeResult:
 
 def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
     """Return the action for this tick, its causes, texts for the operator, and the new memory. Pure."""
-    if not memory.entries and config.watch.quiet(flags):  # mutation: same (skipped), only a short cut
+    if not memory.entries and config.watch.quiet(flags):
         since_us = _required_since(memory, flags, now_us)
         if since_us != memory.required_since_us:
             memory = FailsafeMemory({}, since_us)

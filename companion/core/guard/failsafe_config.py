@@ -153,7 +153,7 @@ class Watch:
     __slots__ = ("_gcs_s", "_guided_s", "_manual_s", "_radio_s")
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        young_s = {rule.row.name: (rule.delay_us - 1) / 1e6 for rule in rules}  # mutation: same, slower only
+        young_s = {rule.row.name: (rule.delay_us - 1) / 1e6 for rule in rules}
         self._manual_s, self._guided_s = young_s["manual_lost"], young_s["guided_lost"]
         self._gcs_s = min(young_s["gcs_lost"], young_s["gcs_degraded"])
         self._radio_s = young_s["radio_lost"]
@@ -162,21 +162,21 @@ class Watch:
         """True when no row's flag is up and no age is within a microsecond of its delay."""
         if flags.any_alarm():
             return False
-        if not flags.helm.armed:  # mutation: same (skipped), slower only: every row with an age asks for it
-            return True  # mutation: same, slower only
+        if not flags.helm.armed:
+            return True
         manual_s, guided_s, gcs_s, radio_s = (
             flags.helm.manual_age_s,
             flags.helm.guided_age_s,
             flags.ground.gcs_age_s,
             flags.ground.radio_age_s,
         )
-        never_heard = gcs_s is None and radio_s is None  # mutation: same (And -> Or), slower only
+        never_heard = gcs_s is None and radio_s is None
         return (
-            (manual_s is None or manual_s < self._manual_s)  # mutation: same (Lt -> LtE), by a microsecond
-            and (guided_s is None or guided_s < self._guided_s)  # mutation: same (Lt -> LtE), as above
-            and (gcs_s is None or gcs_s < self._gcs_s)  # mutation: same (Lt -> LtE), as above
-            and (radio_s is None or radio_s < self._radio_s)  # mutation: same (Lt -> LtE), as above
-            and not (never_heard and flags.ground.gcs_required)  # mutation: same (And -> Or), slower only
+            (manual_s is None or manual_s < self._manual_s)
+            and (guided_s is None or guided_s < self._guided_s)
+            and (gcs_s is None or gcs_s < self._gcs_s)
+            and (radio_s is None or radio_s < self._radio_s)
+            and not (never_heard and flags.ground.gcs_required)
         )
 
 

@@ -52,7 +52,7 @@ class Evidence:
     """The demand comes from an operator's sticks; only recorded in the output's cause."""
     emergency_stop: bool = False
     """The board's stop input is pressed."""
-    thrust_limit: float = 1.0  # mutation: same, no range reaches beyond 1
+    thrust_limit: float = 1.0
     """Share of full thrust that may pass, 0...1 (a failsafe lowers it); not a number counts as none."""
 
 
@@ -135,11 +135,11 @@ class Gate:
             self._thruster_max,
             self.rudder_max_rad,
         )
-        if not share > 0.0:  # mutation: same (Gt -> GtE), both are none
+        if not share > 0.0:
             share = 0.0
-        if -share > low:  # mutation: same (Gt -> GtE), both are the same
+        if -share > low:
             low = -share
-        if share < high:  # mutation: same (Lt -> LtE), both are the same
+        if share < high:
             high = share
         dt_s = self._elapsed_s(now_us)
         port, starboard, rudder_port, rudder_starboard = self._last
@@ -164,19 +164,19 @@ class Gate:
 
     def _elapsed_s(self, now_us: int) -> float:
         """Time since the last output, s; never negative and at most two periods, so that a pause buys no step."""
-        if self._last_us is None or now_us < self._last_us:  # mutation: same (Lt -> LtE), zero either way
+        if self._last_us is None or now_us < self._last_us:
             return 0.0
         elapsed_us = now_us - self._last_us
-        if elapsed_us > self._stale_us:  # mutation: same (Gt -> GtE), the same then
+        if elapsed_us > self._stale_us:
             elapsed_us = self._stale_us
         return elapsed_us / 1e6
 
 
 def _limited(wanted: float, last: float, low: float, high: float, rate: float, dt_s: float) -> float:
     """Keep one channel within its range and, where it has a rate (1/s), within that on the way from neutral."""
-    if low > wanted:  # mutation: same (Gt -> GtE), both are the same
+    if low > wanted:
         wanted = low
-    if high < wanted:  # mutation: same (Lt -> LtE), both are the same
+    if high < wanted:
         wanted = high
     return wanted if rate == math.inf else _toward(last, wanted, rate * dt_s)
 
@@ -186,5 +186,5 @@ def _toward(last: float, wanted: float, step: float) -> float:
 
     Crossing zero spends nothing on the way in: the far side starts from zero.
     """
-    start = last if last * wanted > 0.0 else 0.0  # mutation: same (Gt -> GtE), either factor is zero
+    start = last if last * wanted > 0.0 else 0.0
     return math.copysign(min(abs(wanted), abs(start) + step), wanted)

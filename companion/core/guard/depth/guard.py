@@ -89,11 +89,11 @@ def next_state(
     """
     if altitude_m is None:
         return LOCKED if state is LOCKED else UNKNOWN
-    if altitude_m >= min_m + good_margin_m - _EPS_M:  # mutation: same (GtE -> Gt), nobody measures nanometres
+    if altitude_m >= min_m + good_margin_m - _EPS_M:
         return OK
-    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:  # mutation: same (Lt -> LtE), as above
+    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:
         return LOCKED
-    if state is OK and altitude_m >= min_m - _EPS_M:  # mutation: same (GtE -> Gt), as above
+    if state is OK and altitude_m >= min_m - _EPS_M:
         return OK
     return CORRECTION
 
@@ -257,7 +257,7 @@ class DepthGuard:
         self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
-        below = altitude_m is not None and altitude_m < min_m - _EPS_M  # mutation: same (Lt -> LtE), as above
+        below = altitude_m is not None and altitude_m < min_m - _EPS_M
         locks = new is LOCKED and old is not LOCKED
         corrects = new is CORRECTION and below and not self._shallow
         if locks:
@@ -281,7 +281,7 @@ class DepthGuard:
     def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
         if not (self._brakes_astern and loops_active and speed_mps > _WAY_MPS):
-            if self._brake_until_us > now_us:  # mutation: same (Gt -> GtE), the same then
+            if self._brake_until_us > now_us:
                 self._brake_until_us = now_us
         elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
             self._brake_until_us = now_us + _BRAKE_US

@@ -16,7 +16,7 @@ class LostBottom:
 
     def __init__(self) -> None:
         self._altitude_m = self._slope = 0.0
-        self._t_us = 0  # mutation: same, without a slope no way is reckoned
+        self._t_us = 0
 
     def seen(self, now_us: int, altitude_m: float, closing_mps: float, speed_mps: float) -> None:
         """Note the altitude of this moment, and how fast it falls at this speed."""
