@@ -25,6 +25,7 @@ from companion.io.links.mem import MemLink
 from companion.radio import load_radio
 from companion.settings import load
 from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.requests import ACCEPTED, PlanKind
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.mavlink.endpoint import Endpoint
@@ -242,7 +243,7 @@ def targets() -> list[Guided]:
     lines = b"\n".join(SENTENCES)
     orders = [
         record(Kind.ORDER, bytes((1,)) + request_codec.encode_request(body))
-        for body in (ask.Arm(True), ask.Reposition(0.7, -0.1, 2.0), ask.Orbit(0.7, -0.1, radius_m=20.0))
+        for body in (ask.Arm(True), ask.Reposition(0.7, -0.1, 2.0), ask.Orbit(0.7, -0.1, Circle(20.0)))
     ]
     return [
         Guided("deframer", [heartbeat, b"\xfe\x00" + heartbeat * 2, b"\xfd" * 20], _deframe),

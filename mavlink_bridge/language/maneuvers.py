@@ -6,18 +6,8 @@ Part of ``imc.py``, which re-exports all of it; the conventions stand there.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 from .figures import Circle, Figure
-
-
-class LoiterKind(Enum):
-    """IMC Loiter.type, as an order names a figure; the figures themselves are ``figures.py``'s."""
-
-    CIRCULAR = "circular"
-    RACETRACK = "racetrack"
-    FIGURE_EIGHT = "figure-eight"
-    HOVER = "hover"
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,6 @@ from .maneuvers import (
     Goto as Goto,
     Jump as Jump,
     Loiter as Loiter,
-    LoiterKind as LoiterKind,
     Maneuver as Maneuver,
     Noted as Noted,
     PlanSpecification as PlanSpecification,

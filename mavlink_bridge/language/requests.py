@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from .messages import FenceArea, LoiterDirection, LoiterKind, Mode, PlanSpecification
+from .figures import Circle, Figure
+from .messages import FenceArea, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
 from .stations import Proof, Station
 
@@ -155,11 +156,7 @@ class Orbit(Ask):
 
     lat_rad: float | None
     lon_rad: float | None
-    kind: LoiterKind = LoiterKind.CIRCULAR
-    radius_m: float | None = None
-    length_m: float | None = None
-    bearing_rad: float | None = None
-    direction: LoiterDirection = LoiterDirection.CW
+    figure: Figure = Circle()  # noqa: RUF009 - frozen
     speed_mps: float | None = None
     turns: float | None = None
 

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from mavlink_bridge.language.messages import LoiterDirection, LoiterKind
 from mavlink_bridge.language.requests import (
     Arm,
     ManualInput,
@@ -180,11 +179,7 @@ def _orbit(world: World, text: OrbitAct) -> list[RequestBody]:
     return [
         Orbit(
             *text.position_rad(world.surroundings.plant.frame),
-            kind=LoiterKind[text.kind.upper()],
-            radius_m=text.radius_m,
-            length_m=text.length_m,
-            bearing_rad=None if text.bearing_deg is None else math.radians(text.bearing_deg),
-            direction=LoiterDirection[text.direction.upper()],
+            figure=text.figure,
             speed_mps=text.speed_mps,
             turns=text.turns,
         )

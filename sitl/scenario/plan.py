@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from companion.core.config import Config
 from mavlink_bridge.language import messages as imc
-from mavlink_bridge.language.figures import figure_of
+from mavlink_bridge.language.figures import FIGURES, Figure, figure_of
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 from mavlink_bridge.language.units import rad_to_e7
@@ -60,12 +60,32 @@ class GotoText(Place):
 class LoiterPlace(Place):
     """A loiter's figure at its place."""
 
-    kind: Literal["circular", "racetrack", "figure_eight", "hover"] = "circular"
+    kind: str = "circular"
+    """The name of a figure."""
     radius_m: float | None = Field(None, gt=0)
     length_m: float | None = Field(None, gt=0)
     bearing_deg: float | None = None
     direction: Literal["cw", "ccw", "into_drift", "vessel"] = "cw"
     turns: float | None = Field(None, gt=0)
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        name = value.replace("_", "-")
+        if name not in FIGURES:
+            raise ValueError(f"must be one of {', '.join(each.replace('-', '_') for each in FIGURES)}")
+        return name
+
+    @property
+    def figure(self) -> Figure:
+        """The figure that is meant."""
+        return figure_of(
+            self.kind,
+            radius_m=self.radius_m,
+            length_m=self.length_m,
+            bearing_rad=None if self.bearing_deg is None else math.radians(self.bearing_deg),
+            direction=imc.LoiterDirection[self.direction.upper()],
+        )
 
 
 class LoiterText(LoiterPlace):
@@ -172,13 +192,7 @@ def _loiter(seq: int, text: LoiterText, frame: LocalFrame) -> imc.Loiter:
     return imc.Loiter(
         seq,
         *text.position_rad(frame),
-        figure=figure_of(
-            text.kind.replace("_", "-"),
-            radius_m=text.radius_m,
-            length_m=text.length_m,
-            bearing_rad=None if text.bearing_deg is None else math.radians(text.bearing_deg),
-            direction=imc.LoiterDirection[text.direction.upper()],
-        ),
+        figure=text.figure,
         duration_s=text.duration_s,
         turns=text.turns,
     )

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from companion.core.guide.paths import Line
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Orbit
 
@@ -43,7 +44,7 @@ def test_circle_of_10_m_by_orbit(voyage, speed):
     run = voyage(*BLOW, *DEEP)
     run.ask(Arm(arm=True))
     lat, lon = run.world.surroundings.plant.frame.to_geodetic(12.0, 0.0)
-    assert run.ask(Orbit(lat, lon, radius_m=10.0, speed_mps=speed)).reason == ""
+    assert run.ask(Orbit(lat, lon, Circle(10.0), speed_mps=speed)).reason == ""
     lap_s = 2.0 * math.pi * 10.0 / speed
     run.run(20.0 + lap_s)
     errors = []

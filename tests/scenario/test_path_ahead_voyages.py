@@ -7,6 +7,7 @@ import math
 import pytest
 
 from companion.core.guard.depth.grid import Sounding, build
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, GuidedHeading, Orbit
 
@@ -58,7 +59,7 @@ def test_on_a_circle_only_rocks_on_the_circle_stop_it(voyage, rock, stopped):
     trip = voyage(*FLAT)
     assert trip.ask(Arm(arm=True)).reason == ""
     lat, lon = (math.radians(value / 1e7) for value in trip.at(0.0, 0.0))
-    assert trip.ask(Orbit(lat, lon, radius_m=15.0, speed_mps=1.5)).reason == ""
+    assert trip.ask(Orbit(lat, lon, Circle(15.0), speed_mps=1.5)).reason == ""
     trip.run(60.0)
     chart(trip, rock)
     trip.run(75.0)

@@ -14,13 +14,12 @@ from companion.io.recording import request_json
 from companion.io.recording.input_recorder import InputRecorder, RecordingLink, RecordingStore, links_meta
 from companion.io.recording.input_replay import ReplayLinks, ReplayStore
 from companion.io.recording.inputs import InputReader
-from mavlink_bridge.language.figures import Hover
+from mavlink_bridge.language.figures import FigureEight, Hover
 from mavlink_bridge.language.messages import (
     FenceArea,
     Goto,
     Loiter,
     LoiterDirection,
-    LoiterKind,
     Mode,
     PlanSpecification,
 )
@@ -194,7 +193,7 @@ def test_a_change_finishes_in_the_same_step_as_recorded(tmp_path):
         StartPlan(),
         Arm(True),
         SetMode(Mode.RTL),
-        Orbit(0.7, -0.15, LoiterKind.FIGURE_EIGHT, radius_m=15.0, direction=LoiterDirection.INTO_DRIFT),
+        Orbit(0.7, -0.15, FigureEight(radius_m=15.0, direction=LoiterDirection.INTO_DRIFT)),
         LoadPlan(
             PlanKind.MISSION,
             (PlanItem(16, 6, 0, 2.0, 0, 0, 1, 2, 3.5),),

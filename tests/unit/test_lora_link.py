@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import (
     Arm,
@@ -186,7 +187,7 @@ def test_sticks_do_not_cross():
         StartPlan(),
         StartPlan(3, 200),
         Reposition(0.7188, -0.1519, speed_mps=1.5, radius_m=None),
-        Orbit(None, None, radius_m=25.0, turns=2.0),
+        Orbit(None, None, Circle(25.0), turns=2.0),
         GuidedHeading(1.25, speed_mps=0.5),
         SetParameter("DEPTH_MIN", 4.25),
     ],

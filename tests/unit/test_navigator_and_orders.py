@@ -8,7 +8,7 @@ import pytest
 
 import config
 from companion.settings.schema import load
-from mavlink_bridge.language.figures import Hover
+from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import GuardState, Loiter, Mode
 from mavlink_bridge.language.requests import (
     Arm,
@@ -117,7 +117,7 @@ def test_a_point_without_consent_to_change_the_mode_is_refused(world: World) -> 
 
 def test_an_orbit_circles_and_ends_after_its_turns(world: World) -> None:
     accept(world, Arm(arm=True))
-    accept(world, Orbit(LAT, LON, radius_m=12.0, speed_mps=1.5, turns=1.0))
+    accept(world, Orbit(LAT, LON, Circle(12.0), speed_mps=1.5, turns=1.0))
     assert mode_of(world) is Mode.CIRCLE
     world.run(45.0)
     assert world.snapshot is not None

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.figures import Circle, Racetrack
 from mavlink_bridge.language.messages import (
     Action,
     FixType,
     GuardState,
     LoiterDirection,
-    LoiterKind,
     Mode,
     PlanState,
     Severity,
@@ -37,11 +37,11 @@ from tools.lora_rig import acquainted
 FOLDER = Path(__file__).parents[1] / "data" / "radio"
 CODES = (
     *(wire.MODE, wire.RESULT, wire.ACTION, wire.GUARD, wire.PLAN_STATE, wire.FIX),
-    *(wire.PLAN_KIND, wire.SEVERITY, wire.LOITER_KIND, wire.LOITER_DIRECTION),
+    *(wire.PLAN_KIND, wire.SEVERITY, wire.LOITER_DIRECTION),
 )
 VOCABULARIES: tuple[type[Enum], ...] = (
     *(Mode, ask.Result, Action, GuardState, PlanState, FixType),
-    *(ask.PlanKind, Severity, LoiterKind, LoiterDirection),
+    *(ask.PlanKind, Severity, LoiterDirection),
 )
 REQUESTS: dict[str, ask.RequestBody] = {
     "arm": ask.Arm(True),
@@ -55,8 +55,8 @@ REQUESTS: dict[str, ask.RequestBody] = {
     "item": ask.SetCurrent(7, reset=True),
     "go to": ask.Reposition(math.radians(41.185), math.radians(-8.706), 1.5, 20.0),
     "hold here": ask.Reposition(None, None),
-    "orbit": ask.Orbit(math.radians(41.185), math.radians(-8.706), radius_m=20.0, direction=LoiterDirection.CCW),
-    "racetrack here": ask.Orbit(None, None, LoiterKind.RACETRACK, 20.0, 100.0, 0.5, LoiterDirection.VESSEL, 1.5, 2.0),
+    "orbit": ask.Orbit(math.radians(41.185), math.radians(-8.706), Circle(20.0, LoiterDirection.CCW)),
+    "racetrack here": ask.Orbit(None, None, Racetrack(100.0, 20.0, 0.5, LoiterDirection.VESSEL), 1.5, 2.0),
     "speed": ask.SetSpeed(1.5),
     "throttle": ask.SetSpeed(throttle=0.5),
     "heading": ask.GuidedHeading(1.25, speed_mps=0.5, course=True),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.figures import Circle, Figure, Hover, figure_of
+from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
@@ -134,7 +134,7 @@ class Navigator:
             _here(state) if request.lat_rad is None or request.lon_rad is None else (request.lat_rad, request.lon_rad)
         )
         self._speed_mps = request.speed_mps
-        self._sail(Loiter(-1, *point, figure=_figure_of(request), turns=request.turns))
+        self._sail(Loiter(-1, *point, figure=request.figure, turns=request.turns))
         return ""
 
     def steer(self, request: GuidedHeading, speed_mps: float, state: EstimatedState, now_us: int) -> str:
@@ -280,13 +280,3 @@ def _here(state: EstimatedState) -> Point:
     assert state.lat_rad is not None
     assert state.lon_rad is not None
     return state.lat_rad, state.lon_rad
-
-
-def _figure_of(order: Orbit) -> Figure:
-    return figure_of(
-        order.kind.value,
-        radius_m=order.radius_m,
-        length_m=order.length_m,
-        bearing_rad=order.bearing_rad,
-        direction=order.direction,
-    )

@@ -67,15 +67,26 @@ def _object(value: Any) -> Any:
         return value
     if "bytes" in value:
         return bytes.fromhex(value["bytes"])
+    if value.get("enum") == "LoiterKind":
+        return _KINDS_OF_THE_FIRST_RELEASE[value["name"]]
     if "enum" in value:
         return _KNOWN[value["enum"]][value["name"]]  # type: ignore[index]
     fields = {name: _object(item) for name, item in value["fields"].items()}
-    if value["class"] == "Loiter" and "kind" in fields:
+    if value["class"] in ("Loiter", "Orbit") and "kind" in fields:
         fields = _loiter_of_the_first_release(fields)
     return _KNOWN[value["class"]](**fields)
 
 
+_KINDS_OF_THE_FIRST_RELEASE: Final = {
+    "CIRCULAR": "circular",
+    "RACETRACK": "racetrack",
+    "FIGURE_EIGHT": "figure-eight",
+    "HOVER": "hover",
+}
+"""An enum's names then, and the figures' now."""
+
+
 def _loiter_of_the_first_release(fields: dict[str, Any]) -> dict[str, Any]:
-    """A loiter had the fields of all figures then."""
+    """A loiter and an orbit had the fields of all figures then."""
     named = {name: fields.pop(name) for name in ("radius_m", "length_m", "bearing_rad", "direction")}
-    return {"figure": figure_of(fields.pop("kind").value, **named), **fields}
+    return {"figure": figure_of(fields.pop("kind"), **named), **fields}

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...language import requests as ask
-from ...language.messages import LoiterDirection, LoiterKind, Mode
+from ...language.figures import Circle, FigureEight, Hover
+from ...language.messages import LoiterDirection, Mode
 from ..persona import modes
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
@@ -83,8 +84,8 @@ def _loiter_unlimited(command: Command, _: Context) -> ask.RequestBody:
         return ask.SetMode(Mode.LOITER)
     lat_rad, lon_rad = position or (None, None)
     if not radius_m:
-        return ask.Orbit(lat_rad, lon_rad, kind=LoiterKind.HOVER)
-    return ask.Orbit(lat_rad, lon_rad, radius_m=abs(radius_m), direction=_direction(radius_m))
+        return ask.Orbit(lat_rad, lon_rad, Hover())
+    return ask.Orbit(lat_rad, lon_rad, Circle(abs(radius_m), _direction(radius_m)))
 
 
 def _direction(signed: float) -> LoiterDirection:
@@ -144,8 +145,7 @@ def _orbit(command: Command, _: Context) -> ask.RequestBody:
     return ask.Orbit(
         lat_rad,
         lon_rad,
-        radius_m=abs(radius_m) or None,
-        direction=_direction(radius_m),
+        Circle(abs(radius_m) or None, _direction(radius_m)),
         speed_mps=_speed(command, 2),
         turns=angle_rad / math.tau if angle_rad else None,
     )
@@ -160,11 +160,12 @@ def _figure_eight(command: Command, _: Context) -> ask.RequestBody:
     return ask.Orbit(
         lat_rad,
         lon_rad,
-        kind=LoiterKind.FIGURE_EIGHT,
-        radius_m=minor_m or None,
-        length_m=2.0 * (abs(major_m) - minor_m) if major_m and minor_m else None,
-        bearing_rad=command.number(4, 0.0, -math.tau, math.tau),
-        direction=_direction(major_m),
+        FigureEight(
+            radius_m=minor_m or None,
+            length_m=2.0 * (abs(major_m) - minor_m) if major_m and minor_m else None,
+            bearing_rad=command.number(4, 0.0, -math.tau, math.tau),
+            direction=_direction(major_m),
+        ),
     )
 
 

@@ -13,9 +13,11 @@ from typing import Any, Final, assert_never
 from fastcrc import crc16
 
 from ...language import requests as ask
+from ...language.figures import Figure, Hover, figure_of
+from ...language.messages import LoiterDirection
 from ...language.units import e7_to_deg, rad_to_e7
 from .bits import BitReader, BitsError, BitWriter
-from .wire import LOITER_DIRECTION, LOITER_KIND, MODE, REQUEST_BITS, REQUESTS, Form
+from .wire import FIGURE, LOITER_DIRECTION, MODE, REQUEST_BITS, REQUESTS, Form
 
 _NUMBERS: Final = {row.kind: number for number, row in REQUESTS.items()}
 Resolve = Callable[[int], str | None]
@@ -95,10 +97,8 @@ def _put(writer: BitWriter, form: Form, value: Any) -> None:
             writer.put(rad_to_e7(value) & 0xFFFF_FFFF, 32)
         case Form.MODE:
             writer.put(MODE.number(value), MODE.bits)
-        case Form.LOITER_KIND:
-            writer.put(LOITER_KIND.number(value), LOITER_KIND.bits)
-        case Form.LOITER_DIRECTION:
-            writer.put(LOITER_DIRECTION.number(value), LOITER_DIRECTION.bits)
+        case Form.FIGURE:
+            _put_figure(writer, value)
         case _:
             assert_never(form)
 
@@ -119,12 +119,31 @@ def _get(reader: BitReader, form: Form, resolve: Resolve) -> Any:
             return _angle_rad(reader.get(32), 180.0)
         case Form.MODE:
             return MODE.member(reader.get(MODE.bits))
-        case Form.LOITER_KIND:
-            return LOITER_KIND.member(reader.get(LOITER_KIND.bits))
-        case Form.LOITER_DIRECTION:
-            return LOITER_DIRECTION.member(reader.get(LOITER_DIRECTION.bits))
+        case Form.FIGURE:
+            return _get_figure(reader)
         case _:
             assert_never(form)
+
+
+_SIZES: Final = ("radius_m", "length_m", "bearing_rad")
+"""What a figure may have of sizes, in the order of the air; what it has not is absent."""
+
+
+def _put_figure(writer: BitWriter, figure: Figure) -> None:
+    writer.put(FIGURE.number(type(figure)), FIGURE.bits)
+    for name in _SIZES:
+        size = getattr(figure, name, None)
+        writer.flag(size is not None)
+        if size is not None:
+            writer.real(size)
+    direction = LoiterDirection.CW if isinstance(figure, Hover) else figure.direction
+    writer.put(LOITER_DIRECTION.number(direction), LOITER_DIRECTION.bits)
+
+
+def _get_figure(reader: BitReader) -> Figure:
+    kind = FIGURE.member(reader.get(FIGURE.bits))
+    sizes = {name: _finite(reader.real()) if reader.flag() else None for name in _SIZES}
+    return figure_of(kind.name, direction=LOITER_DIRECTION.member(reader.get(LOITER_DIRECTION.bits)), **sizes)
 
 
 def _finite(value: float) -> float:

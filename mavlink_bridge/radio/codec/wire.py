@@ -9,33 +9,35 @@ tests/data/radio hold all of it.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum, IntEnum, unique
 from typing import Any, Final, Generic, TypeVar
 
 from ...language import requests as ask
-from ...language.messages import Action, FixType, GuardState, LoiterDirection, LoiterKind, Mode, PlanState, Severity
+from ...language.figures import FIGURES, Circle, Figure, FigureEight, Hover, Racetrack
+from ...language.messages import Action, FixType, GuardState, LoiterDirection, Mode, PlanState, Severity
 from .bits import BitsError
 
 VERSION: Final = 2
 """1 was the first release: counters kept in the store, codes by declaration order, 4-byte tags. 4 bits in HELLO."""
 
-Member = TypeVar("Member", bound=Enum)
+Member = TypeVar("Member")
 
 
 class Codes(Generic[Member]):
-    """Numbers of ``bits`` bits for all members of one enum. Raises ValueError, naming the member, for a table with a gap."""
+    """Numbers of ``bits`` bits for all members of a closed vocabulary. Raises ValueError, naming the member, for a table with a gap."""
 
-    def __init__(self, kind: type[Member], bits: int, numbers: Mapping[Member, int]) -> None:
-        missing = [member.name for member in kind if member not in numbers]
+    def __init__(self, kind: Iterable[Member], bits: int, numbers: Mapping[Member, int], name: str = "") -> None:
+        """``kind``: an enum, or all classes of a sum type, which is then called ``name``."""
+        self._name = name or getattr(kind, "__name__", "")
+        missing = [getattr(member, "name", str(member)) for member in kind if member not in numbers]
         if missing:
-            raise ValueError(f"{kind.__name__}.{missing[0]} has no number on the radio's code page")
+            raise ValueError(f"{self._name}.{missing[0]} has no number on the radio's code page")
         if len(set(numbers.values())) < len(numbers) or max(numbers.values()) >> bits:
-            raise ValueError(f"two members of {kind.__name__} share a number, or one needs more than {bits} bits")
+            raise ValueError(f"two members of {self._name} share a number, or one needs more than {bits} bits")
         self.bits = bits
         self._numbers = dict(numbers)
         self._members = {number: member for member, number in numbers.items()}
-        self._name = kind.__name__
 
     def number(self, member: Member) -> int:
         """What stands for a member on the air."""
@@ -188,10 +190,8 @@ SEVERITY: Final = Codes(
         Severity.DEBUG: 7,
     },
 )
-LOITER_KIND: Final = Codes(
-    LoiterKind,
-    3,
-    {LoiterKind.CIRCULAR: 0, LoiterKind.RACETRACK: 1, LoiterKind.FIGURE_EIGHT: 2, LoiterKind.HOVER: 3},
+FIGURE: Final = Codes[type[Figure]](
+    FIGURES.values(), 3, {Circle: 0, Racetrack: 1, FigureEight: 2, Hover: 3}, name="Figure"
 )
 LOITER_DIRECTION: Final = Codes(
     LoiterDirection,
@@ -213,8 +213,7 @@ class Form(Enum):
     LATITUDE = "degrees * 1e7, 32 bits"
     LONGITUDE = "the same of a longitude"
     MODE = "4 bits of a mode"
-    LOITER_KIND = "3 bits of a figure"
-    LOITER_DIRECTION = "3 bits of a direction"
+    FIGURE = "3 bits of a figure; radius, length and bearing, each a bit and a REAL32 where it is there; 3 bits of a direction"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -262,11 +261,7 @@ REQUESTS: Final[Mapping[int, RequestRow]] = {
         (
             _LAT,
             _LON,
-            Field("kind", Form.LOITER_KIND),
-            Field("radius_m", Form.REAL, True),
-            Field("length_m", Form.REAL, True),
-            Field("bearing_rad", Form.REAL, True),
-            Field("direction", Form.LOITER_DIRECTION),
+            Field("figure", Form.FIGURE),
             _SPEED,
             Field("turns", Form.REAL, True),
         ),
