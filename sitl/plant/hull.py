@@ -64,10 +64,6 @@ class SimVessel:
     def surge_over_ground_mps(self) -> float:
         return math.cos(self.psi_rad) * self.vn_mps + math.sin(self.psi_rad) * self.ve_mps
 
-    @property
-    def sway_over_ground_mps(self) -> float:
-        return -math.sin(self.psi_rad) * self.vn_mps + math.cos(self.psi_rad) * self.ve_mps
-
     def step(
         self,
         dt_s: float,

@@ -8,11 +8,10 @@ operator is told.
 from __future__ import annotations
 
 import math
-from typing import assert_never
 
 from pydantic import Field
 
-from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack, Round
+from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Round
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
     ActuatorOutput,
@@ -150,13 +149,11 @@ class Guidance:
                 state, maneuver, start, corner=corner, following=following, onward=onward, speed_mps=speed_mps
             )
             return
-        match maneuver.figure:
-            case Hover():
-                self._station.begin(self._target, _drift(state))
-            case Circle() | Racetrack() | FigureEight() as figure:
-                self._begin_figure(state, figure)
-            case _ as never:
-                assert_never(never)
+        figure = maneuver.figure
+        if isinstance(figure, Hover):
+            self._station.begin(self._target, _drift(state))
+        else:
+            self._begin_figure(state, figure)  # whatever goes round: it has segments
 
     def hold(self, now_us: int, state: EstimatedState) -> None:
         """Keep station here."""

@@ -7,23 +7,16 @@ manoeuvre without one after it gets the plan's speed back; jump targets move alo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import Final, assert_never
 
 from ...language import messages as imc
-from ...language.figures import Circle, FigureEight, Hover, Racetrack
 from ...language.requests import PlanItem
 from ..wire.cmd import Cmd
 from ..wire.mapping import NAN, rad_to_degE7
+from .figure_items import POSITION_FRAME, InexpressibleError, at_place, item_of
 from .plan_rules import MISSION_FRAME
 
-POSITION_FRAME: Final = 3
-"""MAV_FRAME_GLOBAL_RELATIVE_ALT, with altitude 0: what ground stations show best."""
-
-
-class InexpressibleError(ValueError):
-    """A manoeuvre that no plan item means."""
+__all__ = ["InexpressibleError", "items_from_maneuvers"]
 
 
 def items_from_maneuvers(maneuvers: Sequence[imc.Maneuver]) -> tuple[PlanItem, ...]:
@@ -64,11 +57,11 @@ def _with_target(item: PlanItem, places: Sequence[int]) -> PlanItem:
 def _item(maneuver: imc.Maneuver) -> PlanItem:
     match maneuver:
         case imc.Goto():
-            return _at(
+            return at_place(
                 maneuver, Cmd.WAYPOINT, maneuver.hold_s, param2=maneuver.acceptance_m or 0.0, param3=0.0, param4=NAN
             )
         case imc.Loiter():
-            return _loiter(maneuver)
+            return item_of(maneuver)
         case imc.ChangeSpeed():
             return _speed_item(maneuver.speed_mps)
         case imc.Delay():
@@ -83,23 +76,6 @@ def _item(maneuver: imc.Maneuver) -> PlanItem:
             return _plain(Cmd.DO_FENCE_ENABLE, float(maneuver.enable))
         case imc.Noted():
             return _plain(maneuver.command)
-
-
-def _at(
-    place: imc.Goto | imc.Loiter, command: int, param1: float, param2: float, param3: float, param4: float
-) -> PlanItem:
-    x, y = rad_to_degE7(place.lat_rad), rad_to_degE7(place.lon_rad)
-    return PlanItem(
-        command=command,
-        frame=POSITION_FRAME,
-        param1=param1,
-        param2=param2,
-        param3=param3,
-        param4=param4,
-        x=x,
-        y=y,
-        z=0.0,
-    )
 
 
 def _plain(command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0) -> PlanItem:
@@ -143,85 +119,3 @@ def _set_home(home: imc.SetHome) -> PlanItem:
     return PlanItem(
         command=Cmd.DO_SET_HOME, frame=POSITION_FRAME, param1=0.0, param2=0.0, param3=0.0, param4=0.0, x=x, y=y, z=0.0
     )
-
-
-def _loiter(loiter: imc.Loiter) -> PlanItem:
-    figure = loiter.figure
-    if isinstance(figure, Circle):
-        return _circle(loiter, figure)
-    if loiter.turns is not None:
-        raise InexpressibleError(f"item {loiter.seq}: {figure.name} cannot be counted in turns")
-    match figure:
-        case Hover():
-            return _circle_by_time(loiter, 0.0)
-        case FigureEight():
-            return _figure_eight(loiter, figure)
-        case Racetrack():
-            return _racetrack(loiter, figure)
-        case _ as never:
-            assert_never(never)
-
-
-_CIRCLING: Final = {imc.LoiterDirection.CW: 1.0, imc.LoiterDirection.CCW: -1.0}
-
-
-def _sign(loiter: imc.Loiter, figure: Racetrack | FigureEight) -> float:
-    sign = _CIRCLING.get(figure.direction)
-    if sign is None:
-        raise InexpressibleError(f"item {loiter.seq}: {figure.name} needs a direction, cw or ccw")
-    return sign
-
-
-def _circle(loiter: imc.Loiter, circle: Circle) -> PlanItem:
-    sign = _CIRCLING.get(circle.direction)
-    if sign is None:
-        choice = float(circle.direction is imc.LoiterDirection.INTO_DRIFT)
-        times = (_or_zero(loiter.duration_s), _or_zero(loiter.turns), _or_zero(circle.radius_m))
-        return _at(loiter, Cmd.LOITER_CHOICE, *times, choice)
-    if loiter.duration_s is not None and loiter.turns is not None:
-        raise InexpressibleError(f"item {loiter.seq}: a loiter ends by time or by turns, not by both")
-    if circle.radius_m is None and sign < 0.0:
-        raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
-    radius = NAN if circle.radius_m is None else sign * circle.radius_m
-    if loiter.turns is not None:
-        return _at(
-            loiter, Cmd.LOITER_TURNS, loiter.turns, param2=float(loiter.exit_toward_next), param3=radius, param4=1.0
-        )
-    return _circle_by_time(loiter, radius)
-
-
-def _circle_by_time(loiter: imc.Loiter, radius: float) -> PlanItem:
-    if loiter.duration_s is None:
-        return _at(loiter, Cmd.LOITER_UNLIM, 0.0, param2=0.0, param3=radius, param4=NAN)
-    return _at(
-        loiter, Cmd.LOITER_TIME, loiter.duration_s, param2=float(loiter.exit_toward_next), param3=radius, param4=1.0
-    )
-
-
-def _figure_eight(loiter: imc.Loiter, eight: FigureEight) -> PlanItem:
-    sign = _sign(loiter, eight)
-    minor = NAN if eight.radius_m is None else eight.radius_m
-    major = NAN
-    if eight.radius_m is not None and eight.length_m is not None:
-        # shorter than two radii the loops would overlap: raised to it, as DUNE does
-        major = sign * (max(eight.length_m, 2.0 * eight.radius_m) / 2.0 + eight.radius_m)
-    elif sign < 0.0 or eight.length_m is not None:
-        raise InexpressibleError(f"item {loiter.seq}: an eight needs a radius to have a length or go ccw")
-    bearing = math.remainder(eight.bearing_rad or 0.0, math.tau)
-    return _at(loiter, Cmd.DO_FIGURE_EIGHT, major, param2=minor, param3=_or_zero(loiter.duration_s), param4=bearing)
-
-
-def _racetrack(loiter: imc.Loiter, track: Racetrack) -> PlanItem:
-    sign = _sign(loiter, track)
-    if track.length_m is None:
-        raise InexpressibleError(f"item {loiter.seq}: a racetrack needs a length")
-    if track.radius_m is None and sign < 0.0:
-        raise InexpressibleError(f"item {loiter.seq}: the default radius always goes clockwise")
-    radius = NAN if track.radius_m is None else sign * track.radius_m
-    bearing = math.degrees(track.bearing_rad or 0.0) % 360.0
-    return _at(loiter, Cmd.RACETRACK, _or_zero(loiter.duration_s), param2=track.length_m, param3=radius, param4=bearing)
-
-
-def _or_zero(value: float | None) -> float:
-    """Fields whose 0 means 'not limited' or 'the default'."""
-    return 0.0 if value is None else value

@@ -8,16 +8,15 @@ common.xml; dune-imc §2.2. ``docs/IMC.md`` has the table.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from ...language import messages as imc
-from ...language.figures import Circle, Hover
 from ...language.requests import LoadPlan, PlanItem, PlanKind
 from ..wire.cmd import Cmd
 from .fence_mapping import compile_fence, compile_rally
+from .figure_items import FIGURE_READERS
 from .plan_rules import (
     DEFAULT_LIMITS,
     FRAMES,
@@ -30,8 +29,6 @@ from .plan_rules import (
     parameter,
     plan_id,
     position,
-    signed_radius,
-    toward_next,
     within,
 )
 
@@ -65,134 +62,6 @@ def _waypoint(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
     acceptance = within(item, 2, "acceptance radius", limits.max_length_m, 0.0)
     hold = within(item, 1, "hold time", limits.max_duration_s, 0.0)
     return imc.Goto(seq, latitude, longitude, hold_s=hold, acceptance_m=acceptance or None)
-
-
-def _loiter(
-    seq: int, item: PlanItem, limits: PlanLimits, *, duration_s: float | None, exit_toward_next: bool = False
-) -> imc.Maneuver:
-    """A circle by radius, or station keeping when the radius is exactly 0."""
-    latitude, longitude = position(item)
-    radius, direction = signed_radius(item, 3, limits)
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=Hover() if radius == 0.0 else Circle(radius_m=radius, direction=direction),
-        duration_s=duration_s,
-        exit_toward_next=exit_toward_next,
-    )
-
-
-def _loiter_unlimited(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    return _loiter(seq, item, limits, duration_s=None)
-
-
-def _loiter_time(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    duration = within(item, 1, "loiter time", limits.max_duration_s)
-    return _loiter(seq, item, limits, duration_s=duration, exit_toward_next=toward_next(item, 2))
-
-
-def _loiter_turns(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    turns = within(item, 1, "number of turns", limits.max_turns)
-    latitude, longitude = position(item)
-    radius, direction = signed_radius(item, 3, limits)
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.Circle(radius_m=radius or None, direction=direction),
-        turns=turns,
-        exit_toward_next=toward_next(item, 2),
-    )
-
-
-def _loiter_to_altitude(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    latitude, longitude = position(item)
-    radius, direction = signed_radius(item, 2, limits)
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.Circle(radius_m=radius or None, direction=direction),
-        duration_s=0.0,
-        exit_toward_next=toward_next(item, 1),
-    )
-
-
-def _orbit(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    latitude, longitude = position(item)
-    radius, direction = signed_radius(item, 1, limits)
-    speed = within(item, 2, "speed", limits.max_speed_mps, 0.0)
-    orbits_rad = within(item, 4, "orbits", limits.max_turns * math.tau, 0.0)
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.Circle(radius_m=radius or None, direction=direction),
-        speed_mps=speed or None,
-        turns=orbits_rad / math.tau if orbits_rad else None,
-    )
-
-
-def _figure_eight(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    latitude, longitude = position(item)
-    major, direction = signed_radius(item, 1, limits)
-    minor = within(item, 2, "minor radius", limits.max_length_m, 0.0) or None
-    duration = within(item, 3, "duration", limits.max_duration_s, 0.0)
-    bearing = given(item, 4) or 0.0
-    if abs(bearing) > math.tau:
-        raise RefusedError(4, f"orientation {bearing:g} is outside -2 pi to 2 pi rad")
-    if major is not None and (minor is None or major < 2.0 * minor):
-        raise RefusedError(1, "the major radius must be at least twice the given minor radius")
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.FigureEight(
-            length_m=None if major is None or minor is None else 2.0 * (major - minor),
-            radius_m=minor,
-            bearing_rad=bearing,
-            direction=direction,
-        ),
-        duration_s=duration or None,
-    )
-
-
-def _racetrack(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    latitude, longitude = position(item)
-    duration = within(item, 1, "duration", limits.max_duration_s, 0.0)
-    length = within(item, 2, "length", limits.max_length_m)
-    radius, direction = signed_radius(item, 3, limits)
-    bearing = within(item, 4, "bearing in degrees", 360.0, 0.0)
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.Racetrack(
-            length_m=length, radius_m=radius or None, bearing_rad=math.radians(bearing), direction=direction
-        ),
-        duration_s=duration or None,
-    )
-
-
-def _loiter_choice(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
-    latitude, longitude = position(item)
-    duration = within(item, 1, "duration", limits.max_duration_s, 0.0)
-    turns = within(item, 2, "number of turns", limits.max_turns, 0.0)
-    radius = within(item, 3, "radius", limits.max_length_m, 0.0)
-    choice = given(item, 4) or 0.0
-    if choice not in (0.0, 1.0):
-        raise RefusedError(4, "direction must be 0 (vessel's choice) or 1 (into the drift)")
-    return imc.Loiter(
-        seq,
-        latitude,
-        longitude,
-        figure=imc.Circle(
-            radius_m=radius or None, direction=imc.LoiterDirection.INTO_DRIFT if choice else imc.LoiterDirection.VESSEL
-        ),
-        duration_s=duration or None,
-        turns=turns or None,
-    )
 
 
 def _return_home(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
@@ -268,22 +137,15 @@ def _fence_enable(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
 
 
 _COMPILERS: Final[dict[int, Callable[[int, PlanItem, PlanLimits], imc.Maneuver]]] = {
+    **FIGURE_READERS,
     Cmd.WAYPOINT: _waypoint,
-    Cmd.LOITER_UNLIM: _loiter_unlimited,
-    Cmd.LOITER_TURNS: _loiter_turns,
-    Cmd.LOITER_TIME: _loiter_time,
     Cmd.RETURN_TO_LAUNCH: _return_home,
-    Cmd.LOITER_TO_ALT: _loiter_to_altitude,
-    Cmd.DO_ORBIT: _orbit,
-    Cmd.DO_FIGURE_EIGHT: _figure_eight,
     Cmd.NAV_DELAY: _nav_delay,
     Cmd.CONDITION_DELAY: _condition_delay,
     Cmd.DO_JUMP: _jump,
     Cmd.DO_CHANGE_SPEED: _change_speed,
     Cmd.DO_SET_HOME: _set_home,
     Cmd.DO_FENCE_ENABLE: _fence_enable,
-    Cmd.RACETRACK: _racetrack,
-    Cmd.LOITER_CHOICE: _loiter_choice,
 }
 
 

@@ -18,7 +18,7 @@ from mavlink_bridge.language.units import e7_to_deg
 
 from ...language.messages import LoiterDirection
 from ...language.requests import PlanItem, Result
-from ..wire.cmd import CAMERA_AND_GIMBAL, Cmd
+from ..wire.cmd import CAMERA_AND_GIMBAL
 from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
 
 NOTED: Final = CAMERA_AND_GIMBAL
@@ -29,13 +29,6 @@ GLOBAL_FRAMES: Final = frozenset({0, 3, 5, 6, 10, 11})
 FRAMES: Final = GLOBAL_FRAMES | {MISSION_FRAME}
 MAX_ITEMS: Final = 829
 """Mission items that fit: the figure ground stations know from ArduPilot."""
-
-
-POSITIONAL: Final = frozenset(
-    {Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT, Cmd.DO_ORBIT}
-    | {Cmd.DO_FIGURE_EIGHT, Cmd.RACETRACK, Cmd.LOITER_CHOICE}
-)
-"""Commands whose item needs a position."""
 
 
 class MissionResult(IntEnum):

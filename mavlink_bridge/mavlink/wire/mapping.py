@@ -97,11 +97,6 @@ def rad_to_deg_i8(angle_rad: float | None) -> int:
     return _scaled(None if angle_rad is None else math.degrees(angle_rad), 1.0, -127, 126, INT8_UNKNOWN)
 
 
-def rad_or_nan(angle_rad: float | None) -> float:
-    """A float field whose unknown is NaN."""
-    return NAN if angle_rad is None else angle_rad
-
-
 def deg_to_rad(angle_deg: float) -> float | None:
     """Degrees in a float field to rad in [-pi, pi); None when NaN or infinite."""
     if not math.isfinite(angle_deg):
@@ -239,8 +234,3 @@ def seconds_u16(duration_s: float | None) -> int:
 def value_or_nan(value: float | None) -> float:
     """A float field whose unknown is NaN."""
     return NAN if value is None else value
-
-
-def finite_or_none(value: float) -> float | None:
-    """A float field of a command: NaN and infinity mean 'not given'."""
-    return value if math.isfinite(value) else None
