@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from companion.core.config import Config
 from companion.core.guard.depth.grid import DepthGrid, Sounding, metres_per_radian
@@ -70,6 +70,17 @@ class BottomConfig(Config):
     """Soundings (XYZ, CSV or DUNE ini) for kind ``file``."""
     tide_m: float = Field(0.0, ge=-20, le=20)
     """Water level above chart datum, m."""
+
+    @model_validator(mode="after")
+    def _nothing_in_vain(self) -> BottomConfig:
+        """A shape that this kind of bottom does not have was meant otherwise. Raises ValueError."""
+        shapes = {"slope": self.slope is not None, "mounds": bool(self.mounds)}
+        vain = [name for name, given in shapes.items() if given and name in self.model_fields_set]
+        if self.kind != "synthetic" and vain:
+            raise ValueError(
+                f"kind = '{self.kind}' has no {' and no '.join(vain)}: say kind = 'synthetic', or leave them out"
+            )
+        return self
 
 
 @dataclass(frozen=True, slots=True)

@@ -154,6 +154,15 @@ class ScenarioText(Config):
     expect: tuple[Expect, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
+    def _nothing_kept(self) -> ScenarioText:
+        if self.settings.get("store"):
+            raise ValueError(
+                "settings.store: a scenario begins with an empty store of its own, in memory, so that it is the same each time; "
+                "leave the key out, and give plans under [plan], parameters under [settings] or as an act"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _in_time(self) -> ScenarioText:
         late = [f"at t_s = {act.t_s:g}" for act in self.at if act.t_s >= self.scenario.duration_s]
         windows = [edge for item in self.expect for edge in (item.from_s, item.to_s) if edge is not None]

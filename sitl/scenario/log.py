@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.figures import Circle, radius_of, sense_of
+from mavlink_bridge.language.figures import Circle, Hover, radius_of, sense_of
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Goto, Loiter, Maneuver, Mode, PlanState
 from mavlink_bridge.language.snapshot import Snapshot
@@ -75,9 +75,10 @@ class Logbook:
     def _item(self, snapshot: Snapshot) -> Maneuver | None:
         seq = snapshot.progress.seq
         under_way = snapshot.mode is Mode.AUTO and snapshot.armed and snapshot.progress.state is PlanState.ACTIVE
-        sailed = under_way and snapshot.path.cross_track_m is not None and seq == self._current
+        steady = under_way and seq == self._current and seq < len(self._plan)
         self._current = seq  # in the tick of a change the path is still the old item's
-        return self._plan[seq] if sailed and seq < len(self._plan) else None
+        item = self._plan[seq] if steady else None
+        return item if snapshot.path.cross_track_m is not None or _hovers(item) else None
 
     def _joined(self, item: Loiter, snapshot: Snapshot) -> bool:
         if snapshot.path.on_path:
@@ -104,3 +105,8 @@ class Logbook:
         figure, flown_m = item.figure, abs(snapshot.path.orbit_radius_m or 0.0)
         radius_m = flown_m or radius_of(figure, 0.0) if isinstance(figure, Circle) else radius_of(figure, flown_m)
         return figure.error_m(centre, radius_m, here, sense_of(figure))
+
+
+def _hovers(item: Maneuver | None) -> bool:
+    """A point has no track to be off: its error is the distance."""
+    return isinstance(item, Loiter) and isinstance(item.figure, Hover)

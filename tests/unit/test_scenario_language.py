@@ -259,3 +259,25 @@ def test_every_shipped_scenario_says_what_it_shows():
 def test_acts_are_one_at_a_time():
     assert Act(t_s=1, arm=True).name == "arm"
     assert "refused" not in ACTS
+
+
+# ---- nothing is ignored
+
+
+def test_a_store_is_refused(written):
+    assert any("settings.store" in mistake for mistake in mistakes(written(f'[settings]\nstore = "a.db"\n{STILL}')))
+
+
+@pytest.mark.parametrize("shape", ["slope = { gradient = 0.1 }", "mounds = [{ north_m = 9.0, height_m = 1.0 }]"])
+def test_a_flat_bottom_has_no_shapes(written, shape):
+    (mistake,) = mistakes(written(f'[settings.world.bottom]\nkind = "flat"\n{shape}\n{STILL}'))
+    assert "kind = 'flat' has no" in mistake
+
+
+def test_the_path_error_of_a_hover_is_its_distance(written):
+    plan = '[[plan.item]]\nloiter = { kind = "hover", north_m = 12.0, east_m = 0.0, duration_s = 60.0 }\n'
+    body = f"{plan}[[at]]\nt_s = 4\nstart = true\n[[expect]]\nfrom_s = 30.0\npath_error_max_m_max = 1.0\n"
+    outcome = run(read_scenario(written(body, duration=60)))
+    assert outcome.passed, outcome.findings
+    (found,) = (finding for finding in outcome.findings if finding.what.startswith("path_error"))
+    assert 0.0 < float(found.found) < 1.0

@@ -26,7 +26,10 @@ _FACE_TAU_S = 6.0
 _FACE_RADPS = 0.1
 _SURE = 1.2
 _GONE = 0.4
-"""Shares of the calm's limit at which a push is faced, and at which the bow is left where it looks."""
+"""Shares of the calm's limit at which a push is faced, and at which it is gone and the vessel rests as it lies."""
+_WEAK_MPS = 0.1
+"""A push that carries the boat slower than this does not bring it over to a point that lies abeam: the boat must sail there. What
+is left of the braking at the end of a voyage looks like such a push, too."""
 _BACK = 0.3
 """Share of the radius within which the vessel is back at its point."""
 _PAYS_S = 60.0
@@ -68,7 +71,7 @@ class StationKeeper:
         self._statics = Statics(handling.vessel)
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
-        self._returning = False
+        self._returning = self._sailing_back = False
         self._bow_rad: float | None = None
         self.configure(config)
 
@@ -87,7 +90,7 @@ class StationKeeper:
         self._motion.reset()
         self._push.begin(drift)
         self._heading_rad = None
-        self._returning = False
+        self._returning = self._sailing_back = False
         self._bow_rad = None
 
     def distance_m(self, state: EstimatedState) -> float:
@@ -113,12 +116,14 @@ class StationKeeper:
         distance = math.hypot(north, east)
         if distance > 4.0 * self._radius_m:
             return self._go(state, north, east, drift)
-        facing = self._face(dt_s)
+        push_mps = self._statics.speed_for_thrust(self._push.strength_n)
+        away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
+        self._sailing_back = push_mps < _WEAK_MPS and distance > away * self._radius_m
+        facing = None if self._sailing_back else self._face(dt_s)
         if facing is None:
             return self._rest(state, north, east, distance)
         cos, sin = math.cos(facing), math.sin(facing)
         starboard = east * cos - north * sin
-        push_mps = self._statics.speed_for_thrust(self._push.strength_n)
         aside = math.atan2(self._gain * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
         self._heading_rad = wrap_pi(facing + aside)
         return self._steer(state, north, east)
@@ -139,7 +144,9 @@ class StationKeeper:
             if strength_n < _SURE * self._calm_n:
                 return None
             self._bow_rad = against
-        elif strength_n > _GONE * self._calm_n:
+        elif strength_n < _GONE * self._calm_n:
+            self._bow_rad = None
+        else:
             step = wrap_pi(against - self._bow_rad) * dt_s / _FACE_TAU_S
             most = _FACE_RADPS * dt_s
             self._bow_rad = wrap_pi(self._bow_rad + clamp(step, -most, most))
