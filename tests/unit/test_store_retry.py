@@ -25,7 +25,7 @@ class Clock:
 def wait(store, wanted):
     """The completions up to the first that is ``wanted``; only the writer's thread is waited for."""
     found = []
-    deadline_s = time.monotonic() + 30
+    deadline_s = time.monotonic() + 60.0
     while not any(map(wanted, found)):
         assert time.monotonic() < deadline_s, found
         found += store.completions()
