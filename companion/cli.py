@@ -15,8 +15,6 @@ from importlib.metadata import entry_points, version
 from typing import Any, Final
 
 from .commands import MissingExtraError
-from .io.links import LinkConfigError
-from .settings import ConfigError
 
 COMMANDS: Final = {
     "run": ("companion.commands.run", "sail the real vessel"),
@@ -50,6 +48,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(words: Sequence[str]) -> int:
+    # Loaded here, where Ctrl-C is waited for already: on a slow computer it takes a second.
+    from .io.links import LinkConfigError
+    from .settings import ConfigError
+
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     parser = _parser(words[0] if words else "")
     arguments = parser.parse_args(words, argparse.Namespace(whole_parser=whole_parser))

@@ -23,7 +23,7 @@ from .chart.fill import Fill
 from .chart.source import METRES, Block, ChartError, Source, opened
 from .chart.tally import Tally
 from .numbers import number
-from .progress import SHOW_EVERY_S, Progress
+from .progress import Progress
 
 _INTERRUPTED: Final = 130
 """Exit status of a program that Ctrl-C has ended, as shells have it."""
@@ -78,7 +78,7 @@ def _convert(arguments: argparse.Namespace) -> int:
     if arguments.out.suffix not in (".xyz", ".depth"):
         print(f"{arguments.out}: must end in .xyz or .depth", file=sys.stderr)
         return 2
-    progress = CellProgress()
+    progress = Progress("chart", None)
     try:
         with opened(arguments) as source:
             told = _write(arguments, source, progress)
@@ -93,7 +93,7 @@ def _convert(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _write(arguments: argparse.Namespace, source: Source, progress: CellProgress) -> list[str]:
+def _write(arguments: argparse.Namespace, source: Source, progress: Progress) -> list[str]:
     """Write what there is, and say what; nothing at all for a chart that cannot be meant. A failure leaves no half file."""
     out: Path = arguments.out
     tally = Tally(source)
@@ -114,10 +114,10 @@ def _write(arguments: argparse.Namespace, source: Source, progress: CellProgress
     return [f"{out}: {made}", *tally.lines(arguments.datum)]
 
 
-def _counted(source: Source, tally: Tally, progress: CellProgress) -> Iterator[Block]:
+def _counted(source: Source, tally: Tally, progress: Progress) -> Iterator[Block]:
     for block in source.blocks():
         tally.add(block)
-        progress.show(tally.read, source.total)
+        progress.count(tally.read / 1e6, source.total / 1e6, "million cells")
         yield block
     progress.close()
 
@@ -156,22 +156,3 @@ def _thinned(places: Iterator[Place], spacing_m: float) -> Iterator[Place]:
         if key not in least or place[2] < least[key][2]:
             least[key] = place
     yield from least.values()
-
-
-class CellProgress(Progress):
-    """How much of a chart is read, how fast, how long still."""
-
-    def __init__(self) -> None:
-        super().__init__("chart", None)
-
-    def show(self, done: int, total: int) -> None:
-        """Say how far it has come, twice a second."""
-        now_s = self._clock_s()
-        if now_s < self._due_s:
-            return
-        self._due_s = now_s + SHOW_EVERY_S
-        rate = done / (now_s - self._began_s)
-        left_s = (total - done) / rate if rate > 0.0 else math.inf
-        self.say(
-            f"{done / 1e6:.1f} of {total / 1e6:.1f} million cells, {rate / 1e6:.2f} million/s, {left_s:.0f} s left"
-        )

@@ -65,6 +65,16 @@ class Progress:
             f"{self._what} {share:4.0%}  {_span(done_s)} of {_span(self._total_s)}, {rate:.0f} times real time, {_span(left_s)} left"
         )
 
+    def count(self, done: float, total: float, unit: str) -> None:
+        """So many of so many are done: ``12.1 of 40.0 MB, 3.10 MB/s, 9 s left``."""
+        now_s = self._clock_s()
+        if not self._shows or now_s < self._due_s:
+            return
+        self._due_s = now_s + SHOW_EVERY_S
+        rate = done / (now_s - self._began_s)
+        left = f"{max(total - done, 0.0) / rate:.0f} s left" if rate > 0.0 else "..."
+        self.say(f"{self._what} {done:.1f} of {total:.1f} {unit}, {rate:.2f} {unit}/s, {left}")
+
     def say(self, text: str) -> None:
         """Show a text in the place of the one before."""
         if self._shows:

@@ -11,8 +11,8 @@ from typing import Any
 from mavlink_bridge.mavlink.wire import tlog
 
 from ..io.whole_file import write_whole
-from ..report.flight import Flight
-from ..report.from_run import read_run
+from ..report.flight import Count, Flight, uncounted
+from ..report.from_run import bytes_of, read_run
 from ..report.from_tlog import read_tlog
 from ..report.page import make_page
 from ..report.verdicts import WORDS, Limits, judge
@@ -39,9 +39,8 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
-    with Progress("report", None) as shown:
-        shown.say(f"reading {arguments.source} ...")
-        flight = read(arguments.source)
+    with Progress("reading", None) as shown:
+        flight = read(arguments.source, shown)
     output = arguments.output or default_output(arguments.source)
     with Progress("report", None) as shown:
         shown.say("drawing ...")
@@ -68,18 +67,32 @@ def _picture(flight: Flight) -> bytes | None:
     return None if made is None else as_png(made)
 
 
-def read(source: Path) -> Flight:
+def _counted(shown: Progress | None, total: int) -> Count:
+    """What shows how far the reading is."""
+    if shown is None:
+        return uncounted
+    done = 0
+
+    def count(more: int) -> None:
+        nonlocal done
+        done += more
+        shown.count(done / 1e6, total / 1e6, "MB")
+
+    return count
+
+
+def read(source: Path, shown: Progress | None = None) -> Flight:
     """Read a run directory or a telemetry log. Raises ConfigError when it is neither."""
     try:
         if source.is_dir():
             if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
                 raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
-            return read_run(source)
+            return read_run(source, _counted(shown, bytes_of(source)))
         what = tlog.not_a_log(source.read_bytes())
         if what:
             raise ConfigError(str(source), [f"{what}; give a run directory or a telemetry log"])
         ours = source.name.startswith("mavlink") and (source.parent / "run.json").is_file()
-        flight = read_tlog(source, numbered=ours)
+        flight = read_tlog(source, numbered=ours, count=_counted(shown, source.stat().st_size))
     except OSError as error:
         raise ConfigError(str(source), [f"cannot be read: {error.strerror or error}"]) from None
     if "frames" not in flight.about:

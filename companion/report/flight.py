@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from mavlink_bridge.language.requests import PlanItem
+
+Count = Callable[[int], None]
+"""Told how many bytes more of the files have been gone through."""
+
+
+def uncounted(_: int) -> None:
+    """Nobody wants to know how far the reading is."""
 
 
 @dataclass(slots=True)

@@ -15,7 +15,7 @@ from ..io.log_file import parts_of
 from ..io.recording import InputReader, InputsError, request_json
 from ..io.recording.recorder import CONTROL_COLUMNS
 from .airtime import Airtime
-from .flight import Event, Flight, Track
+from .flight import Count, Event, Flight, Track, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
 
 _COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
@@ -45,16 +45,22 @@ _STATES: Final = ("mode", "guard", "action", "plan_state", "cause")
 _PLAN_STATES: Final = {"1": "no plan", "2": "not started", "3": "active", "4": "paused", "5": "complete"}
 
 
-def read_run(run_dir: Path) -> Flight:
+def read_run(run_dir: Path, count: Count = uncounted) -> Flight:
     """Read what is there; a missing or damaged file is a note, never an error."""
     flight = Flight(run_dir.resolve().name, "run directory")
     _about(flight, run_dir)
-    _frames(flight, run_dir)
-    _control(flight, run_dir)
-    _truth(flight, run_dir)
+    _frames(flight, run_dir, count)
+    _control(flight, run_dir, count)
+    _truth(flight, run_dir, count)
     _events(flight, run_dir)
-    _plans(flight, run_dir)
+    _plans(flight, run_dir, count)
     return flight
+
+
+def bytes_of(run_dir: Path) -> int:
+    """How much ``read_run`` goes through."""
+    names = ("mavlink.tlog", "control.csv", "truth.csv", "inputs.bin")
+    return sum(part.stat().st_size for name in names for part in parts_of(run_dir / name))
 
 
 def _about(flight: Flight, run_dir: Path) -> None:
@@ -83,13 +89,13 @@ def _recorded_settings(run_dir: Path) -> dict[str, Any]:
     return settings if isinstance(settings, dict) else {}
 
 
-def _frames(flight: Flight, run_dir: Path) -> None:
+def _frames(flight: Flight, run_dir: Path, count: Count) -> None:
     """Links and plans from the telemetry log; everything else is better known from control.csv."""
     parts = parts_of(run_dir / "mavlink.tlog")
     if not parts:
         flight.notes.append("no telemetry log")
         return
-    log = read_tlog(*parts, numbered=True)
+    log = read_tlog(*parts, numbered=True, count=count)
     flight.links, flight.plan, flight.fence, flight.rally = log.links, log.plan, log.fence, log.rally
     names = [str(item.get("name")) for item in flight.settings.get("endpoints", [])]
     if flight.settings.get("radio", {}).get("url"):
@@ -105,18 +111,19 @@ def _frames(flight: Flight, run_dir: Path) -> None:
             flight.series[name] = log.series[name]
 
 
-def _rows(paths: list[Path], columns: int) -> Iterator[list[str]]:
+def _rows(paths: list[Path], columns: int, count: Count) -> Iterator[list[str]]:
     """Rows of a table and its parts; headers, a line that was cut and a row of another table are left out."""
     for path in paths:
         with path.open(encoding="utf-8", errors="replace") as file:
             next(file, None)
             for line in file:
+                count(len(line))
                 row = line.rstrip("\n").split(",")
                 if len(row) == columns and line.endswith("\n"):
                     yield row
 
 
-def _control(flight: Flight, run_dir: Path) -> None:
+def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     parts = parts_of(run_dir / "control.csv")
     if not parts:
         flight.notes.append("no control.csv: nothing of the control loops is shown")
@@ -126,7 +133,7 @@ def _control(flight: Flight, run_dir: Path) -> None:
     last_s: float | None = None
     gap_s = 0.0
     last_states: list[str] = []
-    for row in _rows(parts, len(_COLUMNS)):
+    for row in _rows(parts, len(_COLUMNS), count):
         try:
             t_s = _after(last_s, row[0])
             values = [float(row[at]) if row[at] else math.nan for _, at in wanted]
@@ -170,7 +177,7 @@ def _say_states(flight: Flight, t_s: float, row: list[str]) -> None:
     flight.say("item", t_s, row[_AT["item"]])
 
 
-def _truth(flight: Flight, run_dir: Path) -> None:
+def _truth(flight: Flight, run_dir: Path, count: Count) -> None:
     parts = parts_of(run_dir / "truth.csv")
     if not parts:
         return
@@ -181,7 +188,7 @@ def _truth(flight: Flight, run_dir: Path) -> None:
     track = Track()
     t_s: float | None = None
     names = ("depth_m", "altitude_m", "heading_deg", "sog_mps")
-    for row in _rows(parts, len(columns)):
+    for row in _rows(parts, len(columns), count):
         try:
             t_s = _after(t_s, row[0])
             values = [float(row[at[name]]) for name in names]
@@ -237,9 +244,12 @@ def _shown(value: Any) -> str:
     return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
 
 
-def _walk(reader: InputReader, airtime: Airtime, found: dict[PlanKind, tuple[PlanItem, ...]]) -> None:
+def _walk(reader: InputReader, airtime: Airtime, found: dict[PlanKind, tuple[PlanItem, ...]], count: Count) -> None:
     """Go through the recorded steps once: airtime, and the last plan of each kind handed over inside the process."""
+    at = reader.at
     for step in reader.steps():
+        count(reader.at - at)
+        at = reader.at
         airtime.take(step)
         for text in step.submitted:
             body, _ = request_json.loads(text)
@@ -247,7 +257,7 @@ def _walk(reader: InputReader, airtime: Airtime, found: dict[PlanKind, tuple[Pla
                 found[body.kind] = body.items
 
 
-def _plans(flight: Flight, run_dir: Path) -> None:
+def _plans(flight: Flight, run_dir: Path, count: Count) -> None:
     """Plans that came over no link: from the store at start, or handed over inside the process."""
     try:
         reader = InputReader(run_dir / "inputs.bin")
@@ -257,7 +267,7 @@ def _plans(flight: Flight, run_dir: Path) -> None:
     plans: dict[PlanKind, tuple[PlanItem, ...]] = {}
     try:
         plans.update(from_json(reader.store).plans)
-        _walk(reader, Airtime(flight, reader.meta), plans)
+        _walk(reader, Airtime(flight, reader.meta), plans, count)
         if reader.cut:
             flight.notes.append("the recorded inputs end in an unfinished record (the run was cut short)")
     except (InputsError, ValueError) as error:

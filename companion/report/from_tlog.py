@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -18,30 +18,43 @@ from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Frame
 
-from .flight import Event, Flight, LinkStats, Track
+from .flight import Count, Event, Flight, LinkStats, Track, uncounted
 
 Found = tlog.Record | tlog.Unread
 LONGEST_GAP_S: Final = 86_400.0
 """A longer time between two lines or frames is damage, not a pause."""
 SET_BACK_S: Final = 1.0
 """Stamps that go back further are those of a clock that was set; less is the disorder of several links."""
+_STAMP_BYTES: Final = 8
 _FAR_US: Final = round(LONGEST_GAP_S * 1e6)
 
 
-def read_tlog(path: Path, *more: Path, numbered: bool = False) -> Flight:
+def read_tlog(path: Path, *more: Path, numbered: bool = False, count: Count = uncounted) -> Flight:
     """Read a log, and the parts that it goes on in; the vehicle is the autopilot component heard most often.
 
     ``numbered``: the log is one of ours, whose stamps carry link numbers; others have noise there.
     """
-    found = plausible([record for part in (path, *more) for record in tlog.scan(part.read_bytes())])
+    found = plausible(list(_scanned((path, *more), count)))
     records = [record for record in found if isinstance(record, tlog.Record)]
     vehicle = find_vehicle(records)
     flight = Flight(path.stem, path.name)
     if not records:
         flight.notes.append("the log holds no whole MAVLink frame")
         return flight
-    _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(found)
+    _Reader(flight, vehicle, min(record.t_us for record in records[:50]), numbered).read(found, count)
     return flight
+
+
+def _scanned(parts: tuple[Path, ...], count: Count) -> Iterator[Found]:
+    """All records; to find them is half of the work, to understand them the other."""
+    for part in parts:
+        for record in tlog.scan(part.read_bytes()):
+            count(_size(record) // 2)
+            yield record
+
+
+def _size(record: Found) -> int:
+    return record.size if isinstance(record, tlog.Unread) else len(record.frame.raw) + _STAMP_BYTES
 
 
 def plausible(records: list[Found]) -> list[Found]:
@@ -94,10 +107,11 @@ class _Reader:
             name.removeprefix("_on_").upper(): getattr(self, name) for name in dir(self) if name.startswith("_on_")
         }
 
-    def read(self, records: list[Found]) -> None:
+    def read(self, records: list[Found], count: Count) -> None:
         strange: Counter[int] = Counter()
         for record, after in zip(records, [*records[1:], records[-1]], strict=True):
             self._go_on(record.t_us, after.t_us)
+            count(_size(record) // 2)
             if isinstance(record, tlog.Unread):
                 self._count(record.link, record, record.size)
                 strange[record.message_id] += 1

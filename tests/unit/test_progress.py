@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -72,6 +74,36 @@ def test_a_link_is_followed_and_what_is_no_file_is_not_replaced(tmp_path):
     assert os.read(reader, 100) == b"through"
     os.close(reader)
     assert (tmp_path / "pipe").is_fifo()
+
+
+def test_control_c_while_the_program_is_still_loading_gives_one_line(tmp_path):
+    """As when it is pressed in the middle of an import: on a slow computer that lasts for seconds."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import sys\n"
+        "class Pressed:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name in ('companion.settings', 'pydantic'):\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Pressed())\n"
+    )
+    code = "import sys; from companion.cli import main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "check"],
+        env={"PYTHONPATH": f"{tmp_path}:."},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 130
+    assert done.stderr == "\ninterrupted\n"
+
+
+def test_what_is_counted_is_told_with_rate_and_rest():
+    now_s, out = [0.0], Terminal()
+    with Progress("reading", None, out=out, clock_s=lambda: now_s[0]) as shown:
+        now_s[0] = 4.0
+        shown.count(12.0, 40.0, "MB")
+        assert "reading 12.0 of 40.0 MB, 3.00 MB/s, 9 s left" in out.getvalue()
 
 
 def test_control_c_gives_one_line(monkeypatch, capsys):

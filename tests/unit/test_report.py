@@ -16,7 +16,7 @@ from companion.cli import main
 from companion.io.clock import EARLIEST_UTC_US
 from companion.report import charts, map_plot, page, story
 from companion.report.flight import Event, Flight, Series, Track, percentile, rms, thin
-from companion.report.from_run import read_run
+from companion.report.from_run import bytes_of, read_run
 from companion.report.from_tlog import read_tlog
 from companion.report.shapes import plan_shapes
 from companion.report.verdicts import Limits, clock, judge, offset_m
@@ -65,6 +65,13 @@ def test_a_run_directory_is_read(run_dir):
     assert flight.seconds_in("armed", ["armed"]) == pytest.approx(40.0, abs=0.5)
     assert flight.about["start"] == "2026-01-01 12:00:00 UTC"
     assert flight.notes == []
+
+
+def test_how_far_the_reading_is_goes_to_the_end(run_dir):
+    done = []
+    read_run(run_dir, done.append)
+    assert len(done) > 1000
+    assert sum(done) == pytest.approx(bytes_of(run_dir), rel=0.02)
 
 
 def test_verdicts_hold_figures_against_limits(run_dir):

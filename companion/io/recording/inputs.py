@@ -138,6 +138,11 @@ class InputReader:
             return None
         return kind, body
 
+    @property
+    def at(self) -> int:
+        """How many bytes of the file are read."""
+        return self._file.tell()
+
     def steps(self) -> Iterator[Step]:
         """Yield the steps up to the end or the cut."""
         expected = 0
