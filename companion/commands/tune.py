@@ -17,7 +17,7 @@ from ..core.steer.pid import PidGains
 from ..io.whole_file import write_whole
 from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
-from . import MissingExtraError, install_line
+from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
@@ -39,6 +39,7 @@ def register(subparsers: Any) -> None:
     drawn = _add(actions, "figures", figures, "root locus, Bode and sisotool pictures of the heading loop")
     drawn.add_argument("-o", "--output", type=Path, default=Path("tune"), metavar="DIR")
     drawn.add_argument("--speed", type=number(0.1, 20.0), default=1.5, metavar="MPS")
+    tune_vessel.register(actions)
     found = actions.add_parser("identify", help="K and T from a recorded step, turn or zig-zag")
     found.add_argument("record", type=Path, metavar="F.csv|RUN_DIR")
     found.add_argument(

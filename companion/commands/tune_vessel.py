@@ -1,0 +1,117 @@
+"""``companion tune vessel``: fit a boat's file to its own recorded voyages. The old file is never written over."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..core.steer import SteeringConfig
+from ..settings import ConfigError, load_vessel
+from . import MissingExtraError, install_line
+from .progress import Progress
+
+EXAMPLES = """\
+examples:
+  companion tune vessel RUN_DIR                        a trial or an ordinary voyage; the file that it was sailed by is the start
+  companion tune vessel log.csv --vessel blueboat --columns time=t,0,1000 heading=yaw,0,57.3 surge=u sway=v yaw_rate=r \\
+      port=thr_right,1511,400 starboard=thr_left,1511,-400
+                                                       any CSV: NAME=COLUMN[,ZERO,SCALE], (value - ZERO)/SCALE in s, rad, m/s, -1...1
+"""
+
+
+def register(actions: Any) -> None:
+    """Add the action to ``companion tune``."""
+    parser = actions.add_parser(
+        "vessel",
+        help="fit the vessel file to recorded voyages",
+        description=__doc__,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN_DIR|F.csv")
+    parser.add_argument("--vessel", default="", help="the file to start from; default: the run's own, or otter")
+    parser.add_argument("--columns", nargs="+", default=[], metavar="NAME=COLUMN[,ZERO,SCALE]", help="of a foreign CSV")
+    parser.add_argument("-o", "--output", type=Path, metavar="F.toml", help="default: NAME-fitted.toml here")
+    parser.add_argument("--page", type=Path, metavar="F.html", help="default: beside the file")
+    parser.set_defaults(run=command)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Fit, write the file and the page, say what changes. 1 when the record is too poor."""
+    if importlib.util.find_spec("scipy") is None or importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError(f"fitting needs scipy and matplotlib: {install_line('design')}")
+    from ..tuning import fit_page, fitted
+    from ..tuning.fit import fit_vessel
+
+    start = load_vessel(arguments.vessel or _sailed_by(arguments.runs[0]))
+    output = arguments.output or Path(f"{start.name}-fitted.toml")
+    if output.exists():
+        raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
+    stretches = _stretches(arguments.runs, arguments.columns)
+    source = ", ".join(run.name for run in arguments.runs)
+    with Progress("fit", None) as progress:
+        try:
+            fit = fit_vessel(start, stretches, progress.say)
+        except ValueError as error:
+            progress.close()
+            print(f"{source}: too poor for a fit: {error}", file=sys.stderr)
+            return 1
+        progress.say("margins over the confidence region")
+        vessel = fitted.fitted_vessel(fit)
+        gains = fitted.gains_for(fit, vessel, SteeringConfig())
+    rows = fitted.changes(start, vessel, SteeringConfig())
+    day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
+    output.write_text(fitted.as_toml(fit, vessel, source, day), encoding="utf-8")
+    page = arguments.page or output.with_suffix(".html")
+    page.write_text(fit_page.page(fit, vessel, rows, gains, source), encoding="utf-8")
+    _tell(fit, rows, gains)
+    print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
+    return 0
+
+
+def _sailed_by(run: Path) -> str:
+    try:
+        about = json.loads((run / "run.json").read_text(encoding="utf-8"))
+        return str(about.get("config", {}).get("vessel", "otter"))
+    except (OSError, ValueError, AttributeError):
+        return "otter"
+
+
+def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
+    from ..tuning.voyages import parse_columns, read_voyage
+
+    try:
+        chosen = parse_columns(columns)
+    except ValueError as error:
+        raise ConfigError("--columns", [str(error)]) from None
+    found: list[Any] = []
+    for run in runs:
+        try:
+            found += read_voyage(run, chosen)
+        except (OSError, ValueError) as error:
+            raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
+    return found
+
+
+def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
+    print(f"{'':40} {'before':>10} {'fitted':>10}")
+    for what, before, after in rows:
+        print(f"{what:40} {before:>10} {after:>10}")
+    names = ("surge", "sway", "yaw rate")
+    said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
+    print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
+    if fit.untold:
+        print(f"not told by the record, left as before: {', '.join(u.name for u in fit.untold)}")
+    worst = min(gains.worst, key=lambda m: m.gain_db)
+    lowered = f"; set STEER_BW {gains.bandwidth:.2f}" if gains.lowered else ""
+    state = "hold" if gains.holds else "DO NOT hold"
+    print(f"margins {state} at the worst corner of what is known: {worst.gain_db:.1f} dB{lowered}")
+    for name, key in (("heading_late", "nmea.heading_latency_s"), ("velocity_late", "nmea.position_latency_s")):
+        value, sure = fit.values.get(name, 0.0), 2.0 * fit.spread.get(name, 1.0)
+        if value > max(sure, 0.05):
+            print(f"recorded {name.partition('_')[0]} is {value:.2f} s late: consider so much more {key}")

@@ -1,0 +1,216 @@
+"""Output-error fit of the whole three-degree model to recorded voyages: what a boat's file should say, and how well that is known.
+
+Each window of a voyage is sailed by the model from a start and in a drift of its own; SciPy's trust region with a soft loss finds
+what is common, so that spikes do not pull. What the record does not tell is left as the file has it. Motion alone tells forces per
+mass: everything stands in proportion to ``m11_kg``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.hull import VesselConfig
+from .hull_arrays import STEP_S
+from .problem import NUISANCES, SENSED, Noise, Problem
+from .unknowns import Unknown, unknowns_of
+from .voyages import Stretch
+from .windows import WINDOW_S, Windows, cut, too_poor
+
+Array = Any
+
+_KEPT_APART: Final = 5
+"""Every fifth stretch is kept apart to judge the fit by."""
+_ROUNDS: Final = 3
+
+_ALWAYS: Final = ("wind_", *SENSED)
+"""What belongs to the record and not to the boat is always fitted."""
+_WIDER: Final = 1.5
+_UNSURE: Final = 0.015
+_UNSURE_S: Final = 0.015
+"""Spreads are taken wider by this factor, and never narrower than this share of a coefficient, or of a tick: what the record's own
+filters and the model's shape add is in no residual."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """What was found. ``values`` and ``spread`` (one standard deviation, of the value) by the unknown's name."""
+
+    vessel: VesselConfig
+    values: dict[str, float]
+    spread: dict[str, float]
+    known: dict[str, bool]
+    unknowns: list[Unknown]
+    covariance: Array
+    """Of the unknowns, in widths of their priors."""
+    errors: tuple[float, float, float]
+    """On what was kept apart, RMS over standard deviation: surge, sway, yaw rate."""
+    errors_before: tuple[float, float, float]
+    """The same with the file that the fit started from."""
+    seconds: float
+    untold: list[Unknown] = field(default_factory=list)
+    """What the record cannot tell: left as the file had it."""
+    samples: dict[str, Any] = field(default_factory=dict)
+    """Of the windows kept apart: time, measured, modelled, for pictures."""
+
+
+def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = lambda text: None) -> Fit:
+    """Fit a vessel to voyages. Raises ValueError, in words, when they are too poor."""
+    windows = cut(stretches)
+    too_poor(windows)
+    apart = np.arange(windows.count) % _KEPT_APART == _KEPT_APART - 1
+    noise = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0))
+    unknowns = unknowns_of(vessel, int(windows.voyage.max()) + 1)
+    used = windows.only(~apart)
+    x = None
+    for turn in range(_ROUNDS):
+        problem = Problem(vessel, used, unknowns, noise)
+        x = _solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
+        noise = Noise.of(problem.off(x))
+    assert x is not None
+    covariance = _covariance(Problem(vessel, used, unknowns, noise), x)
+    deviation = _widened(unknowns, np.sqrt(np.diag(covariance)))
+    told = [u.known(x[k], deviation[k]) or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)]
+    untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
+    unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
+    problem = Problem(vessel, used, unknowns, noise)
+    x = _solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
+    theta, covariance = problem.split(x)[0], _covariance(problem, x)
+    say("judging on the stretches kept apart")
+    judged = windows.only(apart)
+    after = _judge(vessel, judged, unknowns, noise, theta)
+    before = _judge(vessel, judged, unknowns, noise, np.zeros(len(unknowns)))
+    found = _told(vessel, unknowns, theta, covariance, after=after, before=before, seconds=windows.count * WINDOW_S)
+    return replace(found, untold=untold)
+
+
+def _solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
+    from scipy.optimize import least_squares
+
+    done = 0
+
+    def slopes(at: Array) -> Any:
+        nonlocal done
+        done += 1
+        say(f"round {turn + 1} of {_ROUNDS + 1}, step {done}")
+        return problem.slopes(at)
+
+    low = np.concatenate([[u.low for u in problem.unknowns], np.full(problem.size - len(problem.unknowns), -np.inf)])
+    high = np.concatenate([[u.high for u in problem.unknowns], np.full(problem.size - len(problem.unknowns), np.inf)])
+    found = least_squares(
+        problem.residuals,
+        np.clip(x, low + 1e-6, high - 1e-6),
+        jac=slopes,
+        bounds=(low, high),
+        loss="soft_l1",
+        f_scale=2.0,
+        tr_solver="lsmr",
+        xtol=1e-4,
+        ftol=1e-4,
+        max_nfev=15 if turn < _ROUNDS else 8,
+    )
+    return found.x
+
+
+def _covariance(problem: Problem, x: Array) -> Array:
+    """Covariance of the unknowns from what the windows say differently: waves and gusts make residuals of one window alike.
+
+    The windows' own unknowns are taken out by projection, soft weights stand for the loss (a cluster-robust sandwich).
+    """
+    theta, nuisance = problem.split(x)
+    common, own = problem.differences(x)
+    found = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
+    off = problem.noise.whiten(found - problem.windows.measured[problem.rows])
+    weight = 1.0 / np.sqrt(1.0 + (off / 2.0) ** 2)
+    count = len(problem.unknowns)
+    bread, meat = np.eye(count), np.zeros((count, count))
+    for k in range(problem.windows.count):
+        root = np.sqrt(weight[:, :, k]).ravel()
+        a = common[:, :, k].reshape(-1, count) * root[:, None]
+        b = np.concatenate([own[:, :, k].reshape(-1, NUISANCES) * root[:, None], np.eye(NUISANCES)])
+        e = np.concatenate([off[:, :, k].ravel() * root, nuisance[:, k]])
+        a = np.concatenate([a, np.zeros((NUISANCES, count))])
+        q, _ = np.linalg.qr(b)
+        a, e = a - q @ (q.T @ a), e - q @ (q.T @ e)
+        bread += a.T @ a
+        score = a.T @ e
+        meat += np.outer(score, score)
+    windows = problem.windows.count
+    inverse = np.linalg.inv(bread)
+    return inverse @ (meat * windows / max(windows - 1, 1) + np.eye(count)) @ inverse
+
+
+def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], noise: Noise, theta: Array) -> Any:
+    """RMS over standard deviation of each output on windows of which only start and drift are fitted."""
+    from scipy.optimize import least_squares
+
+    problem = Problem(vessel, windows, unknowns, noise)
+    count = len(unknowns)
+
+    def whole(nuisance: Array) -> Array:
+        return np.concatenate([theta, nuisance])
+
+    found = least_squares(
+        lambda n: problem.residuals(whole(n)),
+        np.zeros(problem.size - count),
+        jac=lambda n: problem.slopes(whole(n))[:, count:],
+        tr_solver="lsmr",
+        loss="soft_l1",
+        f_scale=2.0,
+        max_nfev=6,
+    )
+    nuisance = found.x.reshape(NUISANCES, windows.count)
+    modelled = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
+    measured = windows.measured[problem.rows]
+    errors = tuple(
+        float(np.sqrt(np.mean((modelled[:, k] - measured[:, k]) ** 2)) / max(float(np.std(measured[:, k])), 1e-6))
+        for k in range(3)
+    )
+    times = windows.starts[None] + problem.rows[:, None] * STEP_S
+    return errors, {"times": times, "measured": measured, "modelled": modelled}
+
+
+def _widened(unknowns: list[Unknown], deviation: Array) -> Array:
+    """Spreads, in widths of the priors, that a person may believe."""
+    least = np.array([_UNSURE / u.width if u.relative else 0.0 for u in unknowns])
+    late = [_UNSURE_S / (u.width * u.start if u.relative else u.width) for u in unknowns]
+    floor = np.array(
+        [s if u.name.endswith(("lag", "late", "smooth")) else 0.0 for u, s in zip(unknowns, late, strict=True)]
+    )
+    return np.maximum(np.hypot(_WIDER * deviation, least), floor)
+
+
+def _told(
+    vessel: VesselConfig,
+    unknowns: list[Unknown],
+    theta: Array,
+    covariance: Array,
+    *,
+    after: Any,
+    before: Any,
+    seconds: float,
+) -> Fit:
+    raw = np.sqrt(np.diag(covariance))
+    deviation = _widened(unknowns, raw)
+    covariance = covariance * np.outer(deviation / raw, deviation / raw)
+    values = {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)}
+    spread = {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
+    known = {u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
+    samples = after[1] | {"before": before[1]["modelled"]}
+    return Fit(
+        vessel,
+        values,
+        spread,
+        known=known,
+        unknowns=unknowns,
+        covariance=covariance,
+        errors=after[0],
+        errors_before=before[0],
+        seconds=seconds,
+        samples=samples,
+    )

@@ -1,0 +1,116 @@
+"""The page of a fit: measured and modelled on the same axes, steady speeds, turning circles, ways to rest, residuals. One file."""
+
+from __future__ import annotations
+
+import html
+import io
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.hull import Handling, VesselConfig
+from ..core.hull.statics import Statics
+from .fit import Fit
+from .fitted import Gains
+
+_STYLE: Final = (
+    "body{font:15px/1.5 system-ui,sans-serif;max-width:1040px;margin:0 auto;padding:24px 16px}svg{width:100%;height:auto}"
+    "table{border-collapse:collapse}td,th{padding:3px 14px 3px 0;text-align:left;border-bottom:1px solid #ddd}"
+)
+_OUTPUTS: Final = ("surge, m/s", "sway, m/s", "yaw rate, deg/s")
+_SHOWN: Final = 4
+"""Stretches that are drawn."""
+
+
+def page(fit: Fit, new: VesselConfig, rows: Sequence[tuple[str, str, str]], gains: Gains, source: str) -> str:
+    """Return the page as HTML with drawings inside."""
+    drawings: list[tuple[str, Callable[[Any], None]]] = [
+        (
+            "Stretches kept apart: measured (black), modelled by the fitted file (blue), by the file before (grey)",
+            lambda f: _sails(f, fit),
+        ),
+        (
+            "Steady speed over throttle, turning radius and way to rest: before (grey), fitted (blue)",
+            lambda f: _curves(f, fit, new),
+        ),
+        ("Residuals on the stretches kept apart", lambda f: _residuals(f, fit)),
+    ]
+    body = [f"<h1>{html.escape(new.name)}: fitted to {html.escape(source)}</h1>"]
+    body.append(_table(("", "before", "fitted"), rows))
+    body += [f"<h2>{html.escape(title)}</h2>{_svg(draw)}" for title, draw in drawings]
+    told = [(name, f"{fit.values[name]:.4g}", f"± {2 * fit.spread[name]:.2g}") for name in fit.values]
+    body.append("<h2>Coefficients</h2>" + _table(("", "value", "95 %"), told))
+    if fit.untold:
+        body.append(f"<p>Not told by the record, left as they were: {', '.join(u.name for u in fit.untold)}.</p>")
+    margins = [
+        (
+            f"{speed:.1f} m/s",
+            f"{best.gain_db:.1f} dB, {best.phase_deg:.0f}°",
+            f"{worst.gain_db:.1f} dB, {worst.phase_deg:.0f}°",
+        )
+        for speed, best, worst in zip(gains.speeds, gains.best, gains.worst, strict=True)
+    ]
+    body.append(f"<h2>Margins of the heading loop, STEER_BW {gains.bandwidth:.2f}</h2>")
+    body.append(_table(("", "fitted file", "worst corner of what is known"), margins))
+    return f"<!doctype html><meta charset=utf-8><title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(text)}</th>" for text in heads)
+    lines = "".join("<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{lines}</table>"
+
+
+def _svg(draw: Callable[[Any], None]) -> str:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 5), layout="tight")
+    draw(figure)
+    text = io.StringIO()
+    figure.savefig(text, format="svg")
+    return text.getvalue().partition("<svg")[1] + text.getvalue().partition("<svg")[2]
+
+
+def _sails(figure: Any, fit: Fit) -> None:
+    data = fit.samples
+    windows = min(_SHOWN, data["times"].shape[1])
+    axes = figure.subplots(3, windows, squeeze=False)
+    for k in range(windows):
+        for part, name in enumerate(_OUTPUTS):
+            scale = math.degrees(1.0) if part == 2 else 1.0
+            at = axes[part][k]
+            for kind, colour in (("before", "0.7"), ("modelled", "tab:blue"), ("measured", "black")):
+                at.plot(data["times"][:, k], scale * data[kind][:, part, k], color=colour, linewidth=1)
+            if k == 0:
+                at.set_ylabel(name)
+    for at in axes[2]:
+        at.set_xlabel("s")
+
+
+def _curves(figure: Any, fit: Fit, new: VesselConfig) -> None:
+    speed, radius, way = figure.subplots(1, 3)
+    throttles = np.linspace(0.05, 1.0, 20)
+    for vessel, colour in ((fit.vessel, "0.6"), (new, "tab:blue")):
+        statics, handling = Statics(vessel), Handling(vessel)
+        speed.plot(100 * throttles, [statics.throttle_to_speed(float(c)) for c in throttles], color=colour)
+        speeds = np.linspace(0.2, statics.top_mps, 20)
+        radius.plot(speeds, [handling.turn_radius_m(float(u)) for u in speeds], color=colour)
+        way.plot(speeds, [statics.stopping_distance_m(float(u)) for u in speeds], color=colour)
+    for at, x, y in (
+        (speed, "throttle, %", "speed, m/s"),
+        (radius, "m/s", "tightest circle, m"),
+        (way, "m/s", "way to rest, m"),
+    ):
+        at.set_xlabel(x)
+        at.set_ylabel(y)
+        at.grid(alpha=0.3)
+
+
+def _residuals(figure: Any, fit: Fit) -> None:
+    data = fit.samples
+    for part, (at, name) in enumerate(zip(figure.subplots(1, 3), _OUTPUTS, strict=True)):
+        scale = math.degrees(1.0) if part == 2 else 1.0
+        at.hist(scale * (data["modelled"][:, part] - data["measured"][:, part]).ravel(), bins=60, color="tab:blue")
+        at.set_xlabel(name)

@@ -1,0 +1,248 @@
+"""From a fit to a boat's file: the fitted vessel, how far it may still run, what gains it bears at the worst corner, the TOML text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.hull import Handling, VesselConfig
+from ..core.hull.statics import Statics
+from ..core.steer import SteeringConfig
+from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
+from ..core.steer.model import ModelController
+from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
+from .fit import Fit
+
+Array = Any
+
+_DRAWS: Final = 200
+_CORNER_DRAWS: Final = 6
+_CORNER: Final = 2.0
+"""Corners lie two standard deviations out along each principal axis of the confidence region."""
+_SLOWER: Final = 0.85
+_SPEEDS: Final = (0.0, 0.5, 1.0)
+"""Shares of the greatest speed at which margins are looked at."""
+
+PLACES: Final = {
+    "m22": ("hull", "m22_kg", "kg"),
+    "m23": ("hull", "m23_kgm", "kg m"),
+    "m33": ("hull", "m33_kgm2", "kg m2"),
+    "xu": ("hull", "xu", "N/(m/s)"),
+    "xuu": ("hull", "xuu", "N/(m/s)2"),
+    "yv": ("hull", "yv", "N/(m/s)"),
+    "yvv": ("hull", "yvv", "N/(m/s)2"),
+    "nr": ("hull", "nr", "Nm/(rad/s)"),
+    "nrr": ("hull", "nrr", "Nm/(rad/s)2"),
+    "nur": ("hull", "nur", "Nm/(rad/s)/(m/s)"),
+    "munk": ("hull", "munk", ""),
+    "ahead": ("thruster", "ahead_n", "N"),
+    "astern": ("thruster", "astern_n", "N"),
+    "exponent": ("thruster", "exponent", ""),
+    "starboard_share": ("thruster", "starboard_share", ""),
+    "lag": ("thruster", "lag_s", "s"),
+    "dead_band": ("thruster", "dead_band", ""),
+    "area": ("rudder", "area_m2", "m2"),
+    "rudder_lag": ("rudder", "lag_s", "s"),
+    "offset": ("rudder", "offset_deg", "deg"),
+    "race_share": ("thruster", "race_share", ""),
+}
+"""Where each coefficient stands in the file."""
+
+
+def with_values(vessel: VesselConfig, values: dict[str, float]) -> VesselConfig:
+    """Return a vessel with these coefficients, within what its file allows."""
+    parts: dict[str, dict[str, float]] = {"hull": {}, "thruster": {}, "rudder": {}}
+    for name, value in values.items():
+        if name in PLACES:
+            part, key, _ = PLACES[name]
+            parts[part][key] = math.degrees(value) if name == "offset" else _bounded(name, value)
+    return vessel.model_copy(
+        update={part: getattr(vessel, part).model_copy(update=new) for part, new in parts.items() if new}
+    )
+
+
+def _bounded(name: str, value: float) -> float:
+    if name in ("munk", "race_share"):
+        return min(max(value, 0.0), 1.0)
+    return value if name == "m23" else max(value, 1e-3 if name in ("xu", "lag") else 0.0)
+
+
+def fitted_vessel(fit: Fit) -> VesselConfig:
+    """Return the vessel as the record tells it; what it does not tell is as it was."""
+    found = with_values(fit.vessel, fit.values)
+    return found.model_copy(update={"stopping_factor": stopping_factor(fit, found)})
+
+
+def stopping_factor(fit: Fit, found: VesselConfig) -> float:
+    """Upper bound (95 %) of the way to rest over its best estimate, at cruising and top speed."""
+    best, most = Statics(found.model_copy(update={"stopping_factor": 1.0})), 1.0
+    speeds = (0.5 * best.top_mps, best.top_mps)
+    ways = np.array([[Statics(v).stopping_distance_m(speed) for speed in speeds] for v in draws(fit, _DRAWS)])
+    for k, speed in enumerate(speeds):
+        most = max(most, float(np.percentile(ways[:, k], 95)) / best.stopping_distance_m(speed))
+    return round(min(most, 3.0), 3)
+
+
+def draws(fit: Fit, count: int) -> list[VesselConfig]:
+    """Vessels drawn from the confidence region."""
+    dice = np.random.default_rng(1)
+    middle = _middle(fit)
+    return [_at(fit, x) for x in dice.multivariate_normal(middle, fit.covariance, size=count, method="eigh")]
+
+
+def corners(fit: Fit) -> list[VesselConfig]:
+    """Vessels at the ends of the confidence region's axes, and some between."""
+    sizes, axes = np.linalg.eigh(fit.covariance)
+    middle = _middle(fit)
+    reach = _CORNER * np.sqrt(np.maximum(sizes, 0.0))
+    ends = [middle + sense * reach[k] * axes[:, k] for k in range(len(sizes)) for sense in (-1.0, 1.0)]
+    dice = np.random.default_rng(2)
+    for _ in range(_CORNER_DRAWS):
+        way = dice.normal(size=len(sizes))
+        ends.append(middle + axes @ (reach * way / np.linalg.norm(way)))
+    return [_at(fit, x) for x in ends]
+
+
+def _middle(fit: Fit) -> Array:
+    found = []
+    for u in fit.unknowns:
+        value = fit.values[u.name]
+        found.append(math.log(value / u.start) / u.width if u.relative else (value - u.start) / u.width)
+    return np.array(found)
+
+
+def _at(fit: Fit, x: Array) -> VesselConfig:
+    clipped = {u.name: float(u.value(np.clip(x[k], u.low, u.high))) for k, u in enumerate(fit.unknowns)}
+    return with_values(fit.vessel, clipped)
+
+
+@dataclass(frozen=True, slots=True)
+class Gains:
+    """The heading loop that the ``model`` law takes from the fitted file, and what it leaves."""
+
+    bandwidth: float
+    """STEER_BW to set, rad/s."""
+    lowered: bool
+    """It is less than the settings ask for, because of what is not known."""
+    speeds: tuple[float, ...]
+    gains: tuple[tuple[float, float, float], ...]
+    """P, I, D at each speed."""
+    best: tuple[LoopMargins, ...]
+    worst: tuple[LoopMargins, ...]
+    """At the worst corner of the confidence region."""
+
+    @property
+    def holds(self) -> bool:
+        return all(m.gain_db >= GAIN_BAR_DB and m.phase_deg >= PHASE_BAR_DEG for m in self.worst)
+
+
+def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
+    """Return the greatest bandwidth whose margins hold at the worst corner, or the least tried."""
+    ends = corners(fit)
+    bandwidth = steering.model.heading_bandwidth
+    first = True
+    while True:
+        model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
+        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=not first)
+        if found.holds or bandwidth < 0.4:
+            return found
+        bandwidth, first = bandwidth * _SLOWER, False
+
+
+def _gains(
+    vessel: VesselConfig, ends: Sequence[VesselConfig], steering: SteeringConfig, bandwidth: float, *, lowered: bool
+) -> Gains:
+    controller = ModelController(steering, vessel)
+    speeds = tuple(share * controller.steady_mps for share in _SPEEDS)
+    gains = tuple(controller.heading_gains(speed) for speed in speeds)
+    late_s = DELAY_S + steering.model.heading_late_s
+    best, worst = [], []
+    for speed, (kp, ki, kd) in zip(speeds, gains, strict=True):
+        best.append(LoopJudge(yaw_plant(vessel, speed), late_s).margins(kp, ki, kd))
+        others = [LoopJudge(yaw_plant(end, speed), late_s).margins(kp, ki, kd) for end in ends]
+        worst.append(LoopMargins(min(m.gain_db for m in others), min(m.phase_deg for m in others)))
+    return Gains(bandwidth, lowered, speeds, gains, tuple(best), tuple(worst))
+
+
+def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> list[tuple[str, str, str]]:
+    """What changes for whoever adopts the file: (what, before, after)."""
+    plain = [vessel.model_copy(update={"stopping_factor": 1.0}) for vessel in (old, new)]
+
+    def row(what: str, of: Callable[[VesselConfig], str], vessels: Sequence[VesselConfig]) -> tuple[str, str, str]:
+        return what, of(vessels[0]), of(vessels[1])
+
+    def rest(speed: float) -> Callable[[VesselConfig], str]:
+        return lambda v: f"{Statics(v).stopping_distance_m(speed):.1f}"
+
+    def steady(throttle: float) -> Callable[[VesselConfig], str]:
+        return lambda v: f"{Statics(v).throttle_to_speed(throttle):.2f}"
+
+    def law(v: VesselConfig) -> ModelController:
+        return ModelController(steering, v)
+
+    both = (old, new)
+    return [
+        row("top speed, m/s", lambda v: f"{Statics(v).top_mps:.2f}", plain),
+        *(row(f"way to rest from {speed:g} m/s, m", rest(speed), both) for speed in (1.0, 2.0)),
+        *(row(f"speed at {throttle:.0%} throttle, m/s", steady(throttle), plain) for throttle in (0.3, 0.6)),
+        row("heading bandwidth at half speed, rad/s", lambda v: f"{law(v).schedule.gains[4].omega_radps:.2f}", both),
+        row("greatest speed with safe margins, m/s", lambda v: f"{law(v).steady_mps:.2f}", both),
+        row("greatest turn rate at 1 m/s, deg/s", lambda v: f"{math.degrees(Handling(v).max_yaw_rate(1.0)):.0f}", both),
+    ]
+
+
+def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
+    """Return the text of a vessel file: every fitted value with its interval, what stayed is marked."""
+    notes = {PLACES[name][:2]: _interval(name, fit) for name in fit.values if name in PLACES}
+    notes |= {PLACES[u.name][:2]: "not told by the record: as it was" for u in fit.untold if u.name in PLACES}
+    data = vessel.model_dump(exclude_none=True)
+    lines = [
+        f"# Fitted to {source}, {day}, {fit.seconds:.0f} s of record. Read it before you sail by it.",
+        f"# Error on stretches kept apart (RMS over standard deviation): surge {fit.errors[0]:.2f}, sway {fit.errors[1]:.2f}, "
+        f"yaw rate {fit.errors[2]:.2f}; with the file before: {fit.errors_before[0]:.2f}, {fit.errors_before[1]:.2f}, "
+        f"{fit.errors_before[2]:.2f}.",
+        "# Motion tells forces per mass: everything stands in proportion to hull.m11_kg, which is as it was. Intervals are 95 %.",
+    ]
+    notes["", "stopping_factor"] = "95 % upper bound over the best estimate"
+    _table(lines, "", data, notes)
+    return "\n".join(lines) + "\n"
+
+
+def vessel_toml(vessel: VesselConfig) -> str:
+    """Return the text of a vessel file without notes."""
+    lines: list[str] = []
+    _table(lines, "", vessel.model_dump(exclude_none=True), {})
+    return "\n".join(lines) + "\n"
+
+
+def _interval(name: str, fit: Fit) -> str:
+    scale = math.degrees(1.0) if name == "offset" else 1.0
+    low, high = (scale * (fit.values[name] + sense * 2.0 * fit.spread[name]) for sense in (-1.0, 1.0))
+    return f"{low:.4g} to {high:.4g} {PLACES[name][2]}".rstrip()
+
+
+def _table(lines: list[str], path: str, data: dict[str, Any], notes: dict[tuple[str, str], str]) -> None:
+    tables = {key: value for key, value in data.items() if isinstance(value, dict)}
+    if path and any(key not in tables for key in data):
+        lines += ["", f"[{path}]"]
+    for key, value in data.items():
+        if key not in tables:
+            note = notes.get((path, key))
+            lines.append(f"{key} = {_toml(value)}{f'  # {note}' if note else ''}")
+    for key, table in tables.items():
+        if table:
+            _table(lines, f"{path}.{key}" if path else key, table, notes)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, float):
+        return f"{value:.6g}" if value != int(value) or abs(value) > 1e9 else f"{value:.1f}"
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,234 @@
+"""The fit as a problem of least squares: residuals of all windows, and their slopes by every unknown, sparse.
+
+Common to all windows are hull, propellers, rudders, wind and the sensors' delays; each has a start and a drift of its own, which
+changes slowly from one to the next. Unknowns are counted in widths of their priors, residuals in their spreads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.hull import VesselConfig
+from .hull_arrays import STEP_S, HullArrays, coefficients
+from .unknowns import Unknown
+from .voyages import SMOOTH_STEPS
+from .windows import Windows
+
+Array = Any
+
+_EVERY: Final = 4
+"""Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
+_SETTLED_S: Final = 1.0
+"""Of each stretch the first second only feeds the delays."""
+NUISANCES: Final = 5
+_START_SD: Final = (0.25, 0.25, 0.1)
+_DRIFT_SD: Final = 1.0
+_DRIFT_CHANGES: Final = 0.08
+"""m/s from one stretch to the next."""
+_FLOOR: Final = (0.02, 0.02, 0.008)
+"""Least spread of surge, sway (m/s), yaw rate (rad/s) that is believed."""
+_NUDGE: Final = 1e-3
+_RHYTHM: Final = 8
+"""Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
+SENSED: Final = ("velocity_late", "velocity_smooth", "place_late", "heading_late", "heading_offset")
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Of the residuals at the rows: spread of each output, and how the yaw rate's goes on from row to row.
+
+    Waves turn a hull to and fro, and whoever steers answers them: a fit that took that for white noise would learn the
+    helmsman's answer for the hull's. With the waves' own rhythm taken out of the residuals it does not (Ljung, System
+    Identification, prediction error in closed loop).
+    """
+
+    spread: Array
+    rhythm: Array
+    """Coefficients of the autoregression, from the row before on; empty: white."""
+
+    def whiten(self, off: Array) -> Array:
+        """Residuals (rows, 3, ...) in spreads, the yaw rate's without what follows from the rows before."""
+        clear = off / self.spread.reshape(1, 3, *([1] * (off.ndim - 2)))
+        rate = clear[:, 2].copy()
+        for back, share in enumerate(self.rhythm, start=1):
+            rate[back:] -= share * clear[:-back, 2]
+        rate[: len(self.rhythm)] *= 0.3
+        clear[:, 2] = rate
+        return clear
+
+    @staticmethod
+    def of(off: Array) -> Noise:
+        """What residuals (rows, 3, windows) show: spreads from their medians, the rhythm by Yule and Walker."""
+        from scipy.linalg import solve_toeplitz
+
+        spread = np.maximum(np.median(np.abs(off), axis=(0, 2)) * 1.4826, _FLOOR)
+        rate = np.clip(off[:, 2] / spread[2], -4.0, 4.0)
+        rate = rate - rate.mean(axis=0)
+        count = len(rate)
+        like = np.array([np.sum(rate[: count - k] * rate[k:]) / (count * rate.shape[1]) for k in range(_RHYTHM + 1)])
+        rhythm = solve_toeplitz(like[:-1] + 1e-3 * like[0] * (np.arange(_RHYTHM) == 0), like[1:])
+        rest = Noise(spread, rhythm).whiten(off)[len(rhythm) :, 2]
+        share = max(float(np.median(np.abs(rest))) * 1.4826, 0.15)
+        # the innovations' own spread; the filter works on values in spreads, so it is the same in either
+        return Noise(np.array([spread[0], spread[1], max(spread[2] * share, 0.3 * _FLOOR[2])]), rhythm)
+
+
+class Problem:
+    """Residuals and their slopes of one set of windows."""
+
+    def __init__(self, vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], noise: Noise) -> None:
+        self.windows, self.unknowns, self.noise = windows, unknowns, noise
+        self._hull, self._base = HullArrays(vessel), coefficients(vessel)
+        count, steps = windows.count, windows.measured.shape[0]
+        self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, _EVERY)
+        self._first = np.stack([windows.measured[:6, k].mean(axis=0) for k in range(3)])
+        self._cosine = np.cos(windows.commands.psi_rad)
+        self._sine = np.sin(windows.commands.psi_rad)
+        self.size = len(unknowns) + NUISANCES * count
+
+    def modelled(self, theta: Array, nuisance: Array) -> Array:
+        """Sail; theta (boats, unknowns), nuisance (boats, 5, windows); return (rows, 3, boats, windows)."""
+        c, extra = self._boats(theta)
+        drift = np.stack([nuisance[:, 3] * _DRIFT_SD, nuisance[:, 4] * _DRIFT_SD])
+        cosine, sine = self._cosine[0], self._sine[0]
+        along, across = drift[0] * cosine + drift[1] * sine, drift[1] * cosine - drift[0] * sine
+        start = np.stack([self._first[k] + nuisance[:, k] * _START_SD[k] for k in range(3)])
+        start[0] -= along
+        start[1] -= across
+        wind = self._wind(extra)
+        out = self._hull.sail(c, self.windows.commands, start, wind, drift)
+        recorded = self._as_recorded(out[:, :2], extra["velocity_smooth"])
+        motion = self._late(recorded, extra["velocity_late"])
+        if self.windows.smoothed.any():
+            placed = self._late(recorded[:, 1:], extra["place_late"])
+            motion[:, 1] = np.where(self.windows.smoothed, placed[:, 0], motion[:, 1])
+        rate = self._late(out[:, 2:], extra["heading_late"])
+        cosine, sine = self._cosine[self.rows][:, None, :], self._sine[self.rows][:, None, :]
+        twist = extra["heading_offset"]
+        surge = motion[:, 0] + drift[0] * cosine + drift[1] * sine
+        sway = motion[:, 1] + drift[1] * cosine - drift[0] * sine
+        return np.stack([surge + twist * sway, sway - twist * surge, rate[:, 0]], axis=1)
+
+    def _boats(self, theta: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        c = {name: np.full((1, 1), value) for name, value in self._base.items()}
+        extra = {name: np.zeros((1, 1)) for name in SENSED}
+        for k, unknown in enumerate(self.unknowns):
+            value = unknown.value(theta[:, k])[:, None]
+            (c if unknown.name in c else extra)[unknown.name] = value
+        return c, extra
+
+    def _wind(self, extra: dict[str, Array]) -> tuple[Array, Array]:
+        zero = np.zeros((1, 1))
+        parts = []
+        for way in ("north", "east"):
+            named = [extra.get(f"wind_{way}_{k}", zero) for k in range(int(self.windows.voyage.max()) + 1)]
+            parts.append(np.concatenate([named[k] + 0.0 * named[0] for k in self.windows.voyage], axis=1))
+        return parts[0], parts[1]
+
+    def _as_recorded(self, motion: Array, smooth_s: Array) -> Array:
+        """Velocities through the recorder's own filter, of first order; those from places weighted as a parabola through them does."""
+        filtered = np.empty_like(motion)
+        share = 1.0 - np.exp(-STEP_S / np.maximum(smooth_s, 1e-3))
+        filtered[0] = motion[0]
+        for k in range(1, len(motion)):
+            filtered[k] = filtered[k - 1] + (motion[k] - filtered[k - 1]) * share
+        if self.windows.smoothed.any():
+            from scipy.ndimage import convolve1d
+
+            half = SMOOTH_STEPS // 2 + 1
+            weights = 1.0 - (np.arange(-half, half + 1) / half) ** 2
+            sway = convolve1d(motion[:, 1], weights / weights.sum(), axis=0, mode="nearest")
+            filtered[:, 1] = np.where(self.windows.smoothed, sway, filtered[:, 1])
+        return filtered
+
+    def _late(self, out: Array, late_s: Array) -> Array:
+        """Values at the rows, so many seconds ago."""
+        back = np.clip(late_s / STEP_S, -10.0, 1.0 / STEP_S - 1.0)
+        where = self.rows[:, None, None] - back[None]
+        where = np.clip(where, 0.0, out.shape[0] - 1.001)
+        lower = where.astype(int)
+        part = where - lower
+        if lower.shape[1] == 1:
+            lower, part = lower[:, 0, 0], part[:, 0, 0][:, None, None, None]
+            return out[lower] * (1.0 - part) + out[lower + 1] * part
+        boats = np.arange(out.shape[2])
+        lower, part = lower[:, :, 0], part[:, :, 0][:, :, None, None]
+        # boats to the second place, so that each picks its own rows
+        turned = np.moveaxis(out, 2, 1)
+        found = turned[lower, boats[None]] * (1.0 - part) + turned[lower + 1, boats[None]] * part
+        return np.moveaxis(found, 1, 2)
+
+    def split(self, x: Array) -> tuple[Array, Array]:
+        count = len(self.unknowns)
+        return x[:count], x[count:].reshape(NUISANCES, self.windows.count)
+
+    def off(self, x: Array) -> Array:
+        """Modelled less measured, (rows, 3, windows)."""
+        theta, nuisance = self.split(x)
+        return self.modelled(theta[None], nuisance[None])[:, :, 0, :] - self.windows.measured[self.rows]
+
+    def residuals(self, x: Array) -> Array:
+        theta, nuisance = self.split(x)
+        off = self.noise.whiten(self.off(x))
+        return np.concatenate([off.ravel(), self._beliefs(theta, nuisance)])
+
+    def _beliefs(self, theta: Array, nuisance: Array) -> Array:
+        follows = np.flatnonzero(self.windows.follows)
+        change = (nuisance[3:, follows] - nuisance[3:, follows - 1]) * (_DRIFT_SD / _DRIFT_CHANGES)
+        return np.concatenate([theta, nuisance.ravel(), change.ravel()])
+
+    def slopes(self, x: Array) -> Any:
+        """Sparse Jacobian by differences: every unknown once, every nuisance in all windows at once."""
+        from scipy.sparse import csr_matrix, vstack
+
+        common, own = self.differences(x)
+        rows, count = common.shape[0], len(self.unknowns)
+        windows = self.windows.count
+        across = np.arange(windows)
+        # columns of one residual row: all unknowns, then this window's own
+        columns = np.concatenate(
+            [np.broadcast_to(np.arange(count)[None], (windows, count)),
+             count + across[:, None] + windows * np.arange(NUISANCES)[None]], axis=1
+        )  # fmt: skip
+        data = np.concatenate([common, own], axis=-1)
+        indices = np.broadcast_to(columns[None, None], (rows, 3, windows, count + NUISANCES))
+        width = count + NUISANCES
+        pointer = np.arange(0, rows * 3 * windows + 1) * width
+        main = csr_matrix((data.ravel(), indices.ravel(), pointer), shape=(rows * 3 * windows, self.size))
+        return vstack([main, self._belief_slopes()]).tocsr()
+
+    def differences(self, x: Array) -> tuple[Array, Array]:
+        """(rows, 3, windows, unknowns) and (rows, 3, windows, 5)."""
+        theta, nuisance = self.split(x)
+        count = len(self.unknowns)
+        boats = 1 + count + NUISANCES
+        thetas, nuisances = np.tile(theta, (boats, 1)), np.tile(nuisance, (boats, 1, 1))
+        for k in range(count):
+            thetas[1 + k, k] += _NUDGE
+        for k in range(NUISANCES):
+            nuisances[1 + count + k, k] += _NUDGE
+        found = self.modelled(thetas, nuisances)
+        slope = self.noise.whiten((found[:, :, 1:] - found[:, :, :1]) / _NUDGE)
+        slope = np.moveaxis(slope, 2, 3)
+        return slope[..., :count], slope[..., count:]
+
+    def _belief_slopes(self) -> Any:
+        from scipy.sparse import csr_matrix, eye, vstack
+
+        follows = np.flatnonzero(self.windows.follows)
+        windows, count = self.windows.count, len(self.unknowns)
+        size = _DRIFT_SD / _DRIFT_CHANGES
+        rows, columns, data = [], [], []
+        for part in range(2):
+            base = count + (3 + part) * windows
+            row = part * len(follows) + np.arange(len(follows))
+            rows += [row, row]
+            columns += [base + follows, base + follows - 1]
+            data += [np.full(len(follows), size), np.full(len(follows), -size)]
+        change = csr_matrix(
+            (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))), shape=(2 * len(follows), self.size)
+        )
+        return vstack([eye(self.size, format="csr"), change])

@@ -1,0 +1,98 @@
+"""What a fit may change, how widely each is believed before it, and when the record has told it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.hull import VesselConfig
+from .hull_arrays import coefficients
+
+Array = Any
+
+_TOLD: Final = 0.6
+"""A value whose spread is still more than this share of the prior's is not told by the record."""
+_WIDE: Final = 0.35
+"""Neither is one that is known to no better than this, relative for coefficients, in prior widths for offsets."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """One number of the fit, counted in widths of its prior: value = start * exp(width x), or start + width x."""
+
+    name: str
+    start: float
+    width: float
+    relative: bool
+    low: float = -6.0
+    high: float = 6.0
+    """Bounds, in widths."""
+    unit: str = ""
+
+    def value(self, x: Array) -> Array:
+        """The value at ``x`` widths from the prior's middle."""
+        return self.start * np.exp(self.width * x) if self.relative else self.start + self.width * x
+
+    def spread(self, x: Array, deviation: Array) -> Array:
+        """Standard deviation of the value."""
+        return self.value(x) * self.width * deviation if self.relative else self.width * deviation
+
+    def known(self, x: Array, deviation: Array) -> bool:
+        """Whether the record tells it: much narrower than the prior, and not at a bound."""
+        inside = self.low + 0.05 < x < self.high - 0.05
+        return bool(deviation < _TOLD and inside and (not self.relative or self.width * deviation < _WIDE))
+
+
+def _relative(name: str, start: float, width: float) -> Unknown:
+    return Unknown(name, start, width, True, -3.0 / width, 3.0 / width)
+
+
+def _between(name: str, start: float, width: float, low: float, high: float) -> Unknown:
+    return Unknown(name, start, width, False, (low - start) / width - 1e-3, (high - start) / width + 1e-3)
+
+
+def unknowns_of(vessel: VesselConfig, voyages: int) -> list[Unknown]:
+    """Return what a fit of a vessel to so many voyages may change. Mass is not among it: motion tells forces per mass only."""
+    c = coefficients(vessel)
+    least = {"xu": 0.02 * c["xuu"] + 0.1, "xuu": 0.05 * c["xu"] + 0.1, "yv": 0.1, "yvv": 0.1, "nr": 0.01, "nrr": 0.01}
+    widths = {"m22": 0.4, "m33": 0.4, "xu": 0.6, "xuu": 0.5, "yv": 0.6, "yvv": 0.8, "nr": 0.6, "nrr": 0.7}
+    found = [_relative(name, max(c[name], least.get(name, 1e-6)), width) for name, width in widths.items()]
+    # the water that goes along sideways is at least what goes along ahead
+    found[0] = replace(found[0], low=math.log(min(0.9 * c["m11"] / c["m22"], 0.95)) / widths["m22"])
+    found.append(_between("munk", c["munk"], 0.35, 0.0, 1.0))
+    found.append(
+        _between("m23", c["m23"], 0.05 * c["m22"] * vessel.hull.length_m / 2.0, -0.3 * c["m22"], 0.3 * c["m22"])
+    )
+    most = 2.0 * math.sqrt(c["nr"] * c["nrr"]) + c["nr"]
+    found.append(_between("nur", c["nur"], 0.4 * (c["nur"] + c["nr"]), 0.0, 3.0 * most))
+    return found + _propulsion(vessel, c) + _sensors(voyages)
+
+
+def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[Unknown]:
+    found = [
+        _relative("ahead", c["ahead"], 0.45),
+        _relative("astern", c["astern"], 0.45),
+        _relative("lag", c["lag"], 0.6),
+    ]
+    if not vessel.thruster.curve:
+        found.append(_between("exponent", c["exponent"], 0.5, 0.8, 4.0))
+    found.append(_between("dead_band", c["dead_band"], 0.04, 0.0, 0.3))
+    if vessel.thruster.count == 2 and vessel.thruster.lateral_m:
+        found.append(_relative("starboard_share", c["starboard_share"], 0.2))
+    if vessel.rudder.count:
+        found.append(_relative("area", c["area"], 0.45))
+        found.append(_relative("rudder_lag", c["rudder_lag"], 0.5))
+        found.append(_between("offset", c["offset"], math.radians(4.0), -0.35, 0.35))
+        found.append(_between("race_share", c["race_share"], 0.25, 0.0, 1.0))
+    return found
+
+
+def _sensors(voyages: int) -> list[Unknown]:
+    found = [_between(name, 0.0, 0.15, -0.3, 0.9) for name in ("velocity_late", "place_late", "heading_late")]
+    found.append(_between("velocity_smooth", 0.15, 0.15, 0.0, 1.5))
+    found.append(_between("heading_offset", 0.0, math.radians(2.5), -0.3, 0.3))
+    ways = [f"wind_{way}_{k}" for k in range(voyages) for way in ("north", "east")]
+    return found + [_between(name, 0.0, 4.0, -30.0, 30.0) for name in ways]

@@ -1,0 +1,195 @@
+"""Recorded voyages for the fit: control.csv of a run or any CSV with named columns, on an even grid, cut where seconds are lost.
+
+Needs numpy and scipy (``design``). Measured are surge and sway over ground in the hull's axes and the yaw rate. Where a
+record holds no sway, it is a difference of places, smoothed by a parabola over a second (Savitzky-Golay).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from .hull_arrays import STEP_S
+
+Array = Any
+
+_EARTH_M: Final = 6_371_008.8
+_LOST_S: Final = 0.7
+"""A record that is silent for longer goes on as another stretch."""
+_SHORTEST_S: Final = 5.0
+SMOOTH_STEPS: Final = 21
+"""Over so many steps, 1 s, velocities are taken from places; the model's are smoothed alike."""
+_MEANINGS: Final = (
+    *("time", "heading", "port", "starboard", "rudder", "surge", "sway", "yaw_rate", "lat", "lon", "armed"),
+)
+RUN_COLUMNS: Final = {
+    "time": "t_s",
+    "heading": "heading_deg",
+    "port": "thruster_port",
+    "starboard": "thruster_starboard",
+    "rudder": "rudder_port_deg",
+    "surge": "speed_mps",
+    "yaw_rate": "yaw_rate_dps",
+    "lat": "lat_deg",
+    "lon": "lon_deg",
+    "armed": "armed",
+}
+"""control.csv of a run: sway comes from the places."""
+_NEEDED: Final = ("time", "heading", "port", "yaw_rate")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Where a quantity stands: (value - zero) / scale, in s, rad, m/s, commands -1...1, degrees for lat and lon."""
+
+    name: str
+    zero: float = 0.0
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A part of a voyage without a gap, every ``STEP_S``: commands, heading, and what was measured."""
+
+    source: str
+    start_s: float
+    port: Array
+    starboard: Array
+    rudder_rad: Array
+    psi_rad: Array
+    surge: Array
+    sway: Array
+    rate: Array
+    from_places: bool = False
+    """Sway is smoothed over ``SMOOTH_STEPS``."""
+
+    @property
+    def seconds(self) -> float:
+        return len(self.port) * STEP_S
+
+
+def parse_columns(texts: Sequence[str]) -> dict[str, Column]:
+    """Read ``port=thr_right,1500,400`` (column, its zero, its full scale). Raises ValueError with the mend."""
+    found: dict[str, Column] = {}
+    for text in texts:
+        meaning, _, rest = text.partition("=")
+        parts = rest.split(",")
+        if meaning not in _MEANINGS or not parts[0] or len(parts) > 3:
+            raise ValueError(f"{text!r}: write NAME=COLUMN[,ZERO,SCALE] with NAME one of {', '.join(_MEANINGS)}")
+        try:
+            numbers = [float(part) for part in parts[1:]]
+        except ValueError:
+            raise ValueError(f"{text!r}: zero and scale are numbers") from None
+        found[meaning] = Column(parts[0], *numbers)
+    return found
+
+
+def read_voyage(path: Path, columns: Mapping[str, Column] | None = None) -> list[Stretch]:
+    """Return the stretches of a run's directory or a CSV file. Raises ValueError when it holds none."""
+    file = path / "control.csv" if path.is_dir() else path
+    table, names = _table(file)
+    chosen = dict(columns) if columns else {k: _by_name(name) for k, name in RUN_COLUMNS.items() if name in names}
+    missing = [meaning for meaning in _NEEDED if meaning not in chosen]
+    absent = [column.name for column in chosen.values() if column.name not in names]
+    if missing or absent:
+        what = f"has no column {', '.join(absent)}" if absent else f"no column is named for {', '.join(missing)}"
+        raise ValueError(
+            f"{what}; its columns are {', '.join(names)}; name them with --columns time=COLUMN heading=COLUMN ..."
+        )
+    values = {meaning: _numbers(table[column.name], column) for meaning, column in chosen.items()}
+    found = _stretches(str(path), values)
+    if not found:
+        raise ValueError(f"holds no stretch of {_SHORTEST_S:g} s and more with heading, commands and speed")
+    return found
+
+
+def _by_name(name: str) -> Column:
+    return Column(
+        name, 0.0, 180.0 / math.pi if name.endswith(("_deg", "_dps")) and name[:3] not in ("lat", "lon") else 1.0
+    )
+
+
+def _table(file: Path) -> tuple[dict[str, list[str]], list[str]]:
+    with file.open(newline="", encoding="utf-8-sig") as opened:
+        rows = csv.reader(opened)
+        names = next(rows, [])
+        kept = [row for row in rows if len(row) == len(names)]
+    return dict(zip(names, map(list, zip(*kept, strict=True)), strict=False)) if kept else {}, names
+
+
+def _numbers(texts: Sequence[str], column: Column) -> Array:
+    def number(text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            return math.nan
+
+    return (np.array([number(text) for text in texts]) - column.zero) / column.scale
+
+
+def _stretches(source: str, values: dict[str, Array]) -> list[Stretch]:
+    time = values["time"]
+    good = np.isfinite(time) & np.isfinite(values["heading"]) & np.isfinite(values["yaw_rate"])
+    if "armed" in values:
+        good &= values["armed"] > 0.5
+    speeds = "surge" in values and "sway" in values
+    place = "lat" in values and "lon" in values
+    if not speeds and not place:
+        raise ValueError("neither surge and sway nor lat and lon: name the columns that hold the motion over ground")
+    good &= np.isfinite(values["surge"] + values["sway"]) if speeds else np.isfinite(values["lat"] + values["lon"])
+    kept = np.flatnonzero(good)
+    if len(kept) < 2:
+        return []
+    kept = kept[np.concatenate([[True], np.diff(time[kept]) > 1e-6])]
+    cuts = np.flatnonzero(np.diff(time[kept]) > _LOST_S) + 1
+    parts = [part for part in np.split(kept, cuts) if time[part[-1]] - time[part[0]] > _SHORTEST_S]
+    return [_even(source, {name: value[part] for name, value in values.items()}, speeds) for part in parts]
+
+
+def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
+    time = part["time"]
+    grid = np.arange(time[0], time[-1], STEP_S)
+
+    def smooth(value: Array) -> Array:
+        return np.interp(grid, time, value)
+
+    def held(name: str) -> Array:
+        if name not in part:
+            return np.zeros(len(grid))
+        value = np.nan_to_num(part[name])
+        return value[np.clip(np.searchsorted(time, grid + 1e-6, side="right") - 1, 0, len(value) - 1)]
+
+    psi = smooth(np.unwrap(part["heading"]))
+    surge, sway = (smooth(part["surge"]), smooth(part["sway"])) if speeds else _from_places(part, psi, smooth)
+    starboard = held("starboard") if "starboard" in part else held("port")
+    if "surge" in part and not np.any(np.isnan(part["surge"])):
+        surge = smooth(part["surge"])
+    return Stretch(
+        source=source,
+        start_s=float(time[0]),
+        port=np.clip(held("port"), -1.0, 1.0),
+        starboard=np.clip(starboard, -1.0, 1.0),
+        rudder_rad=held("rudder"),
+        psi_rad=psi,
+        surge=surge,
+        sway=sway,
+        rate=smooth(part["yaw_rate"]),
+        from_places=not speeds,
+    )
+
+
+def _from_places(part: dict[str, Array], psi: Array, smooth: Any) -> tuple[Array, Array]:
+    from scipy.signal import savgol_filter
+
+    lat, lon = np.radians(part["lat"]), np.radians(part["lon"])
+    north = smooth((lat - lat[0]) * _EARTH_M)
+    east = smooth(np.unwrap(lon - lon[0]) * _EARTH_M * math.cos(lat[0]))
+    vn, ve = (savgol_filter(value, SMOOTH_STEPS, 2, deriv=1, delta=STEP_S) for value in (north, east))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    return cosine * vn + sine * ve, cosine * ve - sine * vn

@@ -1,0 +1,89 @@
+"""Voyages cut into windows of one length, side by side, and whether they can tell anything at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from .hull_arrays import STEP_S, Commands
+from .voyages import Stretch
+
+Array = Any
+
+WINDOW_S: Final = 16.0
+"""Long enough for a hull of seconds to show its damping, short enough that a wrong start does not run away with it."""
+_LEAST_WINDOWS: Final = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """Stretches of one length, side by side: commands (steps, windows), measured (steps, 3, windows)."""
+
+    commands: Commands
+    measured: Array
+    starts: Array
+    follows: Array
+    """Whether each goes on where the one before it ended."""
+    voyage: Array
+    smoothed: Array
+    """Whether its velocities come from places."""
+
+    @property
+    def count(self) -> int:
+        return int(self.measured.shape[2])
+
+    def only(self, keep: Array) -> Windows:
+        c = self.commands
+        cut = Commands(c.port[:, keep], c.starboard[:, keep], c.rudder_rad[:, keep], c.psi_rad[:, keep])
+        follows = self.follows[keep].copy()
+        follows[1:] &= np.diff(np.flatnonzero(keep)) == 1
+        if len(follows):
+            follows[0] = False
+        return Windows(
+            cut, self.measured[:, :, keep], self.starts[keep], follows, self.voyage[keep], self.smoothed[keep]
+        )
+
+
+def cut(stretches: Sequence[Stretch]) -> Windows:
+    """Cut stretches into windows. Raises ValueError when there are too few."""
+    steps = round(WINDOW_S / STEP_S)
+    columns: list[tuple[Array, ...]] = []
+    starts, follows, voyage, smoothed = [], [], [], []
+    sources = list(dict.fromkeys(stretch.source for stretch in stretches))
+    for stretch in stretches:
+        names = ("port", "starboard", "rudder_rad", "psi_rad", "surge", "sway", "rate")
+        whole = [getattr(stretch, name) for name in names]
+        for k in range(len(stretch.port) // steps):
+            columns.append(tuple(value[k * steps : (k + 1) * steps] for value in whole))
+            starts.append(stretch.start_s + k * WINDOW_S)
+            follows.append(k > 0)
+            voyage.append(sources.index(stretch.source))
+            smoothed.append(stretch.from_places)
+    if len(columns) < _LEAST_WINDOWS:
+        raise ValueError(
+            f"only {len(columns) * WINDOW_S:.0f} s of unbroken record; a fit needs {_LEAST_WINDOWS * WINDOW_S:.0f} s"
+        )
+    port, starboard, rudder, psi, surge, sway, rate = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
+    measured = np.stack([surge, sway, rate], axis=1)
+    commands = Commands(port, starboard, rudder, psi)
+    whose = np.array(voyage)
+    return Windows(commands, measured, np.array(starts), np.array(follows), voyage=whose, smoothed=np.array(smoothed))
+
+
+def too_poor(windows: Windows) -> None:
+    """Raise ValueError, in words, when the voyages cannot tell anything."""
+    commands = windows.commands
+    both = 0.5 * (commands.port + commands.starboard)
+    lacks = []
+    if np.percentile(both, 95) - np.percentile(both, 5) < 0.2:
+        lacks.append("the throttle hardly changes: sail at several speeds")
+    if np.percentile(np.abs(windows.measured[:, 0]), 95) < 0.3:
+        lacks.append("the boat hardly moves")
+    turning = np.percentile(np.abs(windows.measured[:, 2]), 95)
+    if turning < 0.05:
+        lacks.append("the boat hardly turns: sail zig-zags and circles")
+    if lacks:
+        raise ValueError("; ".join(lacks))

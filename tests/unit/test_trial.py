@@ -1,0 +1,151 @@
+"""The sea trial as a state machine, in simulated water: announced, inside its circle, ended by whatever ends it."""
+
+import math
+import random
+
+import pytest
+
+from companion.core.hull.statics import stopping_distance_m
+from companion.core.steer import SteeringConfig, manual_demand
+from companion.core.trial import Told, Trial, TrialConfig
+from mavlink_bridge.language.messages import EstimatedState
+from sitl.plant import SimVessel, Water, WaterConfig
+from sitl.plant.library import load_vessel
+from tools.cells.control_loop import TICK_S, IdealState
+
+OTTER = load_vessel("otter")
+SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
+
+QUICK = TrialConfig(quick=True)
+
+
+class Boat:
+    """A hull under a trial, tick by tick."""
+
+    def __init__(self, config=QUICK, water=SEA, seed=1, vessel=OTTER):
+        self.hull, self.sea, self.eyes = SimVessel(vessel), Water(water, random.Random(seed)), IdealState()
+        self.now_us, self.texts, self.sticks, self.config = 0, [], (0.0, 0.0), config
+        self.trial = Trial(config, self.state())
+        self.furthest_m, self.told = 0.0, Told.RUNNING
+
+    def state(self) -> EstimatedState:
+        return self.eyes.sense(self.now_us, self.hull, None)
+
+    def tick(self, state=None):
+        self.now_us += round(TICK_S * 1e6)
+        state = state or self.state()
+        out = self.trial.step(self.now_us, state, stopping_distance_m(OTTER, state.sog_mps or 0.0))
+        self.texts += out.texts
+        self.told, self.sticks = out.told, (out.surge, out.yaw)
+        demand = manual_demand(self.now_us, out.surge, out.yaw, SteeringConfig(), self.hull.config)
+        for _ in range(2):
+            self.sea.step(TICK_S / 2)
+            self.hull.step(
+                TICK_S / 2,
+                demand.thruster_port,
+                demand.thruster_starboard,
+                demand.rudder_port_rad,
+                demand.rudder_starboard_rad,
+                self.sea,
+            )
+        self.furthest_m = max(self.furthest_m, math.hypot(self.hull.north_m, self.hull.east_m))
+
+    def sail(self, seconds, until=lambda boat: False):
+        for _ in range(round(seconds / TICK_S)):
+            self.tick()
+            if until(self) or self.told is not Told.RUNNING:
+                return
+
+
+def test_each_manoeuvre_is_announced_five_seconds_ahead_with_neutral_sticks():
+    boat = Boat()
+    boat.sail(60.0, until=lambda b: any("2/" in text for text in b.texts))
+    assert "in 5 s: straight at 35 %, then all stop, coasting (half throttle until confirmed)" in boat.texts[-1]
+    for _ in range(98):
+        boat.tick()
+        assert boat.sticks == (0.0, 0.0)
+    boat.sail(1.0, until=lambda b: b.sticks[0] != 0.0)
+    assert boat.sticks[0] == pytest.approx(0.5 * 0.35)
+
+
+def test_a_person_who_confirms_gets_the_whole_throttle_from_the_next_manoeuvre_on():
+    boat = Boat()
+    boat.trial.confirm()
+    boat.sail(60.0, until=lambda b: b.sticks[0] > 0.0)
+    assert boat.sticks[0] == pytest.approx(0.35)
+    assert "Trial: whole throttle allowed" in boat.texts
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_quick_trial_is_done_within_its_circle_in_current_wind_and_waves(seed):
+    boat = Boat(TrialConfig(radius_m=80.0, quick=True), seed=seed)
+    boat.trial.confirm()
+    boat.sail(1200.0)
+    assert boat.told is Told.DONE
+    assert boat.furthest_m < 80.0
+    assert boat.now_us < 720e6
+    assert boat.texts[-1].startswith("Trial done")
+
+
+def test_an_order_ends_it_at_once_and_for_good():
+    boat = Boat()
+    boat.trial.confirm()
+    boat.sail(60.0, until=lambda b: b.sticks[0] > 0.0)
+    boat.trial.end("ordered")
+    for _ in range(200):
+        boat.tick()
+        assert boat.sticks == (0.0, 0.0)
+        assert boat.told is Told.ENDED
+    assert boat.texts[-1] == "Trial ended: ordered; 1 of 10 manoeuvres done"
+
+
+def test_a_lost_position_is_waited_for_a_second_and_then_ends_it():
+    boat = Boat()
+    boat.sail(20.0)
+    for k in range(30):
+        boat.tick(EstimatedState(boat.now_us))
+        assert boat.sticks == (0.0, 0.0)
+        assert (boat.told is Told.ENDED) == (k >= 20)
+    assert any("position or heading lost" in text for text in boat.texts)
+    boat.sail(5.0)
+    assert boat.told is Told.ENDED
+
+
+def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_but_is_never_left():
+    boat = Boat(TrialConfig(radius_m=25.0, quick=True))
+    boat.trial.confirm()
+    boat.sail(1500.0)
+    assert boat.furthest_m < 25.0
+    assert sum("the edge of the circle is near" in text for text in boat.texts) >= 3
+    assert boat.trial.skipped
+
+
+def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_under_power():
+    boat = Boat(TrialConfig(radius_m=40.0, quick=True), WaterConfig(current_mps=2.5))
+    boat.sail(600.0)
+    assert boat.told is Told.ENDED
+    assert boat.sticks == (0.0, 0.0)
+    assert any("outside its circle" in text or "not reached" in text for text in boat.texts)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(200))
+def test_two_hundred_trials_with_faults_stay_inside(seed):
+    """A sensor falls silent, a thruster dies, an operator stops it, or nothing happens; the file may be wrong by half."""
+    dice = random.Random(seed)
+    boat = Boat(TrialConfig(radius_m=dice.uniform(40.0, 100.0), quick=True), seed=seed)
+    boat.trial.confirm()
+    boat.sail(dice.uniform(10.0, 400.0))
+    fault = dice.choice(("silent", "thruster", "order", "none"))
+    if fault == "silent":
+        for _ in range(40):
+            boat.tick(EstimatedState(boat.now_us))
+    elif fault == "thruster":
+        boat.hull.thruster_health[dice.randrange(2)] = 0.0
+    elif fault == "order":
+        boat.trial.end("ordered")
+    boat.sail(900.0)
+    if fault == "silent" or fault == "order":
+        assert boat.told is not Told.RUNNING
+        assert boat.sticks == (0.0, 0.0)
+    assert boat.furthest_m < boat.config.radius_m

@@ -1,0 +1,105 @@
+"""``companion tune vessel``: a wrong file and a recorded trial make a right one; poor records are refused in words."""
+
+import tomllib
+
+import pytest
+
+from companion.cli import main
+from companion.core.hull.statics import Statics
+from companion.core.trial import TrialConfig
+from companion.settings import load_vessel
+from companion.tuning import fitted
+from companion.tuning.fit import fit_vessel
+from companion.tuning.voyages import read_voyage
+from sitl.plant import WaterConfig
+from sitl.plant.library import load_vessel as shipped
+from tools.cells.foreign_hulls import launch
+from tools.cells.sensed import SensedState
+from tools.cells.trial_cells import sail_trial, turn_rate, wrong
+
+SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
+
+
+@pytest.mark.soak
+def test_a_file_wrong_by_half_is_mended_by_one_short_trial(tmp_path, capsys):
+    truth = shipped("wamv")
+    start, run, output = wrong(truth, 3), tmp_path / "trial.csv", tmp_path / "mine.toml"
+    sail_trial(truth, SEA, TrialConfig(radius_m=80.0, quick=True), run, belief=start, source=SensedState(1))
+    old = tmp_path / "old.toml"
+    old.write_text(fitted.vessel_toml(start), encoding="utf-8")
+    assert main(["tune", "vessel", str(run), "--vessel", str(old), "-o", str(output)]) == 0
+    told = capsys.readouterr().out
+    assert "top speed" in told
+    assert "margins" in told
+    new = load_vessel(str(output))
+    for throttle in (0.35, 0.65, 0.95):
+        right = Statics(truth).throttle_to_speed(throttle)
+        assert Statics(new).throttle_to_speed(throttle) == pytest.approx(right, rel=0.05)
+        assert abs(Statics(start).throttle_to_speed(throttle) / right - 1.0) > 0.02
+    assert turn_rate(new, 0.5, 0.5) == pytest.approx(turn_rate(truth, 0.5, 0.5), rel=0.1)
+    assert Statics(new).stopping_distance_m(1.5) > 0.97 * Statics(truth).stopping_distance_m(1.5)
+    assert Statics(new).stopping_distance_m(1.5) < 1.3 * Statics(truth).stopping_distance_m(1.5)
+    assert "<svg" in output.with_suffix(".html").read_text(encoding="utf-8")
+    text = output.read_text(encoding="utf-8")
+    assert tomllib.loads(text)["hull"]["m11_kg"] == start.hull.m11_kg
+    # it is never written over
+    assert main(["tune", "vessel", str(run), "--vessel", str(old), "-o", str(output)]) == 2
+
+
+def _csv(path, rows):
+    path.write_text("t,psi,u,v,r,p,s\n" + "\n".join(",".join(f"{x:g}" for x in row) for row in rows) + "\n")
+    return path
+
+
+COLUMNS = ["--columns", "time=t", "heading=psi", "surge=u", "sway=v", "yaw_rate=r", "port=p", "starboard=s"]
+
+
+def test_a_record_in_which_nothing_happens_is_refused_in_words(tmp_path, capsys):
+    run = _csv(tmp_path / "still.csv", [(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(2000)])
+    assert main(["tune", "vessel", str(run), "--vessel", "otter", *COLUMNS, "-o", str(tmp_path / "o.toml")]) == 1
+    told = capsys.readouterr().err
+    assert "throttle hardly changes" in told
+    assert "hardly turns" in told
+    assert not (tmp_path / "o.toml").exists()
+
+
+def test_a_record_that_is_too_short_is_refused_with_its_length(tmp_path, capsys):
+    run = _csv(tmp_path / "short.csv", [(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(300)])
+    assert main(["tune", "vessel", str(run), "--vessel", "otter", *COLUMNS, "-o", str(tmp_path / "o.toml")]) == 1
+    assert "16 s of unbroken record" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        (["time=t"], "no column is named for heading"),
+        (["time=t", "heading=psi", "port=p", "yaw_rate=nowhere"], "has no column nowhere"),
+        (["nonsense"], "write NAME=COLUMN"),
+        (["time=t,x"], "zero and scale are numbers"),
+    ],
+)
+def test_a_wrong_column_is_named_with_the_mend(tmp_path, capsys, columns, told):
+    run = _csv(tmp_path / "a.csv", [(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(300)])
+    assert main(["tune", "vessel", str(run), "--vessel", "otter", "--columns", *columns]) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("name", ["otter", "blueboat", "wamv", "launch"])
+def test_whole_trials_of_hulls_wrong_by_half(tmp_path, name, seed):
+    truth = launch() if name == "launch" else shipped(name)
+    start, run = wrong(truth, seed), tmp_path / "trial.csv"
+    radius_m = 150.0 if name == "launch" else 80.0
+    sail_trial(truth, SEA, TrialConfig(radius_m=radius_m), run, belief=start, seed=seed, source=SensedState(seed))
+    fit = fit_vessel(start, read_voyage(run))
+    new = fitted.fitted_vessel(fit)
+    for throttle in (0.35, 0.65, 0.95):
+        assert Statics(new).throttle_to_speed(throttle) == pytest.approx(
+            Statics(truth).throttle_to_speed(throttle), rel=0.05
+        )
+    for throttle in (0.3, 0.6):
+        assert turn_rate(new, throttle, 0.5) == pytest.approx(turn_rate(truth, throttle, 0.5), rel=0.1)
+    for speed in (1.0, 2.0):
+        ratio = Statics(new).stopping_distance_m(speed) / Statics(truth).stopping_distance_m(speed)
+        assert 1.0 <= ratio < 1.15

@@ -1,0 +1,137 @@
+"""A sea trial in simulated water, and what its record teaches: trial, fit and judgement of the fitted file by the true hull."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+from pathlib import Path
+
+from companion.core.guard.gate import Gate, GateConfig
+from companion.core.hull import VesselConfig
+from companion.core.hull.statics import stopping_distance_m
+from companion.core.steer import SteeringConfig, manual_demand
+from companion.core.trial import Told, Trial, TrialConfig
+from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
+from sitl.plant import SimVessel, Water, WaterConfig
+from tools.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
+
+COLUMNS = (
+    "t_s,armed,heading_deg,speed_mps,yaw_rate_dps,lat_deg,lon_deg,"
+    "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg"
+)
+"""Those of control.csv that a fit reads."""
+_EARTH_M = 6_371_008.8
+_SETTLING_TICKS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Trialled:
+    """How a trial went."""
+
+    told: Told
+    texts: list[str]
+    seconds: float
+    furthest_m: float
+
+
+def sail_trial(
+    vessel: VesselConfig,
+    water: WaterConfig,
+    config: TrialConfig,
+    file: Path,
+    *,
+    belief: VesselConfig | None = None,
+    seed: int = 1,
+    source: StateSource | None = None,
+) -> Trialled:
+    """Sail a whole trial, confirmed after the second manoeuvre, and write its record."""
+    hull, sea = SimVessel(vessel), Water(water, random.Random(f"water {seed}"))
+    eyes: StateSource = source or IdealState()
+    gate = Gate(GateConfig(), vessel.rudder.max_rad, round(TICK_S * 1e6))
+    rows, trial, furthest_m, tick = [COLUMNS], None, 0.0, 0
+    texts: list[str] = []
+    while True:
+        tick += 1
+        now_us = round(tick * TICK_S * 1e6)
+        state = eyes.sense(now_us, hull, None)
+        sent = gate.decide(now_us, None, Action.NONE, True, _READY)
+        if trial is None and tick > _SETTLING_TICKS and state.x_m is not None:
+            trial = Trial(config, state)
+            start_m = hull.north_m, hull.east_m
+        if trial is not None:
+            if trial.progress[0] == 1:
+                trial.confirm()
+            out = trial.step(now_us, state, stopping_distance_m(belief or vessel, state.sog_mps or 0.0))
+            texts += out.texts
+            demand = manual_demand(now_us, out.surge, out.yaw, SteeringConfig(), vessel)
+            sent = gate.decide(now_us, demand, Action.NONE, True, _READY)
+            furthest_m = max(furthest_m, math.hypot(hull.north_m - start_m[0], hull.east_m - start_m[1]))
+            rows.append(_row(tick * TICK_S, state, sent))
+            if out.told is not Told.RUNNING:
+                file.write_text("\n".join(rows) + "\n", encoding="utf-8")
+                return Trialled(out.told, texts, tick * TICK_S, furthest_m)
+        _move(hull, sea, sent)
+
+
+def _move(hull: SimVessel, sea: Water, sent: ActuatorOutput) -> None:
+    dt_s = TICK_S / _SUBSTEPS
+    for _ in range(_SUBSTEPS):
+        sea.step(dt_s)
+        hull.step(
+            dt_s,
+            sent.thruster_port,
+            sent.thruster_starboard,
+            rudder_port_rad=sent.rudder_port_rad,
+            rudder_starboard_rad=sent.rudder_starboard_rad,
+            water=sea,
+        )
+
+
+def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput) -> str:
+    if state.x_m is None or state.y_m is None or state.psi_rad is None or state.u_mps is None:
+        return f"{t_s:.3f},1" + "," * 9
+    lat = math.degrees(ORIGIN_RAD[0] + state.x_m / _EARTH_M)
+    lon = math.degrees(ORIGIN_RAD[1] + state.y_m / _EARTH_M / math.cos(ORIGIN_RAD[0]))
+    heading, rate = math.degrees(state.psi_rad) % 360.0, math.degrees(state.r_radps or 0.0)
+    rudders = f"{math.degrees(sent.rudder_port_rad):.3f},{math.degrees(sent.rudder_starboard_rad):.3f}"
+    thrusters = f"{sent.thruster_port:.4f},{sent.thruster_starboard:.4f}"
+    return f"{t_s:.3f},1,{heading:.4f},{state.u_mps:.4f},{rate:.4f},{lat:.9f},{lon:.9f},{thrusters},{rudders}"
+
+
+def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
+    """Return a file of which every coefficient is off by up to so much, but the mass scale, which no motion tells."""
+    dice = random.Random(f"wrong {seed}")
+
+    def off(value: float) -> float:
+        return value * (1.0 + dice.uniform(-most, most))
+
+    hull = {
+        k: off(getattr(vessel.hull, k))
+        for k in ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "m22_kg", "m33_kgm2", "m23_kgm")
+    }
+    hull["munk"] = min(1.0, off(vessel.hull.munk or 0.3))
+    thruster = {k: off(getattr(vessel.thruster, k)) for k in ("ahead_n", "astern_n", "lag_s", "dead_band")}
+    rudder = {k: off(getattr(vessel.rudder, k)) for k in ("area_m2", "lag_s")}
+    return vessel.model_copy(
+        update={
+            "hull": vessel.hull.model_copy(update=hull),
+            "thruster": vessel.thruster.model_copy(update=thruster),
+            "rudder": vessel.rudder.model_copy(update=rudder),
+        }
+    )
+
+
+def turn_rate(vessel: VesselConfig, throttle: float, helm: float) -> float:
+    """Return the steady yaw rate, rad/s, of an operator's sticks in still water."""
+    hull = SimVessel(vessel)
+    demand = manual_demand(0, throttle, helm, SteeringConfig(), vessel)
+    for _ in range(1200):
+        hull.step(
+            0.02,
+            demand.thruster_port,
+            demand.thruster_starboard,
+            rudder_port_rad=demand.rudder_port_rad,
+            rudder_starboard_rad=demand.rudder_starboard_rad,
+        )
+    return hull.r_radps
