@@ -165,7 +165,7 @@ def _gains(
         best.append(LoopJudge(yaw_plant(vessel, speed), late_s).margins(kp, ki, kd))
         others = [LoopJudge(yaw_plant(end, speed), late_s).margins(kp, ki, kd) for end in ends]
         worst.append(LoopMargins(min(m.gain_db for m in others), min(m.phase_deg for m in others)))
-    return Gains(bandwidth, lowered, speeds, gains, tuple(best), tuple(worst))
+    return Gains(bandwidth, lowered, speeds, gains, best=tuple(best), worst=tuple(worst))
 
 
 def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> list[tuple[str, str, str]]:

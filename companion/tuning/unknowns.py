@@ -47,11 +47,13 @@ class Unknown:
 
 
 def _relative(name: str, start: float, width: float) -> Unknown:
-    return Unknown(name, start, width, True, -3.0 / width, 3.0 / width)
+    return Unknown(name, start, width, True, low=-3.0 / width, high=3.0 / width)
 
 
 def _between(name: str, start: float, width: float, low: float, high: float) -> Unknown:
-    return Unknown(name, start, width, False, (low - start) / width - 1e-3, (high - start) / width + 1e-3)
+    return Unknown(
+        name, start, width, relative=False, low=(low - start) / width - 1e-3, high=(high - start) / width + 1e-3
+    )
 
 
 def unknowns_of(vessel: VesselConfig, voyages: int) -> list[Unknown]:

@@ -14,6 +14,7 @@ from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
 from .stations import Proof, Station
+from .trials import SeaTrial
 
 FORGET_MAX_M: Final = 20.0
 """Radius of one order to forget depths: a false echo of 3 s at 3 m/s and the way to stop lie within it, a reef does not."""
@@ -359,6 +360,7 @@ RequestBody = (
     | UnlockGuard
     | TakeCommand
     | ForgetDepth
+    | SeaTrial
 )
 
 

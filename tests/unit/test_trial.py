@@ -91,7 +91,7 @@ def test_an_order_ends_it_at_once_and_for_good():
     boat = Boat()
     boat.trial.confirm()
     boat.sail(60.0, until=lambda b: b.sticks[0] > 0.0)
-    boat.trial.end("ordered")
+    boat.texts += boat.trial.end("ordered")
     for _ in range(200):
         boat.tick()
         assert boat.sticks == (0.0, 0.0)

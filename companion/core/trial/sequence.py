@@ -75,6 +75,8 @@ class TrialOutput:
     yaw: float
     told: Told
     texts: tuple[str, ...] = ()
+    home: bool = False
+    """Between two manoeuvres: whoever has a law of its own may bring the vessel to the middle by it, better than these sticks do."""
 
 
 class Trial:
@@ -92,7 +94,7 @@ class Trial:
         self._next, self._part, self._repeats = 0, 0, 0
         self._phase, self._since_us = _Phase.BACK, start.t_us
         self._sailing: Sailing | None = None
-        self._seen_us = start.t_us
+        self._seen_us = self._stepped_us = start.t_us
         self._texts: list[str] = []
         self._told = Told.RUNNING
         self.skipped: list[str] = []
@@ -104,8 +106,13 @@ class Trial:
             self.confirmed = True
             self._texts.append("Trial: whole throttle allowed")
 
-    def end(self, why: str) -> None:
-        """End it, for good."""
+    def end(self, why: str) -> tuple[str, ...]:
+        """End it, for good; return what is still to be said."""
+        self._finish(why)
+        texts, self._texts = tuple(self._texts), []
+        return texts
+
+    def _finish(self, why: str) -> None:
         if self._told is Told.RUNNING:
             self._told = Told.ENDED
             self._texts.append(f"Trial ended: {why}; {self._next} of {len(self.manoeuvres)} manoeuvres done")
@@ -118,22 +125,26 @@ class Trial:
     def step(self, now_us: int, state: EstimatedState, stopping_m: float) -> TrialOutput:
         """Return what to do now. ``stopping_m``: the way that the vessel makes from its present speed to rest."""
         sticks = (0.0, 0.0)
+        if (now_us - self._stepped_us) * 1e-6 > _BLIND_S:
+            self._finish("interrupted; a trial never goes on by itself")
+        self._stepped_us = now_us
         if self._told is Told.RUNNING:
             sticks = self._run(now_us, state, stopping_m)
         if self._told is not Told.RUNNING:
             sticks = (0.0, 0.0)
         texts, self._texts = tuple(self._texts), []
-        return TrialOutput(*sticks, self._told, texts)
+        home = self._told is Told.RUNNING and self._phase is _Phase.BACK
+        return TrialOutput(*sticks, self._told, texts, home)
 
     def _run(self, now_us: int, state: EstimatedState, stopping_m: float) -> tuple[float, float]:
         if state.x_m is None or state.y_m is None or state.psi_rad is None or state.sog_mps is None:
             if (now_us - self._seen_us) * 1e-6 > _BLIND_S:
-                self.end("position or heading lost")
+                self._finish("position or heading lost")
             return 0.0, 0.0
         self._seen_us = now_us
         away_m = math.hypot(state.x_m - self.centre[0], state.y_m - self.centre[1])
         if away_m > self.config.radius_m:
-            self.end("the vessel is outside its circle")
+            self._finish("the vessel is outside its circle")
             return 0.0, 0.0
         near = self._edge_near(state, away_m, stopping_m)
         if self._phase is _Phase.SAILING:
@@ -197,7 +208,7 @@ class Trial:
         assert state.y_m is not None
         assert state.psi_rad is not None
         if (now_us - self._since_us) * 1e-6 > _BACK_LONGEST_S:
-            self.end("the middle of the circle is not reached: current, wind or thrust")
+            self._finish("the middle of the circle is not reached: current, wind or thrust")
             return 0.0, 0.0
         home = math.atan2(self.centre[1] - state.y_m, self.centre[0] - state.x_m)
         if self._next > 0 and away_m > _MIDDLE * self.config.radius_m:
@@ -207,7 +218,7 @@ class Trial:
         self._heading = home if away_m > 0.15 * self.config.radius_m else state.psi_rad
         self._enter(_Phase.ANNOUNCED, now_us)
         manoeuvre = self.manoeuvres[self._next]
-        left_s = sum(longest_s(m) for group in self.manoeuvres[self._next :] for m in group)
+        left_s = math.fsum(longest_s(m) for group in self.manoeuvres[self._next :] for m in group)
         self._texts.append(
             f"Trial {self._next + 1}/{len(self.manoeuvres)} in {_ANNOUNCED_S:.0f} s: {words_of(manoeuvre)}"
             f"{'' if self.confirmed else ' (half throttle until confirmed)'}; {left_s / 60.0:.0f} min left at most"

@@ -60,6 +60,7 @@ class Controls:
 
     def __init__(self, config: VehicleConfig, parts: Parts) -> None:
         self.config, self.parts, self.voice = config, parts, Voice()
+        parts.navigator.stopping_m = self.stopping_distance_m
         self.last = before_the_first(parts.gate.neutral(0, "start"))
         """The newest whole tick."""
         self.sensed = self.last.sensed

@@ -6,6 +6,7 @@ keeps station where it was entered and becomes neutral without a position. Strea
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,8 +14,10 @@ from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
+from mavlink_bridge.language.trials import SeaTrial
 
 from ..config import Config, param
+from ..trial import Told, Trial, TrialConfig
 from .mission import Leg, Mission, Point, Report, nearest
 
 _MANUAL: Final = Mode.MANUAL
@@ -52,7 +55,15 @@ class Sticks:
     yaw: float
 
 
-Intent = Leg | Steer | Sticks | None
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Follow a sea trial's sticks: the vessel's own, behind which depth guard, fence and failsafes stand as behind a leg."""
+
+    surge: float
+    yaw: float
+
+
+Intent = Leg | Steer | Sticks | Measured | None
 
 
 class Navigator:
@@ -72,6 +83,10 @@ class Navigator:
         self._sticks_us = 0
         self._speed_mps: float | None = None
         self._texts: list[tuple[Severity, str]] = []
+        self._trial: Trial | None = None
+        self._middle: Leg | None = None
+        self.stopping_m: Callable[[float], float] = abs
+        """Way from a speed to rest, m; the vehicle knows a better one."""
 
     def configure(self, config: ModeConfig, manual_timeout_s: float) -> None:
         """Take new settings."""
@@ -92,6 +107,7 @@ class Navigator:
             return ""  # asked again, a plan goes on where it is: a repeated order must not begin its loiter anew
         if self.mode is Mode.AUTO and mode is not Mode.AUTO:
             self.mission.pause()
+        self.end_trial(f"{mode.value} ordered")
         self.mode = mode
         self._leg = self._steer = self._steer_us = None
         if mode is Mode.AUTO:
@@ -151,6 +167,7 @@ class Navigator:
         if psi_rad is None:
             assert state.psi_rad is not None
             psi_rad = state.psi_rad if self._steer is None or self._steer.course else self._steer.psi_rad
+        self.end_trial("another order")
         self._leg = None
         self._steer = Steer(psi_rad, speed_mps, request.course)
         self._steer_us = now_us if request.stream else None
@@ -171,6 +188,39 @@ class Navigator:
             self._sail(Loiter(-1, *point, figure=Hover()) if near else Goto(-1, *point, leg_from_here=True))
         self._steer_us = now_us
         return ""
+
+    def begin_trial(self, request: SeaTrial, state: EstimatedState) -> str:
+        """Begin a sea trial here. Return a refusal or an empty string."""
+        refusal = self.enter(Mode.GUIDED, state)
+        if not refusal:
+            self._generation -= 1
+            self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
+            self._trial = Trial(TrialConfig(radius_m=request.radius_m, quick=request.quick), state)
+        return refusal
+
+    def confirm_trial(self) -> str:
+        """A person allows the whole throttle. Return a refusal or an empty string."""
+        if self._trial is None:
+            return "no sea trial is under way"
+        self._trial.confirm()
+        return ""
+
+    def end_trial(self, why: str) -> None:
+        """End a sea trial that is under way, for good; the vessel keeps station, or does what was ordered."""
+        if self._trial is not None:
+            self._texts += [(Severity.NOTICE, text) for text in self._trial.end(why)]
+            self._trial, self._hold = None, None
+
+    def _measure(self, now_us: int, state: EstimatedState, trial: Trial) -> Measured | Leg | None:
+        """A manoeuvre's sticks, the leg back to the middle between two, or None when the trial is over."""
+        output = trial.step(now_us, state, self.stopping_m(state.sog_mps or 0.0))
+        self._texts += [(Severity.NOTICE, text) for text in output.texts]
+        if output.home and self._middle is not None:
+            return self._middle
+        if output.told is Told.RUNNING:
+            return Measured(output.surge, output.yaw)
+        self._trial, self._hold = None, None
+        return None
 
     def sticks(self, request: ManualInput, now_us: int) -> None:
         self._sticks, self._sticks_us = request, now_us
@@ -214,6 +264,10 @@ class Navigator:
                 return self._station(state)
             self._hold = None  # where an earlier plan ended
             return leg
+        if self._trial is not None:
+            measured = self._measure(now_us, state, self._trial)
+            if measured is not None:
+                return measured
         if self._steer is not None and mode is _GUIDED:
             return self._steer
         return self._leg or self._station(state)
@@ -252,6 +306,7 @@ class Navigator:
         self._sail(Goto(-1, *target, leg_from_here=True))
 
     def _sail(self, maneuver: Goto | Loiter) -> None:
+        self.end_trial("another order")
         self._generation -= 1
         self._steer = self._steer_us = None
         self._leg = Leg(self._generation, maneuver, None, None, self.speed_mps)

@@ -7,7 +7,7 @@ sets the vessel moving lifts a latched stop, but never a locked guard or a termi
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from typing import Any, Final, get_args
+from typing import Any, Final, assert_never, get_args
 
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import (
@@ -40,6 +40,7 @@ from mavlink_bridge.language.requests import (
     Terminate,
     UnlockGuard,
 )
+from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from mavlink_bridge.language.units import clamp
 
 from ..guard.failsafe_orders import Order
@@ -47,7 +48,7 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .controls import Controls
 from .operators import leads
-from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal
+from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_refusal
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
@@ -163,6 +164,20 @@ class Orders:
             _reply(refusal, Result.DENIED) if refusal else _reply(controls.parts.navigator.orbit(body, controls.state))
         )
 
+    def sea_trial(self, body: SeaTrial, sender: int, now_us: int) -> Reply:
+        navigator = self._controls.parts.navigator
+        match body.order:
+            case TrialOrder.BEGIN:
+                refusal = trial_refusal(self._controls, body)
+                return _reply(refusal or navigator.begin_trial(body, self._controls.state))
+            case TrialOrder.CONFIRM:
+                return _reply(navigator.confirm_trial())
+            case TrialOrder.END:
+                navigator.end_trial("ordered")
+                return ACCEPTED
+            case _ as never:
+                assert_never(never)
+
     def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
@@ -277,6 +292,7 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
     RunPrearmChecks: Orders.prearm,
     UnlockGuard: Orders.unlock,
     ForgetDepth: Orders.forget_depth,
+    SeaTrial: Orders.sea_trial,
 }
 
 BY_THE_PROCESS: Final = frozenset({LoadPlan, SetParameter, Reboot, RtcmData, TakeCommand})

@@ -5,11 +5,13 @@ Each answer is one plain sentence, or nothing. These only look; they change noth
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState
 from mavlink_bridge.language.requests import LoadPlan
+from mavlink_bridge.language.trials import SeaTrial
 
 from ..guard import failsafe
 from ..guard.depth.grid import Leg
@@ -99,6 +101,31 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     )
     fits = inside_m is None or inside_m >= 0.0
     return "" if fits else f"the target is {-(inside_m or 0.0):.0f} m outside the fence; {insist.FENCE}"
+
+
+_LEAST_TRIAL_M, _MOST_TRIAL_M = 25.0, 500.0
+_ROUND: Final = 16
+"""Points of a trial's circle that are looked at."""
+
+
+def trial_refusal(controls: Controls, body: SeaTrial) -> str:
+    """Return why a sea trial may not begin here, or an empty string: its whole circle must be free."""
+    if not controls.armed:
+        return "disarmed: a sea trial is valid for one arming"
+    here, origin = controls.here, controls.parts.estimator.origin
+    state = controls.state
+    if here is None or origin is None or state.x_m is None or state.y_m is None or not state.heading_valid:
+        return "no position or no heading"
+    if not _LEAST_TRIAL_M <= body.radius_m <= _MOST_TRIAL_M:
+        return f"a sea trial's circle of {body.radius_m:.0f} m is outside {_LEAST_TRIAL_M:.0f}...{_MOST_TRIAL_M:.0f} m"
+    for share in (0.5, 1.0):
+        for k in range(_ROUND):
+            angle, reach_m = math.tau * k / _ROUND, share * body.radius_m
+            place = origin.to_geodetic(state.x_m + reach_m * math.cos(angle), state.y_m + reach_m * math.sin(angle))
+            refusal = target_refusal(controls, *place)
+            if refusal:
+                return f"the circle of {body.radius_m:.0f} m around here: {refusal}"
+    return ""
 
 
 def _leads_home(controls: Controls, target: Point) -> bool:

@@ -37,7 +37,7 @@ from .config import TickInputs, VehicleConfig
 from .controls import Controls, Decided
 from .flags import flags_of
 from .mission import Effect, Leg
-from .navigator import Intent, Steer, Sticks
+from .navigator import Intent, Measured, Steer, Sticks
 from .orders import Orders
 from .parts import make_parts
 from .plan_reach import plan_number
@@ -156,7 +156,7 @@ class Vehicle:
     def _steer_for(self, sensed: Sensed, intent: Intent, before: Ticked) -> Course:
         """Turn the intent into a heading and a speed; sticks and nothing have neither."""
         match intent:
-            case None | Sticks():
+            case None | Sticks() | Measured():
                 return Course(intent)
             case Steer():
                 course = Course(intent, _heading(sensed, intent))
@@ -187,7 +187,7 @@ class Vehicle:
         controller, desired, intent = self.parts.controller, course.desired, course.intent
         if desired is None or (desired.psi_rad is None and desired.speed_mps is None):
             controller.reset(sensed.state, sensed.dt_s, before.output)
-            if not isinstance(intent, Sticks):
+            if not isinstance(intent, Sticks | Measured):
                 return Demand()
             steering, vessel = self.controls.config.steering, self.parts.vessel
             return Demand(manual_demand(sensed.now_us, intent.surge, intent.yaw, steering, vessel))

@@ -59,6 +59,8 @@ class Cmd(IntEnum):
     """MAV_CMD_USER_1: lifts a locked depth guard."""
     FORGET_DEPTH = 31011
     """MAV_CMD_USER_2: forgets the depths sounded around here."""
+    SEA_TRIAL = 31012
+    """MAV_CMD_USER_3: begins, confirms or ends a sea trial."""
     REQUEST_OPERATOR_CONTROL = 32100
     """Passes command from one station to another; newer than the pinned dialect."""
     GUIDED_CHANGE_SPEED = 43000

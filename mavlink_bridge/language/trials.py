@@ -1,0 +1,40 @@
+"""What is asked of a sea trial, by which a vessel measures itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import assert_never
+
+from .messages import Mode
+from .nature import OTHER, Ask, Nature
+
+
+class TrialOrder(Enum):
+    """What is asked of a sea trial."""
+
+    END = "end"
+    BEGIN = "begin"
+    CONFIRM = "confirm"
+    """A person has seen the first manoeuvres: whole throttle from now on."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeaTrial(Ask):
+    """The vessel measures itself: manoeuvres inside a circle around where it is."""
+
+    order: TrialOrder
+    radius_m: float = 80.0
+    quick: bool = False
+
+    @property
+    def nature(self) -> Nature:
+        match self.order:
+            case TrialOrder.BEGIN:
+                return Nature(moves=True, decides=True, aim=(Mode.GUIDED, None))
+            case TrialOrder.CONFIRM:
+                return OTHER
+            case TrialOrder.END:
+                return Nature(yields=False)
+            case _ as never:
+                assert_never(never)

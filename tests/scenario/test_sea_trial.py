@@ -1,0 +1,81 @@
+"""A sea trial of the whole vessel, ordered by a station's command: inside its circle, under fence, failsafe and gate."""
+
+import math
+
+import pytest
+
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, SetMode
+from mavlink_bridge.language.trials import SeaTrial, TrialOrder
+
+SEA = ("world.water.current_mps=0.3", "world.water.wind_mps=4", "depth.enabled=false")
+
+
+def begun(voyage, *settings, radius_m=80.0):
+    run = voyage(*SEA, *settings)
+    run.ask(Arm(arm=True))
+    assert run.ask(SeaTrial(TrialOrder.BEGIN, radius_m, quick=True)).reason == ""
+    return run
+
+
+def thrust(run):
+    return max(abs(value) for value in run.world.surroundings.plant.vessel.thrust_n)
+
+
+def away_m(run, start):
+    return math.hypot(run.truth.north_m - start[0], run.truth.east_m - start[1])
+
+
+def test_manoeuvres_are_announced_and_sailed_inside_the_circle(voyage):
+    run = begun(voyage)
+    start, furthest_m, fastest_mps = (run.truth.north_m, run.truth.east_m), 0.0, 0.0
+    assert run.ask(SeaTrial(TrialOrder.CONFIRM)).reason == ""
+    for _ in range(round(90.0 / 0.05)):
+        run.step()
+        furthest_m, fastest_mps = max(furthest_m, away_m(run, start)), max(fastest_mps, run.truth.u_mps)
+    assert 5.0 < furthest_m < 80.0
+    assert fastest_mps > 0.7
+    assert run.snapshot.mode is Mode.GUIDED
+
+
+def test_an_order_ends_it_at_once_and_station_is_kept(voyage):
+    run = begun(voyage)
+    run.run(40.0)
+    run.ask(SetMode(Mode.HOLD))
+    run.run(5.0)
+    here = run.truth.north_m, run.truth.east_m
+    run.run(60.0)
+    assert away_m(run, here) < 8.0
+    assert run.ask(SeaTrial(TrialOrder.CONFIRM)).reason == "no sea trial is under way"
+
+
+def test_it_is_valid_for_one_arming(voyage):
+    run = begun(voyage)
+    run.run(30.0)
+    run.ask(Arm(arm=False))
+    run.run(5.0)
+    run.ask(Arm(arm=True))
+    here = run.truth.north_m, run.truth.east_m
+    run.run(60.0)
+    assert away_m(run, here) < 8.0
+
+
+def test_a_disarmed_vessel_and_a_circle_that_leaves_the_fence_are_refused(voyage):
+    run = voyage(*SEA)
+    assert "disarmed" in run.ask(SeaTrial(TrialOrder.BEGIN, 80.0)).reason
+    run.ask(Arm(arm=True))
+    assert "outside 25...500 m" in run.ask(SeaTrial(TrialOrder.BEGIN, 10.0)).reason
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(20))
+def test_a_dead_thruster_or_a_silent_station_leaves_the_vessel_inside(voyage, seed):
+    run = begun(voyage, f"seed={seed}")
+    start, furthest_m = (run.truth.north_m, run.truth.east_m), 0.0
+    run.ask(SeaTrial(TrialOrder.CONFIRM))
+    run.run(20.0 + 15.0 * seed)
+    run.world.surroundings.plant.vessel.thruster_health[seed % 2] = 0.0
+    for _ in range(round(240.0 / 0.05)):
+        run.step()
+        furthest_m = max(furthest_m, away_m(run, start))
+    assert furthest_m < 80.0
