@@ -15,7 +15,7 @@ from typing import Final
 from ...language import requests as ask
 from ...language.figures import Circle, FigureEight, Hover
 from ...language.messages import LoiterDirection, Mode
-from ...language.trials import TrialOrder
+from ...language.trials import SeaTrial, TrialOrder
 from ..persona import modes
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
@@ -272,7 +272,7 @@ _TRIAL_RADIUS_M: Final = 80.0
 
 def _sea_trial(command: Command, _: Context) -> ask.RequestBody:
     radius_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M) or _TRIAL_RADIUS_M
-    return ask.SeaTrial(_TRIAL_ORDERS[command.whole(1, 0, 0, 2)], radius_m, quick=command.params[2] == 1.0)
+    return SeaTrial(_TRIAL_ORDERS[command.whole(1, 0, 0, 2)], radius_m, quick=command.params[2] == 1.0)
 
 
 def _forget(command: Command, _: Context) -> ask.RequestBody:
@@ -324,7 +324,7 @@ ROWS: Final = (
     Row(Cmd.RUN_PREARM_CHECKS, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
     Row(Cmd.UNLOCK_GUARD, "USER_1", _unlock, (ask.UnlockGuard,)),
     Row(Cmd.FORGET_DEPTH, "USER_2", _forget, (ask.ForgetDepth,)),
-    Row(Cmd.SEA_TRIAL, "USER_3", _sea_trial, (ask.SeaTrial,)),
+    Row(Cmd.SEA_TRIAL, "USER_3", _sea_trial, (SeaTrial,)),
     Row(Cmd.REQUEST_OPERATOR_CONTROL, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
     Row(Cmd.GUIDED_CHANGE_SPEED, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
     Row(Cmd.GUIDED_CHANGE_HEADING, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
