@@ -43,7 +43,12 @@ class Windows:
         if len(follows):
             follows[0] = False
         return Windows(
-            cut, self.measured[:, :, keep], self.starts[keep], follows, self.voyage[keep], self.smoothed[keep]
+            cut,
+            self.measured[:, :, keep],
+            self.starts[keep],
+            follows,
+            voyage=self.voyage[keep],
+            smoothed=self.smoothed[keep],
         )
 
 
