@@ -19,6 +19,7 @@ from .commands import MissingExtraError
 COMMANDS: Final = {
     "run": ("companion.commands.run", "sail the real vessel"),
     "status": ("companion.commands.attach", "watch a running vessel, live"),
+    "web": ("companion.web.command", "the page on the boat, for a telephone"),
     "check": ("companion.commands.check.command", "explain and validate a configuration"),
     "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
     "imc": ("companion.commands.imc.command", "show and command the vessel in Neptus, over IMC"),

@@ -60,6 +60,19 @@ def vessel_doors(settings: Settings) -> list[Door]:
     return [door for door in found if door is not None]
 
 
+def page_door(settings: Settings, port: int | None = None) -> Door:
+    """The socket of the page's own process, ``companion web``, which runs only where somebody starts it."""
+    page = settings.page
+    local = page.bind in ("127.0.0.1", "::1", "localhost")
+    reach = "programs on this computer" if local else "EVERY MACHINE that reaches this computer"
+    may = (
+        "tells everything, obeys Hold and Disarm with the page's key"
+        if page.key_file
+        else "tells everything, obeys nobody"
+    )
+    return Door("page", f"TCP {page.bind} port {port or page.port}", reach, "page", may)
+
+
 def gateway_doors(settings: GatewaySettings) -> list[Door]:
     """Every socket of a gateway."""
     modem = _door("modem", settings.url, "radio", "is believed with the radio's key")

@@ -131,6 +131,8 @@ class PageConfig(Config):
     """The address that the page is served at; 0.0.0.0 = every machine that reaches this computer reads it."""
     port: int = Field(8080, ge=0, le=65535)
     """0 = a free one, which is told."""
+    names: tuple[str, ...] = ()
+    """Names besides addresses and local ones by which browsers may call the boat: a VPN's, a domain's. Others are refused."""
 
 
 class Settings(VehicleConfig):

@@ -32,11 +32,15 @@ class PageOrder(Enum):
 
     HOLD = "hold"
     DISARM = "disarm"
+    CHECK = "check"
+    """Does nothing: whether the key is right is found out before it is needed."""
 
 
-def body_of(order: PageOrder) -> RequestBody:
-    """The request that an order is."""
+def body_of(order: PageOrder) -> RequestBody | None:
+    """The request that an order is; None: nothing is asked of the vessel."""
     match order:
+        case PageOrder.CHECK:
+            return None
         case PageOrder.HOLD:
             return SetMode(Mode.HOLD)
         case PageOrder.DISARM:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from mavlink_bridge.language.messages import LogText, Severity
-from mavlink_bridge.language.requests import Reply, RequestBody, Result
+from mavlink_bridge.language.requests import ACCEPTED, Reply, RequestBody, Result
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.stations import Station
 
@@ -176,7 +176,11 @@ class StatusService:
         def answer(reply: Reply) -> None:
             watcher.replies.append(self._answered(number, nonce, reply))
 
-        self._owner.submit(body_of(judged), answer, station=station)
+        body = body_of(judged)
+        if body is None:
+            answer(ACCEPTED)
+        else:
+            self._owner.submit(body, answer, station=station)
 
     def _answered(self, number: int, nonce: str, reply: Reply) -> bytes:
         """What the vessel has done, with a tag that nobody without the key can make."""

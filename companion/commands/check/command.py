@@ -9,7 +9,7 @@ from typing import Any
 from ...configuration import mistakes_of, vessel_settings
 from ...core.hull.geometry import mounted, strangers
 from ...core.hull.statics import stopping_distance_m, top_speed_mps
-from ...doors import vessel_doors
+from ...doors import page_door, vessel_doors
 from ...judge import verdict, vessel_notes, vessel_warnings
 from ...radio import read_key
 from ...settings import load_vessel
@@ -66,6 +66,7 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  signing     {f'key in {key}' if key else 'no key: nothing is signed'}")
     for door in vessel_doors(settings):
         print(f"  socket      {door.line}")
+    print(f"  page        only while 'companion web' runs: {page_door(settings).line}")
     for note in vessel_notes(settings):
         print(f"  NOTE        {note}")
     for warning in warnings:

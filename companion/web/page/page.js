@@ -1,0 +1,229 @@
+"use strict";
+// The page: shows what comes, says how old it is, and gives two orders that stop the boat.
+(() => {
+  const $ = (id) => document.getElementById(id);
+  const OLD_S = 3, HEARD_MS = 2000, ROUNDS = 100000;
+  const boat = {};
+  let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
+  const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
+  const number = (value, unit, digits) => (value === null || value === undefined ? "–" : `${value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1")} ${unit}`);
+  const degrees = (value) => (value === null || value === undefined ? "–" : `${String(Math.round(value) % 360).padStart(3, "0")}°`);
+  const clock = (s) => `${Math.floor(s / 3600)}:${String(Math.floor(s / 60) % 60).padStart(2, "0")}:${String(Math.floor(s) % 60).padStart(2, "0")}`;
+
+  function list(id, items, make) {
+    const el = $(id), found = JSON.stringify(items);
+    if (el.dataset.shown === found) return;
+    el.dataset.shown = found;
+    el.replaceChildren(...items.map(make));
+  }
+  function item(words, kind) { const li = document.createElement("li"); li.textContent = words; if (kind) li.className = kind; return li; }
+
+  // ---- what the boat says
+
+  function show() {
+    document.title = boat.name ? `${boat.mode}: ${boat.name}` : "Boat";
+    text("name", boat.name || "Boat");
+    text("mode", boat.mode || "–");
+    text("armed", boat.armed ? "ARMED" : "disarmed");
+    $("armed").className = boat.armed ? "chip armed" : "chip";
+    text("now", boat.now || "Nothing heard yet");
+    list("next", boat.next || [], (words) => item(words));
+    list("failsafes", boat.failsafes || [], failsafe);
+    list("reasons", boat.not_ready || [], (words) => item(words));
+    $("unready").hidden = !(boat.not_ready || []).length;
+    text("keel", number(boat.keel_m, "m", 1));
+    text("limit", boat.keel_limit_m === null ? `guard: ${boat.guard}` : `limit ${number(boat.keel_limit_m, "m", 1)}, guard: ${boat.guard}`);
+    $("keelbox").className = boat.guard === "ok" || boat.guard === "unknown" ? "wide" : "wide low";
+    text("speed", number(boat.speed_mps, "m/s", 1));
+    text("knots", boat.speed_mps === null || boat.speed_mps === undefined ? "" : `${(boat.speed_mps * 1.943844).toFixed(1)} kn over ground`);
+    text("heading", degrees(boat.heading_deg));
+    text("course", degrees(boat.course_deg));
+    text("plan", boat.items ? `${boat.item} of ${boat.items}, ${boat.plan}` : "none");
+    text("togo", number(boat.to_go_m, "m", 0));
+    text("xte", number(boat.cross_track_m, "m", 1));
+    text("fence", boat.fence_on ? number(boat.fence_m, "m", 0) : "off");
+    text("battery", number(boat.battery_v, "V", 1));
+    text("receiver", boat.receiver || "–");
+    list("texts", [...(boat.texts || [])].reverse(), message);
+    list("links", boat.links || [], link);
+    place();
+    document.body.classList.toggle("orders", Boolean(boat.orders));
+  }
+
+  function failsafe(f) {
+    const li = item("", f.doing === "" || f.doing === "warning" ? "mild" : "");
+    const head = document.createElement("b");
+    head.textContent = f.cause + (f.doing ? `: ${f.doing}` : ": taken over");
+    li.append(head);
+    const clockWords = f.next_in_s === null ? "" : f.runs ? `${f.next} in ${Math.max(0, f.next_in_s).toFixed(0)} s. ` : `The clock of ${f.next} stands at ${f.next_in_s.toFixed(0)} s to go. `;
+    if (clockWords || f.until) li.append(`${clockWords}${f.until ? f.until[0].toUpperCase() + f.until.slice(1) + "." : ""}`);
+    return li;
+  }
+  function message([, t, severity, words]) {
+    const li = document.createElement("li"), at = document.createElement("time"), said = document.createElement("span");
+    const level = ["EMERGENCY", "ALERT", "CRITICAL", "ERROR"].includes(severity) ? "bad" : severity === "WARNING" ? "mild" : "";
+    at.textContent = clock(t);
+    said.className = level;
+    said.textContent = level ? `${severity.toLowerCase()}: ${words}` : words;
+    li.append(at, said);
+    return li;
+  }
+  function link([name, kind, open, age]) {
+    const li = document.createElement("li"), head = document.createElement("b"), rest = document.createElement("span");
+    head.textContent = name;
+    const lost = !open && kind !== "endpoint";
+    rest.className = lost ? "bad" : "";
+    rest.textContent = lost ? "MISSING" : !open ? "nobody there" : age === null ? "open, nothing heard" : age === 0 ? "heard now" : `heard ${age} s ago`;
+    li.append(head, rest);
+    return li;
+  }
+
+  function place() {
+    const d = Chart.data;
+    d.boat = boat.lat_deg === null || boat.lat_deg === undefined ? null : [boat.lat_deg, boat.lon_deg];
+    d.heading = boat.heading_deg ?? null;
+    d.home = boat.home_deg || null;
+    d.target = boat.armed ? boat.target_deg || null : null;
+    d.limit = boat.keel_limit_m ?? null;
+    let words = "No position";
+    if (d.boat) {
+      const last = d.track[d.track.length - 1], m = (a, b) => Math.hypot((b[0] - a[0]) * Chart.M_PER_DEG, (b[1] - a[1]) * Chart.M_PER_DEG * Math.cos(a[0] * Math.PI / 180));
+      if (!last || m(last, d.boat) > 2) d.track.push([...d.boat, boat.keel_m]);
+      if (d.track.length > 1500) d.track.splice(0, 300);
+      words = `${d.boat[0].toFixed(5)}° ${d.boat[1].toFixed(5)}°`;
+      if (d.home) {
+        const bearing = Math.atan2((d.home[1] - d.boat[1]) * Math.cos(d.boat[0] * Math.PI / 180), d.home[0] - d.boat[0]) * 180 / Math.PI;
+        words += `; home ${m(d.boat, d.home).toFixed(0)} m, bearing ${degrees((bearing + 360) % 360)}`;
+      }
+    }
+    text("where", words);
+    $("map").setAttribute("aria-label", `Map: boat at ${words}, heading ${degrees(boat.heading_deg)}`);
+    text("legend", "Blue line: way sailed. Purple: plan. Green dashes: stay inside. Red: stay out. Squares: depth below chart datum" + (d.limit === null ? "." : `, red below ${d.limit.toFixed(1)} m.`));
+    Chart.draw();
+  }
+
+  function age() {
+    const s = (performance.now() - heardAt) / 1000 + (boat.age_s || 0);
+    const old = !(s <= OLD_S) || boat.age_s === null;
+    document.body.classList.toggle("old", old);
+    text("live", heardAt === -Infinity ? "connecting …" : boat.age_s === null ? "NO WORD OF THE BOAT" : old ? `OLD: ${s.toFixed(0)} s ago` : "live");
+  }
+
+  function listen() {
+    const stream = new EventSource("/live");
+    stream.onmessage = (event) => {
+      Object.assign(boat, JSON.parse(event.data));
+      heardAt = performance.now();
+      if (boat.mode) show();
+      age();
+      const plan = JSON.stringify(boat.plan_ids);
+      if (plan !== lastPlan) { lastPlan = plan; setTimeout(fetchMap, 600); }
+    };
+    // A server that is gone for long, or has refused, is tried again here; a break is mended by the browser.
+    stream.onerror = () => { if (stream.readyState === EventSource.CLOSED) setTimeout(listen, 1500); };
+  }
+
+  async function fetchMap() {
+    try {
+      const found = await (await fetch("/map")).json(), track = Chart.unpack(found.track);
+      if (track.length >= Chart.data.track.length) Chart.data.track = track;
+      Chart.data.legs = found.drawing.legs || [];
+      Chart.data.areas = found.drawing.areas || [];
+      Chart.draw();
+    } catch { setTimeout(fetchMap, 3000); }
+  }
+  async function fetchDepths() {
+    try { Chart.bottom(await (await fetch("/depths")).json()); } catch { /* the next look comes */ }
+  }
+  async function fetchRuns() {
+    try {
+      const found = await (await fetch("/runs")).json();
+      list("runs", found.length ? found : [null], run);
+    } catch { text("runs", "not reached: open again"); }
+  }
+  function run(found) {
+    if (!found) return item("none yet");
+    const li = document.createElement("li"), head = document.createElement("b");
+    head.textContent = found.name;
+    li.append(head, document.createElement("br"));
+    for (const [name, size] of found.files) {
+      const a = document.createElement("a");
+      a.href = `/runs/${encodeURIComponent(found.name)}/${encodeURIComponent(name)}`;
+      a.textContent = name === "report.html" ? "Report" : `${name} (${size < 1e6 ? `${Math.ceil(size / 1000)} kB` : `${(size / 1e6).toFixed(1)} MB`})`;
+      if (name === "report.html") a.target = "_blank"; else a.download = name;
+      li.append(a);
+    }
+    if (!found.report) li.append("No report yet: companion report on a computer with the run's folder.");
+    return li;
+  }
+
+  // ---- orders
+
+  const bytes = (words) => new TextEncoder().encode(words);
+  const tag = (purpose, ...parts) => Sha.hex(Sha.hmac(key, bytes([purpose, ...parts].join("\n"))));
+  const said = (words, kind) => { text("said", words); $("said").className = kind || ""; };
+  const post = async (path, body) => (await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) })).json();
+
+  // Ask, answer, and believe only what proves that the vessel said it.
+  async function send(order) {
+    const asked = (await post("/challenge", {})).challenge;
+    if (!asked) return null;
+    const response = tag("usv-companion page order 1", asked.vessel, asked.nonce, order);
+    const found = await post("/order", { order, nonce: asked.nonce, response });
+    if (found.refused) return { refused: found.refused };
+    const answer = found.answer;
+    if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
+    return answer;
+  }
+  async function order(name, words) {
+    let late = false;
+    said(`${words}: sent`);
+    const mute = `${words}: NOT HEARD: use the emergency switch`;
+    const timer = setTimeout(() => { late = true; said(mute, "bad"); }, HEARD_MS);
+    let found = null;
+    try { found = await send(name); } catch { /* not heard */ }
+    clearTimeout(timer);
+    const at = new Date(found && found.utc_s ? found.utc_s * 1000 : Date.now()).toLocaleTimeString([], { hour12: false });
+    if (found === null) said(mute, "bad");
+    else if (found.refused) said(`${words}: refused: ${found.refused}`, "bad");
+    else if (found.outcome !== "obeyed") said(`${words}: ${found.outcome}`, "bad");
+    else said(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
+    return found;
+  }
+
+  function keep(found) {
+    key = found;
+    document.body.classList.toggle("keyed", key !== null);
+    try { if (key) sessionStorage.setItem("key", Sha.hex(key)); else sessionStorage.removeItem("key"); } catch { /* not kept */ }
+  }
+  $("keyform").onsubmit = (event) => {
+    event.preventDefault();
+    const phrase = $("key").value.trim();
+    $("key").value = "";
+    if (!phrase) return;
+    said("Working on the key …");
+    Sha.pbkdf2(bytes(phrase), bytes("usv-companion page"), ROUNDS, async (made) => {
+      keep(made);
+      const found = await order("check", "Key");
+      if (found && !found.refused) said("Key: right. Hold and Disarm are ready", "good");
+      else if (found) keep(null);
+    });
+  };
+  $("forget").onclick = () => { keep(null); said(""); };
+  $("hold").onclick = () => order("hold", "Hold");
+  const slide = $("disarm");
+  slide.onchange = () => {
+    const whole = Number(slide.value) >= 98;
+    slide.value = 0;
+    if (whole) order("disarm", "Disarm");
+  };
+
+  let kept = null;
+  try { kept = sessionStorage.getItem("key"); } catch { /* none */ }
+  if (kept) keep(Sha.unhex(kept));
+  $("rundetails").ontoggle = () => { if ($("rundetails").open) fetchRuns(); };
+  listen();
+  fetchDepths();
+  setInterval(fetchDepths, 120000);
+  setInterval(age, 500);
+})();
