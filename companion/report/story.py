@@ -11,6 +11,8 @@ from .flight import Event
 
 MAX_MOMENTS: Final = 60
 _SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
+_FORETELLS: Final = "Until "
+"""How a text begins that says what ends a failsafe."""
 _WORDS: Final = {
     "mode": "mode",
     "plan": "plan",
@@ -57,7 +59,8 @@ def _weight(severity: str) -> int:
 def _lines(events: Sequence[Event]) -> Iterator[str]:
     """The vessel's own words first, then what changed."""
     for event in events:
-        if event.kind == "text" and _weight(event.severity) <= _SEVERITIES.index("NOTICE"):
+        weighs = _weight(event.severity) <= _SEVERITIES.index("NOTICE") or event.text.startswith(_FORETELLS)
+        if event.kind == "text" and weighs:
             yield event.text
     for event in events:
         if "→" not in event.text:

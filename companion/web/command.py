@@ -9,6 +9,7 @@ import gzip
 import json
 import logging
 import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -24,8 +25,10 @@ from .runs import Runs
 from .server import Handler, PageServer, orders
 from .vessel import VesselLink
 
-DEPTHS_S: Final = 120.0
+DEPTHS_S: Final = 30.0
 """Between two looks into the store."""
+DEPTHS_SHARE: Final = 0.05
+"""Of the time at most goes into looking: a large store is looked into less often."""
 log = logging.getLogger(__name__)
 
 
@@ -102,11 +105,12 @@ class DepthsBeside:
             if lat is None or lon is None:
                 await asyncio.sleep(1.0)
                 continue
+            began_s = time.monotonic()
             try:
                 self.found = await asyncio.to_thread(self._depths.around, lat, lon)
             except Exception:
                 log.exception("the depth map could not be read")
-            await asyncio.sleep(DEPTHS_S)
+            await asyncio.sleep(max(DEPTHS_S, (time.monotonic() - began_s) / DEPTHS_SHARE))
 
 
 def _routes(vessel: VesselLink, page: Page, depths: DepthsBeside, runs: Runs) -> dict[tuple[str, str], Handler]:

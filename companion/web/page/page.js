@@ -205,7 +205,7 @@
     Sha.pbkdf2(bytes(phrase), bytes("usv-companion page"), ROUNDS, async (made) => {
       keep(made);
       const found = await order("check", "Key");
-      if (found && !found.refused) said("Key: right. Hold and Disarm are ready", "good");
+      if (found && !found.refused) said("Key: right, orders are ready", "good");
       else if (found) keep(null);
     });
   };
@@ -224,6 +224,7 @@
   $("rundetails").ontoggle = () => { if ($("rundetails").open) fetchRuns(); };
   listen();
   fetchDepths();
+  setTimeout(fetchDepths, 20000);
   setInterval(fetchDepths, 120000);
   setInterval(age, 500);
 })();

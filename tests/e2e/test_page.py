@@ -1,0 +1,344 @@
+"""The page in headless Chromium on a phone's and a desk's window, as a person sees it, and strangers at its door meanwhile."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import os
+import random
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from companion.web.page import read_file
+from tests.browser import Browser, chromium
+from tests.e2e.page_process import WORDS, Boat, SlowLink
+
+SIZES = {"phone": (390, 844, True), "desk": (1280, 900, False)}
+
+
+@pytest.fixture(scope="module")
+def boat(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Boat]:
+    chromium()
+    found = Boat(tmp_path_factory.mktemp("page"), 61)
+    yield found
+    found.close()
+
+
+@pytest.fixture(params=SIZES)
+def browser(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Browser]:
+    width, height, phone = SIZES[request.param]
+    found = Browser(tmp_path / "profile", width, height, phone=phone)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def phone(tmp_path: Path) -> Iterator[Browser]:
+    found = Browser(tmp_path / "profile", *SIZES["phone"][:2], phone=True)
+    yield found
+    found.close()
+
+
+def live(browser: Browser, url: str) -> None:
+    browser.open(url)
+    browser.until(lambda: browser.text("live") == "live" and browser.text("mode") in ("Auto", "Hold"))
+
+
+def use_key(browser: Browser, words: str = WORDS) -> None:
+    browser.run("document.getElementById('key').focus()")
+    browser.type(words)
+    browser.key("Enter", 13, "\r")
+    browser.until(lambda: browser.text("said").startswith("Key:") and "sent" not in browser.text("said"))
+
+
+CONTRAST = """(() => {
+  const channel = v => { v /= 255; return v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; };
+  const light = c => 0.2126 * channel(c[0]) + 0.7152 * channel(c[1]) + 0.0722 * channel(c[2]);
+  const parse = text => (text.match(/[\\d.]+/g) || []).map(Number);
+  const behind = e => {
+    for (; e; e = e.parentElement) {
+      const c = parse(getComputedStyle(e).backgroundColor);
+      if (c.length < 4 || c[3] > 0.99) return c;
+    }
+    return [255, 255, 255];
+  };
+  const poor = [];
+  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const e = walk.currentNode.parentElement;
+    if (!walk.currentNode.data.trim() || !e.checkVisibility() || ['SCRIPT', 'STYLE'].includes(e.tagName)) continue;
+    const under = e.tagName === 'LABEL' && e.control && e.control.type === 'range' ? e.control : e;
+    const [a, b] = [light(parse(getComputedStyle(e).color)), light(behind(under))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) poor.push([e.id || e.tagName, walk.currentNode.data, ratio]);
+  }
+  return poor;
+})()"""
+OVER = """[...document.querySelectorAll('body *')].filter(e => { const r = e.getBoundingClientRect();
+  return e.checkVisibility() && !e.classList.contains('sr') && r.width &&
+    (r.right > innerWidth + 1 || r.left < -1); }).map(e => e.id || e.tagName)"""
+SMALL = """[...document.querySelectorAll('button, input, summary')].filter(e => e.checkVisibility() && !e.classList.contains('plain') &&
+  e.getBoundingClientRect().height < 44).map(e => e.id)"""
+
+
+def test_the_first_view_is_small_own_readable_and_named(boat: Boat, browser: Browser) -> None:
+    live(browser, boat.url)
+    browser.until(lambda: "under the keel" in browser.text("figures").lower())
+    asked = [e["params"]["request"]["url"] for e in browser.events if e["method"] == "Network.requestWillBeSent"]
+    assert {urlsplit(url).netloc for url in asked if not url.startswith("data:")} == {f"127.0.0.1:{boat.port}"}
+    loaded = [e["params"]["encodedDataLength"] for e in browser.events if e["method"] == "Network.loadingFinished"]
+    received = [e["params"]["encodedDataLength"] for e in browser.events if e["method"] == "Network.dataReceived"]
+    print(f"first view: {len(asked)} requests, {sum(loaded)} bytes, stream so far {sum(received)} bytes")
+    assert sum(loaded) + sum(received) < 150_000
+    assert browser.run("document.documentElement.scrollWidth <= innerWidth")
+    assert browser.run(OVER) == []
+    assert browser.run(CONTRAST) == []
+    assert browser.run(SMALL) == []
+    nodes = browser.call("Accessibility.getFullAXTree")["nodes"]
+    touched = [n for n in nodes if n.get("role", {}).get("value") in ("button", "textbox", "slider", "image", "link")]
+    assert len(touched) >= 6
+    assert [n for n in touched if not n.get("ignored") and not n.get("name", {}).get("value")] == []
+
+
+def test_every_state_is_said_in_words(boat: Boat, browser: Browser) -> None:
+    live(browser, boat.url)
+    assert browser.text("armed") in ("ARMED", "disarmed")
+    assert browser.text("now")
+    assert "m" in browser.text("keel")
+    assert "home" in browser.text("where")
+    name = browser.run("document.getElementById('map').getAttribute('aria-label')")
+    assert "heading" in name
+    assert "armed" in browser.text("texts")
+    assert "compass" in browser.text("links")
+
+
+def test_it_is_worked_by_the_keyboard_alone(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    reached = []
+    for _ in range(12):
+        phone.key("Tab", 9)
+        reached.append(phone.run("document.activeElement.id || document.activeElement.tagName"))
+        ring = phone.run("getComputedStyle(document.activeElement).outlineStyle")
+        assert reached[-1] == "BODY" or ring != "none"
+    assert {"key", "map", "closer", "all"} <= set(reached)
+
+
+def test_it_is_new_each_second_and_says_when_it_is_old(boat: Boat, phone: Browser) -> None:
+    """Counted over ten seconds, which a busy machine may stretch; then the vessel's process hangs."""
+    live(phone, boat.url)
+    phone.run(
+        "window.seen = []; new MutationObserver(() => seen.push(1)).observe("
+        "document.getElementById('figures'), {subtree: true, childList: true, characterData: true})"
+    )
+    time.sleep(10.0)
+    assert phone.run("seen.length") >= 10
+    boat.freeze()
+    try:
+        phone.until(lambda: phone.text("live").startswith("OLD: "), 30.0)
+        assert phone.run("document.body.classList.contains('old')")
+        assert phone.run(CONTRAST) == [], "greyed, and readable all the same"
+    finally:
+        boat.thaw()
+    phone.until(lambda: phone.text("live") == "live", 30.0)
+
+
+def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    assert phone.text("hold") == ""
+    use_key(phone, "a wrong key, surely")
+    assert phone.text("said") == "Key: refused: wrong key"
+    use_key(phone)
+    assert "right" in phone.text("said")
+    boat.freeze()
+    try:
+        phone.press("hold")
+        phone.until(lambda: "NOT HEARD: use the emergency switch" in phone.text("said"), 10.0)
+    finally:
+        boat.thaw()
+    phone.until(lambda: phone.text("live") == "live", 30.0)
+    phone.press("hold")
+    phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "), 20.0)
+    phone.until(lambda: phone.text("mode") == "Hold")
+    phone.drag("disarm", 0.6)
+    time.sleep(1.0)
+    assert phone.text("armed") == "ARMED"
+    phone.drag("disarm", 1.0)
+    phone.until(lambda: phone.text("said").startswith("Disarm: obeyed at "), 20.0)
+    phone.until(lambda: phone.text("armed") == "disarmed")
+    assert phone.run(CONTRAST) == []
+    secret = hashlib.pbkdf2_hmac("sha256", WORDS.encode(), b"usv-companion page", 100_000, 32).hex()
+    sent = [json.dumps(e["params"]["request"]) for e in phone.events if e["method"] == "Network.requestWillBeSent"]
+    assert len(sent) > 8
+    assert not [each for each in sent if secret in each or WORDS in each]
+    events = (boat.sim.run_dir / "events.jsonl").read_text()
+    boat_says = [json.loads(line) for line in events.splitlines() if '"page"' in line]
+    assert {(each["order"], each["host"], each["proof"]) for each in boat_says} == {
+        ("set mode mode hold", "127.0.0.1", "page key"),
+        ("disarm", "127.0.0.1", "page key"),
+    }
+
+
+def test_the_hashes_of_the_page_are_the_standards(phone: Browser) -> None:
+    """Against the standard library, for every length around the blocks, and RFC 7914's vector of PBKDF2."""
+    phone.run(read_file("sha256.js").replace("const Sha", "window.Sha") + ";1")
+    chance = random.Random(3)
+    for length in [*range(132), 1000]:
+        data, key = chance.randbytes(length), chance.randbytes(1 + length)
+        found = phone.run(
+            f"[Sha.hex(Sha.digest(Sha.unhex('{data.hex()}'))), Sha.hex(Sha.hmac(Sha.unhex('{key.hex()}'), Sha.unhex('{data.hex()}')))]"
+        )
+        assert found == [hashlib.sha256(data).hexdigest(), hmac.new(key, data, hashlib.sha256).hexdigest()]
+    derived = phone.run(
+        "new Promise(done => Sha.pbkdf2(new TextEncoder().encode('passwd'), new TextEncoder().encode('salt'), 1, k => done(Sha.hex(k))))"
+    )
+    assert derived == "55ac046e56e3089fec1691c22544b605f94185216dde0465e68b9d57c20dacbc"
+
+
+def test_a_link_of_50_kbit_carries_it(boat: Boat, phone: Browser) -> None:
+    slow = SlowLink(boat.port, 50_000 / 8)
+    began_s = time.monotonic()
+    live(phone, f"http://127.0.0.1:{slow.port}/")
+    view_s, first = time.monotonic() - began_s, slow.down_bytes
+    time.sleep(8.0)  # the map and the rest come meanwhile
+    before, began_s = slow.down_bytes, time.monotonic()
+    time.sleep(15.0)
+    rate = (slow.down_bytes - before) / (time.monotonic() - began_s)
+    print(f"50 kbit/s: first view in {view_s:.1f} s with {first} bytes, then {rate:.0f} B/s")
+    assert view_s < 30.0
+    assert rate < 4000.0
+    assert phone.text("live") == "live"
+    slow.close()
+
+
+# ---- strangers
+
+
+def raw(port: int, data: bytes, wait_s: float = 10.0) -> bytes:
+    """Say something, and return all that comes back."""
+    with socket.create_connection(("127.0.0.1", port), wait_s) as stream:
+        found = b""
+        try:
+            stream.sendall(data)
+            while more := stream.recv(65_536):
+                found += more
+        except (ConnectionError, TimeoutError):
+            pass
+        return found
+
+
+def request(path: str, method: str = "GET", body: bytes = b"", **headers: str) -> bytes:
+    lines = {"Host": "127.0.0.1", "Content-Length": str(len(body)), **headers}
+    head = "".join(f"{name.replace('_', '-')}: {value}\r\n" for name, value in lines.items())
+    return f"{method} {path} HTTP/1.1\r\n{head}\r\n".encode("latin-1") + body
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/runs/../../page.key",
+        "/runs/..%2f..%2fpage.key",
+        "/runs/20260101-120000/companion.db",
+        "//etc/passwd",
+        "/../page.key",
+        "/runs/20260101-120000/../../page.key",
+        "/runs/./20260101-120000/../20260101-120000/status.sock",
+        "/page.js",
+    ],
+)
+def test_no_path_leads_outside(boat: Boat, path: str) -> None:
+    found = raw(boat.port, request(path))
+    assert found.split(b" ")[1] in (b"404", b"400")
+    assert (boat.folder / "page.key").read_bytes() not in found
+
+
+def test_runs_are_downloaded_whole(boat: Boat) -> None:
+    found = raw(boat.port, request("/runs/20260101-120000/run.json"))
+    head, _, body = found.partition(b"\r\n\r\n")
+    assert b"attachment" in head
+    assert body == (boat.sim.run_dir / "run.json").read_bytes()
+
+
+def test_strangers_disturb_neither_the_vessel_nor_the_operators_page(boat: Boat, phone: Browser) -> None:
+    """200 connections that never ask, others that ask for ever or too much, another site's orders: the operator's are obeyed."""
+    live(phone, boat.url)
+    use_key(phone)
+    slow = []
+    for number in range(200):
+        stream = socket.create_connection(("127.0.0.1", boat.port), 10.0)
+        stream.sendall(
+            [b"", b"GET /", b"GET / HTTP/1.1\r\nX: ", b"POST /order HTTP/1.1\r\nHost: x\r\nContent-Length: 9\r\n\r\n"][
+                number % 4
+            ]
+        )
+        slow.append(stream)
+    ticks = rows(boat)
+    phone.press("hold")
+    phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "), 20.0)
+    assert raw(boat.port, request("/", **{"X": "y" * 100_000})).startswith(b"HTTP/1.1 431")
+    body = b'{"order":"disarm","nonce":"","response":""}'
+    for headers in (
+        {"Origin": "http://evil.example"},
+        {},
+        {"Origin": "http://127.0.0.1", "Sec_Fetch_Site": "cross-site"},
+    ):
+        told = raw(boat.port, request("/order", "POST", body, Content_Type="application/json", **headers))
+        assert told.startswith(b"HTTP/1.1 403")
+    own = {"Origin": "http://127.0.0.1", "Content_Type": "application/json"}
+    assert b"refused" in raw(boat.port, request("/order", "POST", body, **own))
+    assert raw(boat.port, request("/", Host="evil.example")).startswith(b"HTTP/1.1 421")
+    fuzz(boat.port, 300, random.Random(7))
+    assert phone.text("live") == "live"
+    assert rows(boat) > ticks
+    phone.press("hold")
+    phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "), 20.0)
+    for stream in slow:
+        stream.close()
+    assert boat.web.poll() is None
+    assert "Traceback" not in boat.log.read_text()
+
+
+def rows(boat: Boat) -> int:
+    return (boat.sim.run_dir / "control.csv").stat().st_size
+
+
+def fuzz(port: int, count: int, chance: random.Random) -> None:
+    """Requests made of right ones: cut, mixed, with noise, of every route."""
+    routes = ["/", "/live", "/map", "/depths", "/runs", "/runs/20260101-120000/run.json", "/challenge", "/order"]
+    for _ in range(count):
+        data = bytearray(
+            request(
+                chance.choice(routes),
+                chance.choice(["GET", "POST", "PUT", "G\x00T"]),
+                chance.choice([b"", b"{}", b"[1", b'{"order":"hold"}', chance.randbytes(40)]),
+                **chance.choice(
+                    [{}, {"Origin": "http://127.0.0.1", "Content_Type": "application/json"}, {"Connection": "x"}]
+                ),
+            )
+        )
+        for _ in range(chance.randrange(4)):
+            place = chance.randrange(len(data))
+            data[place : place + chance.randrange(8)] = chance.randbytes(chance.randrange(6))
+        with socket.create_connection(("127.0.0.1", port), 10.0) as stream:
+            stream.settimeout(0.02)
+            try:
+                stream.sendall(bytes(data[: chance.randrange(len(data) + 1)] if chance.random() < 0.3 else data))
+                stream.recv(512)
+            except OSError:
+                pass
+
+
+@pytest.mark.soak
+def test_a_hundred_thousand_fuzzed_requests_change_nothing(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    orders = (boat.sim.run_dir / "events.jsonl").read_text().count('"page"')
+    fuzz(boat.port, int(os.environ.get("PAGE_FUZZ", "100000")), random.Random(11))
+    assert phone.text("live") == "live"
+    assert boat.web.poll() is None
+    assert "Traceback" not in boat.log.read_text()
+    assert (boat.sim.run_dir / "events.jsonl").read_text().count('"page"') == orders
