@@ -18,6 +18,7 @@ from pydantic import Field
 
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import LoadPlan, Reply, Request, Result, SetParameter, TakeCommand
+from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.mavlink.endpoint import Endpoint
 from mavlink_bridge.mavlink.missions.service import MissionTiming
 from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
@@ -147,6 +148,8 @@ class Gateway:
         self._ticks = 0
         self._shown_us: int | None = None
         self._stood_us: int | None = None
+        self.view: Callable[[Snapshot], None] | None = None
+        """Shown each picture of the vessel that is fresh enough for stations."""
         self._local_us: int | None = None
         self._was_fresh = False
         self._started_utc_us = started_utc_us
@@ -232,6 +235,8 @@ class Gateway:
         for ground in self.grounds:
             if snapshot is not None:
                 ground.tick(now_us, snapshot)
+        if snapshot is not None and self.view is not None:
+            self.view(snapshot)
         for severity, text in self.operators.drain_texts():
             self._say(severity.value, text)
         self._say_freshness(snapshot is not None)

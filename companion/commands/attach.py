@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -38,6 +40,8 @@ def register(subparsers: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Watch until Ctrl-C; exit status 0, 2 when no vessel is found."""
+    with contextlib.suppress(OSError):
+        os.nice(5)  # whoever looks comes after who sails
     found = places(arguments.where)
     client, path = reach(found)
     shown = _Shown(sys.stdout, as_json=arguments.json, once=arguments.once)
@@ -77,6 +81,7 @@ class _Shown:
         self._heard_s = time.monotonic()
         self._line_s = float("-inf")
         self._number = 0
+        self._drawn_s = float("-inf")
         self.is_done = False
 
     def take(self, message: dict[str, Any]) -> None:
@@ -103,7 +108,11 @@ class _Shown:
         """Draw the newest again, with its age when it is old."""
         if self._screen is None or self._picture is None:
             return
-        old_s = time.monotonic() - self._heard_s
+        now_s = time.monotonic()
+        old_s = now_s - self._heard_s
+        if self._drawn_s >= self._heard_s and now_s - self._drawn_s < _AGAIN_S:
+            return
+        self._drawn_s = now_s
         note = Line("NO WORD", f"of {self._name} for {old_s:.0f} s: what follows is old", "red")
         self._screen.draw(self._picture, [note] if old_s > OLD_S else [])
 

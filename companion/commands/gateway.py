@@ -16,6 +16,7 @@ from ..io.loop import StopFlag, run
 from ..judge import gateway_warnings
 from .numbers import positive
 from .stations import places
+from .status import Journal
 
 log = logging.getLogger(__name__)
 
@@ -46,6 +47,7 @@ def command(arguments: argparse.Namespace) -> int:
         log.warning("%s", warning)
     for door in gateway_doors(settings):
         log.info("socket: %s", door.line)
+    gateway.view = Journal().update
     stop = StopFlag().install()
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     return run(gateway, clock, stop, period_us=PERIOD_US, until_us=until_us)

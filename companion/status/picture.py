@@ -200,7 +200,7 @@ def _warned(each: Outlook) -> Warned:
         cause=each.cause,
         doing=each.doing,
         next=each.next_action.name if each.next_in_s is not None else "",
-        next_in_s=_round(each.next_in_s, 1),
+        next_in_s=_round(each.next_in_s, 3),
         runs=each.runs,
         until=each.until,
         sentence=each.sentence(),

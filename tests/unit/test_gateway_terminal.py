@@ -10,10 +10,16 @@ import pytest
 
 import config
 from companion.cli import main
+from companion.commands.status import Journal
 from companion.gateway import Gateway, GatewaySettings
 from companion.io.keeping.keys import write_key
 from companion.io.links.mem import pair
-from companion.settings.schema import EndpointSettings
+from companion.settings.schema import EndpointSettings, load
+from mavlink_bridge.language.messages import Severity
+from sitl.gateway import with_gateway
+from sitl.world.settings import SimSettings
+from sitl.world.world import World
+from tests.gateways import gateway_beside
 
 
 def test_a_missing_modem_is_told_once_and_where_stations_connect(
@@ -55,6 +61,30 @@ def test_no_airtime_is_spent_on_a_modem_that_is_not_there(tmp_path: Path, caplog
         air.poll(tick * 50_000)
     assert gateway.twin.link.ledger.used_us(120_000_000) > spent_us
     assert caplog.messages[-1].startswith("modem is there: ")
+
+
+def test_the_gateways_journal_has_what_the_vessel_says_over_the_air(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """What comes next and what ends it crosses the radio as a text; mode and arming come with the state."""
+    caplog.set_level(logging.INFO)
+    settings = with_gateway(load(config.path("sim.toml"), ["radio.profile=o-10"], SimSettings), tmp_path)
+    world = World(settings, 1)
+    near, _ = pair("gcs")
+    gateway = gateway_beside(world, tmp_path, near, seed=2)
+    gateway.view = Journal().update
+    foretold = "RETURN in 60 s; until ground station is back, then order Auto"
+    for number in range(40 * 20):
+        world.step()
+        if number == 400:
+            world.app.controls.voice.say(Severity.WARNING, foretold)
+        gateway.tick(world.now_us)
+    said = [
+        text for text in caplog.messages if text.startswith("warning: RETURN in 60 s; until ground station is back")
+    ]
+    assert len(said) == 1
+    assert "mode Hold, disarmed" in caplog.messages
+    world.shutdown(world.now_us)
 
 
 @pytest.mark.parametrize("only", [[], ["--world-only"]])

@@ -96,8 +96,10 @@ def _stance(mode: str, armed: bool) -> str:
 
 
 def _failsafe(s: Snapshot) -> tuple[int, str]:
-    if not s.causes:
+    if s.action is Action.NONE:
         return logging.INFO, "failsafe NONE"
+    if not s.causes:  # over the radio the action comes alone, and its words as texts
+        return logging.WARNING, f"failsafe {s.action.name}"
     told = ". ".join(each.sentence() for each in s.outlook) or ", ".join(map(cause, s.causes))
     return logging.WARNING, f"failsafe {s.action.name}: {told}"
 
