@@ -679,3 +679,15 @@ def test_the_radio_counts_only_armed_and_required():
     for flags in (changed(WELL, armed=False), changed(WELL, gcs_required=False)):
         run = Run()
         assert run.step(changed(flags, gcs_age_s=None, radio_age_s=1e4)) is Action.NONE
+
+
+@pytest.mark.parametrize("action", [Action.WARN, Action.HOLD, Action.RETURN, Action.STOP])
+def test_a_weak_thruster_does_what_its_parameter_says(action):
+    run = Run(FailsafeConfig(thruster_action=action))
+    assert run.step(raised("thruster_weak")) is action
+
+
+@pytest.mark.parametrize("action", [Action.NONE, Action.DISARM])
+def test_a_weak_thruster_is_never_passed_over_and_never_disarms(action):
+    with pytest.raises(ValueError, match="thruster_action"):
+        FailsafeConfig(thruster_action=action)
