@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import importlib
+import itertools
 import subprocess
 import sys
 from collections import Counter
@@ -270,3 +271,34 @@ def test_the_shipped_packages_need_none_of_the_tools() -> None:
     assert not [
         f"{path}: {name}" for path, tree in modules() for name in imported(tree) if name.startswith(("tools", "tests"))
     ]
+
+
+@pytest.mark.parametrize("room", ["companion/core/guard", "companion/core/vehicle"])
+def test_a_number_says_why_it_is_so(room: str) -> None:
+    """A constant with a number has its reason or its source beside it: a sentence below it, or a comment. Neutral needs none."""
+    silent = [
+        f"{path}:{node.lineno} {ast.unparse(node)[:60]}"
+        for path, tree in modules()
+        if str(path.parent) == room
+        for node, after in itertools.pairwise([*tree.body, ast.Pass()])
+        if _is_a_number(node) and not _is_told(path, node, after)
+    ]
+    assert not silent
+
+
+def _is_a_number(node: ast.stmt) -> bool:
+    if (
+        not isinstance(node, ast.Assign | ast.AnnAssign)
+        or node.value is None
+        or isinstance(node.value, ast.Call | ast.Dict)
+    ):
+        return False
+    numbers = [each.value for each in ast.walk(node.value) if isinstance(each, ast.Constant)]
+    return any(type(number) in (int, float) and number for number in numbers)
+
+
+def _is_told(path: Path, node: ast.stmt, after: ast.stmt) -> bool:
+    """A string below it, or a comment on its line or the one above."""
+    lines = (REPO / path).read_text(encoding="utf-8").splitlines()
+    below = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str)
+    return below or "#" in lines[(node.end_lineno or node.lineno) - 1] or lines[node.lineno - 2].strip().startswith("#")

@@ -27,7 +27,9 @@ Point = tuple[float, float]
 _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
 _SAMPLE_M: Final = 0.5
+"""Half of the shortest hull: no corner of a fence is stepped over by the way that is looked at."""
 _UNDER_WAY_MPS: Final = 0.3
+"""Above what a receiver shows of a vessel that keeps its place."""
 _SIGHT_S: Final = 30.0
 """A stop is foretold when it is so near in time at the present speed: long enough to look and press a button."""
 _TOLD_S: Final = 12.0
@@ -35,6 +37,7 @@ _TOLD_S: Final = 12.0
 _LOOK_TICKS: Final = 10
 """Ticks between two looks so far ahead: twice a second."""
 _NEAR_M: Final = 0.25
+"""The march has come to the edge: nearer than any receiver tells, and each further step would be shorter still."""
 _STEPS: Final = 24
 """Steps of the march to the edge; each is as long as the water is clear, so a straight course needs two or three."""
 

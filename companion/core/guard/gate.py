@@ -20,6 +20,7 @@ _ALLOWED: Final = (Action.NONE, Action.WARN, Action.HOLD, Action.RETURN)
 _TERMINATE: Final = Action.TERMINATE
 _NEUTRAL: Final = (0.0, 0.0, 0.0, 0.0)
 _STALE_PERIODS: Final = 2
+"""A demand of the tick before may stand in once; an older one is nobody's."""
 
 
 class GateConfig(Config):

@@ -23,6 +23,7 @@ SpeedForThrust = Callable[[float], float]
 """Mean thrust, 0...1, to the steady speed in m/s that it should give."""
 
 _TICK_WINDOW_US: Final = 10_000_000
+"""Late ticks are counted over 10 s (fault matrix, row 63)."""
 _STILL_MPS: Final = 0.2
 """Hardly creeping, yet well above a receiver's noise of some 0.03 m/s. A stream that just equals the vessel's best speed looks
 the same as dead thrust, and is as hopeless."""

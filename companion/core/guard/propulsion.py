@@ -21,6 +21,7 @@ from ..hull.statics import drag_n
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""
 _GALE_MPS: Final = 10.0
+"""More wind than such boats are sent out in: what it turns the hull by must never be taken for a thruster."""
 _CLEAR: Final = 1.6
 """The moment that is missing must be this much more than what such a wind turns the hull by."""
 _SHARE, _WHOLE = 0.6, 1.4
@@ -28,10 +29,15 @@ _SHARE, _WHOLE = 0.6, 1.4
 _WAY_SHARE, _WAY_WHOLE = 0.5, 2.5
 """And so much of it must be missing in the way made, at one time or another of the last ``_WAY_S``."""
 _WAY_S: Final = 12.0
+"""A boat of some 55 kg has lost its way long before, so both traces fall into it."""
 _HELD_S: Final = 7.5
+"""Three of the low-pass's times: what a wave or a gust leaves is gone by then."""
 _GONE_S: Final = 20.0
+"""A blade that clears for some seconds and fouls again is one fault, told once."""
 _SMALL_NM: Final = 1.0
+"""Below this a hull's moment is lost in the noise of any gyro or compass."""
 _USUAL_S: Final = 30.0
+"""Ten waves and more: long enough for a mean."""
 _TIMES_USUAL: Final = 8.0
 """In quieter weather than a gale: this many times what is usually unexplained, once that is known for ``_USUAL_S``."""
 

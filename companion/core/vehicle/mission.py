@@ -94,8 +94,11 @@ News = tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ..
 _NOTHING: Final[News] = ((), (), ())
 _ACTIVE: Final = PlanState.ACTIVE
 _DAY_S: Final = 86_400.0
+"""Times of day come again after so long."""
 _MISSED_S: Final = 3_600.0
+"""A time of day that is past by less was meant for today; by more, for tomorrow."""
 _EXIT_RAD: Final = 0.15
+"""A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
 
 
 class Mission:

@@ -31,9 +31,11 @@ from .plan_depth import plan_legs
 Point = tuple[float, float]
 
 LEGS_A_TICK: Final = 8
+"""So that the largest plan costs no tick more than a small share of its period."""
 SETTLE_US: Final = 3_000_000
 """So long a plan may wait for its fence (stations send one after the other) before anything is said."""
 KEPT: Final = 64
+"""More trespasses than anybody reads; the first ones decide."""
 _STEP_M: Final = 0.5
 """Shortest step along a leg; a corner of the fence that is cut by less may be missed (it stops the vessel all the same)."""
 _SLACK_M: Final = 0.01

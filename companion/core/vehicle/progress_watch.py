@@ -11,13 +11,17 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState, PathControlState, Severity
 
 STALLED_US: Final = 20_000_000
+"""Longer than any turn, stop or gust takes; short enough to help before a drift matters."""
 AGAIN_US: Final = 60_000_000
 """The same trouble is told again so long after, while it lasts."""
 STEP_M: Final = 1.0
 """Progress: nearer by so much. 0.05 m/s over 20 s, slower than any leg is meant to be sailed."""
 OFF_TRACK_M: Final = 15.0
+"""DUNE's course error."""
 BACK_M: Final = 10.0
+"""Two thirds of it: a boat that wavers about the border is told of once."""
 OFF_TRACK_US: Final = 10_000_000
+"""DUNE's time for it."""
 
 
 class ProgressWatch:
