@@ -4,20 +4,21 @@ VENV := .venv
 PY := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
 LEAN := $(VENV)/.lean
+LEAN_LOCK := config/system/requirements.lock
 PYTHON ?= python3
 PYTEST_ARGS ?=
 PYTEST := $(PY) -m pytest --dist loadgroup
 NONE_CHOSEN := 5
 
-.PHONY: help setup lean lean-compiled compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
+.PHONY: help setup lean lean-compiled wheel compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-lean: $(LEAN) ## set up .venv with what sailing, simulating and reporting need (270 MB)
+lean: $(LEAN) ## set up .venv with what sailing, simulating and reporting need (140 MB)
 
-$(LEAN): requirements-lean.lock pyproject.toml
-	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV) requirements-lean.lock .lean
+$(LEAN): $(LEAN_LOCK) pyproject.toml
+	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV) $(LEAN_LOCK) .lean
 
 setup: $(STAMP) ## set up .venv with everything that developers need too (930 MB)
 
@@ -25,6 +26,9 @@ $(STAMP): requirements.lock pyproject.toml
 	@PYTHON="$(PYTHON)" tools/setup.sh $(VENV)
 
 compiled: $(STAMP) lean-compiled
+
+wheel: $(LEAN) ## build the wheel that is installed on a boat -> build/ (docs/RASPBERRY.md)
+	@rm -rf build/lib build/bdist.*; $(PY) -m pip wheel --disable-pip-version-check -q --no-deps --no-build-isolation -w build . && ls build/usv_companion-*.whl
 
 lean-compiled: $(LEAN)  # as pip does with a wheel; Python may be told not to do it by itself, and then parses all sources at each start
 	@-$(PY) -m compileall -q companion mavlink_bridge sitl config
@@ -69,7 +73,7 @@ docs: $(STAMP) ## write the generated pages of docs/ again
 
 lock: ## pin every dependency again (needs uv)
 	uv pip compile pyproject.toml --all-extras --overrides requirements-overrides.txt --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements.lock
-	uv pip compile pyproject.toml requirements-lean.in --extra status --extra report --extra ground --constraint requirements.lock --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-lean.lock
+	uv pip compile pyproject.toml requirements-lean.in --extra status --extra ground --constraint requirements.lock --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o config/system/requirements.lock
 	uv pip compile pyproject.toml requirements-pypy.in --extra status --generate-hashes --universal --no-emit-index-url --no-header --python-version 3.11 -o requirements-pypy.lock
 
 clean: ## remove what was built

@@ -23,11 +23,11 @@ fi
 bar=off; [ -t 1 ] && bar=on
 case $lock in
     requirements.lock) size=", some 930 MB on disk; a few minutes the first time" ;;
-    requirements-lean.lock) size=", some 270 MB on disk; half a minute the first time" ;;
+    config/system/requirements.lock) size=", some 140 MB on disk; half a minute the first time" ;;
     *) size= ;;
 esac
 # Of the lean set only what a simulation loads is compiled ahead (below): all of it would be 90 MB and half of the time more.
-compile=--compile; [ "$lock" = requirements-lean.lock ] && compile=--no-compile
+compile=--compile; [ "$lock" = config/system/requirements.lock ] && compile=--no-compile
 echo "set-up 2/3: installing the locked packages ($(grep -E == "$lock" | grep -vc "'none'")$size)"
 # The lock is complete, and leaves out what a package asks for only for its windows: nothing beyond it is looked up.
 "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar "$bar" --no-deps "$compile" --require-hashes -r "$lock" \
@@ -35,7 +35,7 @@ echo "set-up 2/3: installing the locked packages ($(grep -E == "$lock" | grep -v
     | awk '/^Collecting/ { n++; printf "  %d %s\n", n, $2; fflush(); next } { print "  " substr($0, 1, 60); fflush() }'
 echo "set-up 3/3: installing this project"
 "$venv/bin/python" -m pip install --disable-pip-version-check -q --no-build-isolation --no-deps -e .
-if [ "$lock" = requirements-lean.lock ]; then
+if [ "$lock" = config/system/requirements.lock ]; then
     trial=$(mktemp -d)
     env -u PYTHONDONTWRITEBYTECODE "$venv/bin/companion" sim --speed max --duration 1 --run-dir "$trial/run" >/dev/null \
         || fail "a simulation of one second failed (above)"

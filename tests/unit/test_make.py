@@ -34,13 +34,13 @@ def pins(name: str) -> dict[str, str]:
 
 def test_the_lean_set_is_a_part_of_the_whole_one():
     """So that 'make sim' and 'make test' follow each other in one environment without changing a version."""
-    lean, whole = pins("requirements-lean.lock"), pins("requirements.lock")
+    lean, whole = pins("config/system/requirements.lock"), pins("requirements.lock")
     assert set(lean) <= set(whole)
     hashes = re.compile(r"sha256:\w+")
     assert all(set(hashes.findall(text)) == set(hashes.findall(whole[name])) for name, text in lean.items())
 
 
 def test_the_lean_set_holds_what_sailing_needs_and_no_more():
-    names = {name.partition("==")[0] for name in pins("requirements-lean.lock")}
+    names = {name.partition("==")[0] for name in pins("config/system/requirements.lock")}
     assert {"pymavlink", "pydantic", "pyserial", "fastcrc", "rich", "mavsdk", "setuptools"} <= names
     assert not names & {"scipy", "control", "rasterio", "mavproxy", "atheris", "mypy", "pytest", "distributed"}
