@@ -1,4 +1,4 @@
-"""A clean Debian root in which to try what the pages tell: made by debootstrap once, and laid under each test as a layer that it cannot change.
+"""A clean Debian root to try what the pages tell: made by debootstrap once, under each test as a layer that it cannot change.
 
 Mounts live in a namespace of each command and end with it. Needs root, debootstrap, and for another architecture qemu-user-static.
 """

@@ -65,3 +65,20 @@ def test_a_shell_completes_commands_and_options(tmp_path, words, wanted):
     ask = f"source companion.bash; COMP_WORDS=({' '.join(typed[:-1])} ''); COMP_CWORD={len(typed) - 1}; _companion; echo ${{COMPREPLY[@]}}"
     done = subprocess.run(["bash", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert set(wanted) <= set(done.stdout.split())
+
+
+def test_what_stands_beside_a_command_is_a_comment():
+    """So that a whole line may be pasted into a shell."""
+    for page in [*REPO.glob("*.md"), *REPO.glob("docs/*.md")]:
+        for block in re.findall(r"^```\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S):
+            for line in block.splitlines():
+                if re.match(r"(\S*/)?companion |make |\.venv", line):
+                    assert not re.search(r"\S {2,}[^ #]", line.partition("#")[0]), f"{page.name}: {line}"
+
+
+def test_the_installer_is_a_shell_script_that_says_how_it_is_used():
+    script = REPO / "config" / "system" / "install.sh"
+    assert subprocess.run(["sh", "-n", script], check=False).returncode == 0
+    done = subprocess.run(["sh", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "usage: sudo sh install.sh WHEEL" in done.stderr
