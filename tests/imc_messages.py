@@ -10,27 +10,13 @@ from hypothesis import strategies as st
 
 from mavlink_bridge import imc
 from mavlink_bridge.imc.fields import LongRaw, LongText, ManyMessages, OneMessage, Scalar
+from mavlink_bridge.imc.layout import items_of
 
 CAPTURED_FILE = Path(__file__).parent / "data" / "imc" / "captured.txt"
 INTEGERS = {"B": (0, 0xFF), "b": (-128, 127), "H": (0, 0xFFFF), "h": (-32768, 32767)}
 INTEGERS |= {"I": (0, 0xFFFF_FFFF), "i": (-(2**31), 2**31 - 1)}
 UNITS = re.compile(r"_(rad|radps|m|mps|s|ms|pct|v|a|rpm|mib|dm|cmps|deg)$")
 OTHER_NAMES = {"sys_a": "sys_a", "aperture_rad": "angaperture"}
-ITEMS = {
-    (imc.LogBookControl, "msg"): imc.LogBookEntry,
-    (imc.LblConfig, "beacons"): imc.LblBeacon,
-    (imc.Distance, "location"): imc.DeviceState,
-    (imc.Distance, "beam_config"): imc.BeamConfig,
-    (imc.FollowPath, "points"): imc.PathPoint,
-    (imc.FollowTrajectory, "points"): imc.TrajectoryPoint,
-    (imc.PlanSpecification, "variables"): imc.PlanVariable,
-    (imc.PlanSpecification, "maneuvers"): imc.PlanManeuver,
-    (imc.PlanSpecification, "transitions"): imc.PlanTransition,
-    (imc.PlanDBState, "plans_info"): imc.PlanDBInformation,
-    (imc.EntityParameters, "params"): imc.EntityParameter,
-    (imc.SetEntityParameters, "params"): imc.EntityParameter,
-}
-"""What a list holds, where IMC says it; any message elsewhere."""
 SIMPLE = (imc.Goto, imc.Loiter, imc.StationKeeping, imc.Rows, imc.Teleoperation, imc.EntityParameter)
 MANOEUVRES = (imc.Goto, imc.Loiter, imc.StationKeeping, imc.Rows, imc.FollowPath, imc.Teleoperation)
 ARGUMENTS = (imc.PlanSpecification, imc.PlanStatistics, imc.FollowPath, imc.SetEntityParameters, *SIMPLE)
@@ -68,8 +54,9 @@ def _values(wanted: type[imc.Message], name: str, kind: object, depth: int) -> s
         case OneMessage():
             return st.none() | _any(MANOEUVRES if wanted is imc.PlanManeuver else ARGUMENTS, depth)
         case ManyMessages():
-            only = ITEMS.get((wanted, name))
-            return st.lists(_any((only,) if only else SIMPLE, depth), max_size=2 if depth else 0).map(tuple)
+            only = items_of(wanted)[name]
+            held = SIMPLE if only is imc.Message else (only,)
+            return st.lists(_any(held, depth), max_size=2 if depth else 0).map(tuple)
     raise AssertionError(kind)
 
 

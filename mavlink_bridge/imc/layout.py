@@ -42,6 +42,8 @@ class Single:
 
     name: str
     kind: LongText | LongRaw | OneMessage | ManyMessages
+    item: type[Message] = Message
+    """What a list holds; Message itself: any."""
 
 
 Step = Numbers | Single
@@ -49,8 +51,18 @@ Step = Numbers | Single
 
 def kinds_of(message: type[Message]) -> dict[str, Kind]:
     """The fields of a message's class in the wire's order, each with its kind."""
+    return {name: get_args(hint)[-1] for name, hint in _hints(message).items()}
+
+
+def _hints(message: type[Message]) -> dict[str, object]:
     hints = get_type_hints(message, include_extras=True)
-    return {field.name: get_args(hints[field.name])[-1] for field in fields(message)}
+    return {field.name: hints[field.name] for field in fields(message)}
+
+
+def items_of(message: type[Message]) -> dict[str, type[Message]]:
+    """Of each list among a message's fields what it holds; Message itself: any."""
+    lists = {name: get_args(hint)[0] for name, hint in _hints(message).items() if get_args(hint)[-1] == ManyMessages()}
+    return {name: get_args(inner)[0] for name, inner in lists.items()}
 
 
 _STEPS: Final[dict[type[Message], tuple[Step, ...]]] = {}
@@ -67,6 +79,7 @@ def steps_of(message: type[Message]) -> tuple[Step, ...]:
 
 def _steps(message: type[Message]) -> tuple[Step, ...]:
     found: list[Step] = []
+    items = items_of(message)
     for fixed, run in groupby(kinds_of(message).items(), key=lambda item: isinstance(item[1], Scalar)):
         if fixed:
             pairs = [(name, kind.code) for name, kind in run if isinstance(kind, Scalar)]
@@ -74,7 +87,9 @@ def _steps(message: type[Message]) -> tuple[Step, ...]:
             names = tuple(name for name, _ in pairs)
             found.append(Numbers(names, struct.Struct("<" + code), struct.Struct(">" + code)))
         else:
-            found += [Single(name, kind) for name, kind in run if not isinstance(kind, Scalar)]
+            found += [
+                Single(name, kind, items.get(name, Message)) for name, kind in run if not isinstance(kind, Scalar)
+            ]
     return tuple(found)
 
 
@@ -168,11 +183,11 @@ class _Reader:
                 packer = step.big if self._big else step.little
                 values.update(zip(step.names, packer.unpack(self._take(packer.size)), strict=True))
             else:
-                values[step.name] = self._single(step.kind, depth)
+                values[step.name] = self._single(step, depth)
         return wanted(**values)
 
-    def _single(self, kind: LongText | LongRaw | OneMessage | ManyMessages, depth: int) -> object:
-        match kind:
+    def _single(self, step: Single, depth: int) -> object:
+        match step.kind:
             case LongText():
                 return self._take(self._count()).decode("utf-8", "surrogateescape")
             case LongRaw():
@@ -180,16 +195,16 @@ class _Reader:
             case OneMessage():
                 return self._inline(depth)
             case ManyMessages():
-                return self._list(depth)
+                return self._list(step.item, depth)
             case _ as never:
                 assert_never(never)
 
-    def _list(self, depth: int) -> tuple[Message, ...]:
+    def _list(self, wanted: type[Message], depth: int) -> tuple[Message, ...]:
         found = []
         for _ in range(self._count()):
             item = self._inline(depth)
-            if item is None:
-                raise MalformedError("nothing where a message of a list should be")
+            if not isinstance(item, wanted):
+                raise MalformedError(f"a list of {wanted.__name__} holds {type(item).__name__}")
             found.append(item)
             if self.at == _NOTHING:
                 break

@@ -139,6 +139,15 @@ def test_fields_that_do_not_fit_are_counted(payload):
     assert counters.malformed == 1
 
 
+def test_a_list_that_holds_something_else_than_it_may_is_malformed():
+    """An Abort among the parameters: whoever reads the list would trip over it."""
+    found, counters = read(sealed(804, b"\x01\x00x" + struct.pack("<HH", 1, 550)))
+    assert found == []
+    assert counters.malformed == 1
+    found, counters = read(sealed(804, b"\x01\x00x" + struct.pack("<HH", 1, 4711)))
+    assert counters.malformed == 1
+
+
 def test_messages_inside_messages_end_somewhere():
     """A packet of control requests, each the argument of the one before, would otherwise exhaust the stack."""
     inner = struct.pack("<HBBHHH", 559, 0, 0, 0, 0, 0)
