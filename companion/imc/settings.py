@@ -12,7 +12,7 @@ from mavlink_bridge.imc import SystemType
 
 from ..core.config import Config
 from ..io.links import LinkConfigError, check_link
-from .desk.config import DeskConfig
+from .desk_config import DeskConfig
 
 OTTER: Final = ("otter", 0x0803)
 """Name and id of the vessel that every console of LSTS' knows."""

@@ -15,7 +15,7 @@ from ...imc.settings import ImcSettings, as_otter, mistakes
 from ...io.clock import SystemClock
 from ...io.imc_sockets import ImcSockets
 from ...io.loop import StopFlag, run
-from ...settings import load
+from ...settings.reading import read_model
 from ..numbers import positive
 
 log = logging.getLogger(__name__)
@@ -70,7 +70,7 @@ def command(arguments: argparse.Namespace) -> int:
 
 def _settings(arguments: argparse.Namespace, path: str) -> ImcSettings:
     source = Path(path) if path else shipped.path("imc.toml")
-    settings = load(source, arguments.set, ImcSettings, further=mistakes)
+    settings = read_model(source, arguments.set, ImcSettings, further=mistakes)
     return as_otter(settings) if arguments.persona else settings
 
 

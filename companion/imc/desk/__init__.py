@@ -1,6 +1,6 @@
 """What a console may ask of the vessel: plans kept and sailed, sticks, limits, parameters, and who commands."""
 
-from .config import DeskConfig
+from ..desk_config import DeskConfig
 from .desk import Desk
 from .entities import parameter_file
 

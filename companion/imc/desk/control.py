@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 from mavlink_bridge import imc
 from mavlink_bridge.mavlink.client import Autopilot, Outcome, VehicleClient
 
-from .config import DeskConfig
+from ..desk_config import DeskConfig
 from .engine import Abort, Engine, Phase
 from .limits_desk import LimitsDesk
 from .maneuvers import Means

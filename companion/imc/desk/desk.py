@@ -15,9 +15,9 @@ from mavlink_bridge.imc.system import Asker, Outgoing
 from mavlink_bridge.mavlink.client import VehicleClient
 from mavlink_bridge.mavlink.persona import ParamTable
 
+from ..desk_config import DeskConfig
 from ..view import PlanView
 from .authority import Authority, Console
-from .config import DeskConfig
 from .control import Control
 from .engine import Engine
 from .entities import Parts

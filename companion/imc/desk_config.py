@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from ...core.config import Config
+from ..core.config import Config
 
 
 class DeskConfig(Config):
