@@ -55,7 +55,7 @@ class Part:
 
 
 def make_node(*parts: Part) -> Node:
-    node = Node(NodeConfig(imc_id=BOAT_ID, name="boat", uid=77, version="1"), parts)
+    node = Node(NodeConfig(imc_id=BOAT_ID, name="boat", uid=77), parts)
     node.utc_ahead_us = round(UTC_S * 1e6)
     node.udp = (Udp("10.77.0.2", 6002),)
     node.tcp = (Udp("10.77.0.2", 6002),)

@@ -8,13 +8,9 @@ from ..io.imc_sockets import ImcSockets
 from .settings import TYPES, ImcSettings
 
 
-def make_node(settings: ImcSettings, *, uid: int, version: str) -> Node:
+def make_node(settings: ImcSettings, *, uid: int) -> Node:
     """The system as it announces itself, without its parts."""
-    return Node(
-        NodeConfig(
-            imc_id=settings.imc_id, name=settings.name, system_type=TYPES[settings.type], uid=uid, version=version
-        )
-    )
+    return Node(NodeConfig(imc_id=settings.imc_id, name=settings.name, system_type=TYPES[settings.type], uid=uid))
 
 
 def refresh(node: Node, sockets: ImcSockets, now_us: int, utc_us: int | None) -> None:

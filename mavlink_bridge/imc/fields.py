@@ -6,22 +6,47 @@ here knows bytes; ``layout.py`` reads the annotations.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final, TypeVar
+from dataclasses import dataclass, fields
+from typing import Annotated, ClassVar, Final, TypeVar, dataclass_transform
 
 NULL_MESSAGE: Final = 0xFFFF
 """Stands on the wire for an inline message that is not there."""
 
 
-@dataclass(frozen=True)
+Made = TypeVar("Made")
+
+
+@dataclass_transform(frozen_default=True)
+def message(made: type[Made]) -> type[Made]:
+    """Make a class a frozen dataclass that takes equality and text from ``Message``.
+
+    Seventy classes with methods of their own each would cost a start a third of its time.
+    """
+    return dataclass(frozen=True, eq=False, repr=False)(made)
+
+
+@message
 class Message:
     """An IMC message without its header. Every field has a default, so that a maker names only what it means."""
 
     NUMBER: ClassVar[int] = NULL_MESSAGE
     """The message's id on the wire."""
 
+    def _values(self) -> tuple[object, ...]:
+        return tuple(getattr(self, field.name) for field in fields(self))
 
-@dataclass(frozen=True)
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and isinstance(other, Message) and other._values() == self._values()
+
+    def __hash__(self) -> int:
+        return hash((self.NUMBER, self._values()))
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{field.name}={getattr(self, field.name)!r}" for field in fields(self))
+        return f"{type(self).__name__}({told})"
+
+
+@message
 class Unknown(Message):
     """A message whose number the table does not have.
 

@@ -49,7 +49,6 @@ class NodeConfig:
     system_type: int = SystemType.USV
     uid: int = 0
     """Tells one start of the process from the next."""
-    version: str = ""
 
 
 @dataclass(frozen=True)
@@ -246,7 +245,7 @@ class Node:
             lat_rad=position.lat_rad,
             lon_rad=position.lon_rad,
             height_m=position.height_m,
-            services=services_text(config.uid, config.version, self.udp, self.tcp),
+            services=services_text(config.uid, self.udp, self.tcp),
         )
 
     def _collect(self, now_us: int) -> None:

@@ -21,9 +21,9 @@ _LONGEST: Final = 4096
 """Characters of a services text that are looked at: some hundred addresses."""
 
 
-def services_text(uid: int, version: str, udp: Iterable[Udp], tcp: Iterable[Udp] = ()) -> str:
+def services_text(uid: int, udp: Iterable[Udp], tcp: Iterable[Udp] = ()) -> str:
     """What our Announce says. ``uid`` tells a console that we started anew, so it is the same as long as the process lives."""
-    found = [f"usv://0.0.0.0/uid/{uid}", f"usv://0.0.0.0/version/{version}", f"imc+info://0.0.0.0/version/{VERSION}"]
+    found = [f"usv://0.0.0.0/uid/{uid}", f"imc+info://0.0.0.0/version/{VERSION}"]
     found += [f"imc+udp://{place.host}:{place.port}/" for place in udp]
     found += [f"imc+tcp://{place.host}:{place.port}/" for place in tcp]
     return ";".join(found)

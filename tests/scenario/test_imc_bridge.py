@@ -94,7 +94,7 @@ class Voyage:
         self.world = World(load(config.path("sim.toml"), list(overrides), SimSettings), 1)
         self.settings = ImcSettings(store="", **settings)
         self.net = Net()
-        node = make_node(self.settings, uid=5, version="test")
+        node = make_node(self.settings, uid=5)
         refresh(node, self.net, 0, round(UTC_S * 1e6))
         self.bridge = compose(
             self.settings,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
-import secrets
-from importlib.metadata import version
+import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,7 +13,6 @@ import config as shipped
 from ...imc.settings import ImcSettings, as_otter, mistakes
 from ...io.clock import SystemClock
 from ...io.imc_sockets import ImcSockets
-from ...io.loop import StopFlag, run
 from ...settings.reading import read_model
 from ..numbers import positive
 
@@ -52,12 +50,13 @@ def command(arguments: argparse.Namespace) -> int:
     sockets = ImcSockets(settings.listen, settings.udp_port, settings.tcp_port)
     from ...imc.announcing import make_node, refresh
 
-    node = make_node(settings, uid=secrets.randbits(48), version=version("usv-companion"))
+    node = make_node(settings, uid=int.from_bytes(os.urandom(6), "big"))
     sockets.look()
     refresh(node, sockets, clock.now_us(), clock.utc_us())
     sockets.send(node.take(clock.now_us()))
     from ...imc.bridge import PERIOD_US
-    from ...imc.compose import compose  # after the first announcement: it takes as long as all before it
+    from ...imc.compose import compose  # after the first announcement: all this takes as long as what was before it
+    from ...io.loop import StopFlag, run
 
     bridge = compose(settings, node, sockets, clock.utc_us)
     _greet(settings, sockets)

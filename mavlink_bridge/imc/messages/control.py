@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-from ..fields import F32, F64, U8, U16, U32, Message, Text
+from ..fields import F32, F64, U8, U16, U32, Message, Text, message
 
 
-@dataclass(frozen=True)
+@message
 class RemoteActionsRequest(Message):
     """Which axes and buttons a vehicle has: ``Thrust=Axis;Stop=Button``."""
 
@@ -18,7 +17,7 @@ class RemoteActionsRequest(Message):
     actions: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class RemoteActions(Message):
     """Where the sticks are: ``Thrust=64;Heading=-12``, axes -127...127, buttons 0 or 1."""
 
@@ -26,7 +25,7 @@ class RemoteActions(Message):
     actions: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class ManeuverControlState(Message):
     NUMBER: ClassVar[int] = 470
     state: U8 = 0
@@ -36,7 +35,7 @@ class ManeuverControlState(Message):
     info: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class VehicleState(Message):
     """The mode that a console shows; without it a system counts as not connected."""
 
@@ -61,7 +60,7 @@ class VehicleState(Message):
     """UTC, s since 1970; -1 none."""
 
 
-@dataclass(frozen=True)
+@message
 class OperationalLimits(Message):
     """What the vehicle may not do; ``mask`` says which fields mean anything."""
 
@@ -83,12 +82,12 @@ class OperationalLimits(Message):
     length_m: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class GetOperationalLimits(Message):
     NUMBER: ClassVar[int] = 505
 
 
-@dataclass(frozen=True)
+@message
 class Abort(Message):
     """Stop, whatever runs. Sent once; nothing is answered."""
 

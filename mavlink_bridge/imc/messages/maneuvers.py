@@ -5,13 +5,12 @@ A field whose unit is told by another field (speed, with speed_units) has none i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-from ..fields import F32, F64, U8, U16, ListOf, Message, Text
+from ..fields import F32, F64, U8, U16, ListOf, Message, Text, message
 
 
-@dataclass(frozen=True)
+@message
 class Goto(Message):
     NUMBER: ClassVar[int] = 450
     timeout_s: U16 = 0
@@ -27,14 +26,14 @@ class Goto(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class Teleoperation(Message):
     NUMBER: ClassVar[int] = 452
     custom: Text = ""
     """``src=16385``: the console that holds the sticks."""
 
 
-@dataclass(frozen=True)
+@message
 class Loiter(Message):
     NUMBER: ClassVar[int] = 453
     timeout_s: U16 = 0
@@ -56,7 +55,7 @@ class Loiter(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class Rows(Message):
     """Parallel tracks over a rectangle."""
 
@@ -80,7 +79,7 @@ class Rows(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class PathPoint(Message):
     """North, east and down from the manoeuvre's own position."""
 
@@ -90,7 +89,7 @@ class PathPoint(Message):
     z_m: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class FollowPath(Message):
     NUMBER: ClassVar[int] = 457
     timeout_s: U16 = 0
@@ -104,7 +103,7 @@ class FollowPath(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class YoYo(Message):
     NUMBER: ClassVar[int] = 459
     timeout_s: U16 = 0
@@ -119,12 +118,12 @@ class YoYo(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class TeleoperationDone(Message):
     NUMBER: ClassVar[int] = 460
 
 
-@dataclass(frozen=True)
+@message
 class StationKeeping(Message):
     NUMBER: ClassVar[int] = 461
     lat_rad: F64 = 0.0
@@ -139,7 +138,7 @@ class StationKeeping(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class TrajectoryPoint(Message):
     NUMBER: ClassVar[int] = 464
     x_m: F32 = 0.0
@@ -148,7 +147,7 @@ class TrajectoryPoint(Message):
     t_s: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class FollowTrajectory(Message):
     NUMBER: ClassVar[int] = 463
     timeout_s: U16 = 0
@@ -162,7 +161,7 @@ class FollowTrajectory(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class CommsRelay(Message):
     NUMBER: ClassVar[int] = 472
     lat_rad: F64 = 0.0
@@ -175,7 +174,7 @@ class CommsRelay(Message):
     move_threshold_m: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class CompassCalibration(Message):
     NUMBER: ClassVar[int] = 475
     timeout_s: U16 = 0
@@ -193,7 +192,7 @@ class CompassCalibration(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class Launch(Message):
     NUMBER: ClassVar[int] = 485
     timeout_s: U16 = 0
@@ -206,7 +205,7 @@ class Launch(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class RowsCoverage(Message):
     NUMBER: ClassVar[int] = 488
     lat_rad: F64 = 0.0
@@ -228,7 +227,7 @@ class RowsCoverage(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class FollowPoint(Message):
     NUMBER: ClassVar[int] = 494
     target: Text = ""
@@ -241,7 +240,7 @@ class FollowPoint(Message):
     custom: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class StationKeepingExtended(Message):
     """StationKeeping; with ``KEEP_SAFE`` an underwater vehicle waits below and comes up now and then."""
 

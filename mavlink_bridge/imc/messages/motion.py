@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-from ..fields import F32, F64, I16, U8, U16, U32, ListOf, Message, Text
+from ..fields import F32, F64, I16, U8, U16, U32, ListOf, Message, Text, message
 
 
-@dataclass(frozen=True)
+@message
 class SimulatedState(Message):
     """What a simulator knows to be true; the fields of EstimatedState and the stream's velocity."""
 
@@ -33,25 +32,25 @@ class SimulatedState(Message):
     svz_mps: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class Rpm(Message):
     NUMBER: ClassVar[int] = 250
     value_rpm: I16 = 0
 
 
-@dataclass(frozen=True)
+@message
 class Voltage(Message):
     NUMBER: ClassVar[int] = 251
     value_v: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class Current(Message):
     NUMBER: ClassVar[int] = 252
     value_a: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class GpsFix(Message):
     """One fix of a receiver; ``validity`` says which fields mean anything."""
 
@@ -78,7 +77,7 @@ class GpsFix(Message):
     vacc_m: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class EulerAngles(Message):
     NUMBER: ClassVar[int] = 254
     time_s: F64 = 0.0
@@ -89,7 +88,7 @@ class EulerAngles(Message):
     psi_magnetic_rad: F64 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class DeviceState(Message):
     """Where a device is mounted, from the vehicle's centre."""
 
@@ -102,14 +101,14 @@ class DeviceState(Message):
     psi_rad: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class BeamConfig(Message):
     NUMBER: ClassVar[int] = 283
     beam_width_rad: F32 = 0.0
     beam_height_rad: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class Distance(Message):
     """A range, here an echo sounder's."""
 
@@ -121,7 +120,7 @@ class Distance(Message):
     value_m: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class FuelLevel(Message):
     NUMBER: ClassVar[int] = 279
     value_pct: F32 = 0.0
@@ -130,7 +129,7 @@ class FuelLevel(Message):
     """What the fuel would do for: ``Motion=6.5;Idle=20.0``, h."""
 
 
-@dataclass(frozen=True)
+@message
 class SetThrusterActuation(Message):
     NUMBER: ClassVar[int] = 301
     id: U8 = 0
@@ -138,14 +137,14 @@ class SetThrusterActuation(Message):
     """-1...1, 0 stopped."""
 
 
-@dataclass(frozen=True)
+@message
 class SetServoPosition(Message):
     NUMBER: ClassVar[int] = 302
     id: U8 = 0
     value_rad: F32 = 0.0
 
 
-@dataclass(frozen=True)
+@message
 class EstimatedState(Message):
     """Position is ``lat_rad``, ``lon_rad`` displaced by ``x_m`` north and ``y_m`` east."""
 
@@ -173,7 +172,7 @@ class EstimatedState(Message):
     """Water under the vehicle; -1 unknown."""
 
 
-@dataclass(frozen=True)
+@message
 class DesiredPath(Message):
     NUMBER: ClassVar[int] = 406
     path_ref: U32 = 0
@@ -191,7 +190,7 @@ class DesiredPath(Message):
     flags: U8 = 0
 
 
-@dataclass(frozen=True)
+@message
 class PathControlState(Message):
     """Where the vehicle is on its path: ``x_m`` to go along it, ``y_m`` off it, starboard positive."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-from ..fields import F32, F64, I32, U8, U16, U32, Inline, ListOf, Message, Raw, Text
+from ..fields import F32, F64, I32, U8, U16, U32, Inline, ListOf, Message, Raw, Text, message
 
 
-@dataclass(frozen=True)
+@message
 class PlanVariable(Message):
     NUMBER: ClassVar[int] = 561
     name: Text = ""
@@ -19,7 +18,7 @@ class PlanVariable(Message):
     """A ``VariableAccess``."""
 
 
-@dataclass(frozen=True)
+@message
 class PlanManeuver(Message):
     """One node of a plan: a manoeuvre under its name."""
 
@@ -30,7 +29,7 @@ class PlanManeuver(Message):
     end_actions: ListOf[Message] = ()
 
 
-@dataclass(frozen=True)
+@message
 class PlanTransition(Message):
     NUMBER: ClassVar[int] = 553
     source_man: Text = ""
@@ -40,7 +39,7 @@ class PlanTransition(Message):
     actions: ListOf[Message] = ()
 
 
-@dataclass(frozen=True)
+@message
 class PlanSpecification(Message):
     NUMBER: ClassVar[int] = 551
     plan_id: Text = ""
@@ -54,7 +53,7 @@ class PlanSpecification(Message):
     end_actions: ListOf[Message] = ()
 
 
-@dataclass(frozen=True)
+@message
 class PlanDB(Message):
     """A request about the vehicle's plans, or the answer to one."""
 
@@ -69,7 +68,7 @@ class PlanDB(Message):
     info: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class PlanDBInformation(Message):
     NUMBER: ClassVar[int] = 558
     plan_id: Text = ""
@@ -83,7 +82,7 @@ class PlanDBInformation(Message):
     """Of the plan's fields, little-endian, without header and CRC."""
 
 
-@dataclass(frozen=True)
+@message
 class PlanDBState(Message):
     NUMBER: ClassVar[int] = 557
     plan_count: U16 = 0
@@ -96,7 +95,7 @@ class PlanDBState(Message):
     plans_info: ListOf[PlanDBInformation] = ()
 
 
-@dataclass(frozen=True)
+@message
 class PlanControl(Message):
     """A request about the execution of a plan, or the answer to one."""
 
@@ -113,7 +112,7 @@ class PlanControl(Message):
     info: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class PlanControlState(Message):
     NUMBER: ClassVar[int] = 560
     state: U8 = 0
@@ -132,7 +131,7 @@ class PlanControlState(Message):
     """An ``Outcome``."""
 
 
-@dataclass(frozen=True)
+@message
 class PlanStatistics(Message):
     NUMBER: ClassVar[int] = 564
     plan_id: Text = ""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
-from ..fields import F32, F64, I8, I16, U8, U16, U32, ListOf, Message, Raw, Text
+from ..fields import F32, F64, I8, I16, U8, U16, U32, ListOf, Message, Raw, Text, message
 
 
-@dataclass(frozen=True)
+@message
 class EntityState(Message):
     """How one part of a system is, in words."""
 
@@ -20,7 +19,7 @@ class EntityState(Message):
     description: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class EntityInfo(Message):
     NUMBER: ClassVar[int] = 3
     id: U8 = 0
@@ -30,7 +29,7 @@ class EntityInfo(Message):
     deact_time_s: U16 = 0
 
 
-@dataclass(frozen=True)
+@message
 class EntityList(Message):
     """Names of a system's entities: ``Daemon=0;Navigation=1``."""
 
@@ -40,13 +39,13 @@ class EntityList(Message):
     list: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class CpuUsage(Message):
     NUMBER: ClassVar[int] = 7
     value_pct: U8 = 0
 
 
-@dataclass(frozen=True)
+@message
 class EntityActivationState(Message):
     NUMBER: ClassVar[int] = 14
     state: U8 = 0
@@ -54,14 +53,14 @@ class EntityActivationState(Message):
     error: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class StorageUsage(Message):
     NUMBER: ClassVar[int] = 100
     available_mib: U32 = 0
     value_pct: U8 = 0
 
 
-@dataclass(frozen=True)
+@message
 class LoggingControl(Message):
     NUMBER: ClassVar[int] = 102
     op: U8 = 0
@@ -69,7 +68,7 @@ class LoggingControl(Message):
     name: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class LogBookEntry(Message):
     """One line of a system's log book."""
 
@@ -82,7 +81,7 @@ class LogBookEntry(Message):
     text: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class LogBookControl(Message):
     NUMBER: ClassVar[int] = 104
     command: U8 = 0
@@ -92,12 +91,12 @@ class LogBookControl(Message):
     msg: ListOf[LogBookEntry] = ()
 
 
-@dataclass(frozen=True)
+@message
 class Heartbeat(Message):
     NUMBER: ClassVar[int] = 150
 
 
-@dataclass(frozen=True)
+@message
 class Announce(Message):
     """Who a system is, where, and by which addresses it can be spoken to."""
 
@@ -114,14 +113,14 @@ class Announce(Message):
     """Addresses as URLs with ``;`` between them."""
 
 
-@dataclass(frozen=True)
+@message
 class TextMessage(Message):
     NUMBER: ClassVar[int] = 160
     origin: Text = ""
     text: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class LblBeacon(Message):
     NUMBER: ClassVar[int] = 202
     beacon: Text = ""
@@ -133,7 +132,7 @@ class LblBeacon(Message):
     transponder_delay_ms: U8 = 0
 
 
-@dataclass(frozen=True)
+@message
 class LblConfig(Message):
     NUMBER: ClassVar[int] = 203
     op: U8 = 0
@@ -141,7 +140,7 @@ class LblConfig(Message):
     beacons: ListOf[LblBeacon] = ()
 
 
-@dataclass(frozen=True)
+@message
 class StateReport(Message):
     """A system's state in 24 bytes, for slow links."""
 
@@ -164,14 +163,14 @@ class StateReport(Message):
     plan_checksum: U16 = 0
 
 
-@dataclass(frozen=True)
+@message
 class EntityParameter(Message):
     NUMBER: ClassVar[int] = 801
     name: Text = ""
     value: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class EntityParameters(Message):
     """The answer to a query: what an entity's parameters are now."""
 
@@ -181,7 +180,7 @@ class EntityParameters(Message):
     params: ListOf[EntityParameter] = ()
 
 
-@dataclass(frozen=True)
+@message
 class QueryEntityParameters(Message):
     NUMBER: ClassVar[int] = 803
     name: Text = ""
@@ -189,20 +188,20 @@ class QueryEntityParameters(Message):
     scope: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class SetEntityParameters(Message):
     NUMBER: ClassVar[int] = 804
     name: Text = ""
     params: ListOf[EntityParameter] = ()
 
 
-@dataclass(frozen=True)
+@message
 class SaveEntityParameters(Message):
     NUMBER: ClassVar[int] = 805
     name: Text = ""
 
 
-@dataclass(frozen=True)
+@message
 class MessagePart(Message):
     """A piece of a packet that was too long for its carrier."""
 
