@@ -131,17 +131,15 @@ def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_u
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(200))
 def test_two_hundred_trials_with_faults_stay_inside(seed):
-    """A sensor falls silent, a thruster dies, an operator stops it, or nothing happens; the file may be wrong by half."""
+    """A sensor falls silent, an operator stops it, or nothing happens. A dead thruster needs the law: scenario/test_sea_trial.py."""
     dice = random.Random(seed)
     boat = Boat(TrialConfig(radius_m=dice.uniform(40.0, 100.0), quick=True), seed=seed)
     boat.trial.confirm()
     boat.sail(dice.uniform(10.0, 400.0))
-    fault = dice.choice(("silent", "thruster", "order", "none"))
+    fault = dice.choice(("silent", "order", "none"))
     if fault == "silent":
         for _ in range(40):
             boat.tick(EstimatedState(boat.now_us))
-    elif fault == "thruster":
-        boat.hull.thruster_health[dice.randrange(2)] = 0.0
     elif fault == "order":
         boat.trial.end("ordered")
     boat.sail(900.0)

@@ -219,7 +219,9 @@ class Navigator:
             return self._middle
         if output.told is Told.RUNNING:
             return Measured(output.surge, output.yaw)
-        self._trial, self._hold = None, None
+        middle = self._middle
+        self._trial = None
+        self._hold = None if middle is None else (middle.maneuver.lat_rad, middle.maneuver.lon_rad)
         return None
 
     def sticks(self, request: ManualInput, now_us: int) -> None:
