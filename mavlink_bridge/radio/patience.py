@@ -20,6 +20,8 @@ _EAGER_US: Final = 50_000
 """The first wait of an order has nothing to spare: two tries have to fit the second and a half of a station's patience."""
 _PATIENT_TRIES: Final = 14
 _LONG_TRY: Final = 2
+STORING_US: Final = 200_000
+"""A plan is answered when it is stored, some ticks later than an order; a repeat in between meets the answer on the air."""
 _EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
 """Refusals of these come with words."""
 
@@ -49,6 +51,8 @@ class Patience:
     def of(self, item: Outgoing) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
         base_us = max(self.answer_us(), self._slowest_us)
+        if item.kind is Kind.PLAN:
+            base_us += STORING_US
         if item.tries == _LONG_TRY and item.kind in _EXPLAINED:
             # nothing came to two questions: perhaps it does, with a reason, and our repeats meet it
             base_us = max(base_us, self.longest_us())

@@ -297,3 +297,18 @@ def test_what_the_vessel_refuses_is_said_in_its_words_and_leaves_nothing_armed()
     rig.run(1.0)
     assert not rig.snapshot.armed
     assert (rig.view().state, rig.view().last_outcome) == (READY, imc.Outcome.FAILURE)
+
+
+def test_a_plan_that_is_started_in_the_tick_that_loads_it_is_held_against_the_fence() -> None:
+    """Found here: load, arm and start in one go came before the vessel had looked at the new plan."""
+    rig = Rig()
+    area = imc.OperationalLimits(
+        mask=int(imc.LimitsMask.AREA), width_m=60.0, length_m=120.0, orientation_rad=0.0, **rig.place(0.0, 0.0)
+    )
+    rig.console.send(area)
+    rig.run(3.0)
+    refused = rig.console.sail(plan("out", rig.goto(100.0, 0.0, 0.9)))
+    assert not ok(refused)
+    assert "outside the fence" in refused.info
+    rig.run(1.0)
+    assert not rig.snapshot.armed

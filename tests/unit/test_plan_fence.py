@@ -58,7 +58,7 @@ def ask(areas, *items, first=0, here=None, from_here=True, config=None):
     fence = Fence(config or FenceConfig())
     fence.load(areas)
     check = PlanFence(fence)
-    check.step(0, PlanSpecification(tuple(items), 1), here or state(), 20.0)
+    check.renew(PlanSpecification(tuple(items), 1), here or state(), 20.0)
     return check.refusal(here or state(), first, from_here=from_here)
 
 

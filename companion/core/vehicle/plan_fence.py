@@ -57,7 +57,7 @@ class Trespass:
 
 
 class PlanFence:
-    """Keeps the check up to date. ``step`` each tick; ``refusal`` when somebody wants to start."""
+    """Keeps the check up to date. ``step`` each tick; ``renew`` and ``refusal`` when somebody wants to start."""
 
     def __init__(self, fence: Fence) -> None:
         self._fence = fence
@@ -65,6 +65,7 @@ class PlanFence:
         self._scan: Iterator[Trespass | None] | None = None
         self._found: list[Trespass] = []
         self._plan = PlanSpecification()
+        self._is_new = False
         self._tell_us: int | None = None
         self._told: Trespass | None = None
 
@@ -72,10 +73,9 @@ class PlanFence:
         self, now_us: int, plan: PlanSpecification, state: EstimatedState, loiter_radius_m: float
     ) -> tuple[Severity, str] | None:
         """Go on with the check; return a text when something is to be said."""
-        key = (plan, self._fence.version, self._fence.enabled, state.origin_lat_rad, state.origin_lon_rad)
-        if key != self._key:
-            self._begin(key, plan, state, loiter_radius_m)
-            self._tell_us = now_us + SETTLE_US
+        self.renew(plan, state, loiter_radius_m)
+        if self._is_new:
+            self._is_new, self._tell_us = False, now_us + SETTLE_US
         if self._scan is not None:
             self._go_on(LEGS_A_TICK)
         if self._scan is not None or self._tell_us is None or now_us < self._tell_us:
@@ -87,6 +87,13 @@ class PlanFence:
             return None
         self._told = found
         return Severity.WARNING, f"Plan: {found.text}; it will not be started"
+
+    def renew(self, plan: PlanSpecification, state: EstimatedState, loiter_radius_m: float) -> None:
+        """Begin anew when plan or fence are others than those looked at. A start may come in the tick in which its plan was loaded."""
+        key = (plan, self._fence.version, self._fence.enabled, state.origin_lat_rad, state.origin_lon_rad)
+        if key != self._key:
+            self._begin(key, plan, state, loiter_radius_m)
+            self._is_new = True
 
     def trespasses(self) -> tuple[Trespass, ...]:
         """Everything that is wrong with the plan, in its order. Finishes the check."""

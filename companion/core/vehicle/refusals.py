@@ -82,6 +82,9 @@ def start_refusal(controls: Controls, first: int | None = None, *, from_here: bo
     """Return why the plan must not be sailed from item ``first`` (None: where it stands) on, or an empty string."""
     if first is None:
         first = 0 if controls.parts.mission.state is PlanState.COMPLETE else controls.parts.mission.seq
+    controls.parts.plan_fence.renew(
+        controls.parts.mission.plan, controls.state, controls.config.guidance.loiter_radius_m
+    )
     fence = controls.parts.plan_fence.refusal(controls.state, first, from_here=from_here)
     refusal = f"{fence}; {insist.FENCE}" if fence and from_here else fence
     return refusal or (controls.reach_refusal(first) if from_here else "")

@@ -114,7 +114,10 @@ class Control:
         return given
 
     def _by_hand(self, request: imc.PlanControl, answered: Answer, now_us: int, *, sail: bool) -> None:
-        if sail:
+        vehicle = self._client.vehicle
+        if vehicle is not None and vehicle.by_radio:
+            answered(imc.ReplyType.FAILURE, "sticks do not cross the radio: teleoperation needs a direct link")
+        elif sail:
             name = request.plan_id or "teleoperation-mode"
             self._engine.steer_by_hand(name, self._once(answered, "teleoperation: the sticks steer", ""), now_us)
         else:

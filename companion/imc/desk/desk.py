@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from mavlink_bridge import imc
@@ -63,7 +64,7 @@ class Desk:
         self.authority = Authority(config.console_timeout_s, config.commander_ids, _console(kept.get("commander")))
         self._repeats = Repeats(kept.get("orders"))
         self._shelf = Shelf(config.max_plans, kept.get("plans"))
-        helm = Helm(client, answer_s=config.answer_s, may_arm=config.may_arm)
+        self._helm = helm = Helm(client, answer_s=config.answer_s, may_arm=config.may_arm)
         self._params = ParamsDesk(client, helm, Parts(params), self._answer, self.say)
         self._limits = LimitsDesk(
             client, helm, self._params, restored(kept.get("limits")), answer=self._answer, say=self.say, keep=self.keep
@@ -88,7 +89,8 @@ class Desk:
 
     def heard(self, asker: Asker, now_us: int) -> None:
         """A console gave a sign of life. Only the one that commands counts for the vessel."""
-        if self.authority.heard(_console_of(asker), now_us) and not self._config.read_only:
+        commands = self.authority.heard(_console_of(asker), now_us)
+        if commands and not self._config.read_only and not self._helm.is_loading:
             self._client.present()
 
     def met(self, asker: Asker, now_us: int) -> None:
@@ -257,7 +259,6 @@ class Desk:
         before = self.authority.take(console, self._now_us)
         if before is not None:
             self.say(4, f"{console} commands now, not {before}")
-        self._client.present()
 
     def _is_again(self, request: imc.PlanDB | imc.PlanControl, asker: Asker) -> bool:
         """Whether a request was taken before; a repeat gets its answer again. What stops is obeyed each time."""
@@ -270,6 +271,9 @@ class Desk:
             return False
         if case.answer is not None:
             self._answer(case.answer, asker, DATABASE if isinstance(request, imc.PlanDB) else ENGINE)
+        elif case.is_restored and isinstance(request, imc.PlanControl):
+            lost = replace(request, type=int(imc.ReplyType.FAILURE), arg=None, info=RESTARTED)
+            self._finish(request, lost, asker, ENGINE)
         return True
 
     def _finish(
@@ -292,6 +296,7 @@ class Desk:
 READ_ONLY: Final = "consoles command nothing here (read_only)"
 OLD_S: Final = 10.0
 """An order that was on its way for so long may no longer be meant."""
+RESTARTED: Final = "the bridge was restarted over it: look at the state, then order anew"
 _OPERATIONS: Final = frozenset(each.value for each in imc.PlanControlOp)
 _HANDLERS: Final[dict[type[imc.Message], Callable[[Desk, Any, Asker], None]]] = {
     imc.PlanDB: Desk._plan_db,

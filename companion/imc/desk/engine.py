@@ -84,6 +84,8 @@ class Engine:
         self._error_us: int | None = None
         self._begun_us = 0
         self._ended_us: int | None = None
+        self._astray_us: int | None = None
+        """Since when the vessel has not been sailing the plan that it should."""
         self._has_been_active = False
         self._job: Job | None = None
         self._is_disarming = False
@@ -212,7 +214,7 @@ class Engine:
         settled = self._now_us - self._begun_us > _SETTLE_US
         runs = _sails(vehicle) and vehicle.mission_state in (0, _ACTIVE)
         self._has_been_active = self._has_been_active or runs or settled
-        if not self._has_been_active:
+        if not self._has_been_active or self._may_be_old(vehicle):
             return
         if _is_complete(vehicle, plan):
             self._end(imc.Outcome.SUCCESS, "")
@@ -223,6 +225,14 @@ class Engine:
             self._lost(f"the vessel left the plan for {mode}{self._last_words()}")
         else:
             self._enter(plan.stage_of(vehicle.item))
+
+    def _may_be_old(self, vehicle: Vehicle) -> bool:
+        """Whether the vessel's word that it does not sail may be older than its answer to the order: a radio brings them in any order."""
+        if _sails(vehicle):
+            self._astray_us = None
+        elif self._astray_us is None:
+            self._astray_us = self._now_us
+        return vehicle.by_radio and self._astray_us is not None and self._now_us - self._astray_us < _SETTLE_US
 
     def _enter(self, stage: Stage) -> None:
         if stage is self._stage:
@@ -258,7 +268,7 @@ class Engine:
         self._client.start(job, ended, self._now_us)
 
     def _begin(self) -> None:
-        self._begun_us, self._has_been_active = self._now_us, False
+        self._begun_us, self._has_been_active, self._astray_us = self._now_us, False, None
 
     def _end(self, outcome: imc.Outcome, error: str) -> None:
         """Nothing runs any more."""

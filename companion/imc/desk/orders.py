@@ -7,16 +7,19 @@ refusal leaves nothing turning. Teleoperation arms in manual mode, where the ves
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import PlanKind
 from mavlink_bridge.mavlink.client import Autopilot, Job, Outcome, Vehicle, VehicleClient, orders, parameters, transfers
-from mavlink_bridge.mavlink.client.exchange import DONE
+from mavlink_bridge.mavlink.client.exchange import DONE, Step
 from mavlink_bridge.mavlink.client.texts import Texts
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 
 from .plan import Plan
 
+_LOOK_S: Final = 0.05
+"""One tick."""
 Values = Sequence[tuple[str, float]]
 """Parameters to set."""
 
@@ -28,6 +31,8 @@ class Helm:
         self._client = client
         self.answer_s = answer_s
         self._may_arm = may_arm
+        self.is_loading = False
+        """A plan is on its way to a vessel that is not armed: nobody needs a sign of life, and a radio has the air for the plan."""
 
     @property
     def vehicle(self) -> Vehicle | None:
@@ -40,18 +45,43 @@ class Helm:
             outcome = yield from self.hold()
             if not outcome.ok:
                 return outcome
-        outcome = yield from self.load(plan)
+        self.is_loading = not vehicle.armed
+        try:
+            outcome = yield from self.load(plan)
+        finally:
+            self.is_loading = False
         if outcome.ok:
             outcome = yield from self.put(values)
         if not outcome.ok:
             return outcome
-        was_armed = self._there().armed
-        outcome = yield from self._arm()
+        if self._there().armed:
+            begun()
+            return (yield from self._sail())
+        return (yield from self._arm_and_sail(begun))
+
+    def _sail(self) -> Job:
+        return orders.start_mission(self._there(), texts=self._texts, answer_s=self.answer_s)
+
+    def _arm_and_sail(self, begun: Callable[[], None]) -> Job:
+        """Both orders go out together: behind a radio each round trip is a second. A start that comes before the arming is said again."""
+        self._client.present()
+        started: list[Outcome] = []
+        sail = self._sail()
+        if self._may_arm:
+            begun()
+            self._client.start(sail, started.append, self._client.now_us)
+        try:
+            outcome = yield from self._arm()
+            while outcome.ok and not started:
+                yield Step(lambda _: (), lambda _: False, _LOOK_S)
+        finally:
+            self._client.give_up("overruled", sail)
         if not outcome.ok:
             return outcome
-        begun()
-        outcome = yield from orders.start_mission(self._there(), texts=self._texts, answer_s=self.answer_s)
-        if not outcome.ok and not was_armed:
+        outcome = started[0]
+        if not outcome.ok and "not armed" in outcome.reason.lower():
+            outcome = yield from self._sail()
+        if not outcome.ok:
             yield from self.disarm(force=False)
         return outcome
 
@@ -69,6 +99,7 @@ class Helm:
 
     def steer_by_hand(self) -> Job:
         """Manual mode, armed."""
+        self._client.present()
         outcome = yield from orders.set_mode(self._there(), Mode.MANUAL, texts=self._texts, answer_s=self.answer_s)
         if not outcome.ok:
             return outcome

@@ -25,6 +25,8 @@ class _Case:
     digest: str
     sent_s: float
     answer: imc.Message | None = None
+    is_restored: bool = False
+    """It was taken before a restart: what became of it is not known."""
 
 
 Key = tuple[int, int, int]
@@ -40,7 +42,9 @@ class Repeats:
         for row in saved if isinstance(saved, list) else ():
             if isinstance(row, list) and len(row) == 5 and all(isinstance(each, int | float | str) for each in row):
                 asker, number, request_id, digest, sent_s = row
-                self._cases[int(asker), int(number), int(request_id)] = _Case(str(digest), float(sent_s))
+                self._cases[int(asker), int(number), int(request_id)] = _Case(
+                    str(digest), float(sent_s), is_restored=True
+                )
                 self._newest[int(asker)] = max(self._newest.get(int(asker), 0.0), float(sent_s))
 
     def seen(self, asker: int, message: imc.PlanDB | imc.PlanControl, sent_s: float) -> _Case | None:

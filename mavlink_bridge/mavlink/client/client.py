@@ -24,6 +24,9 @@ BEAT_US: Final = 950_000
 """A user who beats once a second, with the network's jitter, is passed on beat for beat."""
 HEARD_US: Final = 5_000_000
 """Without a HEARTBEAT for so long the vehicle counts as gone."""
+WHO_TRIES: Final = 6
+WHO_US: Final = 10_000_000
+"""A vehicle that does not say who it is, is asked again this often and so many times."""
 _GCS: Final = 6
 _NO_AUTOPILOT: Final = 8
 _AUTOPILOT_VERSION: Final = 148
@@ -56,6 +59,8 @@ class VehicleClient:
         self.config = config or ClientConfig()
         self.vehicle: Vehicle | None = None
         self.texts_heard = Texts()
+        self.now_us = 0
+        """Of the newest call."""
         signer = Signer(signing, link_id) if signing is not None and signing.key is not None else None
         self._codec = Codec(self.config.system_id, self.config.component_id, link_id, signer)
         policy = TRUSTED if self.config.unsigned or signer is None else SIGNED
@@ -68,13 +73,15 @@ class VehicleClient:
         self._heard_us: int | None = None
         self._beat_us: int | None = None
         self._is_present = False
-        self._has_met = False
+        self._asked_often = 0
+        self._ask_us = 0
         self._has_asked_streams = False
 
     # ---- bytes --------------------------------------------------------------------------------------------------
 
     def receive(self, data: bytes, now_us: int) -> list[Any]:
         """Return the vehicle's messages in ``data`` that may be believed, oldest first."""
+        self.now_us = now_us
         messages = []
         for frame in self._deframer.receive(data, now_us):
             message = self._believe(frame, now_us)
@@ -85,6 +92,7 @@ class VehicleClient:
 
     def take(self, now_us: int, limit: int = 1 << 16) -> bytes:
         """Return at most ``limit`` bytes to send, serving the timers."""
+        self.now_us = now_us
         self._serve(now_us)
         messages, self._queue = self._queue, []
         for message in messages:
@@ -167,9 +175,10 @@ class VehicleClient:
         self._queue += self._exchange.poll(now_us)
 
     def _meet(self, vehicle: Vehicle, now_us: int) -> None:
-        """Ask a new vehicle who it is, and one that streams nothing by itself for what is needed, each once."""
-        if not self._has_met:
-            self._has_met = True
+        """Ask a new vehicle who it is, and one that streams nothing by itself for what is needed."""
+        if vehicle.vendor is None and self._asked_often < WHO_TRIES and now_us >= self._ask_us:
+            self._asked_often += 1
+            self._ask_us = now_us + WHO_US
             self._ask(orders.request_message(vehicle, _AUTOPILOT_VERSION, texts=self.texts_heard, answer_s=3.0), now_us)
         foreign = vehicle.vendor is not None and vehicle.vendor != VENDOR_ID
         if foreign and self._beat_us is not None and not self._has_asked_streams:

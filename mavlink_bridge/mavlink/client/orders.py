@@ -49,7 +49,7 @@ def command(
     """COMMAND_LONG and its final answer. ``answer_s``: given up after so long without one; IN_PROGRESS starts it anew.
 
     ``shows``: a message by which the vehicle shows what was asked for is an answer too, so that nothing is asked for twice whose
-    acknowledgement is lost.
+    acknowledgement is lost. Behind a radio nothing is: there states come later than answers.
     """
     values = [*params, *([0.0] * (7 - len(params)))]
 
@@ -88,17 +88,14 @@ def _refused(result: int, texts: Texts, since: int) -> Job:
 
 
 def set_mode(vehicle: Vehicle, mode: Mode, *, texts: Texts, answer_s: float) -> Job:
+    """Only the answer counts: the mode may be shown already by a state that is older than the order."""
     main, sub = vehicle.numbers_of(mode)
-
-    def shows(message: Any) -> bool:
-        return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is mode
-
-    return command(vehicle, Cmd.DO_SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s, shows=shows)
+    return command(vehicle, Cmd.DO_SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s)
 
 
 def arm(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     def shows(message: Any) -> bool:
-        return message.get_type() == "HEARTBEAT" and bool(message.base_mode & SAFETY_ARMED)
+        return not vehicle.by_radio and message.get_type() == "HEARTBEAT" and bool(message.base_mode & SAFETY_ARMED)
 
     return command(vehicle, Cmd.COMPONENT_ARM_DISARM, 1.0, texts=texts, answer_s=answer_s, shows=shows)
 
@@ -112,7 +109,9 @@ def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     """Sail the plan from its first item. The vehicle must not be in Auto already."""
 
     def shows(message: Any) -> bool:
-        return message.get_type() == "HEARTBEAT" and modes.from_custom_mode(message.custom_mode) is Mode.AUTO
+        if vehicle.by_radio or message.get_type() != "HEARTBEAT":
+            return False
+        return modes.from_custom_mode(message.custom_mode) is Mode.AUTO
 
     return command(vehicle, Cmd.MISSION_START, texts=texts, answer_s=answer_s, shows=shows)
 

@@ -18,6 +18,8 @@ _ARDUPILOT: Final = 3
 _PX4: Final = 12
 COMPLETE: Final = 5
 """MISSION_STATE_COMPLETE."""
+RADIO_AGE: Final = "radio_age"
+"""What only a gateway tells: how old its newest word of the vessel is."""
 
 
 class Autopilot(Enum):
@@ -50,6 +52,8 @@ class Vehicle:
     """CRC-32 of the plan in force, 0 = it does not say."""
     reached: int | None = None
     """Newest MISSION_ITEM_REACHED."""
+    by_radio: bool = False
+    """A gateway speaks for it: what has to be repeated many times a second does not cross."""
 
     @property
     def kind(self) -> Autopilot:
@@ -98,6 +102,8 @@ def hear(vehicle: Vehicle, message: Any) -> Vehicle:
                 mission_state=message.mission_state,
                 mission_id=getattr(message, "mission_id", 0),
             )
+        case "NAMED_VALUE_FLOAT":
+            return replace(vehicle, by_radio=True) if message.name.rstrip("\0") == RADIO_AGE else vehicle
         case "MISSION_ITEM_REACHED":
             return replace(vehicle, reached=message.seq)
         case _:
