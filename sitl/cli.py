@@ -28,7 +28,7 @@ from companion.settings import ConfigError, load, load_vessel
 from companion.status.start import serve
 from companion.worlds import apart, check_run_dir
 
-from . import cli_scenario, imc, rehearsal
+from . import cli_encounters, cli_scenario, imc, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .scenario.autostart import AutoStart, PlanError, read_plan_file
 from .world import SimSettings, World
@@ -68,11 +68,14 @@ def register(subparsers: Any) -> None:
     parser.add_argument("--world-only", action="store_true", help="serve the world to a separate 'companion run'")
     rehearsal.add_arguments(parser)
     cli_scenario.add_arguments(parser)
+    cli_encounters.add_arguments(parser)
     parser.set_defaults(run=command)
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run the simulator; exit status 0 done, 1 a plan did not start, 2 wrong usage."""
+    if arguments.encounters is not None:
+        return cli_encounters.command(arguments)
     if arguments.scenario or arguments.list_scenarios or arguments.campaign or arguments.cluster:
         return cli_scenario.command(arguments)
     arguments.seed = arguments.seed or 0

@@ -123,7 +123,7 @@ class TrafficPicture:
     close: bool = False
     """A vessel is within half the wanted clearance, or about to be."""
     lost: bool = False
-    """A vessel with risk has not been heard for two of her intervals."""
+    """A vessel with risk has not been heard for three of her intervals."""
     person: bool = False
     """A person's beacon is active."""
     range_m: float = 2000.0

@@ -139,6 +139,10 @@ class Actor:
         if faults:
             air.configure(air.config.model_copy(update=faults))
 
+    def _ais(self, change: dict[str, bool | float]) -> None:
+        fleet = self._world.surroundings.fleet
+        fleet.configure(fleet.ais.model_copy(update=change))
+
     def _water(self, change: dict[str, float]) -> None:
         water = self._world.surroundings.plant.water
         water.configure(water.config.model_copy(update=change))
@@ -210,6 +214,7 @@ _FAULTS: Final[dict[str, Callable[[Actor, Any], None]]] = {
     "plug": lambda actor, name: actor._world.vessel_end(name).plug(),
     "radio": Actor._radio,
     "water": Actor._water,
+    "ais": Actor._ais,
     "sticks": Actor._hold,
     "station": Actor._silence,
 }

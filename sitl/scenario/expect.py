@@ -18,6 +18,7 @@ from companion.core.config import Config
 from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Action, GuardState, Mode, PlanState
 from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.language.traffic import Danger, Role
 from mavlink_bridge.language.units import wrap_pi
 
 from .log import Logbook, Row
@@ -69,6 +70,14 @@ class Expect(Config):
     speed_mps_min: float | None = None
     """Over ground: the highest, and the highest must reach."""
     final_speed_mps_max: float | None = None
+    clearance_m_min: float | None = None
+    """To the hull of every other vessel, by the truth."""
+    role: Literal["head_on", "give_way", "stand_on", "overtaking", "overtaken", "obstacle"] | None = None
+    """The vessel takes this role towards another one."""
+    danger: Literal["risk", "close"] | None = None
+    """The vessel tells this of another one."""
+    no_danger: Literal[True] | None = None
+    """It tells nothing of others."""
     neutral_within_s: float | None = Field(None, gt=0)
     """After ``from_s``, measured at the board's pins: thrusters stopped and rudders centred."""
     stays_neutral: Literal[True] | None = None
@@ -241,6 +250,15 @@ def _altitude(rows: Rows) -> float | None:
     return min((row.altitude_m for row in rows if row.altitude_m is not None), default=None)
 
 
+def _clearance(rows: Rows) -> float | None:
+    return min((row.clearance_m for row in rows if row.clearance_m is not None), default=None)
+
+
+def _no_danger(rows: Rows, limit: bool, expect: Expect) -> Verdict:
+    told = next((row for row in rows if row.snapshot.traffic.threats), None)
+    return "none told" if told is None else f"told at {told.t_s:.2f} s", "none told", told is None
+
+
 def _spot(pick: Callable[[list[float]], float], *, inside: bool) -> Judge:
     def judged(rows: Rows, limit: Spot, expect: Expect) -> Verdict:
         found = pick(_away(rows, limit.north_m, limit.east_m))
@@ -324,6 +342,12 @@ QUANTITIES: Final[dict[str, Judge]] = {
     "speed_mps_max": _most(lambda rows: max(row.speed_mps for row in rows)),
     "speed_mps_min": _least(lambda rows: max(row.speed_mps for row in rows)),
     "final_speed_mps_max": _most(lambda rows: rows[-1].speed_mps),
+    "clearance_m_min": _least(_clearance),
+    "role": _happens(lambda snapshot, role: any(each.role is Role[role.upper()] for each in snapshot.traffic.threats)),
+    "danger": _happens(
+        lambda snapshot, danger: any(each.danger is Danger[danger.upper()] for each in snapshot.traffic.threats)
+    ),
+    "no_danger": _no_danger,
     "neutral_within_s": _neutral_within,
     "stays_neutral": _stays_neutral,
     "under_way": _under_way,
@@ -340,4 +364,4 @@ QUANTITIES: Final[dict[str, Judge]] = {
     "action_max": _highest,
     "no_failsafe": _highest,
 }
-_TIMED: Final = ("mode", "item_reached", "text", "cause", "action")
+_TIMED: Final = ("mode", "item_reached", "text", "cause", "action", "role", "danger")

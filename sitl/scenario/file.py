@@ -25,6 +25,7 @@ from mavlink_bridge.language.requests import LoadPlan
 from ..plant import WaterConfig
 from ..radio import RadioConfig
 from ..sensors import SensorFaults
+from ..traffic import AisText, VesselText
 from ..world import SimSettings
 from .autostart import PlanError, read_plan_file
 from .expect import Expect
@@ -92,6 +93,8 @@ class Act(Config):
     plug: str | None = None
     radio: dict[str, bool | int | float] | None = None
     water: dict[str, float] | None = None
+    ais: dict[str, bool | float] | None = None
+    """How the AIS receiver hears from now on: keys of ``world.ais``."""
     station: Literal["silent", "back"] | None = None
     arm: Literal[True] | None = None
     disarm: Literal[True] | None = None
@@ -127,6 +130,7 @@ class Act(Config):
         for name, value in (self.sensor or {}).items():
             SensorFaults().set(name, value)
         _known(self.water, WaterConfig)
+        _known(self.ais, AisText)
         _known({key: value for key, value in (self.radio or {}).items() if key != "jammed"}, RadioConfig)
         return self
 
@@ -150,6 +154,8 @@ class ScenarioText(Config):
     scenario: About
     settings: dict[str, Any] = Field(default_factory=dict)
     plan: PlanText = PlanText()
+    vessel: tuple[VesselText, ...] = Field((), max_length=256)
+    """Other vessels."""
     at: tuple[Act, ...] = ()
     expect: tuple[Expect, ...] = Field(min_length=1)
 
@@ -250,6 +256,8 @@ def _settings(data: dict[str, Any], base: Path | None, overrides: tuple[str, ...
     alone = not (isinstance(about, dict) and about.get("ground_station"))
     items = ["operator.gcs_required=false"] if alone else []
     items += _flat("", written) if isinstance(written, dict) else []
+    if isinstance(data.get("vessel"), list):
+        items.append(f"world.vessels={_toml(data['vessel'])}")
     settings = load(base or shipped.path("sim.toml"), [*items, *overrides], SimSettings)
     for name in {settings.vessel, settings.world.vessel or settings.vessel}:
         load_vessel(name)

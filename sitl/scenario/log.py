@@ -35,6 +35,8 @@ class Row:
     leg: tuple[Point, Point] | None
     path_error_m: float | None
     """To the figure of a loiter once it has been reached; outside a circle is positive."""
+    clearance_m: float | None
+    """To the nearest other vessel's hull; None: there is none."""
     bearing_rad: float | None
     """From the centre of the circle that is sailed."""
 
@@ -49,8 +51,15 @@ class Logbook:
         self._reached = self._current = -1
         self._plan: Sequence[Maneuver] = ()
 
-    def add(self, truth: Truth, snapshot: Snapshot, plan: Sequence[Maneuver], pulses_us: Sequence[float]) -> None:
-        """Take one tick."""
+    def add(
+        self,
+        truth: Truth,
+        snapshot: Snapshot,
+        plan: Sequence[Maneuver],
+        pulses_us: Sequence[float],
+        clearance_m: float | None = None,
+    ) -> None:
+        """Take one tick. ``clearance_m``: to the nearest hull of another vessel."""
         if plan is not self._plan:
             self._plan, self._reached, self._current = plan, -1, -1
         here = (truth.north_m, truth.east_m)
@@ -68,6 +77,7 @@ class Logbook:
                 loiter=loiter,
                 leg=self._leg(item) if isinstance(item, Goto) else None,
                 path_error_m=None if loiter is None else self._path_error_m(loiter, here, snapshot),
+                clearance_m=clearance_m,
                 bearing_rad=None if loiter is None else self._bearing_rad(loiter, here),
             )
         )

@@ -101,7 +101,7 @@ def _note(world: World, log: Logbook, texts: list[str]) -> None:
     if snapshot is None:
         return
     surroundings = world.surroundings
-    log.add(
-        surroundings.truth, snapshot, world.app.vehicle.parts.mission.plan.maneuvers, surroundings.plant.board.pulses_us
-    )
+    truth, plan = surroundings.truth, world.app.vehicle.parts.mission.plan.maneuvers
+    clearance_m = surroundings.fleet.nearest_m(truth.north_m, truth.east_m)
+    log.add(truth, snapshot, plan, surroundings.plant.board.pulses_us, clearance_m)
     texts += [f"{world.now_us * 1e-6:7.2f} s  {text.text}" for text in snapshot.texts]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from .fleet import Fleet
 from .target import Target, VesselText
-from .transmitter import Transmitter
+from .transmitter import AisText
 
-__all__ = ["Target", "Transmitter", "VesselText"]
+__all__ = ["AisText", "Fleet", "Target", "VesselText"]

@@ -118,6 +118,7 @@ class Target:
         north, east = self._route[0][0] - self.north_m, self._route[0][1] - self.east_m
         if math.hypot(north, east) < max(2.0 * self.speed_mps, 5.0):
             self._route.pop(0)
+            self._left_rad = 0.0
             return
         self._left_rad = wrap_pi(math.atan2(east, north) - self.course_rad)
 

@@ -61,7 +61,7 @@ class Transmitter:
     def __init__(self, target: Target, frame: LocalFrame, config: AisText, rng: random.Random) -> None:
         self._target, self._frame, self.config, self._rng = target, frame, config, rng
         self._next_s = rng.uniform(0.0, 5.0)
-        self._static_s = rng.uniform(0.0, 20.0)
+        self._static_s = rng.uniform(0.0, 3.0)
         self._waiting: list[tuple[float, bytes]] = []
         self._sequence = 0
         self.heard_s: list[float] = []

@@ -15,6 +15,7 @@ from ..plant import WaterConfig
 from ..plant.bottom import BottomConfig
 from ..radio import RadioConfig
 from ..sensors import SensorConfig
+from ..traffic import AisText, VesselText
 
 
 class WorldConfig(Config):
@@ -36,6 +37,9 @@ class WorldConfig(Config):
     water: WaterConfig = WaterConfig()
     bottom: BottomConfig = BottomConfig()
     radio: RadioConfig = RadioConfig()
+    ais: AisText = AisText()
+    vessels: tuple[VesselText, ...] = Field((), max_length=256)
+    """Other vessels; a scenario writes them as [[vessel]]."""
 
     @property
     def start_rad(self) -> tuple[float, float]:

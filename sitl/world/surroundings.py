@@ -17,11 +17,15 @@ from companion.io.links import Link, LinkConfigError, Received, open_link
 from companion.radio import load_radio
 
 from ..plant import Truth
+from ..plant.truth import SIM_UTC_START_US
 from ..radio import RadioPair
 from ..radio.air import RadioEnd
+from ..traffic import Fleet
 from .plant import Board, Plant
 from .settings import SimSettings
 
+AIS_LINK: Final = "ais"
+"""Name of the sensor link of an AIS receiver of its own."""
 _RADIO_KEPT: Final = 2_000
 """Packets that a simulation remembers, some half an hour of them: without an end they were 15 MB a day."""
 
@@ -78,6 +82,13 @@ class Surroundings:
         first = settings.sensors[0].name if settings.sensors else ""
         chart = depth_map(settings.depth.map) if settings.world.bottom.kind == "chart" else None
         self.plant = Plant(settings.world, vessel, settings.actuators.board, seed, board, sensor=first, chart=chart)
+        world = settings.world
+        self.fleet = Fleet(world.vessels, world.ais, self.plant.frame, seed)
+        """Other vessels."""
+        names = [item.name for item in settings.sensors]
+        self._ais_at = names.index(AIS_LINK) if AIS_LINK in names else 0
+        """The link that brings AIS; one of that name brings nothing else."""
+        self._ais_alone = AIS_LINK in names
         profile = load_radio(settings.radio.profile)
         radio = settings.world.radio.with_profile(profile.phy, profile.module_header_bytes)
         self.radio = RadioPair(radio, random.Random(f"{seed}/radio"), _RADIO_KEPT)
@@ -107,7 +118,12 @@ class Surroundings:
         sentences, status = self.plant.step(now_us)
         if status and self._board is not None:
             self._board.write(0, status)
-        self._publish(now_us, b"".join(sentences))
+        truth = self.plant.truth
+        if self.fleet.targets:
+            own = truth.north_m, truth.east_m, truth.vn_mps, truth.ve_mps
+            self._publish(now_us, b"".join(sentences), self.fleet.step(now_us, SIM_UTC_START_US + now_us, own))
+        else:
+            self._publish(now_us, b"".join(sentences))
         self._carry_radio(now_us)
         return self.plant.truth
 
@@ -134,8 +150,13 @@ class Surroundings:
         for link in self.links:
             link.close()
 
-    def _publish(self, now_us: int, data: bytes) -> None:
-        for link, channels in self._nmea:
+    def _publish(self, now_us: int, data: bytes, ais: bytes = b"") -> None:
+        """Sensors speak on every link; the AIS receiver on its own (named "ais"), or on the first where there is none."""
+        sensors = data
+        for number, (link, channels) in enumerate(self._nmea):
+            data = sensors
+            if number == self._ais_at:
+                data = ais if self._ais_alone else sensors + ais
             for event in link.poll(now_us):
                 if isinstance(event, Received):
                     continue

@@ -13,7 +13,7 @@ class TrafficFlags:
     traffic_close: bool = False
     """A vessel is within half of the wanted clearance, or will be within 20 s."""
     traffic_lost: bool = False
-    """A vessel with risk has not been heard for two of her intervals."""
+    """A vessel with risk has not been heard for three of her intervals."""
     ais_lost: bool = False
     """A receiver that was heard, or must be, has been silent for a minute."""
     person_in_water: bool = False

@@ -11,6 +11,7 @@ from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.traffic import Danger, Role
+from mavlink_bridge.language.units import clamp
 from mavlink_bridge.language.value import value
 
 from ..ais.reports import StationClass
@@ -25,14 +26,26 @@ SHIP_LENGTH_M: Final = 20.0
 FAR_M: Final = 4000.0
 """Farther away nothing is judged: within the look-ahead not even a fast ship comes so far."""
 _CLOSE_S: Final = 20.0
+_SILENT: Final = 3.0
+"""Of her intervals. One report in five is lost as it is, two in a row in every other meeting."""
+_SLACK_S: Final = 5.0
+"""For reports that come late."""
 _UNDER_WAY_MPS: Final = 0.3
 """Slower we have no course of our own, and so no role."""
 _AXIS_MPS: Final = 0.514
 """One knot: below it a course says nothing of where a bow points."""
 _SHOWN_S: Final = 1200.0
 """How far ahead a closest point is shown, with risk or without."""
-_SURE: Final = 0.5
-"""Share of her uncertainty by which the wanted clearance grows."""
+_SOON_S: Final = 90.0
+_AHEAD: Final = 0.5
+"""Her courses are uncertain ahead as they are behind, but reports still come."""
+_SURE: Final = 1.0
+"""Share of her uncertainty by which the wanted clearance grows when it is soon: in doubt there is risk (rule 7 d)."""
+_UNSURE: Final = -0.8
+"""The same while there is time for further reports: a course that is two degrees off is no risk yet."""
+_DOUBT_MOST: Final = 0.6
+"""Of the wanted clearance: of who is hardly known everything would be a risk."""
+_LATER_S: Final = 150.0
 
 
 @value
@@ -75,7 +88,7 @@ class Dealing:
     role: Role = Role.NONE
     danger: Danger = Danger.NONE
     lost: bool = False
-    """She has risk and has not been heard for two of her intervals."""
+    """She has risk and has not been heard for three of her intervals."""
 
 
 NO_DEALING: Final = Dealing()
@@ -128,7 +141,8 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
     if closest.time_s >= config.look_ahead_s:
         shown = clearance(north, east, closing, (hull, axis_rad), _SHOWN_S)
     wanted = wanted_m(hull, config)
-    grown = wanted + _SURE * track.sigma_m(age_s + closest.time_s * 0.5)
+    doubt_m = _doubt(closest.time_s) * track.sigma_m(age_s + _AHEAD * closest.time_s)
+    grown = wanted + min(doubt_m, _DOUBT_MOST * wanted)
     danger = _danger(closest, wanted, grown)
     if before.danger is not Danger.NONE and danger is Danger.NONE:
         clear = closest.time_s <= 0.0 and closest.distance_m > wanted
@@ -136,8 +150,14 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
     if danger is Danger.NONE:
         return Look(NO_DEALING, range_m, bearing, opening, shown)
     role = before.role if before.danger is not Danger.NONE else _role(track, (north, east), own, (vn, ve))
-    lost = age_s > 2.0 * track.interval_s() + 5.0
+    lost = age_s > _SILENT * track.interval_s() + _SLACK_S
     return Look(Dealing(role, danger, lost), range_m, bearing, opening, shown)
+
+
+def _doubt(time_s: float) -> float:
+    """Share of what is not known of her that counts against us, so long before the closest point."""
+    later = clamp((time_s - _SOON_S) / (_LATER_S - _SOON_S), 0.0, 1.0)
+    return _SURE + (_UNSURE - _SURE) * later
 
 
 def _danger(closest: Clearance, wanted_m: float, grown_m: float) -> Danger:

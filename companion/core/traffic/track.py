@@ -50,6 +50,10 @@ _TURN_MOST_RADPS: Final = math.radians(6.0)
 _TURN_SPEED_MPS: Final = 1.0
 _ARC_S: Final = 10.0
 """How long a turn is believed to go on after its report."""
+_STEADY_MOST: Final = 6
+"""Reports over which the way of a vessel that goes straight on is averaged."""
+_STEADY_SIGMAS: Final = 3.0
+"""A report that differs by more begins a new way: she manoeuvres."""
 _TIMED_S: Final = 0.4
 """Of the moment of a fix that is known by its UTC second."""
 _UNTIMED_S: Final = 1.5
@@ -76,6 +80,7 @@ class Track:
 
     __slots__ = (
         "_rest_count",
+        "_steady",
         "_time_sigma_s",
         "agreed",
         "at_rest",
@@ -110,6 +115,8 @@ class Track:
         self.cog_rad: float | None = None
         self.at_rest = False
         self._rest_count = 0
+        self._steady = 0
+        """Reports whose way was averaged."""
         self.vx_mps = self.vy_mps = 0.0
         self.velocity_known = False
         self._take(report, t_us, timed)
@@ -130,8 +137,11 @@ class Track:
         else:
             self.lat_rad, self.lon_rad = report.lat_rad, report.lon_rad
             self._rest_count = 1
+        steady = self.vx_mps, self.vy_mps, self._steady
         self._take(report, t_us, timed)
         self.turn_radps = turn_radps
+        if not turn_radps:
+            self._go_on(steady)
         if not self.velocity_known and not self.at_rest and _PAIR_LEAST_S <= before_s <= _PAIR_MOST_S:
             self.vx_mps, self.vy_mps = moved[0] / before_s, moved[1] / before_s
             self.sog_mps, self.cog_rad = math.hypot(self.vx_mps, self.vy_mps), math.atan2(self.vy_mps, self.vx_mps)
@@ -146,6 +156,7 @@ class Track:
         self.heading_rad = report.heading_rad
         self.sog_mps, self.cog_rad = report.sog_mps, report.cog_rad
         self.turn_radps = report.turn_radps or 0.0
+        self._steady = 0 if self.at_rest else 1
         self.velocity_known = self.at_rest or (self.sog_mps is not None and self.cog_rad is not None)
         self.vx_mps = self.vy_mps = 0.0
         if not self.at_rest and self.sog_mps is not None and self.cog_rad is not None:
@@ -154,6 +165,24 @@ class Track:
         exact = report.fix in (FixState.GOOD, FixState.NO_TIME)
         self.sigma0_m = (_ACCURATE_M if report.accurate else _PLAIN_M) if exact else _NO_FIX_M
         self._time_sigma_s = _TIMED_S if timed else _UNTIMED_S
+
+    def _go_on(self, steady: tuple[float, float, int]) -> None:
+        """Average the way of one that goes straight on: a single course is two degrees off, in three minutes far too much."""
+        vx, vy, count = steady
+        if not count or self.at_rest or not self.velocity_known:
+            return
+        off, rate = math.hypot(self.vx_mps - vx, self.vy_mps - vy), self._rate_mps()
+        if off > _STEADY_SIGMAS * rate * math.sqrt(2.0):
+            return
+        self._steady = min(count + 1, _STEADY_MOST)
+        share = 1.0 / self._steady
+        self.vx_mps, self.vy_mps = vx + share * (self.vx_mps - vx), vy + share * (self.vy_mps - vy)
+
+    def _rate_mps(self) -> float:
+        """How far off one report's speed and course are, m/s each axis."""
+        speed = math.hypot(self.vx_mps, self.vy_mps)
+        course = _COURSE_SIGMA_RAD * clamp(_COURSE_SLOW_MPS / max(speed, 0.3), 1.0, 6.0)
+        return max(_SPEED_SIGMA_MPS, speed * course)
 
     def _turn(self, report: PositionReport, before_s: float) -> float:
         """Rate of turn: her own instrument's, else from two courses. Class B sends none."""
@@ -206,10 +235,8 @@ class Track:
         if not self.velocity_known:
             return _COVER * self.sigma0_m + _BLIND_MPS * age_s
         speed = math.hypot(self.vx_mps, self.vy_mps)
-        course = _COURSE_SIGMA_RAD * clamp(_COURSE_SLOW_MPS / max(speed, 0.3), 1.0, 6.0)
-        rate = math.hypot(
-            max(_SPEED_SIGMA_MPS, speed * course), _CHANGE_MPS * min(age_s, _CHANGE_LIFE_S) / _CHANGE_LIFE_S
-        )
+        steady = self._rate_mps() / math.sqrt(max(self._steady, 1))
+        rate = math.hypot(steady, _CHANGE_MPS * min(age_s, _CHANGE_LIFE_S) / _CHANGE_LIFE_S)
         spread = math.hypot(math.hypot(self.sigma0_m, rate * age_s), self._time_sigma_s * speed)
         return _COVER * spread + abs(self.turn_radps) * speed * min(age_s, 30.0) * min(age_s, 30.0) * 0.25
 

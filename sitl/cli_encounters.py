@@ -1,0 +1,62 @@
+"""``companion sim --encounters``: sets of encounters sailed by a boat that watches, over all cores, into a tally and a page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from companion.io.interpreter import cores
+from companion.settings import ConfigError
+
+from .traffic.many import judge_all, lines, make_page, tally_of
+from .traffic.sets import SETS, Encounter, dnv
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options to ``companion sim``."""
+    parser.add_argument(
+        "--encounters", metavar="SET", help=f"judge what the boat tells of other vessels: {', '.join(SETS)}, dnv:F.csv"
+    )
+    parser.add_argument(
+        "--count", type=int, default=100, metavar="N", help="with --encounters: how many (default: 100)"
+    )
+    parser.add_argument("--page", type=Path, metavar="F.html", help="with --encounters: pictures of the ten worst")
+
+
+def encounters_of(name: str, count: int, seed: int) -> list[Encounter]:
+    """Return a set by its name. Raises ConfigError."""
+    if name.startswith("dnv:"):
+        path = Path(name[4:])
+        if not path.is_file():
+            raise ConfigError(
+                "--encounters", [f"{path}: no such file; the situations are a table with a row for each vessel"]
+            )
+        return [*dnv(path), *dnv(path, similar=True)][:count]
+    if name not in SETS:
+        raise ConfigError("--encounters", [f"{name}: no such set; there are {', '.join(SETS)}, dnv:F.csv"])
+    return list(SETS[name](count, seed))
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Sail and judge. 0: done; what it finds is told, not judged."""
+    if arguments.count < 1:
+        raise ConfigError("--count", [f"{arguments.count}: at least 1"])
+    encounters = encounters_of(arguments.encounters, arguments.count, arguments.seed or 1)
+    shown = sys.stderr.isatty()
+
+    def done(count: int, total: int) -> None:
+        if shown:
+            print(f"\r{count} of {total}", end="\n" if count == total else "", file=sys.stderr, flush=True)
+
+    verdicts = judge_all(encounters, min(cores(), len(encounters)), done)
+    tally = tally_of(verdicts)
+    if arguments.page is not None:
+        try:
+            arguments.page.write_text(make_page(arguments.encounters, verdicts, encounters), encoding="utf-8")
+        except OSError as error:
+            raise ConfigError("--page", [f"{arguments.page}: cannot be written: {error.strerror}"]) from None
+    print(json.dumps(asdict(tally)) if arguments.json else "\n".join(lines(tally)))
+    return 0
