@@ -3,8 +3,7 @@
 
 Steps are stated with each field. A value that cannot be told within its field's range makes a difference impossible,
 and a key is sent instead. Times are the vessel's seconds modulo 4096; a key carries its own only where it may wait aboard,
-else the receiver knows it from the arrival. Six bytes after a key or a difference are a threat (another vessel); their
-layout is not settled, and an end that does not know them shows the state without.
+else the receiver knows it from the arrival. Six bytes after a key or a difference are a threat (``threat``, another vessel).
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ from .state_fields import (
     write_position,
     write_status,
 )
+from .threat import THREAT_BYTES, decode_threat, encode_threat
 
 KEY_BYTES: Final = 16
 TIME_BYTES: Final = 2
 """After a key that may wait aboard."""
 DELTA_BYTES: Final = 4
-THREAT_BYTES: Final = 6
 _KEY_SIZES: Final = frozenset((KEY_BYTES, KEY_BYTES + TIME_BYTES, KEY_BYTES + THREAT_BYTES))
 
 
@@ -51,8 +50,9 @@ def encode_key(state: RadioState, mark: int = 0, *, timed: bool = False) -> byte
     writer.put(to_tilt(state.phi_rad), 4)
     writer.put(to_tilt(state.theta_rad), 4)
     writer.put(7 if state.satellites is None else min(max(state.satellites, 0) // 4, 6), 3)
-    time = (state.t_s % CLOCK_S).to_bytes(TIME_BYTES, "big") if timed else b""
-    return writer.bytes() + time
+    if timed:
+        return writer.bytes() + (state.t_s % CLOCK_S).to_bytes(TIME_BYTES, "big")
+    return writer.bytes() + (b"" if state.threat is None else encode_threat(state.threat))
 
 
 def decode_key(body: bytes) -> RadioState:
@@ -65,7 +65,8 @@ def decode_key(body: bytes) -> RadioState:
     state = read_status(reader, read_position(reader, RadioState(t_s=t_s)))
     state = replace(state, phi_rad=from_tilt(reader.get(4)), theta_rad=from_tilt(reader.get(4)))
     satellites = reader.get(3)
-    return replace(state, satellites=None if satellites == 7 else 4 * satellites)
+    threat = decode_threat(body[KEY_BYTES:]) if len(body) == KEY_BYTES + THREAT_BYTES else None
+    return replace(state, satellites=None if satellites == 7 else 4 * satellites, threat=threat)
 
 
 def settle(state: RadioState) -> RadioState:
@@ -100,7 +101,7 @@ def encode_delta(key: RadioState, key_mark: int, state: RadioState) -> bytes | N
     if not -1 <= depth <= 2:
         return None
     writer.put(depth + 1, 2)
-    return writer.bytes()
+    return writer.bytes() + (b"" if state.threat is None else encode_threat(state.threat))
 
 
 def mark_of(body: bytes) -> int:
@@ -118,4 +119,5 @@ def decode_delta(key: RadioState, body: bytes) -> RadioState:
     psi_rad = from_turn(reader.get(6), 6)
     speed = reader.get(4) * COARSE_SPEED_STEP
     alt_m = None if key.alt_m is None else from_depth(min(max(to_depth(key.alt_m) + reader.get(2) - 1, 0), 126))
-    return replace(key, lat_rad=lat_rad, lon_rad=lon_rad, psi_rad=psi_rad, sog_mps=speed, alt_m=alt_m)
+    threat = decode_threat(body[DELTA_BYTES:]) if len(body) > DELTA_BYTES else None
+    return replace(key, lat_rad=lat_rad, lon_rad=lon_rad, psi_rad=psi_rad, sog_mps=speed, alt_m=alt_m, threat=threat)

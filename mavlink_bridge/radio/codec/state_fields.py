@@ -9,6 +9,7 @@ from typing import Final
 from ...language.messages import Action, FixType, GuardState, Mode, PlanState
 from ...language.snapshot import Snapshot
 from .bits import BitReader, BitsError, BitWriter
+from .threat import Threat, threat_of
 from .wire import ACTION, FIX, GUARD, MODE, PLAN_STATE
 
 CLOCK_S: Final = 4096
@@ -59,6 +60,8 @@ class RadioState:
     prearm_ok: bool = False
     satellites: int | None = None
     """At least so many: steps of 4, up to 24."""
+    threat: Threat | None = None
+    """The most dangerous other vessel."""
 
     @classmethod
     def of(cls, snapshot: Snapshot) -> RadioState:
@@ -74,6 +77,7 @@ class RadioState:
             theta_rad=state.theta_rad,
             alt_m=state.alt_m,
             mode=snapshot.mode,
+            threat=threat_of(snapshot.traffic),
             armed=snapshot.armed,
             action=snapshot.action,
             guard=snapshot.guard,

@@ -13,11 +13,13 @@ from dataclasses import replace
 from ...language.messages import ActuatorOutput, ActuatorStatus, EstimatedState, GpsFix, LogText, SupplyVoltage
 from ...language.requests import PlanItem, PlanKind
 from ...language.snapshot import Health, Progress, Snapshot
+from ...language.traffic import NO_TRAFFIC, TrafficPicture
 from ...language.units import e7_to_rad
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import ParamInfo, ParamTable
 from ..codec.request import name_codes
 from ..codec.state_fields import RadioState
+from ..codec.threat import picture_of
 
 
 class CachedParams:
@@ -157,7 +159,14 @@ def snapshot_of(
         home_lat_rad=home[0] if home else None,
         home_lon_rad=home[1] if home else None,
         texts=texts,
+        traffic=_others(state, heard_us),
     )
+
+
+def _others(state: RadioState, heard_us: int) -> TrafficPicture:
+    if state.threat is None or state.lat_rad is None or state.lon_rad is None:
+        return NO_TRAFFIC
+    return picture_of(state.threat, state.lat_rad, state.lon_rad, heard_us)
 
 
 def with_health(state: RadioState, newest: RadioState) -> RadioState:
