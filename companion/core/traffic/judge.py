@@ -41,9 +41,9 @@ _AHEAD: Final = 0.5
 """Her courses are uncertain ahead as they are behind, but reports still come."""
 _SURE: Final = 1.0
 """Share of her uncertainty by which the wanted clearance grows when it is soon: in doubt there is risk (rule 7 d)."""
-_UNSURE: Final = -0.8
+_UNSURE: Final = -1.0
 """The same while there is time for further reports: a course that is two degrees off is no risk yet."""
-_DOUBT_MOST: Final = 0.6
+_DOUBT_MOST: Final = 0.4
 """Of the wanted clearance: of who is hardly known everything would be a risk."""
 _LATER_S: Final = 150.0
 
