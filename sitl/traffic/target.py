@@ -116,7 +116,8 @@ class Target:
 
     def _steer_route(self) -> None:
         north, east = self._route[0][0] - self.north_m, self._route[0][1] - self.east_m
-        if math.hypot(north, east) < max(2.0 * self.speed_mps, 5.0):
+        # a point inside her turning circle is never reached: she goes on to the next
+        if math.hypot(north, east) < max(self.speed_mps / DRIVE, 5.0):
             self._route.pop(0)
             self._left_rad = 0.0
             return
