@@ -10,6 +10,8 @@ from typing import Any
 
 from mavlink_bridge.language.requests import PlanItem
 
+from .sightings import Sighting
+
 Count = Callable[[int], None]
 """Told how many bytes more of the files have been gone through."""
 
@@ -119,6 +121,8 @@ class Flight:
     tracks: dict[str, Track] = field(default_factory=dict)
     spans: dict[str, list[Span]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
+    vessels: list[Sighting] = field(default_factory=list)
+    """Other vessels with risk, as the events have them."""
     links: list[LinkStats] = field(default_factory=list)
     plan: tuple[PlanItem, ...] = ()
     fence: tuple[PlanItem, ...] = ()

@@ -17,6 +17,7 @@ from ..io.recording.recorder import CONTROL_COLUMNS
 from .airtime import Airtime
 from .flight import Count, Event, Flight, Track, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
+from .sightings import sighting_of
 
 _COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _AT: Final = {name: index for index, name in enumerate(_COLUMNS)}
@@ -209,10 +210,13 @@ def _events(flight: Flight, run_dir: Path) -> None:
         with path.open(encoding="utf-8", errors="replace") as file:
             for line in file:
                 try:
-                    event = _event(json.loads(line))
-                except (ValueError, KeyError, TypeError):
+                    data = json.loads(line)
+                    if data["event"] == "vessel":
+                        flight.vessels.append(sighting_of(data))
+                    else:
+                        flight.events.append(_event(data))
+                except (ValueError, KeyError, TypeError, IndexError):
                     continue  # a line that was cut
-                flight.events.append(event)
 
 
 def _order(data: dict[str, Any]) -> str:

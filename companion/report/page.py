@@ -10,6 +10,7 @@ from typing import Final
 
 from mavlink_bridge.language.units import e7_to_deg
 
+from . import encounters
 from .charts import charts
 from .embed import embedded
 from .flight import Event, Flight
@@ -39,7 +40,7 @@ def make_page(flight: Flight, limits: Limits | None = None) -> str:
     if track is not None:
         sections.append(_section("Track", "Where it went, over plan, fence and chart.", "data-map"))
     sections += [_section(item.title, item.caption, f"data-chart={number}") for number, item in enumerate(drawn)]
-    sections += [_orders(flight.events), _events(flight.events)]
+    sections += [encounters.sections(flight.vessels), _orders(flight.events), _events(flight.events)]
     if flight.plan:
         sections.append(_plan(flight))
     if flight.settings:

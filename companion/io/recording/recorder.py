@@ -18,11 +18,13 @@ from typing import Any, Final
 
 from mavlink_bridge.language.messages import ActuatorDemand, Severity
 from mavlink_bridge.language.snapshot import Snapshot
+from mavlink_bridge.language.traffic import NO_TRAFFIC
 
 from ..log_file import CLOSE_WAIT_S, EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
 from ..writer import Writer
 from . import digests
 from .input_recorder import InputRecorder
+from .traffic_log import TrafficLog
 
 CONTROL_COLUMNS: Final = (
     "t_s,tick,mode,armed,plan_state,item,action,guard,cause,"
@@ -69,6 +71,7 @@ class Recorder:
         self._about = dict(about or {})
         self._last: tuple[Any, ...] = ()
         self._labels = ""
+        self._traffic = TrafficLog()
         self._flush_us = 0
         self._space_us = 0
         self._low = False
@@ -131,6 +134,9 @@ class Recorder:
         if changed != self._last or snapshot.texts or snapshot.progress.reached:
             self._note_changes(snapshot, changed)
             self._labels = _labels(snapshot)
+        if snapshot.traffic is not NO_TRAFFIC:
+            for fields in self._traffic.changes(snapshot):
+                self.event(snapshot.t_us, "vessel", **fields)
         self._control.add(_row(snapshot, self._labels))
         if snapshot.t_us >= self._flush_us or self._inputs.waiting > EAGER_FLUSH:
             self.flush(snapshot.t_us)

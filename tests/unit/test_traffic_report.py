@@ -1,0 +1,53 @@
+"""A meeting at sea, from what a run keeps of it to a section of the report with its picture."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+from companion.io.recording.traffic_log import TrafficLog
+from companion.report.encounters import meetings, sections
+from companion.report.sightings import sighting_of
+from mavlink_bridge.language.messages import ActuatorOutput, Mode
+from mavlink_bridge.language.snapshot import Snapshot
+from sitl.traffic.target import VesselText
+from sitl.traffic.transmitter import AisText
+from tests.traffic_rig import Sea
+
+NEUTRAL: Any = ActuatorOutput
+
+
+def kept_of(sea: Sea, seconds: float) -> list[dict[str, Any]]:
+    """What a recorder keeps of a voyage, as it stands in the file."""
+    log, kept = TrafficLog(), []
+
+    def look() -> None:
+        snapshot = Snapshot(sea.now_us, 0, sea.state, Mode.AUTO, True, NEUTRAL, traffic=sea.picture)
+        lines = [json.dumps({"t_s": sea.time_s, "event": "vessel", **fields}) for fields in log.changes(snapshot)]
+        kept.extend(map(json.loads, lines))
+
+    sea.run(seconds, look)
+    return kept
+
+
+def test_a_ship_that_crosses_is_kept_and_drawn() -> None:
+    ship = VesselText(name="MV EXAMPLE", north_m=300.0, east_m=900.0, course_deg=270.0, speed_mps=4.5, length_m=60.0)
+    far = VesselText(north_m=3000.0, east_m=-3000.0, speed_mps=3.0)
+    seen = [sighting_of(each) for each in kept_of(Sea([ship, far], ais=AisText(loss_share=0.0)), 300)]
+    (meeting,) = meetings(seen)
+    assert meeting[0].danger == "risk"
+    assert meeting[-1].danger == "none"
+    assert {each.role for each in meeting[:-1]} == {"give way"}
+    assert 10 < len(meeting) < 60
+    page = sections(seen)
+    assert page.count("<section class=encounter") == 1
+    assert "MV EXAMPLE: give way" in page
+    assert page.count("<polyline") == 3
+    for points in re.findall(r"points='([^']*)'", page):
+        for pair in points.split():
+            assert all(-1.0 <= float(number) <= 361.0 for number in pair.split(","))
+
+
+def test_without_others_the_report_says_nothing() -> None:
+    assert sections([]) == ""
