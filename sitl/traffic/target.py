@@ -18,17 +18,22 @@ class ManoeuvreText(Config):
     """One change on the way."""
 
     at_s: float = Field(ge=0)
+    """When, s after the start."""
     turn_deg: float = Field(0.0, ge=-360, le=360)
     """To starboard positive."""
     rate_dps: float = Field(3.0, gt=0, le=30)
+    """How fast she turns."""
     speed_mps: float | None = Field(None, ge=0, le=30)
+    """Her speed from then on, or from the start."""
 
 
 class SilenceText(Config):
     """A time in which nothing of her is received."""
 
     from_s: float = Field(ge=0)
+    """Its beginning, s."""
     to_s: float = Field(gt=0)
+    """Its end, s."""
 
 
 class VesselText(Config):
@@ -37,28 +42,37 @@ class VesselText(Config):
     mmsi: int = Field(0, ge=0, le=999_999_999)
     """0: one is given by her place in the file."""
     name: str = Field("", max_length=20)
+    """As her transponder sends it."""
     ais: Literal["A", "B", "none"] = "A"
     """Class of her transponder. "none": nobody hears her."""
     north_m: float = 0.0
+    """Where she begins, north of our start."""
     east_m: float = 0.0
     """Where she begins."""
     course_deg: float = 0.0
+    """Her course over ground."""
     speed_mps: float = Field(0.0, ge=0, le=30)
+    """Her speed from then on, or from the start."""
     route: tuple[tuple[float, float], ...] = ()
     """Points (north, east) in metres that she goes to, one after the other; then on as before. Empty: straight on."""
     manoeuvres: tuple[ManoeuvreText, ...] = ()
+    """Changes on the way."""
     obeys: bool = False
     """She gives way by rules 13 to 15, to starboard, when she comes within 90 s of less than her domain."""
     length_m: float = Field(12.0, gt=0, le=500)
+    """Over all; her antenna stands in the middle."""
     beam_m: float = Field(0.0, ge=0, le=80)
     """0: a third of the length of a boat, a sixth of that of a ship."""
     ship_type: int = Field(0, ge=0, le=255)
+    """Type of ship as AIS numbers them; 0: not said."""
     status: int = Field(0, ge=0, le=15)
+    """Navigational status as AIS numbers them; 1: at anchor."""
     has_heading: bool = False
     """Most small vessels send none."""
     interval_s: float | None = Field(None, gt=0, le=600)
     """Reports so often instead of as the standard says."""
     silent: tuple[SilenceText, ...] = ()
+    """Times in which nothing of her is received."""
 
     @model_validator(mode="after")
     def _goes_somewhere(self) -> VesselText:

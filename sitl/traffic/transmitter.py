@@ -35,6 +35,7 @@ class AisText(Config):
     position_m: float = Field(6.0, ge=0, le=100)
     """Noise of the others' positions, each axis."""
     speed_mps: float = Field(0.15, ge=0, le=5)
+    """Noise of their speeds."""
     course_deg: float = Field(2.0, ge=0, le=90)
     """Noise of a course at 3 m/s and more; up to six times that when slower."""
     silent: bool = False
