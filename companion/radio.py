@@ -108,7 +108,7 @@ def _conversation(
             witness=witness,
         )
     if protocol == "json":
-        return JsonRadio(profile, system.name, ledger)
+        return JsonRadio(profile, system.name, ledger, say=shared.say)
     return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, shared=shared)
 
 

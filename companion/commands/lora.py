@@ -9,13 +9,17 @@ import argparse
 import os
 import re
 import sys
-from typing import Any
+from pathlib import Path
+from typing import Any, Final
 
 from mavlink_bridge.radio.air import RadioProfile
 from mavlink_bridge.radio.air.module import ModuleError, differences, fields, wanted
+from mavlink_bridge.radio.air.module_fields import NAMES, SettingError, changed, without_key
 
 from ..io.links.radio_port import ModulePort
 from ..radio import load_radio
+
+_NOTHING: Final = "; nothing was written"
 
 
 def register(subparsers: Any) -> None:
@@ -25,11 +29,13 @@ def register(subparsers: Any) -> None:
     show = actions.add_parser("show", help="read model and settings; compare with a profile")
     apply = actions.add_parser("apply", help="bring the settings to a profile")
     reset = actions.add_parser("reset", help="factory settings")
+    change = actions.add_parser("set", help="change single settings: channel=21 power=6 key_file=module.key")
+    change.add_argument("settings", nargs="+", metavar="NAME=VALUE", help=f"of {', '.join(NAMES)}")
     apply.add_argument("profile", help="name of a file in config/radio, or a path")
     show.add_argument("--profile", help="say what differs from this profile")
     for action in (show, apply):
         action.add_argument("--side", choices=("vessel", "shore"), default="vessel", help="whose NODE ID")
-    for action, function in ((show, _show), (apply, _apply), (reset, _reset)):
+    for action, function in ((show, _show), (apply, _apply), (change, _set), (reset, _reset)):
         action.add_argument("port", help="/dev/ttyUSB0, COM5, ...")
         action.add_argument(
             "--set-by", default="hand", metavar="HOW", help="how SET goes low: hand, rts, dtr, gpio:N or none"
@@ -40,6 +46,9 @@ def register(subparsers: Any) -> None:
 def _guarded(arguments: argparse.Namespace) -> int:
     try:
         return int(arguments.action(arguments))
+    except SettingError as error:
+        print(f"companion lora: {error}", file=sys.stderr)
+        return 2
     except ModuleError as error:
         print(f"companion lora: {_plain(str(error), arguments.port)}", file=sys.stderr)
         return 1
@@ -62,7 +71,7 @@ def _show(arguments: argparse.Namespace) -> int:
         block = port.block()
     for field in fields(block):
         print(f"  {field.name:13} {field.shown}")
-    print(f"  raw           {block.hex()}")
+    print(f"  raw           {without_key(block).hex()} (the key's bytes as zeros)")
     if profile is None:
         return 0
     _explain(profile)
@@ -88,11 +97,45 @@ def _apply(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _set(arguments: argparse.Namespace) -> int:
+    with _open(arguments) as port:
+        print(f"Model and version: {port.model()}")
+        block = port.block()
+        new = block
+        for word in arguments.settings:
+            name, equals, value = word.partition("=")
+            if not equals:
+                raise SettingError(f"{word!r}: give NAME=VALUE; nothing was written")
+            new = changed(new, name, value, _key)
+        changes = differences(block, new)
+        for line in changes:
+            print(f"  {line}")
+        if new != block:
+            port.write(new)
+    print(f"{len(changes)} settings changed and read back" if changes else "nothing to change")
+    return 0
+
+
+def _key(path: str) -> bytes:
+    """The bytes of a key file that nobody else may read."""
+    file = Path(path)
+    try:
+        if file.stat().st_mode & 0o077 and hasattr(file.stat(), "st_blocks"):
+            raise ModuleError(f"key_file = {path}: others may read it; chmod 600 {path}; nothing was written")
+        return file.read_bytes()
+    except OSError as error:
+        raise ModuleError(f"key_file = {path}: {error.strerror}; nothing was written") from None
+
+
 def _reset(arguments: argparse.Namespace) -> int:
     with _open(arguments) as port:
         print(f"Model and version: {port.model()}")
+        port.block()  # a module whose settings could not be told afterwards is left alone
         port.reset()
-        block = port.block()
+        try:
+            block = port.block()
+        except ModuleError as error:
+            raise ModuleError(f"the module took the factory reset; {str(error).removesuffix(_NOTHING)}") from None
     print(f"factory settings: {block.hex()}")
     return 0
 

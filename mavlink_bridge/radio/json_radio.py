@@ -3,7 +3,8 @@
 A plan is loaded, the vessel armed if it is not, and the plan started: what the original did with a plan that came by
 radio. Nothing here proves who sent it; the checks before arming still hold. The last order again within a minute is
 answered, not sailed anew, if it was accepted; one that stops the vessel is always carried out, and ends what is under
-way.
+way. An order that is accepted, and nothing else, counts as the operator's presence, for the radio's time-out. What comes is told
+aboard: accepted, refused and why, or no plan at all.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ import json
 import math
 import zlib
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final
 
-from ..language.messages import Mode
+from ..language.messages import Mode, Severity
 from ..language.requests import Arm, LoadPlan, PlanKind, Reply, Request, RequestBody, Result, SetMode, StartPlan
 from ..language.snapshot import Snapshot
+from ..language.stations import ONE_VOICE
 from ..language.units import KNOT_MPS
 from ..mavlink.missions.plan_export import items_from_maneuvers
 from ..mavlink.missions.plan_mapping import load_plan
@@ -35,6 +37,9 @@ _MAX_WAITING: Final = 8
 _PAUSE_US: Final = 30_000
 _LISTEN_US: Final = 300_000
 _STATE_SHARE: Final = 0.6
+_GARBLED_GAP_US: Final = 60_000_000
+_REFUSED_GAP_US: Final = 5_000_000
+"""Whoever transmits can make the vessel refuse: texts that matter more must not drown in that."""
 
 
 def state_json(snapshot: Snapshot, name: str, maneuver: str | None) -> bytes:
@@ -85,8 +90,22 @@ class _Order:
 class JsonRadio:
     """The ``json`` protocol of the radio port, with the interface of an endpoint."""
 
-    def __init__(self, profile: RadioProfile, name: str = "usv", ledger: Ledger | None = None) -> None:
+    def __init__(
+        self,
+        profile: RadioProfile,
+        name: str = "usv",
+        ledger: Ledger | None = None,
+        *,
+        say: Callable[[Severity, str], None] = lambda severity, text: None,
+    ) -> None:
+        """``say``: for the people aboard."""
         self.profile = profile
+        self._say = say
+        self._present_us: int | None = None
+        """When an order was last accepted."""
+        self._garbled = 0
+        self._garbled_us: int | None = None
+        self._refused_us: int | None = None
         self.name = name
         self.ledger = ledger or Ledger(profile.hour_us)
         self._clock = AirClock(profile)
@@ -103,12 +122,15 @@ class JsonRadio:
 
     @property
     def bad_frames(self) -> int:
-        return self._stream.bad
+        return self._stream.bad + self._stream.stray_bytes
 
     @property
     def heard(self) -> Mapping[tuple[int, int], int]:
-        """Plans come when they come: silence does not mean that nobody is there."""
-        return {}
+        """Who sends an order that the vessel takes is there; one that is being carried out counts until it is refused."""
+        stamps = [order.at_us for order in self._orders if order.waiting]
+        if self._present_us is not None:
+            stamps.append(self._present_us)
+        return {ONE_VOICE: max(stamps)} if stamps else {}
 
     def param_changed(self, name: str) -> None:
         """The format has no parameters."""
@@ -119,6 +141,17 @@ class JsonRadio:
             self._heard_us = now_us
         for value in self._stream.receive(data, now_us):
             self._take_up(value, now_us)
+        self._note_garbled(now_us)
+
+    def _note_garbled(self, now_us: int) -> None:
+        """Tell aboard, now and then, that bytes come which are no order: a wrong rate or parity looks like this."""
+        garbled = self._stream.bad + self._stream.stray_bytes
+        is_due = self._garbled_us is None or now_us - self._garbled_us >= _GARBLED_GAP_US
+        if garbled == self._garbled or not is_due:
+            return
+        self._garbled, self._garbled_us = garbled, now_us
+        bad, stray = self._stream.bad, self._stream.stray_bytes
+        self._say(Severity.WARNING, f"Radio: no JSON in what comes: {stray} stray bytes, {bad} broken values so far")
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -220,11 +253,20 @@ class JsonRadio:
 
     def _end(self, order: _Order, result: str, reason: str, now_us: int) -> None:
         order.result = result
+        self._tell(order.name, result, reason, now_us)
         order.answer = self._answer(order, result, reason)
         order.steps.clear()
         order.at_us = now_us
         if order.answer:
             self._answers.append(order.answer)
+
+    def _tell(self, name: str, result: str, reason: str, now_us: int) -> None:
+        if result == Result.ACCEPTED.value:
+            self._present_us = now_us
+            self._say(Severity.INFO, f"Radio: {name} accepted")
+        elif self._refused_us is None or now_us - self._refused_us >= _REFUSED_GAP_US:
+            self._refused_us = now_us
+            self._say(Severity.WARNING, f"Radio: {name} {result}: {reason}")
 
     def _answer(self, order: _Order, result: str, reason: str) -> bytes:
         """The line that the sender gets; without the reason, or none, when no hour has room for it: all others would wait behind it."""

@@ -48,7 +48,7 @@ def radius_error_m(truth, sim):
 
 @pytest.mark.parametrize("ending", [b"\n", b""], ids=["line", "bare"])
 def test_a_json_plan_is_acknowledged_sailed_and_eleven_fields_come_back(ending):
-    sim = world("radio.protocol=json", "radio.profile=o-10", "operator.gcs_required=false")
+    sim = world("radio.protocol=json", "radio.profile=o-10", "failsafe.radio_timeout_s=900")
     shore, buffer, heard = sim.ground("shore"), bytearray(), []
     sim.run(8.0)
     heard += lines_of(shore, sim.now_us, buffer)
@@ -83,8 +83,22 @@ def test_a_json_plan_is_acknowledged_sailed_and_eleven_fields_come_back(ending):
     assert max(errors[10:]) < 2.0
 
 
+def test_after_the_radios_time_out_the_sender_of_a_json_plan_is_missed():
+    """Nothing but the shipped configuration; bytes that are no order keep nobody present."""
+    sim = world("radio.protocol=json", "radio.profile=o-10")
+    shore = sim.ground("shore")
+    sim.run(8.0)
+    shore.write(0, json.dumps(SEED_LOITER).encode())
+    sim.run(50.0)
+    assert (sim.snapshot.mode, sim.snapshot.armed) == (Mode.AUTO, True)
+    shore.write(0, json.dumps({**SEED_LOITER, "Loiter type": "Spiral"}).encode() + bytes(range(128, 160)))
+    sim.run(20.0)
+    assert sim.snapshot.mode is Mode.HOLD
+    assert "radio_lost" in sim.snapshot.causes
+
+
 def test_row_54_a_bad_json_plan_is_refused_with_a_reason():
-    sim = world("radio.protocol=json", "radio.profile=o-10", "operator.gcs_required=false")
+    sim = world("radio.protocol=json", "radio.profile=o-10")
     shore, buffer = sim.ground("shore"), bytearray()
     sim.run(8.0)
     lines_of(shore, sim.now_us, buffer)

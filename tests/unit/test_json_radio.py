@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.requests import Arm, LoadPlan, SetMode, StartPlan
 from mavlink_bridge.radio.json_radio import JsonRadio
 from tools.lora_rig import BookVessel, profile
@@ -20,7 +20,8 @@ class Boat:
     """A vessel behind the JSON protocol, and all that it answers."""
 
     def __init__(self, name="bench"):
-        self.radio = JsonRadio(profile(name))
+        self.told = []
+        self.radio = JsonRadio(profile(name), say=lambda severity, text: self.told.append((severity, text)))
         self.vessel = BookVessel()
         self.now_us = 0
         self.answers = []
@@ -103,3 +104,40 @@ def test_an_answer_that_no_hour_has_room_for_does_not_hold_up_the_others():
         ("resume", "denied", False),
         ("hold", "accepted", False),
     ]
+
+
+def test_only_an_accepted_order_is_the_operators_presence():
+    boat = Boat()
+    assert boat.radio.heard == {}
+    boat.hears(PLAN)
+    (accepted_us,) = boat.radio.heard.values()
+    boat.waits(70.0)
+    boat.hears(b"\x81\xfe garbage \xff\n")
+    boat.hears(PLAN.replace(b"Circular", b"Spiral"))
+    boat.vessel.refuse = "not now"
+    boat.hears(PLAN.replace(b"600", b"700"))
+    assert list(boat.radio.heard.values()) == [accepted_us]
+    boat.vessel.refuse = ""
+    boat.hears(HOLD)
+    (again_us,) = boat.radio.heard.values()
+    assert again_us > accepted_us
+
+
+def test_an_order_that_is_being_carried_out_is_presence_enough_to_arm():
+    boat = Boat()
+    boat.radio.receive(PLAN, 0)
+    assert boat.radio.heard
+
+
+def test_what_comes_is_told_aboard():
+    boat = Boat()
+    boat.hears(PLAN)
+    boat.hears(PLAN.replace(b"Circular", b"Spiral"))
+    boat.hears(b"\x81\xfe\xff\n")
+    assert boat.told[0] == (Severity.INFO, "Radio: loiter-1 accepted")
+    assert "Spiral" in boat.told[1][1]
+    assert boat.told[2] == (Severity.WARNING, "Radio: no JSON in what comes: 3 stray bytes, 0 broken values so far")
+    assert boat.radio.bad_frames == 3
+    for _ in range(20):
+        boat.hears(b"\x81\xfe\xff\n", 1.0)
+    assert len(boat.told) == 3

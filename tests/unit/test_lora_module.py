@@ -73,7 +73,63 @@ def test_apply_changes_known_bytes_only_and_verifies(capsys):
     assert have[17:] == bytes(range(16))
     assert main(["lora", "show", emulator.path, "--profile", "o-10", "--side", "shore", "--set-by", "none"]) == 0
     assert main(["lora", "show", emulator.path, "--profile", "n-0.1", "--side", "shore", "--set-by", "none"]) == 1
-    assert "differs: Channel: 21, wanted 20" in capsys.readouterr().out
+    assert "differs: Channel: 21 (869.52 MHz, inferred), wanted 20 (868.92 MHz, inferred)" in capsys.readouterr().out
+
+
+def test_single_settings_are_set_and_read_back(tmp_path, capsys):
+    emulator = Emulator()
+    key = tmp_path / "module.key"
+    key.write_bytes(bytes(range(1, 17)))
+    key.chmod(0o600)
+    words = [
+        "channel=21",
+        "power=6",
+        "rate_index=0",
+        "net_id=12345678",
+        "parity=even",
+        "encryption=on",
+        f"key_file={key}",
+    ]
+    assert main(["lora", "set", *words, emulator.path, "--set-by", "none"]) == 0
+    have = emulator.module.block
+    assert (have[0], have[2], have[3], have[7], have[8:12], have[16]) == (21, 0, 6, 3, bytes.fromhex("12345678"), 1)
+    assert have[17:] == key.read_bytes()
+    assert have[12:14] == FACTORY_BLOCK[12:14]
+    capsys.readouterr()
+    assert main(["lora", "show", emulator.path, "--set-by", "none"]) == 0
+    told = capsys.readouterr().out
+    assert "AES key       set" in told
+    assert key.read_bytes().hex() not in told
+    assert "21 (869.52 MHz, inferred)" in told
+
+
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        ("chanel=21", "no such setting; there are channel"),
+        ("power=9", "a whole number from 0 to 7"),
+        ("baud=112500", "one of 1200"),
+        ("net_id=12", "8 hexadecimal digits"),
+        ("lbt=on", "no such flag"),
+        ("key_file=nowhere.key", "No such file"),
+        ("channel", "NAME=VALUE"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_refused_and_nothing_written(word, told, capsys):
+    emulator = Emulator()
+    assert main(["lora", "set", "power=3", word, emulator.path, "--set-by", "none"]) in (1, 2)
+    words = capsys.readouterr().err
+    assert told in words
+    assert "nothing was written" in words
+    assert emulator.module.block == FACTORY_BLOCK
+
+
+def test_a_module_of_unknown_settings_is_not_reset(capsys):
+    emulator = Emulator(block=b"\x15" + FACTORY_BLOCK[1:] + bytes(7))
+    before = emulator.module.block
+    assert main(["lora", "reset", emulator.path, "--set-by", "none"]) == 1
+    assert "nothing was written" in capsys.readouterr().err
+    assert emulator.module.block == before
 
 
 def test_reset_gives_factory_settings():

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from .profile import RadioProfile
+from .profile import RadioProfile, channel_mhz
 
 READ_MODEL: Final = b"\xaa\xfa\xaa"
 READ_BLOCK: Final = b"\xaa\xfa\x01"
@@ -19,13 +19,18 @@ _WRITE: Final = b"\xaa\xfa\x03"
 BAUD: Final = 9600
 """Serial rate in configuration mode, 8N1, whatever the data rate is."""
 _END: Final = b"\r\n"
-_BAUDS: Final = (1200, 2400, 4800, 9600, 14400, 19200, 38400, 57600, 76800, 115200)
-_PARITIES: Final = ("none", "odd", "even")
-_ROLES: Final = ("node", "router", "node+router")
+BAUDS: Final = (1200, 2400, 4800, 9600, 14400, 19200, 38400, 57600, 76800, 115200)
+PARITIES: Final = ("none", "odd", "even")
+ROLES: Final = ("node", "router", "node+router")
 KNOWN_MODELS: Final = ("LORA611PRO", "LORA6100PRO", "LORA6500PRO")
 PRO_BLOCK: Final = 33
 KNOWN_LENGTHS: Final = (33, 34)
 """33 bytes as published; 34 with a flag for listen-before-talk at the end (inferred for version 3.1_E)."""
+
+
+KEY_AT: Final = 17
+KEY_BYTES: Final = 16
+_BAND_868: Final = 3
 
 
 class ModuleError(Exception):
@@ -72,23 +77,31 @@ def fields(block: bytes) -> list[Field]:
         return Field(name, at, size, block[at : at + size], shown)
 
     found = [
-        field("Channel", 0, 1, str(block[0])),
+        field("Channel", 0, 1, f"{block[0]}{_frequency(block)}"),
         field("Band", 1, 1, {1: "433", 2: "470", 3: "868", 4: "915"}.get(block[1], f"code {block[1]}")),
         field("Data Rate", 2, 1, f"index {block[2]}"),
         field("Power", 3, 1, str(block[3])),
-        field("Baud Rate", 4, 1, str(_BAUDS[block[4]]) if block[4] < len(_BAUDS) else f"code {block[4]}"),
+        field("Baud Rate", 4, 1, str(BAUDS[block[4]]) if block[4] < len(BAUDS) else f"code {block[4]}"),
         field("Data bit", 5, 1, {1: "7", 2: "8"}.get(block[5], f"code {block[5]}")),
         field("Stop", 6, 1, str(block[6])),
-        field("Parity", 7, 1, _PARITIES[block[7] - 1] if 1 <= block[7] <= 3 else f"code {block[7]}"),
+        field("Parity", 7, 1, PARITIES[block[7] - 1] if 1 <= block[7] <= 3 else f"code {block[7]}"),
         field("NET ID", 8, 4, block[8:12].hex().upper()),
         field("NODE ID", 12, 2, block[12:14].hex().upper()),
         field("Working Mode", 14, 1, "Mesh" if block[14] else "Non Mesh"),
-        field("Mode", 15, 1, _ROLES[block[15]] if block[15] < len(_ROLES) else f"code {block[15]}"),
+        field("Mode", 15, 1, ROLES[block[15]] if block[15] < len(ROLES) else f"code {block[15]}"),
         field("Encryption", 16, 1, "on" if block[16] else "off"),
+        field("AES key", KEY_AT, KEY_BYTES, "set" if any(block[KEY_AT : KEY_AT + KEY_BYTES]) else "unset"),
     ]
     if len(block) > PRO_BLOCK:
         found.append(field("LBT", PRO_BLOCK, 1, "on" if block[PRO_BLOCK] else "off"))
     return found
+
+
+def _frequency(block: bytes) -> str:
+    """The frequency behind a channel, where it is known: of the 868 MHz band, by the steps of a sister module."""
+    if block[1] != _BAND_868:
+        return ""
+    return f" ({channel_mhz(block[0]):.2f} MHz, inferred)"
 
 
 def wanted(profile: RadioProfile, side: str, block: bytes) -> bytes:
@@ -96,26 +109,26 @@ def wanted(profile: RadioProfile, side: str, block: bytes) -> bytes:
 
     Raises ModuleError for what this block cannot hold.
     """
-    if profile.baud not in _BAUDS:
-        raise ModuleError(f"baud = {profile.baud}: the module knows {', '.join(map(str, _BAUDS))}")
+    if profile.baud not in BAUDS:
+        raise ModuleError(f"baud = {profile.baud}: the module knows {', '.join(map(str, BAUDS))}")
     if profile.lbt and len(block) <= PRO_BLOCK:
         raise ModuleError("lbt = true: this module's settings have no such flag")
     node = profile.node_vessel if side == "vessel" else profile.node_shore
     new = bytearray(block)
     new[0:2] = bytes((profile.channel, profile.band))
-    new[2] = block[2] if profile.rate_index == 0 else profile.rate_index
+    new[2] = block[2] if profile.rate_index is None else profile.rate_index
     new[3] = profile.power_level
     new[4:8] = bytes(
         (
-            _BAUDS.index(profile.baud),
+            BAUDS.index(profile.baud),
             {7: 1, 8: 2}[profile.data_bits],
             profile.stop_bits,
-            _PARITIES.index(profile.parity) + 1,
+            PARITIES.index(profile.parity) + 1,
         )
     )
     new[8:12] = bytes.fromhex(profile.net_id)
     new[12:14] = bytes.fromhex(node)
-    new[14:17] = bytes((int(profile.mesh), _ROLES.index(profile.role), int(profile.encryption)))
+    new[14:17] = bytes((int(profile.mesh), ROLES.index(profile.role), int(profile.encryption)))
     if len(block) > PRO_BLOCK:
         new[PRO_BLOCK] = int(profile.lbt)
     return bytes(new)

@@ -31,6 +31,11 @@ MODULE_US: Final = 10_000
 """Allowed for the module to notice the end of a write."""
 
 
+def channel_mhz(channel: int) -> float:
+    """Frequency of a channel of the 868 MHz band: the original's 868.92 MHz at 20, and a sister module's steps."""
+    return _CHANNEL_20_MHZ + _CHANNEL_STEP_MHZ * (channel - 20)
+
+
 def batch_bytes(count: int) -> int:
     """Frame that holds so many samples."""
     return math.ceil((FIRST_BITS + SAMPLE_BITS * (count - 1)) / 8) + OVERHEAD
@@ -111,8 +116,8 @@ class RadioProfile(_Model):
     channel: int = Field(ge=0, le=255)
     air_rate: float = Field(656.0, gt=0.0)
     """As the vendor's tool shows it, bit/s."""
-    rate_index: int = Field(0, ge=0, le=9)
-    """The module's code of the air rate."""
+    rate_index: int | None = Field(None, ge=0, le=9)
+    """The module's code of the air rate; unset = leave the module's own."""
     power_level: int = Field(ge=0, le=7)
     rated_dbm: float = Field(30.0, ge=0.0, le=37.0)
     """Conducted power at level 7; each level below is taken as 3 dB less. Assumed until measured."""
@@ -163,7 +168,7 @@ class RadioProfile(_Model):
                 f"power level {self.power_level} is {self.erp_dbm:.1f} dBm e.r.p., {self.erp_dbm - rule.erp_dbm:.1f} dB over "
                 f"{rule.title}; lower power_level or say what lies between module and antenna (attenuation_db)"
             )
-        expected_mhz = _CHANNEL_20_MHZ + _CHANNEL_STEP_MHZ * (self.channel - 20)
+        expected_mhz = channel_mhz(self.channel)
         if not self.frequency_measured and abs(expected_mhz - self.frequency_mhz) > 0.001:
             found.append(
                 f"channel {self.channel} should be {expected_mhz:.2f} MHz, not {self.frequency_mhz:g}; "

@@ -7,6 +7,7 @@ from typing import Final
 MAX_BYTES: Final = 4096
 _STALL_US: Final = 6_000_000
 _OPEN, _CLOSE = b"{[", b"}]"
+_BLANK: Final = b" \t\r\n\0"
 
 
 class JsonStream:
@@ -15,6 +16,8 @@ class JsonStream:
     def __init__(self) -> None:
         self.bad = 0
         """Values given up: too long, or never finished."""
+        self.stray_bytes = 0
+        """Bytes outside any value that are no white space."""
         self._buffer = bytearray()
         self._depth = 0
         self._in_text = False
@@ -43,6 +46,8 @@ class JsonStream:
             if value in _OPEN:
                 self._depth = 1
                 self._buffer.append(value)
+            elif value not in _BLANK:
+                self.stray_bytes += 1
             return False
         if value in b"\n\r":
             self._end_line()
