@@ -16,6 +16,7 @@ from mavlink_bridge.mavlink.missions.service import MissionTiming
 from mavlink_bridge.mavlink.persona import EndpointConfig, VehiclePort
 from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.air import Ledger, RadioProfile
+from mavlink_bridge.radio.air.ledger import STOPS_KEPT
 from mavlink_bridge.radio.json_radio import JsonRadio
 from mavlink_bridge.radio.memory import KeptLedger, parted
 from mavlink_bridge.radio.plain import PlainRadio
@@ -43,6 +44,15 @@ def load_radio(name: str) -> RadioProfile:
         mistake = f"radio.profile = {name!r}: no such file; shipped: {known}; or give a path to a .toml file"
         raise ConfigError("radio", [mistake])
     return load(path, model=RadioProfile)
+
+
+def stops_of(profile: RadioProfile) -> str:
+    """How many stops an hour of a profile holds, for people."""
+    ledger = Ledger(profile.hour_us, profile.stop_us)
+    count, kept = ledger.stops_left(0), STOPS_KEPT
+    if count is None:
+        return "any number: no limit of airtime"
+    return f"an hour's airtime holds {count} at most, {kept} of them are never spent on anything else"
 
 
 def read_key(path: str) -> bytes:
@@ -92,7 +102,8 @@ def _conversation(
     hour, memory = parted(values.get(AIRTIME_KEY, ""), before)
     if memory != before:
         _save(store, MEMORY_KEY, memory)
-    ledger = KeptLedger(profile.hour_us, hour, lambda text: _save(store, AIRTIME_KEY, text))
+    stop_us = profile.stop_us if protocol == "compact" else 0
+    ledger = KeptLedger(profile.hour_us, hour, lambda text: _save(store, AIRTIME_KEY, text), stop_us=stop_us)
     if protocol == "compact":
         return VesselRadio(
             profile,

@@ -60,7 +60,7 @@ class CompactLink:
     ) -> None:
         self.profile = profile
         self.pairing = pairing
-        self.ledger = ledger or Ledger(profile.hour_us)
+        self.ledger = ledger or Ledger(profile.hour_us, profile.stop_us)
         self.voice = Voice(profile, pairing, self.ledger, self._remember)
         self.clock = self.voice.clock
         self._patience = Patience(profile, self.clock, rng)

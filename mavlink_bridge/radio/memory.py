@@ -70,8 +70,10 @@ def parted(airtime: str, link: str) -> tuple[str, str]:
 class KeptLedger(Ledger):
     """A ledger that outlives a restart: ``keep`` is called with a text, ``memory`` is that text."""
 
-    def __init__(self, limit_us: int | None, memory: str, keep: Callable[[str], None], now_us: int = 0) -> None:
-        super().__init__(limit_us)
+    def __init__(
+        self, limit_us: int | None, memory: str, keep: Callable[[str], None], now_us: int = 0, *, stop_us: int = 0
+    ) -> None:
+        super().__init__(limit_us, stop_us)
         self._keep: Callable[[str], None] | None = None
         if memory:
             self._take_over(memory, now_us)

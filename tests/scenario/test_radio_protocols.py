@@ -88,6 +88,7 @@ def test_after_the_radios_time_out_the_sender_of_a_json_plan_is_missed():
     sim = world("radio.protocol=json", "radio.profile=o-10")
     shore = sim.ground("shore")
     sim.run(8.0)
+    shore.poll(sim.now_us)
     shore.write(0, json.dumps(SEED_LOITER).encode())
     sim.run(50.0)
     assert (sim.snapshot.mode, sim.snapshot.armed) == (Mode.AUTO, True)

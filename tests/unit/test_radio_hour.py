@@ -9,7 +9,9 @@ from companion.io.keeping.content import SaveValue
 from companion.io.keeping.store import MemoryStore
 from companion.radio import MEMORY_KEY, radio_conversation
 from companion.settings.schema import Settings
-from tools.lora_rig import KEY, BookVessel
+from mavlink_bridge.language.requests import Arm, Result
+from tools.bench_lora import compiled, loiter_items
+from tools.lora_rig import KEY, BookVessel, Rig, profile
 
 
 @pytest.fixture
@@ -63,3 +65,29 @@ def test_the_hour_that_earlier_software_kept_counts_once(start, protocol):
     start.store.submit(SaveValue(MEMORY_KEY, json.dumps(fields)))
     for _ in range(3):
         assert 149.0 < used_s(start(protocol, "o-10")) < 165.0
+
+
+def test_five_stops_with_their_answers_are_never_spent_on_a_mission():
+    """The original's channel, 3.6 s an hour: plans are uploaded until they are refused, then five stops still stop the boat."""
+    rig = Rig(profile("n-0.1"))
+    rig.run(30.0)
+    while rig.ask(compiled(loiter_items()))[1].result is Result.ACCEPTED:
+        rig.run(20.0)
+    told = []
+    for _ in range(5):
+        rig.vessel.under_way_again()
+        rig.twin.texts()
+        assert rig.ask(Arm(False))[1].result is Result.ACCEPTED
+        assert rig.vessel.neutral_us is not None
+        told += [text for _, text in rig.twin.texts()]
+        rig.run(11.0)
+    assert any("this hour holds 1 more stop" in text for text in told)
+    assert rig.pair.air.worst_hour_us("shore") <= 3_600_000
+    assert rig.pair.air.worst_hour_us("vessel") <= 3_600_000
+
+
+def test_arming_tells_how_many_stops_the_hour_holds():
+    rig = Rig(profile("n-0.1"))
+    rig.run(30.0)
+    assert rig.ask(Arm(True))[1].result is Result.ACCEPTED
+    assert any("more stops" in text for _, text in rig.twin.texts())

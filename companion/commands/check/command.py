@@ -11,7 +11,7 @@ from ...core.hull.geometry import mounted, strangers
 from ...core.hull.statics import stopping_distance_m, top_speed_mps
 from ...doors import page_door, vessel_doors
 from ...judge import verdict, vessel_notes, vessel_warnings
-from ...radio import read_key
+from ...radio import load_radio, read_key, stops_of
 from ...settings import load_vessel
 from ..numbers import positive
 from .live_data import watch
@@ -60,6 +60,7 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
     print(f"  radio       {f'{radio.url}, {radio.protocol}, profile {radio.profile}' if radio.url else 'none'}")
     if radio.url and radio.protocol == "compact":
+        print(f"  stops       {stops_of(load_radio(radio.profile))}")
         for problem in mistakes_of(lambda: read_key(radio.key_file)):
             print(f"  NOT YET     {problem}")
     key = settings.security.key_file

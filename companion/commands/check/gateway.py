@@ -9,7 +9,7 @@ from pathlib import Path
 from ...configuration import gateway_settings, mistakes_of
 from ...doors import gateway_doors
 from ...judge import gateway_notes, gateway_warnings, verdict
-from ...radio import load_radio, read_key
+from ...radio import load_radio, read_key, stops_of
 
 _OWN = ("url", "vessel_config", "key_file", "profile")
 """Keys at the top of a gateway's file that no vessel's has."""
@@ -33,6 +33,7 @@ def check(path: Path, overrides: Sequence[str]) -> int:
     print(f"{path}: {verdict(warnings)}, a gateway's")
     print(f"  modem       {settings.url}")
     print(f"  radio       {profile.title}; {profile.band_rule.title}")
+    print(f"  stops       {stops_of(profile)}")
     for endpoint in settings.endpoints:
         print(f"  endpoint    {endpoint.name}: {endpoint.url}, {endpoint.persona}, {endpoint.link_class}")
     for door in gateway_doors(settings):

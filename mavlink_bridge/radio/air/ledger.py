@@ -1,7 +1,7 @@
 """The airtime ledger: a sliding hour of transmissions that refuses what the rule does not allow.
 
-Five classes share the hour. Class 0 (stop, abort, their answers) may use all of it; the last fifth is never lent to
-the others. The time away during a restart does not count, so a restored ledger errs on the safe side; it also charges
+Five classes share the hour. Class 0 (stop, abort, their answers) may use all of it; the last fifth, and at least five stops,
+is never lent to the others. The time away during a restart does not count, so a restored ledger errs on the safe side; it also charges
 what may not have been written down in time. All is noted even where nothing limits it: the next start may be with a
 profile that does.
 """
@@ -16,6 +16,7 @@ HOUR_US: Final = 3_600_000_000
 _BUCKET_US: Final = 60_000_000
 _USUAL_LIMIT_US: Final = 360_000_000
 """Where there is no limit the hour is written down as often as if it were this one."""
+STOPS_KEPT: Final = 5
 _UNSAVED: Final = 0.01
 """Share of the hour's limit that may be used between two savings."""
 
@@ -41,10 +42,11 @@ _SHARE: Final = {
 
 
 class Ledger:
-    """Counts airtime against ``limit_us`` an hour; None = no limit (a dummy load)."""
+    """Counts airtime against ``limit_us`` an hour; None = no limit (a dummy load). ``stop_us``: what a stop, or its answer, takes."""
 
-    def __init__(self, limit_us: int | None) -> None:
+    def __init__(self, limit_us: int | None, stop_us: int = 0) -> None:
         self.limit_us = limit_us
+        self.stop_us = stop_us
         self._spent: deque[tuple[int, int]] = deque()
         self._total_us = 0
         self._since_saved_us = 0
@@ -59,7 +61,19 @@ class Ledger:
         """What a class may still send now; None = no limit."""
         if self.limit_us is None:
             return None
-        return max(int(self.limit_us * _SHARE[priority]) - self.used_us(now_us), 0)
+        return max(self._cap_us(priority) - self.used_us(now_us), 0)
+
+    def stops_left(self, now_us: int) -> int | None:
+        """How many stops this hour still holds; None = any number."""
+        left_us = self.left_us(Priority.STOP, now_us)
+        return None if left_us is None or not self.stop_us else left_us // self.stop_us
+
+    def _cap_us(self, priority: Priority) -> int:
+        """Up to which airtime of the hour a class may fill it."""
+        limit_us = self.limit_us or 0
+        if priority is Priority.STOP:
+            return limit_us
+        return min(int(limit_us * _SHARE[priority]), max(limit_us - STOPS_KEPT * self.stop_us, 0))
 
     def allows(self, airtime_us: int, priority: Priority, now_us: int) -> bool:
         left_us = self.left_us(priority, now_us)
@@ -67,13 +81,13 @@ class Ledger:
 
     def could_ever(self, airtime_us: int, priority: Priority) -> bool:
         """Whether an empty hour would hold it."""
-        return self.limit_us is None or airtime_us <= int(self.limit_us * _SHARE[priority])
+        return self.limit_us is None or airtime_us <= self._cap_us(priority)
 
     def wait_us(self, airtime_us: int, priority: Priority, now_us: int) -> int | None:
         """Time until a class may send so much; None = never."""
         if self.limit_us is None or self.allows(airtime_us, priority, now_us):
             return 0
-        missing_us = self.used_us(now_us) + airtime_us - int(self.limit_us * _SHARE[priority])
+        missing_us = self.used_us(now_us) + airtime_us - self._cap_us(priority)
         for end_us, spent_us in self._spent:
             missing_us -= spent_us
             if missing_us <= 0:
@@ -86,7 +100,7 @@ class Ledger:
         wait_us = self.wait_us(airtime_us, priority, now_us)
         if not self.could_ever(airtime_us, priority) or wait_us is None:
             limit_s = (self.limit_us or 0) / 1e6
-            return f"{need}, and band {band} allows {limit_s:.1f} s an hour, a fifth of it kept for stops"
+            return f"{need}, and band {band} allows {limit_s:.1f} s an hour, a fifth of it or five stops kept"
         left_s = (self.left_us(priority, now_us) or 0) / 1e6
         return f"{need}, {left_s:.1f} s are left in this hour; possible in {wait_us / 60e6:.0f} min"
 

@@ -27,6 +27,8 @@ _CHANNEL_STEP_MHZ: Final = 0.6
 _KEY_STATE_BYTES: Final = KEY_BYTES + OVERHEAD
 _BETWEEN_US: Final = 120_000
 """What the shore keeps clear before and after a state of the vessel's."""
+STOP_BYTES: Final = OVERHEAD + 4
+"""Count, number, code and station; the answer is no longer."""
 MODULE_US: Final = 10_000
 """Allowed for the module to notice the end of a write."""
 
@@ -241,6 +243,11 @@ class RadioProfile(_Model):
 
     def airtime_us(self, size: int) -> int:
         return packet_us(size, self.modulation, self.module_header_bytes)
+
+    @property
+    def stop_us(self) -> int:
+        """What a stop, or the vessel's answer to it, is on the air."""
+        return self.airtime_us(STOP_BYTES)
 
     def span_us(self, size: int) -> int:
         """From the write to the end on the air, for what is one packet."""

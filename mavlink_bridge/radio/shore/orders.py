@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from ...language.messages import Mode
 from ...language.requests import LoadPlan, Origin, Reposition, RequestBody, SetMode
 from ...language.units import rad_to_e7
-from ..air.ledger import Priority
+from ..air.ledger import Ledger, Priority
 from ..codec.command import encode_command
 from ..codec.plan import Position, encode_plan
 from ..codec.request import crosses, encode_request
@@ -55,6 +57,18 @@ def _place_e7(body: Reposition) -> tuple[int, int] | None:
     if body.lat_rad is None or body.lon_rad is None:
         return None
     return rad_to_e7(body.lat_rad), rad_to_e7(body.lon_rad)
+
+
+def stops_word(ledger: Ledger, now_us: int, *, at_most: int, spoken_for: int = 0) -> str:
+    """How many stops the hour still holds, and with none what happens by itself; "" while there are more than ``at_most``."""
+    left = ledger.stops_left(now_us)
+    if left is None or (left := max(left - spoken_for, 0)) > at_most:
+        return ""
+    if left:
+        return f"Radio: this hour holds {left} more stop{'s' * (left > 1)}"
+    wait_us = ledger.wait_us(ledger.stop_us, Priority.STOP, now_us + 1) or 0
+    when = f" for {math.ceil(wait_us / 60e6)} min" if wait_us else ""
+    return f"Radio: the last stop{when}; the vessel sails its plan to the end and holds there, its guards stay on"
 
 
 def submit(link: CompactLink, message: tuple[Kind, bytes], now_us: int, *, is_stop: bool) -> int:

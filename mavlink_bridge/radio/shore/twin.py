@@ -47,12 +47,13 @@ from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .grid import StateGrid
 from .memory import Picture, heard_us
-from .orders import covers, message_of, submit
+from .orders import covers, message_of, stops_word, submit
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
 
 _MAX_TEXTS: Final = 16
 _SAID_GAP_US: Final = 10_000_000
+_NO_BEACON: Final = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
 _FOREIGN: Final = (
     "Radio: the vessel speaks format {}, this gateway {}: only Hold and Disarm cross; update the older one"
 )
@@ -96,13 +97,11 @@ class ShoreTwin:
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
-        self.logs: None = None
-        """The vessel's logs never cross the radio."""
+        self.logs: None = None  # the vessel's never cross the radio
         self.state: RadioState | None = None
         self.state_us: int | None = None
         """When the newest state was true."""
-        self.stood_us: int | None = None
-        """When an answer last told mode and armed bit."""
+        self.stood_us: int | None = None  # when an answer last told mode and armed bit
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
@@ -208,6 +207,8 @@ class ShoreTwin:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
         self._pending[number] = _Pending(body, [owner])
+        if body.nature.stops:
+            self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
 
     def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
         """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
@@ -390,6 +391,10 @@ class ShoreTwin:
             self.params.put(body.name, body.value)
         elif isinstance(body, SetHomePosition) and body.lat_rad is not None and body.lon_rad is not None:
             self.plans.home_e7 = rad_to_e7(body.lat_rad), rad_to_e7(body.lon_rad)
-        elif isinstance(body, Arm) and body.arm and self.profile.link.beacon_s == 0.0:
-            text = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
-            self.say(Severity.WARNING, text, now_us)
+        elif isinstance(body, Arm) and body.arm:
+            self._tell(stops_word(self.link.ledger, now_us, at_most=20), now_us)
+            self._tell("" if self.profile.link.beacon_s else _NO_BEACON, now_us)
+
+    def _tell(self, warning: str, now_us: int) -> None:
+        if warning:
+            self.say(Severity.WARNING, warning, now_us)
