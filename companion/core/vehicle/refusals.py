@@ -107,6 +107,7 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
 
 
 _LEAST_TRIAL_M, _MOST_TRIAL_M = 25.0, 500.0
+"""Radius of a trial's circle: in less no steady run and its stop fit, from more the person who watches no longer sees the boat."""
 _ROUND: Final = 16
 """Points of a trial's circle that are looked at."""
 
