@@ -5,6 +5,7 @@ import math
 import pytest
 
 from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.figures import Circle, FigureEight
 from mavlink_bridge.language.messages import LoiterDirection, Mode
 from mavlink_bridge.language.requests import Reply, Result
 from mavlink_bridge.mavlink.commands.local import LOCAL
@@ -159,7 +160,7 @@ def test_check_43_unset_is_nan_or_zero(bench, unset):
     bench.long(34, unset, unset, unset, unset, unset, unset, unset)
     bench.tick()
     (orbit,) = bodies(bench, ask.Orbit)
-    assert (orbit.lat_rad, orbit.radius_m, orbit.speed_mps, orbit.turns) == (None, None, None, None)
+    assert (orbit.lat_rad, orbit.figure.radius_m, orbit.speed_mps, orbit.turns) == (None, None, None, None)
     bench.int(192, unset, 1, unset, unset, frame=6, x=LAT_E7, y=LON_E7)
     bench.tick()
     (target,) = bodies(bench, ask.Reposition)
@@ -209,8 +210,8 @@ def test_check_45_orbit_with_signed_radius(bench, frame, radius):
     bench.int(34, radius, 1.5, 0, NAN, frame=frame, x=LAT_E7, y=LON_E7)
     bench.tick()
     (body,) = bodies(bench, ask.Orbit)
-    assert (body.radius_m, body.speed_mps) == (25.0, 1.5)
-    assert body.direction is (LoiterDirection.CW if radius > 0 else LoiterDirection.CCW)
+    way = LoiterDirection.CW if radius > 0 else LoiterDirection.CCW
+    assert (body.figure, body.speed_mps) == (Circle(25.0, way), 1.5)
 
 
 def test_check_45_orbit_here_and_its_turns(bench):
@@ -236,7 +237,9 @@ def test_check_45_figure_eight(bench):
     bench.int(35, 60, 20, 1.0, 0.5, frame=6, x=LAT_E7, y=LON_E7)
     bench.tick()
     (body,) = bodies(bench, ask.Orbit)
-    assert (body.radius_m, body.length_m, body.bearing_rad) == (20.0, 80.0, 0.5)
+    figure = body.figure
+    assert isinstance(figure, FigureEight)
+    assert (figure.radius_m, figure.length_m, figure.bearing_rad) == (20.0, 80.0, 0.5)
     assert body.speed_mps is None, "parameter 3 is reserved, and in a plan it is no speed either"
 
 
