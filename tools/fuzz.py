@@ -62,7 +62,6 @@ class Target:
     """A simulated vessel with its ground links in memory."""
 
     def __init__(self, seed: int) -> None:
-        logging.disable(logging.CRITICAL)
         self.world = World(load(config.path("sim.toml"), [], SimSettings), seed=seed)
         names = [settings.name for settings in self.world.settings.endpoints]
         self.links = [self.world.ground(name) for name in names]
@@ -211,6 +210,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--corpus", type=Path, default=CORPUS)
     options = parser.parse_args(arguments)
+    logging.disable(logging.CRITICAL)
     outcome = fuzz(options.frames, options.seed, options.corpus, progress=True)
     rounds = options.frames // 50
     outcome.broken += fuzz_decoders(rounds, options.seed)

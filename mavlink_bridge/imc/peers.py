@@ -67,6 +67,8 @@ class Peer:
     udp: Udp | None = None
     """Where it wants its datagrams, from its Announce; else where it sent from."""
     announced: bool = False
+    roams: bool = False
+    """It has not announced itself and sends from one port after another: where it sends from it does not listen."""
     tcp: Tcp | None = None
     """Its newest connection."""
     heard_us: int = 0
@@ -100,7 +102,7 @@ class Peer:
         """Who asks, for the parts. Datagrams are answered where the system listens, which need not be where it sends from."""
         place = source
         if isinstance(source, Udp) and self.udp is not None:
-            place = self.udp
+            place = Udp(self.host, CONSOLE_PORT) if self.roams and not self.announced else self.udp
         return Asker(
             imc_id=self.imc_id,
             entity=packet.header.source_entity,
@@ -153,6 +155,7 @@ class Peers:
             if told is not None:
                 peer.udp, peer.announced = told, True
         elif isinstance(source, Udp) and not peer.announced:
+            peer.roams = peer.roams or peer.udp not in (None, source)
             peer.udp = source
 
     def gone(self, connection: Tcp) -> None:

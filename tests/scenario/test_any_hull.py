@@ -52,7 +52,9 @@ def test_the_lowered_top_speed_is_told_and_kept():
 def test_the_lowered_top_speed_stands_in_the_operators_log():
     for munk, told in ((1.0, True), (0.0, False)):
         vehicle = Vehicle(VehicleConfig(), bare("otter", munk))
-        assert any(text.text.startswith("Top speed lowered from 3.1 to") for text in vehicle._texts) == told
+        assert (
+            any(text.text.startswith("Top speed lowered from 3.1 to") for text in vehicle.controls.voice.take()) == told
+        )
 
 
 def test_a_hull_whose_propellers_and_rudders_are_odd_sails_as_straight_as_any_when_its_file_says_so():

@@ -127,7 +127,7 @@ def transitions(hours: float, altitude_m: float, heave_m: float) -> tuple[int, i
         true_m = altitude_m + 0.15 + heave_m * math.sin(2.0 * math.pi * i / 30.0)
         guard.measure(Distance(now_us, noise.read(rng, true_m)), state)
         out = guard.step(now_us, state, True, None, lambda speed: 2.33 * speed)
-        stops += out.stop_ahead
+        stops += out.flags.depth_ahead
         states += before is not None and out.state is not before and i > 20
         before = out.state
     return states, stops

@@ -79,7 +79,7 @@ def test_row_05_an_exception_in_the_control_tick_is_neutral_in_the_same_tick(voy
     def fail(*arguments):
         raise RuntimeError("control fails")
 
-    monkeypatch.setattr(vehicle, "_steer", fail)
+    monkeypatch.setattr(vehicle, "_demand", fail)
     began_us = trip.world.now_us
     while not trip.neutral and trip.world.now_us - began_us < 300_000:
         trip.world.tick()

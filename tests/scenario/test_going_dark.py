@@ -41,9 +41,9 @@ def test_armed_or_on_a_voyage_it_is_refused(voyage):
 
 def test_by_radio_it_is_never_obeyed(voyage):
     trip = voyage(NO_DEPTH)
-    vehicle = trip.world.app.vehicle
-    assert shutdown_refusal(vehicle, trip.world.now_us, by_radio=False) == ""
-    assert "by radio" in shutdown_refusal(vehicle, trip.world.now_us, by_radio=True)
+    controls = trip.world.app.vehicle.controls
+    assert shutdown_refusal(controls, trip.world.now_us, by_radio=False) == ""
+    assert "by radio" in shutdown_refusal(controls, trip.world.now_us, by_radio=True)
 
 
 @pytest.mark.parametrize("line", [f"RestartPreventExitStatus={SHUT_DOWN}", "Restart=always"])

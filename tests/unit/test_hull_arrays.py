@@ -46,6 +46,8 @@ def test_a_minute_of_manoeuvres_ends_where_the_simulated_boat_does(name):
     port = np.array([0.6 if k < 300 else -0.4 for k in range(count)])
     starboard = np.array([0.6 if k % 200 < 100 else 0.2 for k in range(count)])
     rudder = np.array([0.3 * math.copysign(1.0, math.sin(k / 60.0)) for k in range(count)])
+    for commands in (port, starboard, rudder):
+        commands[:20] = 0.0  # a stretch begins with propellers and rudders as they are told to be: both at rest
     boat, seen = SimVessel(vessel), []
     for k in range(count):
         seen.append((boat.u_mps, boat.v_mps, boat.r_radps))
@@ -53,7 +55,7 @@ def test_a_minute_of_manoeuvres_ends_where_the_simulated_boat_does(name):
             boat.step(STEP_S / 3, port[k], starboard[k], rudder[k], rudder[k])
     c = {k: np.full((1, 1), v) for k, v in coefficients(vessel).items()}
     still = (np.zeros((1, 1)), np.zeros((1, 1)))
-    commands = Commands(port[:, None], starboard[:, None], rudder[:, None], np.zeros((count, 1)))
-    found = HullArrays(vessel).sail(c, commands, np.zeros((3, 1, 1)), still, np.zeros((2, 1, 1)))[:, :, 0, 0]
+    told = Commands(port[:, None], starboard[:, None], rudder[:, None], np.zeros((count, 1)))
+    found = HullArrays(vessel).sail(c, told, np.zeros((3, 1, 1)), still, np.zeros((2, 1, 1)))[:, :, 0, 0]
     off = np.sqrt(np.mean((found - np.array(seen)) ** 2, axis=0)) / np.maximum(np.std(np.array(seen), axis=0), 0.02)
     assert off.max() < 0.06

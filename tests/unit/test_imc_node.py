@@ -38,6 +38,15 @@ def test_a_console_that_asks_before_it_announces_itself_is_answered_where_it_sen
     assert imc.EntityList in kinds(got)
 
 
+def test_a_console_that_sends_each_packet_from_a_new_port_is_answered_where_it_listens():
+    """imcpy as the first of two on a computer: its announcement was not heard, and it asks once."""
+    console = ConsoleRig(make_node())
+    console.say(imc.Heartbeat(), 0, place=Udp(console.host, 40123))
+    console.got.clear()
+    console.say(imc.EntityList(imc.EntityListOp.QUERY), S, place=Udp(console.host, 40124))
+    assert console.udp in {place for place, packet in console.got if isinstance(packet.message, imc.EntityList)}
+
+
 def test_a_console_that_sends_from_another_port_than_it_listens_on_is_reached_before_it_announces_itself():
     """imcpy sends each packet from a new port."""
     node = make_node()

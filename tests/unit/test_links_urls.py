@@ -19,7 +19,7 @@ from companion.io.links.tcp import TcpClientLink
         ("/dev/ttyS0", {"baud": 115200}, "/dev/ttyS0 115200 8N1"),
         ("/dev/ttyS0", {}, "/dev/ttyS0 115200 8N1"),
         ("serial:/dev/ttyUSB0?baud=9600&parity=E&stop=2", {}, "/dev/ttyUSB0 9600 8E2"),
-        ("serial:///dev/serial/by-id/usb-Arduino?baud=112500", {}, "/dev/serial/by-id/usb-Arduino 112500 8N1"),
+        ("serial:///dev/serial/by-id/usb-Arduino?baud=250000", {}, "/dev/serial/by-id/usb-Arduino 250000 8N1"),
         ("serial:/dev/ttyUSB0?baud=9600", {"baud": 57600, "parity": "odd"}, "/dev/ttyUSB0 57600 8O1"),
     ],
 )

@@ -110,7 +110,7 @@ def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
             age_s = (rig.now_us // 1_000_000 - rig.twin.state.t_s) % CLOCK_S
             true_ages_s.append(age_s)
             assert rig.twin.age_s(rig.now_us) == pytest.approx(age_s, abs=3.0)
-    assert max(true_ages_s) > 1000.0
+    assert max(true_ages_s) > 600.0
     assert min(true_ages_s) < 5.0
 
 
@@ -124,5 +124,6 @@ def test_a_restarted_vessels_clock_counts_anew():
     heard_us = rig.twin.state_us
     while rig.twin.state_us == heard_us:
         rig.step()
-    assert rig.now_us - began_us < 3600e6
+    # what was spent before the restart leaves the hour within an hour, and the air of five stops is kept free until then
+    assert rig.now_us - began_us < 3600e6 + 60e6
     assert rig.twin.age_s(rig.now_us) < 5.0

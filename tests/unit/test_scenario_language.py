@@ -212,6 +212,10 @@ def test_every_quantity_can_fail(written):
         "speed_mps_max": 0.1,
         "speed_mps_min": 9.0,
         "final_speed_mps_max": 0.1,
+        "clearance_m_min": 900.0,
+        "role": "overtaken",
+        "danger": "close",
+        "no_danger": True,
         "neutral_within_s": 0.1,
         "final_mode": "Return",
         "final_armed": False,
@@ -231,7 +235,9 @@ def test_every_quantity_can_fail(written):
     impossible |= {name: -1.0 for name in QUANTITIES if name.endswith("m_max") and name not in impossible}
     impossible["turns_min"] = 1.0
     assert set(impossible) == set(QUANTITIES)
-    path = written(LEG + '[[at]]\nt_s = 9\nboard = "stop"\n' + STILL, duration=12)
+    # bows on, 300 m off: the risk is told, and nothing is close yet
+    near = '[[vessel]]\nais = "A"\nnorth_m = 400.0\neast_m = 5.0\ncourse_deg = 180.0\nspeed_mps = 4.0\n'
+    path = written(LEG + near + '[[at]]\nt_s = 9\nboard = "stop"\n' + STILL, duration=12)
     windows = {"under_way": (10.0, 12.0), "neutral_within_s": (2.0, 8.0), "final_speed_mps_max": (None, 8.0)}
     windows["final_armed"] = (None, 8.0)
     scenario = read_scenario(path)

@@ -301,7 +301,7 @@ def test_all_mistakes_are_told_in_one_pass_in_the_order_of_the_file(tmp_path, ca
 @pytest.mark.parametrize(
     ("edits", "says"),
     [
-        ([(COMPASS, 'url = "serial:/dev/ttyS0?baud=112500"')], "112500 baud is unusual; was 115200 meant?"),
+        ([(COMPASS, 'url = "serial:/dev/ttyS0?baud=500000"')], "500000 baud is unusual; was 460800 meant?"),
         ([('store = "DIR/boat.db"', 'store = "/proc/nowhere/boat.db"')], "store = '/proc/nowhere/boat.db'"),
         ([('store = "DIR/boat.db"', 'store = "DIR"')], "is a folder; name a file"),
         ([('directory = "DIR/runs"', 'directory = "DIR/key"')], "record.directory"),
