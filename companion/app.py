@@ -30,7 +30,7 @@ from mavlink_bridge.language.stations import Station
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
-from .audit import Audit, ordered_text, own_request
+from .audit import Audit, ordered_text, own_request, whom
 from .changes import ends_far_word, parameter_problem, saving
 from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
@@ -309,7 +309,10 @@ class App:
                 port.send(0, body.data)
             answer(ACCEPTED)
         elif isinstance(body, Reboot):
-            answer(self._reboot(body, now_us, by_radio=by_radio))
+            reply = self._reboot(body, now_us, by_radio=by_radio)
+            if reply.result is Result.ACCEPTED:
+                log.warning("%s, ordered by %s", "shutdown" if body.shutdown else "restart", whom(request))
+            answer(reply)
         else:
             answer(self.vehicle.handle(request, now_us))
             if isinstance(body, ForgetDepth):

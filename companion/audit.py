@@ -95,6 +95,13 @@ def ordered_text(body: RequestBody, station: Station) -> str:
     return f"{body.mode.value if isinstance(body, SetMode) else words(body).capitalize()}: ordered by {station}"
 
 
+def whom(request: Request) -> str:
+    """Who ordered, in words: its ids, link and what proves it."""
+    if request.station is None:
+        return "a program aboard"
+    return f"{request.sender}/{request.component} over {request.station.link} ({request.proof.value})"
+
+
 def words(body: RequestBody) -> str:
     """An order in words: its name and what it says, angles in degrees."""
     name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(body).__name__).lower()

@@ -28,7 +28,7 @@ from companion.settings import ConfigError, load, load_vessel
 from companion.status.start import serve
 from companion.worlds import apart, check_run_dir
 
-from . import cli_encounters, cli_scenario, imc, rehearsal
+from . import again, cli_encounters, cli_scenario, imc, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .scenario.autostart import AutoStart, PlanError, read_plan_file
 from .world import SimSettings, World
@@ -100,6 +100,8 @@ def command(arguments: argparse.Namespace) -> int:
         store=rehearsal.store_of(boat, arguments, run_dir, in_memory=speed is None),
         about=describe(settings, seed=arguments.seed),
     )
+    if getattr(arguments, "berth", None) is not None:
+        arguments.berth.moor(world)
     starter = AutoStart(world, plan, start=arguments.start) if plan is not None else None
     clock: Clock = ManualClock() if speed is None else SystemClock(speed)
     gateway = shore_gateway(world.settings, arguments.instance, run_dir) if arguments.gateway else None
@@ -126,6 +128,11 @@ def command(arguments: argparse.Namespace) -> int:
         print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))
     else:
         _farewell(world, wall_s, run_dir)
+    if again.is_wanted(world) and speed is not None:
+        print(
+            "a ground station asked for a restart: the vessel's program begins anew, where the vessel lies", flush=True
+        )
+        return command(again.next_start(arguments, world, run_dir))
     return 1 if starter is not None and starter.failure else status
 
 
