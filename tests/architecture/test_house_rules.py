@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import gc
 import importlib
 import itertools
 import subprocess
@@ -29,7 +30,18 @@ VOCABULARY = {"crc", "language"}
 def modules() -> tuple[tuple[Path, ast.Module], ...]:
     """Every module that ships, parsed once."""
     paths = [path for package in PACKAGES for path in sorted((REPO / package).rglob("*.py"))]
-    return tuple((path.relative_to(REPO), ast.parse(path.read_text(encoding="utf-8"))) for path in paths)
+    gc.disable()  # a million objects, and not one to be given back
+    try:
+        return tuple((path.relative_to(REPO), ast.parse(path.read_text(encoding="utf-8"))) for path in paths)
+    finally:
+        gc.enable()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten() -> Iterator[None]:
+    """The trees are a million objects: what is kept of them is looked through at each collection of every later test."""
+    yield
+    modules.cache_clear()
 
 
 def imported(tree: ast.Module) -> Iterator[str]:
