@@ -135,7 +135,7 @@ def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, capsys,
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--duration", "0.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--duration", "1.5", *quiet]) == 0
     assert "moved to companion.db.simulated-1" in caplog.text
     assert look(boat / "state" / "companion.db.simulated-1").content.params == {"DEPTH_MIN": 0.5}
     assert look(boat / "state" / "companion.db").content.params == {}
@@ -160,7 +160,7 @@ def test_check_and_run_name_each_parameter_that_the_store_overrules(boat, capsys
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--duration", "0.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--duration", "1.5", *quiet]) == 0
     assert caplog.text.count("DEPTH_MIN = 1.75 from the store (file: 4)") == 1
 
 
@@ -175,7 +175,7 @@ def test_a_run_beside_a_simulated_world_keeps_apart_too(boat):
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--simulated", "--duration", "0.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--simulated", "--duration", "1.5", *quiet]) == 0
     assert everything(boat) == before
     (run_dir,) = (boat / "runs-sim").iterdir()
     assert look(run_dir / "companion.db").content.world == "simulated"
