@@ -8,10 +8,13 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from companion.worlds import STORE_NAME
 
 from .world import World
+
+TOLD: Final = "a ground station asked for a restart: the vessel's program begins anew, where the vessel lies"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +28,13 @@ class Berth:
     def moor(self, world: World) -> None:
         """Lay the vessel of a new world there, at rest."""
         world.surroundings.plant.vessel.place(north_m=self.north_m, east_m=self.east_m, psi_rad=self.psi_rad)
+
+
+def moor(arguments: argparse.Namespace, world: World) -> None:
+    """Lay the vessel where the start before this one left it; a first start leaves it where the world begins."""
+    berth: Berth | None = getattr(arguments, "berth", None)
+    if berth is not None:
+        berth.moor(world)
 
 
 def is_wanted(world: World) -> bool:

@@ -100,8 +100,7 @@ def command(arguments: argparse.Namespace) -> int:
         store=rehearsal.store_of(boat, arguments, run_dir, in_memory=speed is None),
         about=describe(settings, seed=arguments.seed),
     )
-    if getattr(arguments, "berth", None) is not None:
-        arguments.berth.moor(world)
+    again.moor(arguments, world)
     starter = AutoStart(world, plan, start=arguments.start) if plan is not None else None
     clock: Clock = ManualClock() if speed is None else SystemClock(speed)
     gateway = shore_gateway(world.settings, arguments.instance, run_dir) if arguments.gateway else None
@@ -123,17 +122,18 @@ def command(arguments: argparse.Namespace) -> int:
         driven = Watched(driven, Progress("simulating", arguments.duration))
     with imc.beside(bridge) if bridge else contextlib.nullcontext():
         status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
-    wall_s = time.monotonic() - began
+    _tell_the_end(arguments, world, time.monotonic() - began, run_dir)
+    if again.is_wanted(world) and speed is not None:
+        print(again.TOLD, flush=True)
+        return command(again.next_start(arguments, world, run_dir))
+    return 1 if starter is not None and starter.failure else status
+
+
+def _tell_the_end(arguments: argparse.Namespace, world: World, wall_s: float, run_dir: Path) -> None:
     if arguments.json:
         print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))
     else:
         _farewell(world, wall_s, run_dir)
-    if again.is_wanted(world) and speed is not None:
-        print(
-            "a ground station asked for a restart: the vessel's program begins anew, where the vessel lies", flush=True
-        )
-        return command(again.next_start(arguments, world, run_dir))
-    return 1 if starter is not None and starter.failure else status
 
 
 def _bridge(arguments: argparse.Namespace, settings: SimSettings, speed: float | None, run_dir: Path) -> list[str]:
