@@ -9,7 +9,7 @@ import os
 import random
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -148,6 +148,18 @@ def test_it_is_new_each_second_and_says_when_it_is_old(boat: Boat, phone: Browse
     phone.until(lambda: phone.text("live") == "live", 30.0)
 
 
+def obeyed(phone: Browser, order: str, give: Callable[[], None]) -> None:
+    """Give an order as a person does on a slow computer: again, where the page says that it was not heard."""
+    for _ in range(5):
+        give()
+        phone.until(
+            lambda: phone.text("said").startswith(f"{order}: obeyed at ") or "NOT HEARD" in phone.text("said"), 20.0
+        )
+        if "NOT HEARD" not in phone.text("said"):
+            return
+    pytest.fail(f"{order}: not heard five times")
+
+
 def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, phone: Browser) -> None:
     live(phone, boat.url)
     assert phone.text("hold") == ""
@@ -155,6 +167,14 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert phone.text("said") == "Key: refused: wrong key"
     use_key(phone)
     assert "right" in phone.text("said")
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    phone.until(lambda: phone.text("mode") == "Hold")
+    phone.drag("disarm", 0.6)
+    time.sleep(1.0)
+    assert phone.text("armed") == "ARMED"
+    obeyed(phone, "Disarm", lambda: phone.drag("disarm", 1.0))
+    phone.until(lambda: phone.text("armed") == "disarmed")
+    # last, for a vessel whose computer stood still disarms itself
     boat.freeze()
     try:
         phone.press("hold")
@@ -162,15 +182,6 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     finally:
         boat.thaw()
     phone.until(lambda: phone.text("live") == "live", 30.0)
-    phone.press("hold")
-    phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "), 20.0)
-    phone.until(lambda: phone.text("mode") == "Hold")
-    phone.drag("disarm", 0.6)
-    time.sleep(1.0)
-    assert phone.text("armed") == "ARMED"
-    phone.drag("disarm", 1.0)
-    phone.until(lambda: phone.text("said").startswith("Disarm: obeyed at "), 20.0)
-    phone.until(lambda: phone.text("armed") == "disarmed")
     assert phone.run(CONTRAST) == []
     secret = hashlib.pbkdf2_hmac("sha256", WORDS.encode(), b"usv-companion page", 100_000, 32).hex()
     sent = [json.dumps(e["params"]["request"]) for e in phone.events if e["method"] == "Network.requestWillBeSent"]
