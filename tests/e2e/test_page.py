@@ -187,12 +187,15 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     sent = [json.dumps(e["params"]["request"]) for e in phone.events if e["method"] == "Network.requestWillBeSent"]
     assert len(sent) > 8
     assert not [each for each in sent if secret in each or WORDS in each]
-    events = (boat.sim.run_dir / "events.jsonl").read_text()
-    boat_says = [json.loads(line) for line in events.splitlines() if '"page"' in line]
-    assert {(each["order"], each["host"], each["proof"]) for each in boat_says} == {
-        ("set mode mode hold", "127.0.0.1", "page key"),
-        ("disarm", "127.0.0.1", "page key"),
-    }
+    told = {("set mode mode hold", "127.0.0.1", "page key"), ("disarm", "127.0.0.1", "page key")}
+    phone.until(lambda: orders_by_the_page(boat) == told, 20.0)  # the file is written once a second
+
+
+def orders_by_the_page(boat: Boat) -> set[tuple[str, str, str]]:
+    """What the run's events tell: order, host, proof."""
+    lines = (boat.sim.run_dir / "events.jsonl").read_text().splitlines()
+    events = [json.loads(line) for line in lines if '"page"' in line and line.endswith("}")]
+    return {(each["order"], each["host"], each["proof"]) for each in events}
 
 
 def test_the_hashes_of_the_page_are_the_standards(phone: Browser) -> None:
