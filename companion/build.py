@@ -68,54 +68,97 @@ def build_app(
     """
     if witness is None:
         witness = Witness() if recording is None else recording.witness()
-    not_safe = mistakes(settings, keys=witness.placeholder is None)
-    if not_safe:
-        raise ConfigError("security", not_safe)
+    _refuse_unsafe(settings, keys=witness.placeholder is None)
     vessel = vessel or load_vessel(settings.vessel)
-    no_law = steering_mistakes(settings, vessel)
-    if no_law:
-        raise ConfigError("steering", no_law)
+    _refuse_unsteerable(settings, vessel)
     identity = identity or identity_of(settings, reproducible=reproducible)
-    opener = _Opener(make_link, recording)
-    sensors = [
-        NmeaPort(
-            opener.open(item.name, item.url, baud=item.baud),
-            NmeaReader(_nmea(settings, item), item.name, depths_of(vessel, item.name)),
-        )
-        for item in settings.sensors
-    ]
-    board = settings.actuators
     kept = store or MemoryStore()
     if board_seen is None:
-        content = kept.snapshot()
-        board_seen = content.world == WorldKind.SIMULATED or mute_board(board.url) in content.values
-    actuators = None
-    if board.url:
-        link = opener.open("actuators", board.url, baud=board.baud)
-        actuators = ArduinoPort(link, Arduino(board.board, vessel.rudder.max_rad, seen=board_seen))
-    grounds = [(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints]
-    plain = settings.radio.protocol == "mavlink"
-    radio = opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None
-    plotter = opener.open("plotter", settings.plotter) if settings.plotter else None
+        board_seen = _board_seen(settings, kept)
+    links = _open_links(settings, vessel, _Opener(make_link, recording), board_seen=board_seen)
     if recording is not None:
-        kept = recording.store(kept)
-        own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
-        archive = recording.archive(archive or own)
+        kept, archive = _recorded(settings, recording, kept, archive)
         more = {"board_seen": board_seen, "keeps_voyage": keeps_voyage}
         recording.start({**(about or {}), **_header(settings, vessel, identity), **more})
-    app = App(settings=settings, vessel=vessel, sensors=sensors, actuators=actuators, store=kept, identity=identity)
+    app = App(
+        settings=settings, vessel=vessel, sensors=links.sensors, actuators=links.board, store=kept, identity=identity
+    )
     app.recorder = app.audit.diary = recording
     app.facade.logs = None if archive is None else Logs(archive, app.controls.voice.say)
     if keeps_voyage:
         app.keep_voyage()
     _load_map(app)
     app.keeper = Keeper(settings, kept, app.controls.voice.say, identity.started_utc_us, witness)
-    app.grounds += [_ground(app, app.keeper, number, item, link) for number, (item, link) in enumerate(grounds)]
-    if radio is not None:
-        app.grounds.append(_radio(app, radio, witness))
-    if plotter is not None:
-        app.plotter = PlotterPort(plotter)
+    _connect(app, app.keeper, links, witness)
     return app
+
+
+def _refuse_unsafe(settings: Settings, *, keys: bool) -> None:
+    not_safe = mistakes(settings, keys=keys)
+    if not_safe:
+        raise ConfigError("security", not_safe)
+
+
+def _refuse_unsteerable(settings: Settings, vessel: VesselConfig) -> None:
+    no_law = steering_mistakes(settings, vessel)
+    if no_law:
+        raise ConfigError("steering", no_law)
+
+
+def _board_seen(settings: Settings, kept: AnyStore) -> bool:
+    """Whether a person has seen the outputs move; of a simulated board nobody needs to."""
+    content = kept.snapshot()
+    return content.world == WorldKind.SIMULATED or mute_board(settings.actuators.url) in content.values
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Links:
+    """Everything that the vessel reads and writes, in the order in which a recording numbers it."""
+
+    sensors: list[NmeaPort]
+    board: ArduinoPort | None
+    grounds: list[tuple[EndpointSettings, Link]]
+    radio: Link | None
+    plotter: Link | None
+
+
+def _open_links(settings: Settings, vessel: VesselConfig, opener: _Opener, *, board_seen: bool) -> _Links:
+    plain = settings.radio.protocol == "mavlink"
+    return _Links(
+        sensors=[_sensor(settings, vessel, opener, item) for item in settings.sensors],
+        board=_board(settings, vessel, opener, seen=board_seen) if settings.actuators.url else None,
+        grounds=[(item, opener.open(item.name, item.url, mavlink=True)) for item in settings.endpoints],
+        radio=opener.open("radio", settings.radio.url, mavlink=plain) if settings.radio.url else None,
+        plotter=opener.open("plotter", settings.plotter) if settings.plotter else None,
+    )
+
+
+def _sensor(settings: Settings, vessel: VesselConfig, opener: _Opener, item: SensorConfig) -> NmeaPort:
+    link = opener.open(item.name, item.url, baud=item.baud)
+    return NmeaPort(link, NmeaReader(_nmea(settings, item), item.name, depths_of(vessel, item.name)))
+
+
+def _board(settings: Settings, vessel: VesselConfig, opener: _Opener, *, seen: bool) -> ArduinoPort:
+    board = settings.actuators
+    link = opener.open("actuators", board.url, baud=board.baud)
+    return ArduinoPort(link, Arduino(board.board, vessel.rudder.max_rad, seen=seen))
+
+
+def _recorded(
+    settings: Settings, recording: Recording, kept: AnyStore, archive: AnyArchive | None
+) -> tuple[AnyStore, AnyArchive]:
+    """The store and the log archive of a run that is recorded."""
+    own = LogArchive(Path(settings.record.directory), recording.recorder.run_dir, recording.recorder.writer)
+    return recording.store(kept), recording.archive(archive or own)
+
+
+def _connect(app: App, keeper: Keeper, links: _Links, witness: Witness) -> None:
+    """Give the app its ground stations' ports, the radio's last, and the plotter's."""
+    app.grounds += [_ground(app, keeper, number, item, link) for number, (item, link) in enumerate(links.grounds)]
+    if links.radio is not None:
+        app.grounds.append(_radio(app, links.radio, witness))
+    if links.plotter is not None:
+        app.plotter = PlotterPort(links.plotter)
 
 
 def mute_board(url: str) -> str:

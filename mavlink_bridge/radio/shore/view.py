@@ -107,59 +107,75 @@ def snapshot_of(
     texts: tuple[LogText, ...] = (),
 ) -> Snapshot:
     """Build the picture. ``neutral`` stands for the actuators, of which the radio tells nothing."""
-    ids = tuple(plans.plan_id(kind) for kind in PlanKind)
     home = plans.home
     return Snapshot(
         t_us=heard_us,
         tick=tick,
-        state=EstimatedState(
-            t_us=heard_us,
-            lat_rad=state.lat_rad,
-            lon_rad=state.lon_rad,
-            psi_rad=state.psi_rad,
-            phi_rad=state.phi_rad,
-            theta_rad=state.theta_rad,
-            sog_mps=state.sog_mps,
-            alt_m=state.alt_m,
-            fix_type=state.fix,
-        ),
+        state=_estimated(state, heard_us),
         mode=state.mode,
         armed=state.armed,
         output=neutral,
-        progress=Progress(
-            state=state.plan_state,
-            seq=_whole_seq(state.seq, len(plans.items(PlanKind.MISSION))),
-            total=len(plans.items(PlanKind.MISSION)),
-            mission_id=ids[0],
-            fence_id=ids[1],
-            rally_id=ids[2],
-            reached=reached,
-        ),
-        fix=GpsFix(
-            heard_us,
-            state.fix,
-            lat_rad=state.lat_rad,
-            lon_rad=state.lon_rad,
-            sog_mps=state.sog_mps,
-            satellites=state.satellites,
-        ),
+        progress=_progress(state, plans, reached),
+        fix=_fix(state, heard_us),
         guard=state.guard,
         action=state.action,
-        health=Health(
-            gps=state.gps_ok,
-            heading=state.heading_ok,
-            attitude=state.phi_rad is not None,
-            depth=None if state.alt_m is None else True,
-            actuators=state.actuators_ok,
-            battery=None if state.battery is None else True,
-            prearm_ok=state.prearm_ok,
-        ),
+        health=_health(state),
         supply=None if state.battery is None else SupplyVoltage(heard_us, None, remaining=state.battery),
         actuator=ActuatorStatus(heard_us),
         home_lat_rad=home[0] if home else None,
         home_lon_rad=home[1] if home else None,
         texts=texts,
         traffic=_others(state, heard_us),
+    )
+
+
+def _estimated(state: RadioState, heard_us: int) -> EstimatedState:
+    return EstimatedState(
+        t_us=heard_us,
+        lat_rad=state.lat_rad,
+        lon_rad=state.lon_rad,
+        psi_rad=state.psi_rad,
+        phi_rad=state.phi_rad,
+        theta_rad=state.theta_rad,
+        sog_mps=state.sog_mps,
+        alt_m=state.alt_m,
+        fix_type=state.fix,
+    )
+
+
+def _progress(state: RadioState, plans: CachedPlans, reached: tuple[int, ...]) -> Progress:
+    total = len(plans.items(PlanKind.MISSION))
+    return Progress(
+        state=state.plan_state,
+        seq=_whole_seq(state.seq, total),
+        total=total,
+        mission_id=plans.plan_id(PlanKind.MISSION),
+        fence_id=plans.plan_id(PlanKind.FENCE),
+        rally_id=plans.plan_id(PlanKind.RALLY),
+        reached=reached,
+    )
+
+
+def _fix(state: RadioState, heard_us: int) -> GpsFix:
+    return GpsFix(
+        heard_us,
+        state.fix,
+        lat_rad=state.lat_rad,
+        lon_rad=state.lon_rad,
+        sog_mps=state.sog_mps,
+        satellites=state.satellites,
+    )
+
+
+def _health(state: RadioState) -> Health:
+    return Health(
+        gps=state.gps_ok,
+        heading=state.heading_ok,
+        attitude=state.phi_rad is not None,
+        depth=None if state.alt_m is None else True,
+        actuators=state.actuators_ok,
+        battery=None if state.battery is None else True,
+        prearm_ok=state.prearm_ok,
     )
 
 
