@@ -1,6 +1,6 @@
 """Runs every benchmark and writes build/bench.json and build/bench.md.
 
-A benchmark is a module ``tools/bench_*.py`` with ``run() -> list[dict]``; a row is {name, value, unit, bar, holds}, with
+A benchmark is a module ``tools/benches/*.py`` with ``run() -> list[dict]``; a row is {name, value, unit, bar, holds}, with
 None for a figure that has no bar. ``make bench BENCH_ARGS="nmea vessel"`` runs those whose name contains a word.
 """
 
@@ -23,7 +23,7 @@ KEYS = ("name", "value", "unit", "bar", "holds")
 
 def modules(words: Sequence[str] = ()) -> list[str]:
     """Names of the benchmark modules, filtered by words."""
-    found = sorted(path.stem for path in (REPO / "tools").glob("bench_*.py") if path.stem != "bench_compare")
+    found = sorted(path.stem for path in (REPO / "tools" / "benches").glob("[a-z]*.py"))
     return [name for name in found if not words or any(word in name for word in words)]
 
 
@@ -34,7 +34,7 @@ def collect(names: Sequence[str]) -> list[dict[str, Any]]:
         print(f"[{number}/{len(names)}] {name} ...", file=sys.stderr, flush=True)
         began = time.monotonic()
         try:
-            rows += [checked(row) for row in importlib.import_module(f"tools.{name}").run()]
+            rows += [checked(row) for row in importlib.import_module(f"tools.benches.{name}").run()]
         except Exception:
             traceback.print_exc()
             rows.append({"name": f"{name} failed", "value": None, "unit": "", "bar": None, "holds": False})

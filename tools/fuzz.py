@@ -1,5 +1,5 @@
 """``make fuzz``: hostile frames against the whole simulated vessel, with the promises checked after every tick; then every other
-decoder by itself (``tools.fuzz_decoders``).
+decoder by itself (``tools.fuzzing.decoders``).
 
 Promises: no exception in a tick; thrusters within -1...1, rudders within 1.6 rad, pulses within 1000...2000 us; no thrust
 while disarmed; what the vessel sends is whole frames; memory grows by less than 5 MB. Frames that broke a promise are kept
@@ -27,8 +27,8 @@ from mavlink_bridge.mavlink.endpoint import Endpoint
 from mavlink_bridge.mavlink.wire.extensions import messages as all_messages
 from mavlink_bridge.mavlink.wire.framing import Deframer
 from sitl.world import SimSettings, World
-from tools.fuzz_decoders import fuzz_decoders
-from tools.fuzz_frames import FrameMaker
+from tools.fuzzing.decoders import fuzz_decoders
+from tools.fuzzing.frames import FrameMaker
 
 CORPUS: Final = Path(__file__).resolve().parents[1] / "tests" / "data" / "fuzz"
 FRAMES_A_TICK: Final = 60

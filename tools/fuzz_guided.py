@@ -1,4 +1,4 @@
-"""Coverage-guided fuzzing with atheris: ``python -m tools.fuzz_guided`` runs every target of ``tools.fuzz_targets`` for some seconds.
+"""Coverage-guided fuzzing with atheris: ``python -m tools.fuzz_guided`` runs every target of ``tools.fuzzing.targets`` for some seconds.
 
 Each target runs in a process of its own, with a fixed seed. Inputs that reach something new are kept in build/fuzz, those that
 break something in the corpus folder, which the test suite plays: commit them with the mend. ``--merge`` takes into the corpus
@@ -30,7 +30,7 @@ def drive(name: str, options: Sequence[str]) -> None:
     import atheris
 
     with atheris.instrument_imports(include=["companion", "mavlink_bridge"]):
-        from tools.fuzz_targets import targets
+        from tools.fuzzing.targets import targets
 
     target = next(each for each in targets() if each.name == name)
     seeds = FOUND / name / "seeds"
@@ -86,7 +86,7 @@ def _fault(text: str) -> str:
 
 
 def names() -> list[str]:
-    from tools.fuzz_targets import targets
+    from tools.fuzzing.targets import targets
 
     return [target.name for target in targets()]
 

@@ -17,21 +17,22 @@ from companion.report.map_plot import draw_map
 from companion.report.page import make_page
 from companion.settings import load
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, RequestBody, StartPlan
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanKind, RequestBody, StartPlan
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from sitl.plant.bottom import BottomConfig, make_bottom
 from sitl.world import SimSettings, World
+from tools.plan_items import plan_item
 
 REPO = Path(__file__).resolve().parents[1]
 NAN = float("nan")
 PLAN = (
-    PlanItem(178, 2, 1, 1.5, -1, 0, 0, 0, 0.0),
-    PlanItem(16, 6, 0, 0, 0, NAN, 411855200, -87060500, 0.0),
-    PlanItem(19, 6, 150, 0, 20, 1, 411853200, -87055200, 0.0),
-    PlanItem(16, 6, 0, 0, 0, NAN, 411850200, -87060800, 0.0),
+    plan_item(178, (1, 1.5, -1, 0), frame=2),
+    plan_item(16, (0, 0, 0, NAN), at_e7=(411855200, -87060500), frame=6),
+    plan_item(19, (150, 0, 20, 1), at_e7=(411853200, -87055200), frame=6),
+    plan_item(16, (0, 0, 0, NAN), at_e7=(411850200, -87060800), frame=6),
 )
 FENCE = tuple(
-    PlanItem(5001, 0, 4, 0, 0, 0, lat, lon, 0.0)
+    plan_item(5001, (4, 0, 0, 0), at_e7=(lat, lon), frame=0)
     for lat, lon in ((411857500, -87064500), (411857500, -87050500), (411848500, -87050500), (411848500, -87064500))
 )
 SETTINGS = ("operator.gcs_required=false",)

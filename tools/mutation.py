@@ -287,7 +287,7 @@ def main(arguments: list[str] | None = None) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     source = options.file.read_text("utf-8")
     began = time.monotonic()
-    if run_one(module, source, options.tests, options.out, 0, 600.0):
+    if run_one(module, source, options.tests, options.out, number=0, timeout_s=600.0):
         print("the tests fail without any mutation")
         return 2
     limit_s = 5.0 * (time.monotonic() - began) + 10.0
@@ -298,7 +298,7 @@ def main(arguments: list[str] | None = None) -> int:
     alive = [
         mutant
         for number, mutant in enumerate(todo, 1)
-        if not run_one(module, mutant.source, options.tests, options.out, number, limit_s)
+        if not run_one(module, mutant.source, options.tests, options.out, number=number, timeout_s=limit_s)
     ]
     for mutant in alive:
         print(f"{options.file}:{mutant.line}: {mutant.what}: {source.splitlines()[mutant.line - 1].strip()}")

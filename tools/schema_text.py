@@ -72,13 +72,13 @@ def keys(model: type[BaseModel], prefix: str = "") -> Iterator[Key]:
             continue
         mark = next((item for item in field.metadata if isinstance(item, Param)), None)
         yield Key(
-            path,
-            _names_in_range(field) or kind_of(field.annotation),
-            default_of(field),
-            limits_of(field),
-            mark.unit if mark else "",
-            (field.description or texts.get(name, "")).rstrip("."),
-            mark.name if mark else "",
+            path=path,
+            kind=_names_in_range(field) or kind_of(field.annotation),
+            default=default_of(field),
+            limits=limits_of(field),
+            unit=mark.unit if mark else "",
+            text=(field.description or texts.get(name, "")).rstrip("."),
+            parameter=mark.name if mark else "",
         )
 
 

@@ -14,7 +14,7 @@ from companion.core.board import wire
 from companion.core.guard.gate import GateConfig
 from sitl.board import avr
 from sitl.board.arduino_twin import ArduinoTwin
-from tools.cells.actuator_bench import ActuatorBench, noise
+from tools.benches.cells.actuator_bench import ActuatorBench, noise
 
 NEUTRAL = (1500, 1500, 1500, 1500)
 AHEAD = (1700, 1300, 1650, 1450)

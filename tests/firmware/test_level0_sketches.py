@@ -10,7 +10,7 @@ import pytest
 from companion.core.board import wire
 from companion.core.board.actuator_map import ActuatorConfig
 from sitl.board.avr import BUILD, AvrArduino
-from tools.cells.actuator_bench import ActuatorBench
+from tools.benches.cells.actuator_bench import ActuatorBench
 
 STYLES = ("parse-int", "read-line", "fixed-block", "next-byte")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tools.fuzz import CORPUS, fuzz
-from tools.fuzz_decoders import fuzz_decoders
-from tools.fuzz_targets import targets
+from tools.fuzzing.decoders import fuzz_decoders
+from tools.fuzzing.targets import targets
 
 GUIDED = CORPUS / "guided"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tools.fuzz_imc import GROWTH_LIMIT_KB, fuzz_imc
+from tools.fuzzing.imc import GROWTH_LIMIT_KB, fuzz_imc
 
 
 @pytest.mark.parametrize("read_only", [True, False])

@@ -15,7 +15,7 @@ from mavlink_bridge.radio.codec.bits import BitsError
 from mavlink_bridge.radio.codec.command import decode_command, encode_command, is_command, trimmed
 from mavlink_bridge.radio.codec.request import encode_request
 from mavlink_bridge.radio.orders import frame_of, meaning_of
-from tools.bench_lora import disarm
+from tools.benches.lora import disarm
 from tools.lora_rig import Rig, profile
 
 VESSEL = (1, 1)

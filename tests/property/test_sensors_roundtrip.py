@@ -14,7 +14,7 @@ from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.mavlink.wire.mapping import rad_to_degE7
 from sitl.sensors import nmea_writer as write
 from sitl.sensors.talkers import SensorConfig, SensorSuite
-from tools.cells.sensor_rig import Motion, circle, straight, truth_at
+from tools.benches.cells.sensor_rig import Motion, circle, straight, truth_at
 
 RESOLUTION_M = 2e-4
 """1e-7 minute is 0.19 mm."""

@@ -5,10 +5,10 @@ import pytest
 from companion.core.vehicle.config import VehicleConfig
 from companion.core.vehicle.vehicle import Vehicle
 from sitl.plant.library import load_vessel
-from tools.cells import control_cells as cells
-from tools.cells.control_cells import WATERS, Case
-from tools.cells.foreign_hulls import bare
-from tools.cells.sensed import SensedState
+from tools.benches.cells import control_cells as cells
+from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.foreign_hulls import bare
+from tools.benches.cells.sensed import SensedState
 
 BLOW = WATERS["0.5 m/s + 8 m/s"]
 

@@ -11,7 +11,7 @@ from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import Loiter, LoiterDirection
 from sitl.plant.library import load_vessel
 from sitl.plant.water import WaterConfig
-from tools.cells.control_loop import ControlLoop, Setup
+from tools.benches.cells.control_loop import ControlLoop, Setup
 
 OTTER = load_vessel("otter")
 SWAPPED = SteeringConfig(

@@ -15,7 +15,7 @@ from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant.bottom import Flat, Slope
 from sitl.plant.library import load_vessel
-from tools.cells.depth_runs import QUIET, DepthRun, Noise
+from tools.benches.cells.depth_runs import QUIET, DepthRun, Noise
 
 VESSEL = load_vessel("otter")
 START_M = 20.35

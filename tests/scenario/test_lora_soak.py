@@ -2,7 +2,7 @@
 
 import pytest
 
-from tools.bench_lora import soak
+from tools.benches.lora import soak
 
 CASES = [(name, loss) for name in ("o-10", "n-0.1") for loss in (0.0, 0.3, 0.6)]
 

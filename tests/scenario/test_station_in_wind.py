@@ -4,10 +4,10 @@ import pytest
 
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
-from tools.cells.control_cells import Case
-from tools.cells.foreign_hulls import bare
-from tools.cells.hover_cells import held
-from tools.cells.sensed import SensedState
+from tools.benches.cells.control_cells import Case
+from tools.benches.cells.foreign_hulls import bare
+from tools.benches.cells.hover_cells import held
+from tools.benches.cells.sensed import SensedState
 
 HULLS = {
     "otter": load_vessel("otter"),

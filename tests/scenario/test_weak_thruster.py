@@ -9,10 +9,10 @@ from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
-from tools.cells.control_cells import WATERS, Case
-from tools.cells.control_loop import TICK_S
-from tools.cells.foreign_hulls import bare, launch
-from tools.cells.sensed import SensedState
+from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.control_loop import TICK_S
+from tools.benches.cells.foreign_hulls import bare, launch
+from tools.benches.cells.sensed import SensedState
 
 HULLS = {
     "otter": load_vessel("otter"),

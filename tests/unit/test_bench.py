@@ -16,22 +16,22 @@ def row(name, value, bar=None, holds=None, unit="s"):
 
 
 def test_modules_are_found_by_name():
-    assert "bench_vessel" in bench.modules()
-    assert "bench_compare" not in bench.modules()
-    assert bench.modules(["vessel"]) == ["bench_vessel"]
+    assert "vessel" in bench.modules()
+    assert "cells" not in bench.modules()
+    assert bench.modules(["vessel"]) == ["vessel"]
 
 
 def test_a_failing_benchmark_is_a_row_that_does_not_hold(monkeypatch, tmp_path, capsys):
-    good = types.ModuleType("tools.bench_good")
+    good = types.ModuleType("tools.benches.good")
     good.run = lambda: [row("speed", 600.0, 500.0, True, "x")]
-    bad = types.ModuleType("tools.bench_bad")
+    bad = types.ModuleType("tools.benches.bad")
     bad.run = lambda: [{"name": "half a row"}]
-    monkeypatch.setitem(sys.modules, "tools.bench_good", good)
-    monkeypatch.setitem(sys.modules, "tools.bench_bad", bad)
-    monkeypatch.setattr(bench, "modules", lambda words=(): ["bench_good", "bench_bad"])
+    monkeypatch.setitem(sys.modules, "tools.benches.good", good)
+    monkeypatch.setitem(sys.modules, "tools.benches.bad", bad)
+    monkeypatch.setattr(bench, "modules", lambda words=(): ["good", "bad"])
     assert bench.main(["-o", str(tmp_path)]) == 1
     found = json.loads((tmp_path / "bench.json").read_text())
-    assert [(item["name"], item["holds"]) for item in found] == [("speed", True), ("bench_bad failed", False)]
+    assert [(item["name"], item["holds"]) for item in found] == [("speed", True), ("bad failed", False)]
     assert "| speed | 600 | x | 500 | yes |" in (tmp_path / "bench.md").read_text()
     assert "half a row" not in capsys.readouterr().out
 

@@ -9,7 +9,7 @@ from companion.commands.check.live_data import watch
 from companion.io.links.mem import MemLink
 from companion.settings.schema import SensorConfig, Settings
 from sitl.sensors.talkers import SensorConfig as SimSensors, SensorSuite
-from tools.cells.sensor_rig import straight, truth_at
+from tools.benches.cells.sensor_rig import straight, truth_at
 
 
 class FedClock:

@@ -12,7 +12,7 @@ from companion.core.nmea.reader import NmeaConfig
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import SensorConfig
-from tools.cells.sensor_rig import Motion, SensorRig, circle, straight
+from tools.benches.cells.sensor_rig import Motion, SensorRig, circle, straight
 
 IDEAL = SensorConfig(grade="ideal")
 

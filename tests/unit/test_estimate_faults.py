@@ -11,7 +11,7 @@ from companion.core.estimate.estimator import EstimatorConfig
 from mavlink_bridge.language.messages import EstimatedState, FixType, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import SensorConfig
-from tools.cells.sensor_rig import SensorRig, circle, straight
+from tools.benches.cells.sensor_rig import SensorRig, circle, straight
 
 
 def rig(**options: object) -> SensorRig:

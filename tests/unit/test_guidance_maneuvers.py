@@ -20,7 +20,7 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.snapshot import ControlTrace
 from sitl.plant.library import load_vessel
 from sitl.plant.water import WaterConfig
-from tools.cells.control_loop import ORIGIN_RAD, ControlLoop, Setup
+from tools.benches.cells.control_loop import ORIGIN_RAD, ControlLoop, Setup
 
 OTTER = load_vessel("otter")
 FRAME = LocalFrame(*ORIGIN_RAD)

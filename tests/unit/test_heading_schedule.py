@@ -12,7 +12,7 @@ from companion.core.steer.model import ModelController
 from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
-from tools.cells.foreign_hulls import bare, launch
+from tools.benches.cells.foreign_hulls import bare, launch
 
 try:
     with warnings.catch_warnings():

@@ -9,7 +9,7 @@ import pytest
 from companion.tuning.hull_arrays import STEP_S, Commands, HullArrays, coefficients
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
-from tools.cells.foreign_hulls import bare, launch
+from tools.benches.cells.foreign_hulls import bare, launch
 
 HULLS = {name: load_vessel(name) for name in vessel_names()} | {"bare": bare("otter", 1.0), "launch": launch()}
 HULLS["odd"] = HULLS["otter"].model_copy(

@@ -25,7 +25,7 @@ from mavlink_bridge.radio.codec.request import decode_request, encode_request
 from mavlink_bridge.radio.codec.wire import Kind
 from mavlink_bridge.radio.session import Direction
 from sitl.radio.air import RadioConfig
-from tools.bench_lora import compiled, loiter_items, settled, survey_items, upload
+from tools.benches.lora import compiled, loiter_items, settled, survey_items, upload
 from tools.lora_rig import Rig, acquainted, profile
 
 
@@ -205,7 +205,7 @@ def test_requests_come_back_as_they_were(body):
 
 
 def test_forged_replayed_and_flipped_frames_are_not_believed():
-    from tools.bench_lora import forged
+    from tools.benches.lora import forged
 
     assert forged(6000) == 0
 

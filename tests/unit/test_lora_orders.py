@@ -7,7 +7,7 @@ from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter,
 from mavlink_bridge.radio.codec.frames import Sealer
 from mavlink_bridge.radio.codec.request import encode_request
 from mavlink_bridge.radio.codec.wire import Kind
-from tools.bench_lora import settled
+from tools.benches.lora import settled
 
 
 def results(rig):

@@ -9,7 +9,7 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import PlanKind, SetParameter
 from mavlink_bridge.radio.codec.state_fields import CLOCK_S
 from mavlink_bridge.radio.codec.wire import Kind
-from tools.bench_lora import settled, survey_items
+from tools.benches.lora import settled, survey_items
 from tools.lora_rig import Rig, profile
 
 

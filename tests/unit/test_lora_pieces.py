@@ -3,7 +3,7 @@
 from mavlink_bridge.language.requests import PlanKind
 from mavlink_bridge.radio.codec.frames import Sealer
 from mavlink_bridge.radio.codec.wire import Kind
-from tools.bench_lora import settled, survey_items
+from tools.benches.lora import settled, survey_items
 
 
 def heard_of(rig, origin, kind):

@@ -4,7 +4,7 @@ import pytest
 
 from mavlink_bridge.language.requests import Arm, Result
 from mavlink_bridge.radio.codec.wire import Kind
-from tools.bench_lora import settled
+from tools.benches.lora import settled
 from tools.lora_rig import Rig, profile
 
 

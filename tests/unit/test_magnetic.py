@@ -10,7 +10,7 @@ from companion.core.estimate.estimator import EstimatorConfig
 from companion.core.estimate.magnetic import MagneticModel
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import SensorConfig
-from tools.cells.sensor_rig import SensorRig, circle
+from tools.benches.cells.sensor_rig import SensorRig, circle
 
 EPOCH_US = 1_735_689_600_000_000
 HALF_US = round(2.5 * 365.25 * 86_400e6)

@@ -10,7 +10,7 @@ import pytest
 import config as shipped
 from companion.settings import load
 from sitl.world import SimSettings, World
-from tools import bench_memory
+from tools.benches import memory
 
 BOUNDED = {"Air", "KeptLedger", "Ledger", "DuplicateFilter", "WaterSpeedObserver", "CommandServer", "RadioModule"}
 """Their own tests hold the bounds: packets, an hour's transmissions, frames against duplicates, ..."""
@@ -35,9 +35,9 @@ def owners(item, depth=2):
 
 def test_at_rest_with_three_stations_nothing_grows_that_has_no_bound(tmp_path):
     world = World(load(shipped.path("sim.toml"), ["operator.gcs_required=false"], SimSettings), 1, run_dir=tmp_path)
-    bench_memory.rest(world, 60, 3)
+    memory.rest(world, 60, 3)
     before = {key: length for key, (_, length) in lengths().items()}
-    bench_memory.rest(world, 60, 3)
+    memory.rest(world, 60, 3)
     grown = [item for key, (item, length) in lengths().items() if length > before.get(key, length) + 20]
     mine = [item for item in grown if not owners(item) & BOUNDED and "frame" not in owners(item, 1)]
     assert [(type(item).__name__, len(item), sorted(owners(item))) for item in mine] == []
@@ -51,4 +51,4 @@ def test_a_simulation_remembers_half_an_hour_of_packets():
 @pytest.mark.soak
 @pytest.mark.parametrize("stations", [0, 3])
 def test_after_the_first_hour_memory_stands_still(tmp_path, stations):
-    assert bench_memory.growth_mb(tmp_path, 4.0, stations=stations) * 24.0 <= bench_memory.DAY_BAR_MB * 2.0
+    assert memory.growth_mb(tmp_path, 4.0, stations=stations) * 24.0 <= memory.DAY_BAR_MB * 2.0

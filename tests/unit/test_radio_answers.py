@@ -8,7 +8,7 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, LoadPlan, Origin, PlanKind, RequestBody, Result, SetMode, StartPlan
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.mavlink.wire.payload import payload
-from tools.bench_lora import compiled, settled, survey_items
+from tools.benches.lora import compiled, settled, survey_items
 from tools.lora_rig import Rig
 
 

@@ -10,7 +10,7 @@ from companion.io.keeping.store import MemoryStore
 from companion.radio import MEMORY_KEY, radio_conversation
 from companion.settings.schema import Settings
 from mavlink_bridge.language.requests import Arm, Result
-from tools.bench_lora import compiled, loiter_items
+from tools.benches.lora import compiled, loiter_items
 from tools.lora_rig import KEY, BookVessel, Rig, profile
 
 

@@ -15,7 +15,7 @@ from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.wire import MAX_BODY, OVERHEAD, TAG_BYTES, Kind
 from mavlink_bridge.radio.old_format import OldEar, OldVoice
 from mavlink_bridge.radio.session import NONCE_BYTES, SLACK_US, TICK_US, Direction
-from tools.bench_lora import settled
+from tools.benches.lora import settled
 from tools.lora_rig import KEY, Rig, acquainted, profile
 
 MOTIONS: tuple[RequestBody, ...] = (Arm(True), SetMode(Mode.AUTO), StartPlan(), Reposition(0.7188, -0.1519))

@@ -17,7 +17,7 @@ from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAng
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant.truth import SIM_UTC_START_US
 from sitl.sensors.talkers import SensorConfig, SensorFaults, SensorSuite
-from tools.cells.sensor_rig import SensorRig, circle, straight, truth_at
+from tools.benches.cells.sensor_rig import SensorRig, circle, straight, truth_at
 
 REST = straight(0.0, 0.5)
 

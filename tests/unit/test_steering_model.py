@@ -7,7 +7,7 @@ import pytest
 from companion.core.steer.law import ModelConfig, SteeringConfig, make_controller
 from mavlink_bridge.language.messages import Desired, EstimatedState
 from sitl.plant.library import load_vessel, vessel_names
-from tools.cells.control_loop import ControlLoop, Setup
+from tools.benches.cells.control_loop import ControlLoop, Setup
 
 OTTER = load_vessel("otter")
 DT = 0.05

@@ -7,8 +7,8 @@ import pytest
 from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Loiter
 from sitl.plant.library import load_vessel
-from tools.cells.control_cells import WATERS, Case
-from tools.cells.sensed import SensedState
+from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.sensed import SensedState
 
 
 @pytest.mark.parametrize(("radius_m", "mps", "told"), [(3.0, 1.0, True), (10.0, 1.5, False)])

@@ -11,7 +11,7 @@ from companion.core.trial import Told, Trial, TrialConfig
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
-from tools.cells.control_loop import TICK_S, IdealState
+from tools.benches.cells.control_loop import TICK_S, IdealState
 
 OTTER = load_vessel("otter")
 SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)

@@ -13,9 +13,9 @@ from companion.tuning.fit import fit_vessel
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped
-from tools.cells.foreign_hulls import launch
-from tools.cells.sensed import SensedState
-from tools.cells.trial_cells import sail_trial, turn_rate, wrong
+from tools.benches.cells.foreign_hulls import launch
+from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import sail_trial, turn_rate, wrong
 
 SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
 

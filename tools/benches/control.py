@@ -1,6 +1,6 @@
 """The control table: every row of control quality, over seeds, held against its bar.
 
-``run()`` returns a list of {name, value, unit, bar, holds}; ``python -m tools.bench_control`` prints it. Each row sails
+``run()`` returns a list of {name, value, unit, bar, holds}; ``python -m tools.benches.control`` prints it. Each row sails
 the default vessel unless it says "plant B", with RTK-class sensors through their NMEA sentences.
 """
 
@@ -22,11 +22,11 @@ from companion.core.steer.pid import PidGains
 from mavlink_bridge.language.figures import FigureEight, Racetrack
 from sitl.plant import SimVessel, WaterConfig
 from sitl.plant.library import load_vessel
-from tools.cells import control_cells as cells, pursuit_cells
-from tools.cells.control_cells import BLOW, CALM, WATERS, Case, Errors
-from tools.cells.foreign_hulls import bare
-from tools.cells.hover_cells import held
-from tools.cells.sensed import SensedState
+from tools.benches.cells import control_cells as cells, pursuit_cells
+from tools.benches.cells.control_cells import BLOW, CALM, WATERS, Case, Errors
+from tools.benches.cells.foreign_hulls import bare
+from tools.benches.cells.hover_cells import held
+from tools.benches.cells.sensed import SensedState
 
 SEEDS = (1, 2, 3, 4, 5)
 SPEEDS = (1.5, 2.5)

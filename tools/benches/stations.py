@@ -119,7 +119,7 @@ def flood(target: Any, seconds: float) -> int:
         f"    n+=1;s.sendto(c.encode(dialect.MAVLink_ping_message(n,n,0,0)),{target!r})\n"
         "  time.sleep(0.001)\n"
     )
-    subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).resolve().parents[1])
+    subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).resolve().parents[2])
     return round(seconds * FLOOD_PER_S)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from tools.figures import row
 
-REPO = Path(__file__).resolve().parents[1]
+REPO = Path(__file__).resolve().parents[2]
 COMPANION = Path(sys.executable).parent / "companion"
 SCENARIOS = ("gnss-outage", "ground-station-lost", "fence", "double-echo")
 RUNS = int(os.environ.get("CAMPAIGN_RUNS", "200"))

@@ -23,7 +23,7 @@ from mavlink_bridge.imc import Node, NodeConfig, Place, Tcp, Udp
 from mavlink_bridge.mavlink.client import VehicleClient
 from mavlink_bridge.mavlink.wire.framing import Deframer
 
-CAPTURED: Final = Path(__file__).resolve().parents[1] / "tests" / "data" / "imc" / "captured.txt"
+CAPTURED: Final = Path(__file__).resolve().parents[2] / "tests" / "data" / "imc" / "captured.txt"
 BOAT: Final = 0x2877
 GROWTH_LIMIT_KB: Final = 5_000
 WARM: Final = 20_000

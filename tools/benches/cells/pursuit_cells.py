@@ -7,8 +7,8 @@ import math
 from companion.core.guide.paths import Line, Point
 from mavlink_bridge.language.messages import Desired
 from mavlink_bridge.language.units import wrap_pi
-from tools.cells.control_cells import Case, Errors, errors, square
-from tools.cells.control_loop import ControlLoop
+from tools.benches.cells.control_cells import Case, Errors, errors, square
+from tools.benches.cells.control_loop import ControlLoop
 
 
 def pursuit_ring(case: Case, radius_m: float, speed_mps: float, laps: float = 3.0) -> Errors:

@@ -33,6 +33,7 @@ from mavlink_bridge.radio.patience import ANSWER_BYTES
 from mavlink_bridge.radio.session import Direction
 from sitl.radio import RadioConfig
 from tools.lora_rig import Rig, acquainted, profile
+from tools.plan_items import plan_item
 
 Row = dict[str, Any]
 HOLDS: Final = {"<=": lambda value, bar: value <= bar, "=": lambda value, bar: value == bar}
@@ -51,8 +52,8 @@ def row(name: str, value: float, unit: str, bar: str) -> Row:
 def loiter_items(frame: int = 3) -> tuple[PlanItem, ...]:
     """Speed and a timed loiter, as MAVSDK and QGroundControl send them."""
     return (
-        PlanItem(178, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0),
-        PlanItem(19, frame, 600.0, 0.0, 40.0, 0.0, 411_812_345, -86_987_654, 0.0),
+        plan_item(178, (1.0, 1.5, -1.0, 0.0), frame=2),
+        plan_item(19, (600.0, 0.0, 40.0, 0.0), at_e7=(411_812_345, -86_987_654), frame=frame),
     )
 
 
@@ -68,7 +69,7 @@ def survey_items(count: int, seed: int = 1) -> tuple[PlanItem, ...]:
         north = along * math.sin(turn) + across * math.cos(turn)
         x = int((41.1812345 + north / 111_132.0) * 1e7)
         y = int((-8.6987654 + east / 83_800.0) * 1e7)
-        items.append(PlanItem(16, 3, 0.0, 3.0, 0.0, NAN, x, y, 0.0))
+        items.append(plan_item(16, (0.0, 3.0, 0.0, NAN), at_e7=(x, y)))
     return tuple(items)
 
 
@@ -202,7 +203,7 @@ def _something(rng: random.Random, number: int) -> tuple[RequestBody, Origin | N
     x, y = 411_812_345 + number * 7, -86_987_654 + rng.randrange(1000)
     choice = rng.random()
     if choice < 0.4:
-        return compiled((PlanItem(19, 3, float(100 + number % 500), 0.0, 40.0, 0.0, x, y, 0.0),)), None
+        return compiled((plan_item(19, (float(100 + number % 500), 0.0, 40.0, 0.0), at_e7=(x, y)),)), None
     if choice < 0.7:
         return SetParameter("LOIT_RADIUS", float(number)), None
     message = dialect.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, 1.5, 1.0, 0.0, NAN, x, y, NAN)
@@ -282,9 +283,10 @@ def _random_item(rng: random.Random) -> PlanItem:
         wild: float = struct.unpack("<f", raw)[0]
         return rng.choice([0.0, 1.0, -1.0, 20.0, 1.5, NAN, wild])
 
-    command = rng.choice([16, 16, 16, 17, 18, 19, 178, 177, 93, rng.randrange(65536)])
-    x, y = 411_850_123 + rng.randrange(-9999, 9999), -87_062_154 + rng.randrange(-9999, 9999)
-    return PlanItem(command, rng.choice([3, 6, 2]), real(), real(), real(), real(), x, y, real(), rng.choice([1, 1, 0]))
+    command, frame = rng.choice([16, 16, 16, 17, 18, 19, 178, 177, 93, rng.randrange(65536)]), rng.choice([3, 6, 2])
+    at_e7 = 411_850_123 + rng.randrange(-9999, 9999), -87_062_154 + rng.randrange(-9999, 9999)
+    params = (real(), real(), real(), real())
+    return plan_item(command, params, at_e7=at_e7, frame=frame, z=real(), autocontinue=rng.choice([1, 1, 0]))
 
 
 def plan_rows(runs: int) -> list[Row]:

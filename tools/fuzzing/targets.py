@@ -43,7 +43,7 @@ from mavlink_bridge.radio.json_radio import JsonRadio
 from mavlink_bridge.radio.session import Direction, Pairing
 from mavlink_bridge.radio.shore import ShoreTwin
 from sitl.world import SimSettings
-from tools.fuzz_decoders import BOARD_LINES, KEY, SENTENCES, decoders, read_and_judge
+from tools.fuzzing.decoders import BOARD_LINES, KEY, SENTENCES, decoders, read_and_judge
 
 STEP_US = 50_000
 _TIME = 255
@@ -182,7 +182,9 @@ def _radio_shore(data: bytes) -> None:
     """The same at the shore twin."""
     app, snapshot = _vessel()
     params, identity = app.facade.params, app.facade.identity
-    twin = ShoreTwin(load_radio("o-10"), KEY, params, identity, snapshot.output, random.Random(1), nonce=b"shore.")
+    twin = ShoreTwin(
+        load_radio("o-10"), KEY, params, identity, neutral=snapshot.output, rng=random.Random(1), nonce=b"shore."
+    )
     for number, (now_us, frame) in enumerate(_sealed(data, Direction.TO_SHORE, twin.link.pairing)):
         twin.receive(frame, now_us)
         twin.tick(now_us, station_present=True)

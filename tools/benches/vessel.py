@@ -21,13 +21,13 @@ from typing import Any
 from companion.io.links import Received
 from companion.io.recording import InputReader
 from companion.replay import replay
-from mavlink_bridge.language.requests import PlanItem
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
 from mavlink_bridge.plans import PlanFile, write_plan
 from tools.figures import row
+from tools.plan_items import plan_item
 
-REPO = Path(__file__).resolve().parents[1]
+REPO = Path(__file__).resolve().parents[2]
 COMPANION = Path(sys.executable).parent / "companion"
 PYPY = REPO / ".venv-pypy/bin/companion"
 INSTANCE = 41
@@ -108,7 +108,7 @@ def process_figures(run_dir: Path) -> list[dict[str, Any]]:
     ):
         words += ["--set", f"{key}={url}"]
     station = Station(14550 + offset)
-    with started("sim", "--world-only", "--instance", str(INSTANCE), "--run-dir", str(run_dir)):
+    with started("sim", "--world-only", f"--instance={INSTANCE}", f"--run-dir={run_dir}"):
         deadline = time.monotonic() + 20
         while not (run_dir / "arduino").exists() and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -222,8 +222,17 @@ def pypy_figures(run_dir: Path) -> list[dict[str, Any]]:
 def sailed(program: Path, run_dir: Path, seconds: float, loiter_s: float) -> dict[str, Any]:
     """Sail a loiter with recorder, truth and all endpoints, then hold; return the simulator's summary."""
     plan = run_dir.with_suffix(".plan")
-    circle = PlanItem(19, 3, loiter_s, 0.0, 20.0, 1.0, 411_852_000, -87_060_000, 0.0)
-    plan.write_text(write_plan(PlanFile(mission=(PlanItem(178, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0), circle))))
+    circle = plan_item(19, (loiter_s, 0.0, 20.0, 1.0), at_e7=(411_852_000, -87_060_000))
+    plan.write_text(
+        write_plan(
+            PlanFile(
+                mission=(
+                    plan_item(178, (1.0, 1.5, -1.0, 0.0), frame=2),
+                    circle,
+                )
+            )
+        )
+    )
     words = ("--plan", plan, "--start", "--speed", "max", "--duration", seconds, "--run-dir", run_dir, "--json")
     return said(program, "sim", *map(str, words))
 

@@ -14,7 +14,7 @@ from typing import Any
 from companion.core.estimate import Estimator, EstimatorConfig
 from companion.core.nmea import NmeaConfig, NmeaReader
 from sitl.sensors import SensorConfig
-from tools.cells.sensor_rig import SensorRig, circle, truth_at
+from tools.benches.cells.sensor_rig import SensorRig, circle, truth_at
 
 TICK_US = 50_000
 SECONDS = 20

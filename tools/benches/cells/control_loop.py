@@ -1,7 +1,7 @@
 """A vessel in its water with guidance and control around it, and nothing else: no links, no modes, no failsafes.
 
 The bench and the tests of control quality run here, hundreds of times faster than real time. Where the vessel's state
-comes from is a plug: ``IdealState`` is the truth, ``tools.cells.sensed.SensedState`` goes through the sensors' sentences.
+comes from is a plug: ``IdealState`` is the truth, ``tools.benches.cells.sensed.SensedState`` goes through the sensors' sentences.
 """
 
 from __future__ import annotations
@@ -147,7 +147,9 @@ class ControlLoop:
         previous: tuple[float, float] | None = None,
         following: Goto | Loiter | None = None,
     ) -> None:
-        self.guidance.begin(self.now_us, self.state, maneuver, previous, following, speed_mps)
+        self.guidance.begin(
+            self.now_us, self.state, maneuver, previous=previous, following=following, speed_mps=speed_mps
+        )
 
     def tick(self, speed_mps: float) -> GuidanceOutput:
         """One control period under guidance."""
@@ -193,11 +195,11 @@ class ControlLoop:
             self.water.step(dt)
             self.vessel.step(
                 dt,
-                output.thruster_port,
-                output.thruster_starboard,
-                output.rudder_port_rad,
-                output.rudder_starboard_rad,
-                self.water,
+                thruster_port=output.thruster_port,
+                thruster_starboard=output.thruster_starboard,
+                rudder_port_rad=output.rudder_port_rad,
+                rudder_starboard_rad=output.rudder_starboard_rad,
+                water=self.water,
             )
 
     def run(self, speed_mps: float, limit_s: float, until: Callable[[GuidanceOutput], bool]) -> GuidanceOutput:

@@ -19,10 +19,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanKind
 from mavlink_bridge.mavlink.missions.wire import item_to_message
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
+from tools.plan_items import plan_item
 
 FRAMES = 20_000
 INSTANCE = 60
@@ -69,7 +70,7 @@ def _recovered() -> float:
 def upload(port: int, count: int, codec: Codec) -> float:
     """Seconds from MISSION_COUNT to MISSION_ACK over UDP. Raises when the vessel refuses or does not end within 60 s."""
     items = [
-        PlanItem(16, 0 if number == 0 else 3, 0.0, 0.0, 0.0, 0.0, 411_850_000 + 100 * number, -87_060_000, 0.0)
+        plan_item(16, at_e7=(411_850_000 + 100 * number, -87_060_000), frame=0 if number == 0 else 3)
         for number in range(count)
     ]
     deframer = Deframer()

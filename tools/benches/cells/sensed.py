@@ -11,7 +11,7 @@ from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Truth
 from sitl.sensors import SensorConfig, SensorSuite
-from tools.cells.control_loop import ORIGIN_RAD
+from tools.benches.cells.control_loop import ORIGIN_RAD
 
 _TEST_M = 100.0
 

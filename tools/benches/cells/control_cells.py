@@ -1,7 +1,7 @@
 """Measurements of control quality on the truth: one function per row of the project's control table.
 
 Conditions and windows are those of vessel-control §4 and ardupilot-baseline §7. Each cell sails one run and returns
-plain numbers; ``tools/bench_control.py`` runs them over seeds and holds them against their bars.
+plain numbers; ``tools/benches/control.py`` runs them over seeds and holds them against their bars.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mavlink_bridge.language.figures import Circle, Figure, FigureEight, Hover, 
 from mavlink_bridge.language.messages import Desired, EstimatedState, Loiter
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, WaterConfig
-from tools.cells.control_loop import TICK_S, ControlLoop, Setup, StateSource
+from tools.benches.cells.control_loop import TICK_S, ControlLoop, Setup, StateSource
 
 CALM = WaterConfig()
 BREEZE = WaterConfig(current_mps=0.3, wind_mps=4.0, wave_height_m=0.3)
@@ -49,7 +49,15 @@ class Case:
     """Faults to switch on in the hull."""
 
     def loop(self) -> ControlLoop:
-        setup = Setup(self.vessel, self.water, self.steering, self.guidance, self.belief, self.seed, self.delay_s)
+        setup = Setup(
+            self.vessel,
+            water=self.water,
+            steering=self.steering,
+            guidance=self.guidance,
+            belief=self.belief,
+            seed=self.seed,
+            delay_s=self.delay_s,
+        )
         source = self.source(self.seed) if self.source else None
         if self.outage_s and source is not None:
             source = Outage(source, self.outage_s)
@@ -90,12 +98,28 @@ class Errors:
 
 def errors(values: list[float], run: ControlLoop, *, finished: bool = True) -> Errors:
     if not values:
-        return Errors(math.inf, math.inf, math.inf, math.inf, run.activity_per_s, False, run.t_s)
+        return Errors(
+            rms=math.inf,
+            most=math.inf,
+            mean=math.inf,
+            p95=math.inf,
+            activity=run.activity_per_s,
+            finished=False,
+            duration_s=run.t_s,
+        )
     sizes = sorted(abs(value) for value in values)
     count = len(sizes)
     rms = math.sqrt(sum(size * size for size in sizes) / count)
     mean = sum(values) / count
-    return Errors(rms, sizes[-1], mean, sizes[int(0.95 * (count - 1))], run.activity_per_s, finished, run.t_s)
+    return Errors(
+        rms=rms,
+        most=sizes[-1],
+        mean=mean,
+        p95=sizes[int(0.95 * (count - 1))],
+        activity=run.activity_per_s,
+        finished=finished,
+        duration_s=run.t_s,
+    )
 
 
 class Route:
@@ -272,13 +296,13 @@ def big_square(case: Case, speed_mps: float) -> SquareRun:
     done = route.finished
     away = math.hypot(run.vessel.north_m, run.vessel.east_m)
     return SquareRun(
-        errors(whole, run, finished=done),
-        errors(straight, run, finished=done),
-        reached,
-        closest,
-        route.stopped,
-        away,
-        after,
+        whole=errors(whole, run, finished=done),
+        straight=errors(straight, run, finished=done),
+        reached=reached,
+        closest_m=closest,
+        stopped=route.stopped,
+        ends_at_m=away,
+        thrust_after=after,
     )
 
 

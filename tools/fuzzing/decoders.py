@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from companion.core.board import ActuatorConfig, Arduino, wire as arduino_wire
 from companion.core.nmea import NmeaConfig, NmeaReader
-from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanKind
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items, load_plan
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
@@ -26,6 +26,7 @@ from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.wire import Kind
 from mavlink_bridge.radio.session import Direction
 from tools.lora_rig import acquainted
+from tools.plan_items import plan_item
 
 KEY = bytes(range(32))
 TOKENS = (
@@ -59,8 +60,12 @@ class Decoder:
 
 def decoders() -> list[Decoder]:
     """Fresh readers; streaming ones keep their state over the run, as they do at sea."""
-    items = tuple(PlanItem(16, 3, 0.0, 1.0, 0.0, math.nan, 411_850_000 + n, -87_060_000, 0.0) for n in range(4))
-    plan = PlanFile(items, (PlanItem(5003, 0, 50.0, 0, 0, 0, 411_850_000, -87_060_000, 0.0),), home_rad=(0.7, -0.1))
+    items = tuple(plan_item(16, (0.0, 1.0, 0.0, math.nan), at_e7=(411_850_000 + n, -87_060_000)) for n in range(4))
+    plan = PlanFile(
+        items,
+        (plan_item(5003, (50.0, 0, 0, 0), at_e7=(411_850_000, -87_060_000), frame=0),),
+        home_rad=(0.7, -0.1),
+    )
     loiter = {"id": "a", "latitude": 41.1, "longitude": -8.7, "duration_s": 60, "loiter_type": "circular"}
     seed = json.dumps(loiter | {"speed_kn": 3, "radius_m": 20}).encode()
     reader, board, lines = NmeaReader(NmeaConfig()), Arduino(ActuatorConfig(), 0.5), JsonStream()

@@ -57,4 +57,11 @@ def held(case: Case, mode: str = "weathervane", seconds: float = 400.0, settle_s
             full += max(sizes) > _FULL
     rms = math.sqrt(math.fsum(value * value for value in distances) / len(distances))
     swept = math.degrees(max(turns[1:]) - min(turns[1:]))
-    return Held(rms, max(distances), swept, full / len(distances), power / run.ticks, furthest_m)
+    return Held(
+        rms_m=rms,
+        most_m=max(distances),
+        swept_deg=swept,
+        full_share=full / len(distances),
+        power=power / run.ticks,
+        furthest_m=furthest_m,
+    )

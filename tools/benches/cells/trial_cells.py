@@ -14,7 +14,7 @@ from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Told, Trial, TrialConfig
 from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
-from tools.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
+from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
 
 COLUMNS = (
     "t_s,armed,heading_deg,speed_mps,yaw_rate_dps,lat_deg,lon_deg,"
