@@ -17,22 +17,28 @@ class TrialOrder(Enum):
     BEGIN = "begin"
     CONFIRM = "confirm"
     """A person has seen the first manoeuvres: whole throttle from now on."""
+    TELL = "tell"
+    """Say how it stands: what is done, what comes, how long."""
+    LOOK = "look"
+    """Say whether one may begin here, and begin none."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeaTrial(Ask):
-    """The vessel measures itself: manoeuvres inside a circle around where it is."""
+    """The vessel measures itself: manoeuvres inside an area around where it is."""
 
     order: TrialOrder
     radius_m: float = 80.0
     quick: bool = False
+    fitted: bool = False
+    """Where fence or chart leave less than the circle, the trial keeps to what they leave, as seen from here; else it is refused."""
 
     @property
     def nature(self) -> Nature:
         match self.order:
             case TrialOrder.BEGIN:
                 return Nature(moves=True, decides=True, aim=(Mode.GUIDED, None))
-            case TrialOrder.CONFIRM:
+            case TrialOrder.CONFIRM | TrialOrder.TELL | TrialOrder.LOOK:
                 return OTHER
             case TrialOrder.END:
                 return Nature(yields=False)

@@ -67,6 +67,50 @@ def test_a_disarmed_vessel_and_a_circle_that_leaves_the_fence_are_refused(voyage
     assert "outside 25...500 m" in run.ask(SeaTrial(TrialOrder.BEGIN, 10.0)).reason
 
 
+def test_whether_one_may_begin_is_told_without_beginning_and_before_arming(voyage):
+    run = voyage(*SEA)
+    assert run.ask(SeaTrial(TrialOrder.LOOK, 80.0)).reason == ""
+    run.circle_fence(60.0)
+    assert "outside the fence" in run.ask(SeaTrial(TrialOrder.LOOK, 80.0)).reason
+    assert run.ask(SeaTrial(TrialOrder.LOOK, 80.0, fitted=True)).reason == ""
+    run.step()
+    assert "A sea trial may begin here: a circle of 80 m" in run.texts
+    assert any("to 60 m of free water" in text or "circle of 60 m" in text for text in run.texts)
+    assert run.ask(SeaTrial(TrialOrder.TELL)).reason == "no sea trial is under way"
+    assert not run.snapshot.armed
+
+
+def test_a_fence_near_one_side_is_kept_by_a_fitted_trial_and_how_it_stands_is_told(voyage):
+    run = voyage(*SEA)
+    assert run.circle_fence(80.0, north_m=40.0).reason == ""
+    run.ask(Arm(arm=True))
+    assert "outside the fence" in run.ask(SeaTrial(TrialOrder.BEGIN, 80.0)).reason
+    assert run.ask(SeaTrial(TrialOrder.BEGIN, 80.0, quick=True, fitted=True)).reason == ""
+    run.ask(SeaTrial(TrialOrder.CONFIRM))
+    furthest_m = 0.0
+    for _ in range(round(100.0 / 0.05)):
+        run.step()
+        furthest_m = max(furthest_m, math.hypot(run.truth.north_m - 40.0, run.truth.east_m))
+    assert furthest_m < 80.0
+    assert run.ask(SeaTrial(TrialOrder.TELL)).reason == ""
+    run.step()
+    assert any(text.startswith("Trial: ") and "of 10 done; " in text and "min left" in text for text in run.texts)
+
+
+@pytest.mark.parametrize("seed", [9])
+def test_a_vessel_that_its_law_cannot_hold_is_kept_inside_by_the_sticks(voyage, seed):
+    run = begun(voyage, seed=seed)
+    start, furthest_m = (run.truth.north_m, run.truth.east_m), 0.0
+    run.ask(SeaTrial(TrialOrder.CONFIRM))
+    run.run(120.0)
+    run.world.surroundings.plant.vessel.thruster_health[1] = 0.0
+    for _ in range(round(160.0 / 0.05)):
+        run.step()
+        furthest_m = max(furthest_m, away_m(run, start))
+    assert furthest_m < 60.0
+    assert any(text.startswith("Trial ended: a thruster gives too little") for text in run.texts)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(20))
 def test_a_dead_thruster_leaves_the_vessel_inside(voyage, seed):

@@ -5,9 +5,10 @@ import random
 
 import pytest
 
-from companion.core.hull.statics import stopping_distance_m
+from companion.core.hull.statics import stopping_distance_m, throttle_to_speed
 from companion.core.steer import SteeringConfig, manual_demand
-from companion.core.trial import Told, Trial, TrialConfig
+from companion.core.trial import Area, Told, Trial, TrialConfig, free_around
+from companion.core.trial.manoeuvres import Run
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
@@ -116,7 +117,7 @@ def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_b
     boat.trial.confirm()
     boat.sail(1500.0)
     assert boat.furthest_m < 25.0
-    assert sum("the edge of the circle is near" in text for text in boat.texts) >= 3
+    assert sum("the edge of the area is near" in text for text in boat.texts) >= 3
     assert boat.trial.skipped
 
 
@@ -125,7 +126,31 @@ def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_u
     boat.sail(600.0)
     assert boat.told is Told.ENDED
     assert boat.sticks == (0.0, 0.0)
-    assert any("outside its circle" in text or "not reached" in text for text in boat.texts)
+    assert any("outside its area" in text or "not reached" in text for text in boat.texts)
+
+
+def test_a_run_that_has_settled_ends_before_its_time():
+    boat = Boat(TrialConfig(radius_m=300.0), WaterConfig())
+    boat.trial.confirm()
+    boat.trial.manoeuvres = ((Run(0.5, 60.0),),)
+    boat.sail(20.0)
+    before_mps = boat.hull.u_mps
+    boat.sail(30.0)
+    assert boat.told is Told.DONE
+    assert boat.now_us < 35e6
+    assert before_mps == pytest.approx(throttle_to_speed(OTTER, 0.5), rel=0.01)
+
+
+def test_an_area_keeps_to_the_free_water_on_each_bearing():
+    reach_m = free_around((10.0, 20.0), 80.0, lambda point: point[0] < 50.0)
+    area = Area((10.0, 20.0), reach_m)
+    assert area.room_m((49.0, 20.0)) < 0.0 < area.room_m((40.0, 20.0))
+    assert area.room_m((-60.0, 20.0)) == pytest.approx(10.0)
+    for k in range(720):
+        angle = math.tau * k / 720
+        edge_m = area.reach_m((10.0 + math.cos(angle), 20.0 + math.sin(angle)))
+        assert 10.0 + edge_m * math.cos(angle) < 50.0
+    assert area.words == "36 to 80 m of free water on each side"
 
 
 @pytest.mark.soak

@@ -115,14 +115,16 @@ class Controller(Protocol):
 
 
 def manual_demand(
-    now_us: int, surge: float, yaw: float, config: SteeringConfig, vessel: VesselConfig
+    now_us: int, surge: float, yaw: float, config: SteeringConfig, vessel: VesselConfig, *, mixed: bool = True
 ) -> ActuatorDemand:
     """Return the demand for an operator's sticks (surge and yaw, each -1...1) by the seed's mix, rudders included.
 
-    The yaw stick has the whole differential here: an operator who turns on the spot wants all of it.
+    The yaw stick has the whole differential here: an operator who turns on the spot wants all of it. Not ``mixed``: the
+    thrusters stay alike on a vessel that has rudders.
     """
     limit = config.seed.max_thruster_output
-    port, starboard = mix(clamp(surge, -1.0, 1.0) * limit, clamp(yaw, -1.0, 1.0) * limit, limit)
+    differential = yaw if mixed or not vessel.rudder.count else 0.0
+    port, starboard = mix(clamp(surge, -1.0, 1.0) * limit, clamp(differential, -1.0, 1.0) * limit, limit)
     rudder_rad = clamp(yaw, -1.0, 1.0) * vessel.rudder.max_rad if vessel.rudder.count else 0.0
     return ActuatorDemand(now_us, port, starboard, rudder_rad, rudder_rad)
 

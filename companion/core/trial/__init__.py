@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
-from .sequence import Told, Trial, TrialConfig, TrialOutput
+from .area import Area, free_around
+from .sequence import LEAST_RADIUS_M, MOST_RADIUS_M, Told, Trial, TrialConfig, TrialOutput, manoeuvres_of
 
-__all__ = ["Told", "Trial", "TrialConfig", "TrialOutput"]
+__all__ = [
+    "LEAST_RADIUS_M",
+    "MOST_RADIUS_M",
+    "Area",
+    "Told",
+    "Trial",
+    "TrialConfig",
+    "TrialOutput",
+    "free_around",
+    "manoeuvres_of",
+]

@@ -9,6 +9,7 @@ damping at rest, rest the drift.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, assert_never
 
@@ -19,6 +20,12 @@ _HELM_PER_RADPS: Final = 0.9
 """A light hand: half helm at 30 degrees off, on every hull that steers at all."""
 _MOST_HELM: Final = 0.5
 _STOPPED_MPS: Final = 0.1
+_SHORT_S: Final = 1.5
+_LONG_S: Final = 4.0
+_SETTLED: Final = 0.01
+"""Speeds that differ by less are one: the steady speeds are to be found within 5 %."""
+_LEARNT_S: Final = 4.0
+"""A settled run has told its speed after so long, and the rest of its time is saved."""
 _LONGEST_S: Final = 60.0
 """No manoeuvre is waited for longer, whatever it waits for."""
 
@@ -119,6 +126,47 @@ def longest_s(manoeuvre: Manoeuvre) -> float:
             assert_never(never)
 
 
+_USUAL_TURN_S: Final = 30.0
+_USUAL_STOP_S: Final = 8.0
+_BETWEEN_S: Final = 18.0
+"""The way back to the middle and the announcement."""
+
+
+def about_s(groups: Sequence[tuple[Manoeuvre, ...]]) -> float:
+    """How long groups of manoeuvres take, with the ways between them, on a boat of two to five metres."""
+    return math.fsum(_BETWEEN_S + math.fsum(map(_usual_s, group)) for group in groups)
+
+
+def _usual_s(manoeuvre: Manoeuvre) -> float:
+    match manoeuvre:
+        case Run(seconds=seconds) | Coast(seconds=seconds):
+            return seconds
+        case CrashStop():
+            return _USUAL_STOP_S
+        case ZigZag() | Turn():
+            return _USUAL_TURN_S
+        case _ as never:
+            assert_never(never)
+
+
+class _Steady:
+    """Tells when a run has settled: its speed, smoothed shortly and longer, is the same. In a sea that never comes, and the run lasts."""
+
+    def __init__(self) -> None:
+        self._means: list[float] | None = None
+        self._t_s = self._same_s = 0.0
+
+    def step(self, t_s: float, surge_mps: float) -> bool:
+        dt_s, self._t_s = t_s - self._t_s, t_s
+        if self._means is None:
+            self._means = [surge_mps, surge_mps]
+        for k, tau_s in enumerate((_SHORT_S, _LONG_S)):
+            self._means[k] += min(1.0, dt_s / tau_s) * (surge_mps - self._means[k])
+        same = t_s > _LONG_S and abs(self._means[0] - self._means[1]) < _SETTLED * abs(self._means[1])
+        self._same_s = self._same_s + dt_s if same else 0.0
+        return self._same_s > _LEARNT_S
+
+
 class Sailing:
     """One manoeuvre under way. ``step`` gives (surge, yaw) or None when it is over."""
 
@@ -129,6 +177,7 @@ class Sailing:
         self._turned_rad, self._last_rad = 0.0, 0.0
         self._moved = False
         self._began = False
+        self._steady = _Steady()
 
     def step(self, seen: Seen) -> tuple[float, float] | None:
         manoeuvre, share = self._manoeuvre, self._share
@@ -138,8 +187,12 @@ class Sailing:
             self._turned_rad += wrap_pi(seen.psi_rad - self._last_rad)
         self._began, self._last_rad = True, seen.psi_rad
         match manoeuvre:
+            case Run(throttle=0.0):
+                return 0.0, 0.0
             case Run(throttle=throttle):
-                return throttle * share, 0.0 if throttle == 0.0 else _straight(seen, astern=throttle < 0.0)
+                if self._steady.step(seen.t_s, seen.surge_mps):
+                    return None
+                return throttle * share, _straight(seen, astern=throttle < 0.0)
             case Coast():
                 return None if seen.t_s > 2.0 and abs(seen.surge_mps) < 0.05 else (0.0, 0.0)
             case CrashStop(throttle=throttle):

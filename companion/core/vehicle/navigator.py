@@ -17,7 +17,7 @@ from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, Manual
 from mavlink_bridge.language.trials import SeaTrial
 
 from ..config import Config, param
-from ..trial import Told, Trial, TrialConfig
+from ..trial import Area, Told, Trial, TrialConfig
 from .mission import Leg, Mission, Point, Report, nearest
 
 _MANUAL: Final = Mode.MANUAL
@@ -26,6 +26,7 @@ _RTL: Final = Mode.RTL
 _GUIDED: Final = Mode.GUIDED
 _ACTIVE: Final = PlanState.ACTIVE
 _UNDER_WAY: Final = (PlanState.ACTIVE, PlanState.COMPLETE)
+_NO_TRIAL: Final = "no sea trial is under way"
 _FOLLOW_M: Final = 6.0
 """A streamed position that moves within this of a vessel that keeps station is followed by station keeping."""
 
@@ -61,6 +62,7 @@ class Measured:
 
     surge: float
     yaw: float
+    rudders_alone: bool = False
 
 
 Intent = Leg | Steer | Sticks | Measured | None
@@ -189,21 +191,33 @@ class Navigator:
         self._steer_us = now_us
         return ""
 
-    def begin_trial(self, request: SeaTrial, state: EstimatedState) -> str:
+    def begin_trial(self, request: SeaTrial, state: EstimatedState, area: Area) -> str:
         """Begin a sea trial here. Return a refusal or an empty string."""
         refusal = self.enter(Mode.GUIDED, state)
         if not refusal:
             self._generation -= 1
             self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
-            self._trial = Trial(TrialConfig(radius_m=request.radius_m, quick=request.quick), state)
+            self._trial = Trial(TrialConfig(radius_m=request.radius_m, quick=request.quick), state, area)
         return refusal
 
     def confirm_trial(self) -> str:
         """A person allows the whole throttle. Return a refusal or an empty string."""
-        if self._trial is None:
-            return "no sea trial is under way"
+        if self._trial is None or self._trial.told is not Told.RUNNING:
+            return _NO_TRIAL
         self._trial.confirm()
         return ""
+
+    def tell_trial(self) -> str:
+        """Say how a sea trial stands. Return a refusal or an empty string."""
+        if self._trial is None:
+            return _NO_TRIAL
+        self._texts.append((Severity.NOTICE, self._trial.standing))
+        return ""
+
+    def abandon_trial(self, why: str) -> None:
+        """End a sea trial that is under way, for good, without an order: the vessel stays about its middle."""
+        if self._trial is not None:
+            self._trial.abandon(why)
 
     def end_trial(self, why: str) -> None:
         """End a sea trial that is under way, for good; the vessel keeps station, or does what was ordered."""
@@ -211,18 +225,13 @@ class Navigator:
             self._texts += [(Severity.NOTICE, text) for text in self._trial.end(why)]
             self._trial, self._hold = None, None
 
-    def _measure(self, now_us: int, state: EstimatedState, trial: Trial) -> Measured | Leg | None:
-        """A manoeuvre's sticks, the leg back to the middle between two, or None when the trial is over."""
+    def _measure(self, now_us: int, state: EstimatedState, trial: Trial) -> Measured | Leg:
+        """A manoeuvre's sticks, or the leg that leads to the middle between two and keeps the vessel there afterwards."""
         output = trial.step(now_us, state, self.stopping_m(state.sog_mps or 0.0))
         self._texts += [(Severity.NOTICE, text) for text in output.texts]
         if output.home and self._middle is not None:
             return self._middle
-        if output.told is Told.RUNNING:
-            return Measured(output.surge, output.yaw)
-        middle = self._middle
-        self._trial = None
-        self._hold = None if middle is None else (middle.maneuver.lat_rad, middle.maneuver.lon_rad)
-        return None
+        return Measured(output.surge, output.yaw, output.rudders_alone)
 
     def sticks(self, request: ManualInput, now_us: int) -> None:
         self._sticks, self._sticks_us = request, now_us
@@ -267,9 +276,7 @@ class Navigator:
             self._hold = None  # where an earlier plan ended
             return leg
         if self._trial is not None:
-            measured = self._measure(now_us, state, self._trial)
-            if measured is not None:
-                return measured
+            return self._measure(now_us, state, self._trial)
         if self._steer is not None and mode is _GUIDED:
             return self._steer
         return self._leg or self._station(state)

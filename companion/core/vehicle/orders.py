@@ -48,7 +48,7 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .controls import Controls
 from .operators import leads
-from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_refusal
+from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
@@ -168,15 +168,28 @@ class Orders:
         navigator = self._controls.parts.navigator
         match body.order:
             case TrialOrder.BEGIN:
-                refusal = trial_refusal(self._controls, body)
-                return _reply(refusal or navigator.begin_trial(body, self._controls.state))
+                area = trial_area(self._controls, body)
+                begun = area if isinstance(area, str) else navigator.begin_trial(body, self._controls.state, area)
+                return _reply(begun)
+            case TrialOrder.LOOK:
+                return self._look_at_trial(body)
             case TrialOrder.CONFIRM:
                 return _reply(navigator.confirm_trial())
+            case TrialOrder.TELL:
+                return _reply(navigator.tell_trial())
             case TrialOrder.END:
                 navigator.end_trial("ordered")
                 return ACCEPTED
             case _ as never:
                 assert_never(never)
+
+    def _look_at_trial(self, body: SeaTrial) -> Reply:
+        """Say whether a sea trial may begin here, as an order to begin would find it."""
+        area = trial_area(self._controls, body)
+        if isinstance(area, str):
+            return Reply(Result.REJECTED_NOW, area)
+        self._controls.voice.say(Severity.NOTICE, f"A sea trial may begin here: {area.words}")
+        return ACCEPTED
 
     def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
         speed = body.speed_mps

@@ -6,17 +6,19 @@ Each answer is one plain sentence, or nothing. These only look; they change noth
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState
 from mavlink_bridge.language.requests import LoadPlan
-from mavlink_bridge.language.trials import SeaTrial
+from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 
 from ..guard import failsafe
 from ..guard.depth.grid import Leg
 from ..guard.failsafe_orders import Order
-from ..hull.statics import top_speed_mps
+from ..hull.statics import throttle_to_speed, top_speed_mps
+from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, Area, free_around
 from . import arming, insist
 from .controls import Controls
 from .mission import Point
@@ -106,30 +108,76 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     return "" if fits else f"the target is {-(inside_m or 0.0):.0f} m outside the fence; {insist.FENCE}"
 
 
-_LEAST_TRIAL_M, _MOST_TRIAL_M = 25.0, 500.0
-"""Radius of a trial's circle: in less no steady run and its stop fit, from more the person who watches no longer sees the boat."""
 _ROUND: Final = 16
 """Points of a trial's circle that are looked at."""
+_THROTTLE: Final = 0.5
+"""Half of it is what a trial begins with; a circle in which the stop from there does not fit teaches nothing."""
+_STOP_SHARE: Final = 0.4
+"""Share of the way to the edge that this stop may take: a run before it, and the look ahead, need the rest."""
 
 
-def trial_refusal(controls: Controls, body: SeaTrial) -> str:
-    """Return why a sea trial may not begin here, or an empty string: its whole circle must be free."""
-    if not controls.armed:
-        return "disarmed: a sea trial is valid for one arming"
-    here, origin = controls.here, controls.parts.estimator.origin
+def trial_area(controls: Controls, body: SeaTrial) -> Area | str:
+    """Return the area of a sea trial that begins here, or why none may."""
+    refusal = _unready(controls, body)
+    if refusal:
+        return refusal
     state = controls.state
-    if here is None or origin is None or state.x_m is None or state.y_m is None or not state.heading_valid:
+    assert state.x_m is not None
+    assert state.y_m is not None
+    here, refused = (state.x_m, state.y_m), _looks_at(controls)
+    if body.fitted:
+        area = Area(here, free_around(here, body.radius_m, lambda point: not refused(point)))
+        if area.least_m < LEAST_RADIUS_M:
+            why = f"only {area.least_m:.0f} m are free on one side of here"
+            return f"{why}, a sea trial needs {LEAST_RADIUS_M:.0f}: begin in the middle of the free water"
+    else:
+        area = Area(here, (body.radius_m,))
+        refusal = _first_refusal(here, body.radius_m, refused)
+        if refusal:
+            return (
+                f"the circle of {body.radius_m:.0f} m around here: {refusal}; a smaller one, or one fitted to the water"
+            )
+    return _no_way_to_stop(controls, area) or area
+
+
+def _unready(controls: Controls, body: SeaTrial) -> str:
+    if not controls.armed and body.order is TrialOrder.BEGIN:
+        return "disarmed: a sea trial is valid for one arming"
+    state = controls.state
+    if controls.here is None or state.x_m is None or state.y_m is None or not state.heading_valid:
         return "no position or no heading"
-    if not _LEAST_TRIAL_M <= body.radius_m <= _MOST_TRIAL_M:
-        return f"a sea trial's circle of {body.radius_m:.0f} m is outside {_LEAST_TRIAL_M:.0f}...{_MOST_TRIAL_M:.0f} m"
+    if not LEAST_RADIUS_M <= body.radius_m <= MOST_RADIUS_M:
+        return f"a sea trial's circle of {body.radius_m:.0f} m is outside {LEAST_RADIUS_M:.0f}...{MOST_RADIUS_M:.0f} m"
+    monitors = controls.last.guarded.monitors
+    low = monitors.battery_low or monitors.battery_critical or monitors.battery_empty
+    return "the battery is low: a sea trial asks for full thrust" if low else ""
+
+
+def _looks_at(controls: Controls) -> Callable[[Point], str]:
+    """A look at one place in the plane: why the vessel would not go there."""
+    origin = controls.parts.estimator.origin
+    assert origin is not None
+    return lambda point: target_refusal(controls, *origin.to_geodetic(*point))
+
+
+def _first_refusal(here: Point, radius_m: float, refused: Callable[[Point], str]) -> str:
     for share in (0.5, 1.0):
         for k in range(_ROUND):
-            angle, reach_m = math.tau * k / _ROUND, share * body.radius_m
-            place = origin.to_geodetic(state.x_m + reach_m * math.cos(angle), state.y_m + reach_m * math.sin(angle))
-            refusal = target_refusal(controls, *place)
+            angle, reach_m = math.tau * k / _ROUND, share * radius_m
+            refusal = refused((here[0] + reach_m * math.cos(angle), here[1] + reach_m * math.sin(angle)))
             if refusal:
-                return f"the circle of {body.radius_m:.0f} m around here: {refusal}"
+                return refusal
     return ""
+
+
+def _no_way_to_stop(controls: Controls, area: Area) -> str:
+    """Why the vessel's way to stop does not fit into an area, or an empty string."""
+    speed_mps = throttle_to_speed(controls.parts.vessel, _THROTTLE)
+    stop_m = controls.stopping_distance_m(speed_mps)
+    if stop_m <= _STOP_SHARE * area.least_m:
+        return ""
+    least_m = math.ceil(stop_m / _STOP_SHARE)
+    return f"the way to stop from {speed_mps:.1f} m/s is {stop_m:.0f} m: it takes {least_m} m around here, not {area.least_m:.0f}"
 
 
 def _leads_home(controls: Controls, target: Point) -> bool:

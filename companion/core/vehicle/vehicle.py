@@ -140,6 +140,7 @@ class Vehicle:
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
             if weak and not was_weak:
                 say(Severity.CRITICAL, f"{side} thruster {_WEAK}")
+                self.parts.navigator.abandon_trial("a thruster gives too little to be measured")
             elif was_weak and not weak:
                 say(Severity.NOTICE, f"{side} thruster gives what it is told again")
 
@@ -190,7 +191,8 @@ class Vehicle:
             if not isinstance(intent, Sticks | Measured):
                 return Demand()
             steering, vessel = self.controls.config.steering, self.parts.vessel
-            return Demand(manual_demand(sensed.now_us, intent.surge, intent.yaw, steering, vessel))
+            mixed = not (isinstance(intent, Measured) and intent.rudders_alone)
+            return Demand(manual_demand(sensed.now_us, intent.surge, intent.yaw, steering, vessel, mixed=mixed))
         actuators, trace = controller.step(sensed.now_us, sensed.dt_s, sensed.state, desired, before.output)
         return Demand(actuators, trace)
 

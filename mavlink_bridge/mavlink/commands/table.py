@@ -266,13 +266,22 @@ def _unlock(command: Command, _: Context) -> ask.RequestBody:
     return ask.UnlockGuard()
 
 
-_TRIAL_ORDERS: Final = {0: TrialOrder.END, 1: TrialOrder.BEGIN, 2: TrialOrder.CONFIRM}
+_TRIAL_ORDERS: Final = {
+    0: TrialOrder.END,
+    1: TrialOrder.BEGIN,
+    2: TrialOrder.CONFIRM,
+    3: TrialOrder.TELL,
+    4: TrialOrder.LOOK,
+}
+TRIAL_NUMBERS: Final = {order: float(number) for number, order in _TRIAL_ORDERS.items()}
+"""Param 1 of USER_3."""
 _TRIAL_RADIUS_M: Final = 80.0
 
 
 def _sea_trial(command: Command, _: Context) -> ask.RequestBody:
     radius_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M) or _TRIAL_RADIUS_M
-    return SeaTrial(_TRIAL_ORDERS[command.whole(1, 0, 0, 2)], radius_m, quick=command.params[2] == 1.0)
+    order = _TRIAL_ORDERS[command.whole(1, 0, 0, max(_TRIAL_ORDERS))]
+    return SeaTrial(order, radius_m, quick=command.params[2] == 1.0, fitted=command.params[3] == 1.0)
 
 
 def _forget(command: Command, _: Context) -> ask.RequestBody:
