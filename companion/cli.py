@@ -24,6 +24,7 @@ COMMANDS: Final = {
     "gateway": ("companion.commands.gateway", "the shore side of the LoRa link"),
     "imc": ("companion.commands.imc.command", "show and command the vessel in Neptus, over IMC"),
     "lora": ("companion.commands.lora", "configure a radio module"),
+    "trial": ("companion.commands.trial.command", "a sea trial: the vessel measures itself"),
     "plan": ("companion.commands.plan.command", "make, check, upload, download and start plans"),
     "replay": ("companion.commands.replay", "run a recording again and compare"),
     "report": ("companion.commands.report", "HTML report of a run or a tlog"),

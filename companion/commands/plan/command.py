@@ -52,17 +52,21 @@ def register(subparsers: Any) -> None:
 
 
 def _register_files(actions: Any) -> None:
-    check = _add(actions, "check", _check, "draw a plan and list what the vessel would refuse and why")
+    check = add_action(actions, "check", _check, "draw a plan and list what the vessel would refuse and why")
     check.add_argument("file", type=Path)
     check.add_argument("--config", type=Path, help="the vessel's configuration, for its limits")
     check.add_argument("--svg", type=Path, metavar="OUT", help="draw into an SVG file as well")
-    convert = _add(actions, "convert", _convert, "read a plan file of any format, write .plan, .txt (WPL 110) or .json")
+    convert = add_action(
+        actions, "convert", _convert, "read a plan file of any format, write .plan, .txt (WPL 110) or .json"
+    )
     convert.add_argument("file", type=Path)
     convert.add_argument("out", type=Path)
-    extract = _add(actions, "extract", _extract, "take the plans, or the parameters, out of a telemetry log or a run")
+    extract = add_action(
+        actions, "extract", _extract, "take the plans, or the parameters, out of a telemetry log or a run"
+    )
     extract.add_argument("file", type=Path, metavar="F.tlog|RUN_DIR")
     extract.add_argument("out", type=Path, help="a plan file; or F.params for the vehicle's parameters")
-    make = _add(actions, "make", _make, "write a plan of waypoints or one loiter")
+    make = add_action(actions, "make", _make, "write a plan of waypoints or one loiter")
     make.add_argument("out", type=Path)
     make._negative_number_matcher = re.compile(r"-[\d.]")  # argparse takes -41.5,8.7 for an option
     make.add_argument("points", nargs="+", metavar="LAT,LON", type=_point, help="two or more: a route; one: a loiter")
@@ -74,38 +78,40 @@ def _register_files(actions: Any) -> None:
     make.add_argument("--ccw", action="store_true", help="turn to port")
     make.add_argument("--far", action="store_true", help="legs may be longer than the vessel sails without being asked")
     make.add_argument("--speed", type=positive, metavar="M/S")
-    send = _add(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
+    send = add_action(actions, "send-json", _send_json, "send the seed's JSON plan through a radio modem's port")
     send.add_argument("file", type=Path)
     send.add_argument("port", help="device, or an address such as serial:/dev/ttyUSB0?baud=9600")
     send.add_argument("--wait", type=positive, default=60.0, metavar="S", help="how long to wait for the answer")
 
 
 def _register_vessel(actions: Any) -> None:
-    upload = _vessel(actions, "upload", _upload, "send mission, fence and rally points to the vessel", _read_upload)
+    upload = vessel_action(
+        actions, "upload", _upload, "send mission, fence and rally points to the vessel", _read_upload
+    )
     upload.add_argument("file", type=Path)
     upload.add_argument("--start", action="store_true", help="arm and start it afterwards")
     upload.add_argument("--far", action="store_true", help=_FAR_HELP)
     upload.add_argument("--watch", action="store_true", help="stay until it has been sailed")
-    download = _vessel(
+    download = vessel_action(
         actions, "download", _download, "fetch what the vessel has into a .plan or .txt file", _check_download
     )
     download.add_argument("out", type=Path)
-    start = _vessel(actions, "start", _start, "arm and start the plan")
+    start = vessel_action(actions, "start", _start, "arm and start the plan")
     start.add_argument("--no-arm", action="store_true")
     start.add_argument("--far", action="store_true", help=_FAR_HELP)
     start.add_argument("--watch", action="store_true", help="stay until it has been sailed")
-    _vessel(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
-    clear = _vessel(actions, "clear", _clear, "empty the vessel's plans")
+    vessel_action(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
+    clear = vessel_action(actions, "clear", _clear, "empty the vessel's plans")
     clear.add_argument("--keep-fence", action="store_true")
 
 
-def _add(actions: Any, name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
+def add_action(actions: Any, name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=text)
     parser.set_defaults(run=run)
     return parser
 
 
-def _vessel(
+def vessel_action(
     actions: Any,
     name: str,
     run: Callable[[Any, argparse.Namespace], None],
@@ -119,7 +125,7 @@ def _vessel(
         urls = [arguments.url] if arguments.url else find.places(arguments.config, arguments.host)
         return plan_link.with_vessel(urls, arguments.wait, lambda vessel: run(vessel, arguments))
 
-    parser = _add(actions, name, command, text)
+    parser = add_action(actions, name, command, text)
     parser.add_argument(
         "--config", type=Path, metavar="F", help="the boat's or gateway's TOML file: its endpoints are tried"
     )

@@ -142,13 +142,18 @@ class Vessel:
         self._mission = MissionRaw(system)
         self._telemetry = Telemetry(system)
         self._said: set[str] = set()
+        self.heard: list[str] = []
+        """All texts of the vessel, as they came."""
+        self.shows_again = False
+        """A text that was shown before is shown again."""
         self._telemetry.subscribe_status_text(lambda text, _: self._say(text.text))
 
     def _say(self, text: str) -> None:
         """Show a text of the vessel, each once."""
-        if text not in self._said:
+        self.heard.append(text)
+        if self.shows_again or text not in self._said:
             self._said.add(text)
-            print(f"vessel: {text}", file=sys.stderr)
+            print(f"vessel: {text}", file=sys.stderr, flush=True)
 
     def hear_reason(self) -> None:
         """Wait a moment for the text that says why something was refused: it comes after the refusal."""
@@ -218,11 +223,11 @@ class Vessel:
     def start(self, *, arm: bool) -> None:
         """Arm if asked, then sail. Raises LinkError."""
         if arm:
-            self._arm()
+            self.arm()
         self._call("start", self._mission.start_mission)
         print("started")
 
-    def _arm(self) -> None:
+    def arm(self) -> None:
         """Arm, with patience: the vessel wants to have heard this ground station's heartbeat first."""
         from mavsdk.plugins.action import Action
 
@@ -258,23 +263,36 @@ class Vessel:
 
         Without an answer nothing is worse than without asking: the vessel holds when its time-out ends.
         """
+        try:
+            self._answer(Cmd.REQUEST_OPERATOR_CONTROL, ())
+        except LinkError as error:
+            print(f"command was not handed over: {error}", file=sys.stderr)
+
+    def command(self, what: str, number: int, *params: float) -> None:
+        """Give any command. Raises LinkError when it is refused or not answered."""
+        if self._answer(number, params) != 0:
+            raise LinkError(f"{what}: refused")
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether the vessel's heartbeat comes."""
+        return bool(self._system.is_connected())
+
+    def _answer(self, number: int, params: Sequence[float]) -> int:
+        """Send a command and return the MAV_RESULT of its answer. Raises LinkError when there is none."""
         from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkDirectError, MavlinkMessage
 
         system = self._system.get_system_id()
-        fields = {
-            "target_system": system,
-            "target_component": 1,
-            "command": Cmd.REQUEST_OPERATOR_CONTROL,
-            "confirmation": 0,
-        }
-        fields |= {f"param{number}": 0.0 for number in range(1, 8)}
+        fields = {"target_system": system, "target_component": 1, "command": number, "confirmation": 0}
+        fields |= {f"param{k + 1}": params[k] if k < len(params) else 0.0 for k in range(7)}
         message = MavlinkMessage(
             "COMMAND_LONG", target_system_id=system, target_component_id=1, fields_json=json.dumps(fields)
         )
         try:
-            MavlinkDirect(self._system).send_command(message)
+            answer = MavlinkDirect(self._system).send_command(message)
         except MavlinkDirectError as error:
-            print(f"command was not handed over: {error}", file=sys.stderr)
+            raise LinkError(f"command {number}: no answer") from error
+        return int(json.loads(answer.fields_json).get("result", -1))
 
     def clear(self, *, fence: bool) -> None:
         """Empty the mission, and the fence unless it is kept. Raises LinkError."""

@@ -1,0 +1,1 @@
+"""``companion trial``: a sea trial from a station's command line."""
