@@ -29,7 +29,7 @@ class Parameters:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.entries = tuple(sorted(params.entries(type(settings)), key=lambda entry: entry.param.name))
+        self.entries = tuple(sorted(params.present(settings), key=lambda entry: entry.param.name))
         self._index = {entry.param.name: number for number, entry in enumerate(self.entries)}
         if len(self._index) != len(self.entries):
             names = [entry.param.name for entry in self.entries]

@@ -107,10 +107,14 @@ SETTINGS = (
         "Speed PID Gains",
         "none",
         "steering.seed.speed_gains",
-        "required by the profile, as there",
+        "required by the profile, as there; live as `SEED_SPD_P`, `_I`, `_D`, `_IMAX`",
     ),
     Setting(
-        "SimpleHeadingAndSpeed", "Heading PID Gains", "none", "steering.seed.heading_gains", "required by the profile"
+        "SimpleHeadingAndSpeed",
+        "Heading PID Gains",
+        "none",
+        "steering.seed.heading_gains",
+        "required by the profile; live as `SEED_HDG_P`, `_I`, `_D`, `_IMAX`",
     ),
     Setting("MinAltitude", "Minimum Acceptable Altitude", "4.0", "depth.min_altitude_m"),
     Setting("MinAltitude", "Minimum Altitude Margin", "0.1", "depth.minimum_margin_m"),

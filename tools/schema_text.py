@@ -21,7 +21,7 @@ import annotated_types
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from companion.core.config import Param
+from companion.core.config import Param, ParamGroup
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +60,16 @@ def texts_of(model: type[BaseModel]) -> dict[str, str]:
     return found
 
 
-def keys(model: type[BaseModel], prefix: str = "") -> Iterator[Key]:
-    """Every key below a model, in order of declaration; lists of tables count as one table."""
+def keys(model: type[BaseModel], prefix: str = "", parameters: str = "") -> Iterator[Key]:
+    """Every key below a model, in order of declaration; lists of tables count as one table. ``parameters``: their prefix."""
     texts = texts_of(model)
     for name, field in model.model_fields.items():
         path = f"{prefix}{name}"
         inner = inner_model(field.annotation)
         if inner is not None:
             named = ".NAME" if typing.get_origin(field.annotation) is dict else ""
-            yield from keys(inner, f"{path}{named}.")
+            group = next((item.prefix for item in field.metadata if isinstance(item, ParamGroup)), "")
+            yield from keys(inner, f"{path}{named}.", group)
             continue
         mark = next((item for item in field.metadata if isinstance(item, Param)), None)
         yield Key(
@@ -78,7 +79,7 @@ def keys(model: type[BaseModel], prefix: str = "") -> Iterator[Key]:
             limits=limits_of(field),
             unit=mark.unit if mark else "",
             text=(field.description or texts.get(name, "")).rstrip("."),
-            parameter=mark.name if mark else "",
+            parameter=parameters + mark.name if mark else "",
         )
 
 

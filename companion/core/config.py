@@ -33,6 +33,22 @@ class Param:
     """The DUNE task parameter it re-does, e.g. 'MinAltitude: Minimum Acceptable Altitude'."""
 
 
+@dataclass(frozen=True, slots=True)
+class ParamGroup:
+    """What the parameters of a whole model begin with, where one model serves several times."""
+
+    prefix: str
+    text: str
+
+
+def param_group(prefix: str, text: str) -> Any:
+    """Declare an optional model whose parameters are ``prefix`` and their own names; without it there are none of them."""
+    field: Any = Field(None)
+    assert isinstance(field, FieldInfo)
+    field.metadata.append(ParamGroup(prefix, text))
+    return field
+
+
 def param(
     default: Any,
     name: str,

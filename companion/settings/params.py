@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, Final, TypeVar, get_args
 
 import annotated_types
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from ..core.config import Param
+from ..core.config import Param, ParamGroup
 
 Model = TypeVar("Model", bound=BaseModel)
+_ALONE: Final = ParamGroup("", "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,29 +42,46 @@ def float32(value: float) -> float:
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
-def entries(model: type[BaseModel], path: tuple[str, ...] = ()) -> Iterator[Entry]:
+def entries(model: type[BaseModel], path: tuple[str, ...] = (), group: ParamGroup = _ALONE) -> Iterator[Entry]:
     """Yield every parameter of a settings model, in order of declaration."""
     for name, field in model.model_fields.items():
         here = (*path, name)
         mark = next((item for item in field.metadata if isinstance(item, Param)), None)
+        below = next((item for item in field.metadata if isinstance(item, ParamGroup)), None)
         if mark is not None:
-            yield _entry(mark, field, here)
+            yield _entry(mark, field, here, group)
+        elif below is not None:
+            (inner,) = (kind for kind in get_args(field.annotation) if kind is not type(None))
+            yield from entries(inner, here, below)
         elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
             yield from entries(field.annotation, here)
 
 
-def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...]) -> Entry:
+def present(settings: BaseModel) -> Iterator[Entry]:
+    """Yield the parameters that these settings have: those of a group that is not given are not there."""
+    for entry in entries(type(settings)):
+        model: Any = settings
+        for name in entry.path[:-1]:
+            model = getattr(model, name)
+            if model is None:
+                break
+        else:
+            yield entry
+
+
+def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGroup) -> Entry:
     low = next((item.ge for item in field.metadata if isinstance(item, annotated_types.Ge)), None)
     high = next((item.le for item in field.metadata if isinstance(item, annotated_types.Le)), None)
     kind = field.annotation if field.annotation in (bool, int) else float
     assert isinstance(kind, type)
     default = None if field.is_required() or field.default is None else float(field.default)
     bounds: tuple[Any, Any] = (0.0, 1.0) if kind is bool else (low, high)
+    text = field.description or ""
     return Entry(
-        param=mark,
+        param=replace(mark, name=group.prefix + mark.name),
         key=".".join(path),
         path=path,
-        text=field.description or "",
+        text=f"{group.text}: {text}" if group.text else text,
         default=default,
         minimum=bounds[0],
         maximum=bounds[1],
@@ -80,7 +98,7 @@ def read(settings: BaseModel, entry: Entry) -> float:
 
 
 def write(settings: Model, entry: Entry, value: float) -> Model:
-    """Return settings with one parameter changed.
+    """Return settings with one parameter changed; one of a group that is not given is refused.
 
     Raises ValueError with one plain sentence when the value is refused; the old settings are untouched.
     """
@@ -103,6 +121,8 @@ def write(settings: Model, entry: Entry, value: float) -> Model:
 
 def _replace(model: Model, path: tuple[str, ...], value: object) -> Model:
     name, rest = path[0], path[1:]
+    if rest and getattr(model, name) is None:
+        raise ValueError(f"{rest[-1]}: the configuration has no {name}")
     data = {key: getattr(model, key) for key in type(model).model_fields}
     data[name] = _replace(getattr(model, name), rest, value) if rest else value
     return type(model).model_validate(data)

@@ -71,8 +71,8 @@ Distance.value | Distance.value_m | DISTANCE_SENSOR.current_distance | cm below 
 Distance.value | Distance.value_m | WATER_DEPTH.distance | m, NaN = no bottom | motion.water_depth
 Distance (from outside) | DistanceInput.value_m | DISTANCE_SENSOR.current_distance | in: another component's sounder, orientation 25
     | sensor_input.distance
-SetThrusterActuation.value | ActuatorOutput.thruster_port | SERVO_OUTPUT_RAW.servo1_raw | us that the board says it applied, 1500 +
-    500 v; one frame carries all four | system.servo_output_raw
+SetThrusterActuation.value | ActuatorOutput.thruster_port | SERVO_OUTPUT_RAW.servo1_raw | us that the board says it applied (level 0:
+    commanded), 1500 + 500 v; one frame carries all four | system.servo_output_raw
 SetThrusterActuation, SetServoPosition (from outside) | - | - | refused: a network peer that moves single actuators goes round
     controllers, guard and gate; MANUAL_CONTROL gives surge and yaw instead | -
 SetServoPosition.value | ActuatorOutput.rudder_port_rad | SERVO_OUTPUT_RAW.servo3_raw | us, rudder limit = 500 us |

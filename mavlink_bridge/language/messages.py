@@ -334,6 +334,8 @@ class ActuatorStatus:
     state: str = "unknown"
     applied_us: tuple[int, int, int, int] | None = None
     """Pulse widths at the pins: thruster 1, thruster 2, rudder 1, rudder 2."""
+    commanded_us: tuple[int, int, int, int] | None = None
+    """The same as last commanded, of a board on level 0 that tells nothing of its pins."""
     good_frames: int = 0
     bad_frames: int = 0
     reset_cause: str | None = None

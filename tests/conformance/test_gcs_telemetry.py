@@ -220,6 +220,19 @@ def test_applied_pulses_are_not_made_up(bench):
     assert bench.gcs.last("SERVO_OUTPUT_RAW").servo1_raw == 0
 
 
+def test_a_board_that_can_never_tell_shows_what_was_commanded(bench):
+    from mavlink_bridge.language.messages import ActuatorStatus
+
+    bench.vessel.changes["actuator"] = ActuatorStatus(0, True, level=0, commanded_us=(1600, 1620, 1450, 1550))
+    bench.run(2)
+    found = bench.gcs.last("SERVO_OUTPUT_RAW")
+    assert (found.servo1_raw, found.servo2_raw, found.servo3_raw, found.servo4_raw) == (1600, 1620, 1450, 1550)
+    assert found.time_usec == 0
+    bench.vessel.changes["actuator"] = ActuatorStatus(0, False, level=0, commanded_us=(1600, 1620, 1450, 1550))
+    bench.run(2)
+    assert bench.gcs.last("SERVO_OUTPUT_RAW").servo1_raw == 0
+
+
 def test_a_finished_mission_is_complete(bench):
     bench.vessel.plan_state = PlanState.COMPLETE
     bench.run(1)

@@ -152,6 +152,25 @@ def test_level_0_is_the_owners_choice_and_needs_a_person_who_saw_the_outputs_mov
     assert set(seen.written) == {NEUTRAL_0}
 
 
+def test_level_0_tells_what_was_commanded_and_never_that_it_was_applied():
+    line = Line(answers=False, level="0", seen=True).open().tick(80)
+    line.thrust = 0.5
+    line.tick(2)
+    found = line.board.status
+    assert (found.applied_us, found.commanded_us) == (None, (1750, 1750, 1500, 1500))
+    assert Line().running().tick(5).board.status.commanded_us is None
+
+
+def test_level_0_at_the_originals_one_hertz_arms_and_is_told_what_is_true_of_it():
+    """Its board does not stop between two commands; that it does and that nothing arms was said of it."""
+    line = Line(answers=False, level="0", seen=True, frequency_hz=1.0).open().tick(120)
+    assert line.ready == (True, "")
+    said = line.said()
+    assert "does not stop if this computer dies" in said
+    assert "up to 1000 ms late" in said
+    assert "no arming" not in said
+
+
 def test_level_0_warns_again_and_again():
     line = Line(answers=False, level="0", seen=True).open().tick(80)
     line.said()

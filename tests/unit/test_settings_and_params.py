@@ -11,6 +11,8 @@ import config
 from companion.settings import params
 from companion.settings.schema import ConfigError, Settings, load, load_vessel
 
+GAINS = {"seed": {"heading_gains": {"kp": 1.0}, "speed_gains": {"kp": 1.0}}}
+ALL = Settings.model_validate({"steering": GAINS})
 TABLE = {entry.param.name: entry for entry in params.entries(Settings)}
 
 
@@ -97,19 +99,19 @@ def test_every_parameter_says_what_it_is() -> None:
 
 @pytest.mark.parametrize("name", sorted(TABLE))
 def test_each_parameter_takes_its_range_and_nothing_beyond(name: str) -> None:
-    entry, before = TABLE[name], Settings()
+    entry, before = TABLE[name], ALL
     taken = [limit for limit in (entry.minimum, entry.maximum) if limit is not None and accepts(entry, limit)]
     assert taken, "neither end of its range is possible beside the other settings' defaults"
     for wrong in (math.nan, math.inf, -math.inf, (entry.maximum or 1e30) * 2 + 1e6, (entry.minimum or 0.0) - 1e6):
         with pytest.raises(ValueError, match=name):
             params.write(before, entry, wrong)
-    assert before == Settings()
+    assert before == Settings.model_validate({"steering": GAINS})
 
 
 def accepts(entry: params.Entry, value: float) -> bool:
     """Whether a value is taken and read back; a pair of settings that contradict each other may refuse it."""
     try:
-        after = params.write(Settings(), entry, value)
+        after = params.write(ALL, entry, value)
     except ValueError:
         return False
     return params.read(after, entry) == params.float32(value)
@@ -125,4 +127,13 @@ def test_whole_numbers_are_asked_for_where_they_are_meant() -> None:
     for entry in TABLE.values():
         if entry.kind is not float:
             with pytest.raises(ValueError, match="whole number"):
-                params.write(Settings(), entry, (entry.minimum or 0.0) + 0.5)
+                params.write(ALL, entry, (entry.minimum or 0.0) + 0.5)
+
+
+def test_a_vessel_without_gains_has_no_parameters_of_them() -> None:
+    names = {entry.param.name for entry in params.present(Settings())}
+    assert {entry.param.name for entry in params.present(ALL)} - names == {
+        f"SEED_{loop}_{part}" for loop in ("SPD", "HDG") for part in ("P", "I", "D", "IMAX")
+    }
+    with pytest.raises(ValueError, match="no heading_gains"):
+        params.write(Settings(), TABLE["SEED_HDG_P"], 1.0)

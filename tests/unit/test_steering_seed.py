@@ -133,6 +133,17 @@ def test_changed_gains_take_effect_from_a_clean_memory():
     assert trace.speed_p == pytest.approx(0.1)
 
 
+def test_gains_of_one_loop_begin_both_anew_as_in_the_original():
+    controller = seed(speed_gains=PidGains(kp=0.2, ki=0.05, kd=0.1))
+    for _ in range(50):
+        controller.step(0, DT, state(), Desired(0.1, 1.0), None)
+    heading = {"heading_gains": PidGains(kp=1.0, ki=0.01), "speed_gains": PidGains(kp=0.2, ki=0.05, kd=0.1)}
+    controller.configure(SteeringConfig(profile="seed", seed=SeedConfig(**heading)))
+    _, trace = controller.step(0, DT, state(), Desired(0.1, 1.0), None)
+    assert (trace.heading_i, trace.speed_i) == (0.0, 0.0)
+    assert trace.speed_d == 0.0, "a first error has no slope"
+
+
 def test_sticks_give_the_whole_yaw_and_never_overflow():
     demand = manual_demand(0, 1.0, 0.5, SteeringConfig(), OTTER)
     assert (demand.thruster_port, demand.thruster_starboard) == pytest.approx((1.0, 0.0))

@@ -142,8 +142,11 @@ class ActuatorConfig(Config):
 
     @property
     def too_slow(self) -> bool:
-        """Whether the board may fall silent between two commands: they go out on ticks, so one may come two of them late."""
-        return 1000.0 / self.frequency_hz + _LATE_MS > self.silence_ms
+        """Whether the board may fall silent between two commands: they go out on ticks, so one may come two of them late.
+
+        A silent board on level 0 has no such limit that anybody knows.
+        """
+        return self.level != "0" and 1000.0 / self.frequency_hz + _LATE_MS > self.silence_ms
 
     @property
     def level0_terminator(self) -> str:

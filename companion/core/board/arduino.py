@@ -209,6 +209,8 @@ class Arduino:
             self._phase = RUNNING
             self._changed()
             self._texts.append(started_text(self._level, self._version))
+            if self.config.frequency_hz < 2.0:
+                self._texts.append(rate_text(self.config))
         return data
 
     def _answered(self, now_us: int) -> bool:
@@ -240,6 +242,8 @@ class Arduino:
         return True
 
     def _frame(self, pulses: Microseconds, now_us: int) -> bytes:
+        if self._level == 0 and pulses != self._commanded:
+            self._account = None
         self._commanded = pulses
         self._agreement.commanded(pulses, now_us)
         self._quality.sample(now_us)
@@ -296,7 +300,14 @@ class Arduino:
         connected = self._phase is not CLOSED
         if line is None:
             state = self._phase.value
-            return ActuatorStatus(self._status_us or 0, connected, self._level, state, reset_cause=self._reset_cause)
+            return ActuatorStatus(
+                self._status_us or 0,
+                connected,
+                self._level,
+                state,
+                commanded_us=self._commanded if self._level == 0 else None,
+                reset_cause=self._reset_cause,
+            )
         return ActuatorStatus(
             t_us=self._status_us or 0,
             connected=connected,

@@ -16,7 +16,7 @@ from mavlink_bridge.language.messages import ActuatorDemand, ActuatorOutput, Des
 from mavlink_bridge.language.snapshot import ControlTrace
 from mavlink_bridge.language.units import clamp
 
-from ..config import Config, param
+from ..config import Config, param, param_group
 from ..hull import VesselConfig
 from .pid import PidGains
 
@@ -24,10 +24,8 @@ from .pid import PidGains
 class SeedConfig(Config):
     """Parameters of the seed's task SimpleHeadingAndSpeed, by its names and defaults. Gains have no default."""
 
-    speed_gains: PidGains | None = None
-    """Speed PID Gains, per m/s."""
-    heading_gains: PidGains | None = None
-    """Heading PID Gains, per radian."""
+    speed_gains: PidGains | None = param_group("SEED_SPD_", "Speed PID Gains, per m/s")
+    heading_gains: PidGains | None = param_group("SEED_HDG_", "Heading PID Gains, per radian")
     max_thruster_output: float = param(
         1.0, "SEED_THR_MAX", "Maximum Thruster Output", ge=0.0, le=1.0, seed="SimpleHeadingAndSpeed"
     )

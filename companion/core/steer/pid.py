@@ -8,20 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..config import Config
+from ..config import Config, param
 
 
 class PidGains(Config):
     """Gains of one loop. An output or integral limit of 0 means none."""
 
-    kp: float
-    """Output per unit of error."""
-    ki: float = 0.0
-    """Output per unit of error and second."""
-    kd: float = 0.0
-    """Output per unit of error a second."""
-    integral_limit: float = 0.0
-    """Greatest integral part, either way; 0 = none."""
+    kp: float = param(..., "P", "output per unit of error", ge=0.0, le=1000.0)
+    ki: float = param(0.0, "I", "output per unit of error and second", ge=0.0, le=1000.0)
+    kd: float = param(0.0, "D", "output per unit of error a second", ge=0.0, le=1000.0)
+    integral_limit: float = param(0.0, "IMAX", "greatest integral part, either way; 0 = none", ge=0.0, le=1000.0)
 
 
 @dataclass(frozen=True, slots=True)

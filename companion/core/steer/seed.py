@@ -48,9 +48,14 @@ class SeedController:
         self._observer.idle(dt_s, state, sent)
 
     def configure(self, config: SteeringConfig) -> None:
-        self._config = new = _checked(config.seed)
+        before, new = self._config, _checked(config.seed)
         assert new.heading_gains is not None
         assert new.speed_gains is not None
+        if (before.heading_gains, before.speed_gains) != (new.heading_gains, new.speed_gains):
+            self._heading.reset()  # the original begins both anew when the gains of one change
+            self._speed.reset()
+            self._speed_runs = False
+        self._config = new
         self._heading.configure(new.heading_gains, new.max_thruster_output)
         self._speed.configure(new.speed_gains, new.max_thruster_output)
 

@@ -93,7 +93,12 @@ AGES: Final = (
     Age("WATER_DEPTH", Told.COMPASS, {"yaw": math.nan}),
     Age("WATER_DEPTH", Told.TILT, {"roll": math.nan, "pitch": math.nan}),
     Age("BATTERY_STATUS", Told.BOARD, {"voltages": _NO_CELLS, "current_battery": -1, "battery_remaining": -1}),
-    Age("SERVO_OUTPUT_RAW", Told.BOARD, {f"servo{number}_raw": 0 for number in range(1, 5)}),
+    Age(
+        "SERVO_OUTPUT_RAW",
+        Told.BOARD,
+        {f"servo{number}_raw": 0 for number in range(1, 5)},
+        note="a board on level 0 never tells: there they are the pulses that were commanded, and time_usec is 0",
+    ),
     Age("SYSTEM_TIME", Told.RECEIVER, {}, note="goes on by the vessel's own clock; 0 before the first date"),
     Age("HOME_POSITION", Told.RECEIVER, {}, note="a place, not a measurement: it stays"),
     Age("GPS_GLOBAL_ORIGIN", Told.RECEIVER, {}, note="a place, not a measurement: it stays"),

@@ -207,9 +207,13 @@ def fence_status(snapshot: Snapshot) -> Values | None:
     "time_usec servo1_raw servo2_raw servo3_raw servo4_raw servo5_raw servo6_raw servo7_raw servo8_raw port",
 )
 def servo_output_raw(snapshot: Snapshot) -> Values | None:
-    """SERVO_OUTPUT_RAW: the pulse widths that the actuator board says it applied, never those merely asked for; 0 = unknown."""
-    applied = snapshot.actuator.applied_us if snapshot.actuator.connected else None
-    return (snapshot.actuator.t_us & 0xFFFFFFFF, *(applied or _NO_PULSES), *_NO_PULSES, 0)
+    """SERVO_OUTPUT_RAW: the pulse widths that the actuator board says it applied; 0 = unknown.
+
+    Only a board that can never say it, the seed's on level 0, has those that were commanded, and time_usec 0.
+    """
+    board = snapshot.actuator
+    shown = (board.applied_us or board.commanded_us) if board.connected else None
+    return (board.t_us & 0xFFFFFFFF, *(shown or _NO_PULSES), *_NO_PULSES, 0)
 
 
 @told_as("SYSTEM_TIME", "time_unix_usec time_boot_ms")
