@@ -1,4 +1,4 @@
-"""Makes the pictures of README and docs with the report's own code: sails a loiter in the simulator, draws it, and looks at its report."""
+"""Makes the pictures of README and docs with the report's own code: the seed's scenarios, and a loiter with its report."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from sitl.plant.bottom import BottomConfig, make_bottom
 from sitl.world import SimSettings, World
 from tools.plan_items import plan_item
+from tools.seed_pictures import draw_all
 
 REPO = Path(__file__).resolve().parents[1]
 NAN = float("nan")
@@ -76,10 +77,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the pictures."""
     parser = argparse.ArgumentParser(description="make the pictures of README and docs")
     parser.add_argument("-o", "--output", type=Path, default=REPO / "docs" / "images")
+    parser.add_argument("--seed-only", action="store_true", help="only those of docs/SEED.md, which need no browser")
     arguments = parser.parse_args(argv)
     arguments.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        draw_all(arguments.output, folder)
+        if arguments.seed_only:
+            return 0
         write_chart(folder / "harbour.xyz")
         sail(folder / "loiter", folder / "harbour.xyz")
         flight = read_run(folder / "loiter")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from .hull import SimVessel
+from .moved import Motion, MovedVessel
 from .truth import Truth
 from .water import Water, WaterConfig
 
-__all__ = ["SimVessel", "Truth", "Water", "WaterConfig"]
+__all__ = ["Motion", "MovedVessel", "SimVessel", "Truth", "Water", "WaterConfig"]

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from mavlink_bridge.language.requests import (
     Arm,
+    GuidedHeading,
     ManualInput,
     Orbit,
     PausePlan,
@@ -29,7 +30,7 @@ from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 
 from ..world import World
 from .expect import Finding
-from .file import MODES, Act, GotoAct, OrbitAct, Rudders, Scenario, Sticks
+from .file import MODES, Act, GotoAct, OrbitAct, Rudders, Scenario, SteerAct, Sticks
 
 _STATION: Final = 255
 _BEAT_US: Final = 1_000_000
@@ -190,6 +191,10 @@ def _orbit(world: World, text: OrbitAct) -> list[RequestBody]:
     ]
 
 
+def _steer(world: World, text: SteerAct) -> list[RequestBody]:
+    return [GuidedHeading(math.radians(text.heading_deg), speed_mps=text.speed_mps)]
+
+
 _ORDERS: Final[dict[str, Callable[[World, Any], list[RequestBody]]]] = {
     "arm": lambda world, value: [Arm(True)],
     "disarm": lambda world, value: [Arm(False)],
@@ -200,6 +205,7 @@ _ORDERS: Final[dict[str, Callable[[World, Any], list[RequestBody]]]] = {
     "resume": lambda world, value: [PausePlan(False)],
     "goto": _goto,
     "orbit": _orbit,
+    "steer": _steer,
     "speed_mps": lambda world, value: [SetSpeed(value)],
     "param": lambda world, value: [SetParameter(name, number) for name, number in value.items()],
 }

@@ -35,6 +35,21 @@ class Spot(Config):
     m: float = Field(ge=0)
 
 
+class Pulses(Config):
+    """Pulses at the board's pins, us; one that is not named is free."""
+
+    thruster_port: float | None = None
+    thruster_starboard: float | None = None
+    rudder_port: float | None = None
+    rudder_starboard: float | None = None
+    within: float = Field(5.0, gt=0)
+
+    @property
+    def wanted(self) -> tuple[float | None, ...]:
+        """In the order of the pins."""
+        return self.thruster_port, self.thruster_starboard, self.rudder_port, self.rudder_starboard
+
+
 class Expect(Config):
     """One expectation: exactly one quantity, in a window of time, on one plan item or all."""
 
@@ -83,6 +98,12 @@ class Expect(Config):
     stays_neutral: Literal[True] | None = None
     under_way: Literal[True] | None = None
     """Not neutral for at least half of the window."""
+    final_pulses: Pulses | None = None
+    """At the board's pins at the end of the window."""
+    guard: str | None = None
+    """The depth guard comes into this state in the window."""
+    never_guard: str | None = None
+    """It never does."""
     final_mode: str | None = None
     final_armed: bool | None = None
     final_guard: str | None = None
@@ -122,7 +143,7 @@ class Expect(Config):
         _among(self, ("action", "action_max"), [action.name for action in Action])
         _among(self, ("mode", "final_mode"), [mode.value for mode in Mode])
         _among(self, ("plan_state",), [state.name for state in PlanState])
-        _among(self, ("final_guard",), [guard.name for guard in GuardState])
+        _among(self, ("guard", "never_guard", "final_guard"), [guard.name for guard in GuardState])
         return self
 
 
@@ -173,6 +194,8 @@ def _describe(expect: Expect, name: str) -> str:
 def _plain(limit: Any) -> Found:
     if isinstance(limit, Spot):
         return f"{limit.m:g} m of ({limit.north_m:g}, {limit.east_m:g})"
+    if isinstance(limit, Pulses):
+        return f"{_pins(limit.wanted)} +- {limit.within:g}"
     return "yes" if limit is True else "no" if limit is False else limit
 
 
@@ -278,6 +301,22 @@ def _neutral_within(rows: Rows, limit: float, expect: Expect) -> Verdict:
     return None, limit, False
 
 
+def _pins(pulses: Sequence[Number]) -> str:
+    return " ".join("-" if pulse is None else f"{pulse:.0f}" for pulse in pulses)
+
+
+def _final_pulses(rows: Rows, limit: Pulses, expect: Expect) -> Verdict:
+    found = rows[-1].pulses_us
+    pairs = zip(found, limit.wanted, strict=True)
+    passed = all(wanted is None or abs(pulse - wanted) <= limit.within for pulse, wanted in pairs)
+    return _pins(found), _plain(limit), passed
+
+
+def _never_guard(rows: Rows, limit: str, expect: Expect) -> Verdict:
+    when = next((row.t_s for row in rows if row.snapshot.guard.name.lower() == limit.lower()), None)
+    return "never" if when is None else f"at {when:.2f} s", f"never {limit}", when is None
+
+
 def _stays_neutral(rows: Rows, limit: bool, expect: Expect) -> Verdict:
     moved = next((row.t_s for row in rows if not row.neutral), None)
     return "yes" if moved is None else f"moves at {moved:.2f} s", "yes", moved is None
@@ -351,6 +390,9 @@ QUANTITIES: Final[dict[str, Judge]] = {
     "neutral_within_s": _neutral_within,
     "stays_neutral": _stays_neutral,
     "under_way": _under_way,
+    "final_pulses": _final_pulses,
+    "guard": _happens(lambda snapshot, state: snapshot.guard.name.lower() == state.lower()),
+    "never_guard": _never_guard,
     "final_mode": _final(lambda snapshot: snapshot.mode.value),
     "final_armed": _final(lambda snapshot: "yes" if snapshot.armed else "no"),
     "final_guard": _final(lambda snapshot: snapshot.guard.name),
@@ -364,4 +406,4 @@ QUANTITIES: Final[dict[str, Judge]] = {
     "action_max": _highest,
     "no_failsafe": _highest,
 }
-_TIMED: Final = ("mode", "item_reached", "text", "cause", "action", "role", "danger")
+_TIMED: Final = ("guard", "mode", "item_reached", "text", "cause", "action", "role", "danger")

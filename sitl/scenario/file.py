@@ -63,6 +63,13 @@ class GotoAct(Place):
     radius_m: float | None = Field(None, gt=0)
 
 
+class SteerAct(Config):
+    """Steer a heading at a speed: the seed's DesiredHeading and DesiredSpeed."""
+
+    heading_deg: float = Field(ge=-360, le=360)
+    speed_mps: float = Field(ge=0, le=20)
+
+
 class OrbitAct(LoiterPlace):
     """Loiter at once."""
 
@@ -105,6 +112,7 @@ class Act(Config):
     resume: Literal[True] | None = None
     goto: GotoAct | None = None
     orbit: OrbitAct | None = None
+    steer: SteerAct | None = None
     speed_mps: float | None = Field(None, gt=0, le=20)
     sticks: Sticks | None = None
     param: dict[str, float] | None = None

@@ -29,7 +29,8 @@ class Row:
     east_m: float
     speed_mps: float
     altitude_m: float | None
-    neutral: bool
+    pulses_us: tuple[float, ...]
+    """At the board's pins: thrusters port and starboard, rudders port and starboard."""
     snapshot: Snapshot
     loiter: Loiter | None
     leg: tuple[Point, Point] | None
@@ -39,6 +40,11 @@ class Row:
     """To the nearest other vessel's hull; None: there is none."""
     bearing_rad: float | None
     """From the centre of the circle that is sailed."""
+
+    @property
+    def neutral(self) -> bool:
+        """Thrusters stopped and rudders centred."""
+        return all(abs(pulse - NEUTRAL_US) < STILL_US for pulse in self.pulses_us)
 
 
 class Logbook:
@@ -72,7 +78,7 @@ class Logbook:
                 east_m=truth.east_m,
                 speed_mps=math.hypot(truth.vn_mps, truth.ve_mps),
                 altitude_m=None if truth.depth_m is None else truth.depth_m - self._keel_m,
-                neutral=all(abs(pulse - NEUTRAL_US) < STILL_US for pulse in pulses_us),
+                pulses_us=tuple(pulses_us),
                 snapshot=snapshot,
                 loiter=loiter,
                 leg=self._leg(item) if isinstance(item, Goto) else None,

@@ -18,7 +18,7 @@ from companion.core.hull.geometry import geometry_of
 from mavlink_bridge.language.geodesy import LocalFrame
 
 from ..board.avr import make_board
-from ..plant import SimVessel, Truth, Water
+from ..plant import MovedVessel, SimVessel, Truth, Water
 from ..plant.bottom import make_bottom
 from ..sensors import SensorSuite
 from .settings import WorldConfig
@@ -52,8 +52,9 @@ class Plant:
         self.board: Board = board or make_board(config.arduino)
         self.bottom = make_bottom(config.bottom, self.frame, chart)
         self.water = Water(config.water, _generator(seed, "water"))
-        self.vessel = SimVessel(vessel)
-        self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
+        self.vessel = MovedVessel(vessel, config.moved) if config.moved else SimVessel(vessel)
+        if not config.moved:
+            self.vessel.place(north_m=0.0, east_m=0.0, psi_rad=math.radians(config.heading_deg))
         self.sensors = SensorSuite(config.sensors, _generator(seed, "sensors"), geometry_of(vessel, [sensor]))
         self._map = PulseMap(actuators, vessel.rudder.max_rad)
         self._pulses_us = self.board.pulses_us

@@ -11,7 +11,7 @@ from companion.core.config import Config
 from companion.io.links import LinkConfigError, parse_link_url
 from companion.settings import Settings
 
-from ..plant import WaterConfig
+from ..plant import Motion, WaterConfig
 from ..plant.bottom import BottomConfig
 from ..radio import RadioConfig
 from ..sensors import SensorConfig
@@ -38,6 +38,8 @@ class WorldConfig(Config):
     bottom: BottomConfig = BottomConfig()
     radio: RadioConfig = RadioConfig()
     ais: AisText = AisText()
+    moved: tuple[Motion, ...] = Field((), max_length=1000)
+    """The hull is taken along this table of heading and speed, whatever its actuators do: t_s, heading_deg, speed_mps."""
     vessels: tuple[VesselText, ...] = Field((), max_length=256)
     """Other vessels; a scenario writes them as [[vessel]]."""
 

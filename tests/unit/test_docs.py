@@ -112,6 +112,12 @@ def test_commands_in_the_pages_exist(page):
     assert used <= known, used - known
 
 
+def test_the_tests_that_the_pages_name_exist():
+    for path, name in re.findall(r"`(\w+/test_\w+\.py)(?:::(\w+))?`", (DOCS / "SEED.md").read_text(encoding="utf-8")):
+        text = (REPO / "tests" / path).read_text(encoding="utf-8")
+        assert not name or f"def {name}(" in text, f"{path}::{name}"
+
+
 def test_every_page_is_reached_from_the_readme():
     text = (REPO / "README.md").read_text(encoding="utf-8")
     assert not [page.name for page in DOCS.glob("*.md") if f"docs/{page.name}" not in text]

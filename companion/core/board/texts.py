@@ -43,7 +43,10 @@ def rate_text(config: ActuatorConfig) -> tuple[Severity, str]:
         return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: board stops between commands, no arming"
     if config.level == "0" and config.frequency_hz < 2.0:
         late = f"steering acts up to {period_ms:.0f} ms late"
-        return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: {late}; a board that watches for silence stops between"
+        return (
+            Severity.WARNING,
+            f"ACT_FREQ {config.frequency_hz:g} Hz: {late}; a board that watches for silence stops between",
+        )
     if config.frequency_hz < 10.0:
         return Severity.WARNING, f"ACT_FREQ {config.frequency_hz:g} Hz: steering acts up to {period_ms:.0f} ms late"
     return Severity.INFO, f"ACT_FREQ {config.frequency_hz:g} Hz: commands every {period_ms:.0f} ms"
