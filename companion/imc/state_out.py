@@ -39,6 +39,12 @@ VEHICLE_SUPERVISOR: Final = "Vehicle Supervisor"
 PLAN_ENGINE: Final = "Plan Engine"
 PATH_CONTROL: Final = "Path Control"
 _SECOND_US: Final = 1_000_000
+_GRAPH_US: Final = 2_000_000
+"""What a console only draws as a graph: half as often as what it acts on."""
+_DETAIL_US: Final = 5_000_000
+"""What EstimatedState tells already, and soundings: the peer's own limit for those, 0.2 Hz."""
+_BATTERY_US: Final = 10_000_000
+"""The peer's limit too."""
 _PARTS_US: Final = 2_000_000
 _ON_PATH: Final = ControlLoops.PATH | ControlLoops.YAW | ControlLoops.SPEED
 _ERRORS: Final = frozenset((EntityCondition.ERROR, EntityCondition.FAILURE))
@@ -86,15 +92,15 @@ class StateOut:
     def _table(self, state_us: int) -> list[Row]:
         return [
             Row("GLOBAL_POSITION_INT", state_us, self._estimated_state),
-            Row("GPS_RAW_INT", _SECOND_US, self._one(motion.gps_fix, "GPS")),
-            Row("ATTITUDE", _SECOND_US, self._euler_angles),
-            Row("NAV_CONTROLLER_OUTPUT", _SECOND_US, self._one(self._path.tell, PATH_CONTROL)),
-            Row("DISTANCE_SENSOR", _SECOND_US, self._one(motion.distance, "Sounder")),
-            Row("WATER_DEPTH", 5 * _SECOND_US, self._unsounded),
-            Row("SERVO_OUTPUT_RAW", _SECOND_US, self._actuation),
+            Row("GPS_RAW_INT", _DETAIL_US, self._one(motion.gps_fix, "GPS")),
+            Row("ATTITUDE", _DETAIL_US, self._euler_angles),
+            Row("NAV_CONTROLLER_OUTPUT", _GRAPH_US, self._one(self._path.tell, PATH_CONTROL)),
+            Row("DISTANCE_SENSOR", _DETAIL_US, self._one(motion.distance, "Sounder")),
+            Row("WATER_DEPTH", _DETAIL_US, self._unsounded),
+            Row("SERVO_OUTPUT_RAW", _GRAPH_US, self._actuation),
             Row("RPM", _SECOND_US, functools.partial(power.rpm, self._picture)),
             Row("ESC_TELEMETRY_1_TO_4", _SECOND_US, functools.partial(power.rpm, self._picture)),
-            Row("SYS_STATUS", 5 * _SECOND_US, functools.partial(power.battery, self._picture)),
+            Row("SYS_STATUS", _BATTERY_US, functools.partial(power.battery, self._picture)),
         ]
 
     # ---- a part of the system -----------------------------------------------------------------------------------

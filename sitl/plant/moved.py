@@ -49,7 +49,14 @@ class MovedVessel(SimVessel):
     ) -> None:
         """Advance the actuators by ``dt_s``, and the hull along the table."""
         north_m, east_m = self.north_m, self.east_m
-        super().step(dt_s, thruster_port, thruster_starboard, rudder_port_rad, rudder_starboard_rad, water)
+        super().step(
+            dt_s,
+            thruster_port,
+            thruster_starboard,
+            rudder_port_rad=rudder_port_rad,
+            rudder_starboard_rad=rudder_starboard_rad,
+            water=water,
+        )
         self._t_s += dt_s
         self._take()
         self.vn_mps, self.ve_mps = self.ground_velocity(water)

@@ -22,6 +22,7 @@ from mavlink_bridge.language.traffic import Danger, Role
 from mavlink_bridge.language.units import wrap_pi
 
 from .log import Logbook, Row
+from .pins import Pulses, in_words
 
 Number = float | int | None
 Found = float | str | None
@@ -33,21 +34,6 @@ class Spot(Config):
     north_m: float
     east_m: float
     m: float = Field(ge=0)
-
-
-class Pulses(Config):
-    """Pulses at the board's pins, us; one that is not named is free."""
-
-    thruster_port: float | None = None
-    thruster_starboard: float | None = None
-    rudder_port: float | None = None
-    rudder_starboard: float | None = None
-    within: float = Field(5.0, gt=0)
-
-    @property
-    def wanted(self) -> tuple[float | None, ...]:
-        """In the order of the pins."""
-        return self.thruster_port, self.thruster_starboard, self.rudder_port, self.rudder_starboard
 
 
 class Expect(Config):
@@ -195,7 +181,7 @@ def _plain(limit: Any) -> Found:
     if isinstance(limit, Spot):
         return f"{limit.m:g} m of ({limit.north_m:g}, {limit.east_m:g})"
     if isinstance(limit, Pulses):
-        return f"{_pins(limit.wanted)} +- {limit.within:g}"
+        return limit.shown
     return "yes" if limit is True else "no" if limit is False else limit
 
 
@@ -301,15 +287,9 @@ def _neutral_within(rows: Rows, limit: float, expect: Expect) -> Verdict:
     return None, limit, False
 
 
-def _pins(pulses: Sequence[Number]) -> str:
-    return " ".join("-" if pulse is None else f"{pulse:.0f}" for pulse in pulses)
-
-
 def _final_pulses(rows: Rows, limit: Pulses, expect: Expect) -> Verdict:
     found = rows[-1].pulses_us
-    pairs = zip(found, limit.wanted, strict=True)
-    passed = all(wanted is None or abs(pulse - wanted) <= limit.within for pulse, wanted in pairs)
-    return _pins(found), _plain(limit), passed
+    return in_words(found), limit.shown, limit.hold(found)
 
 
 def _never_guard(rows: Rows, limit: str, expect: Expect) -> Verdict:

@@ -13,6 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from companion.io.log_file import parts_of
 from companion.report.from_tlog import find_vehicle
 from mavlink_bridge.mavlink.wire import tlog
 from tests.e2e.sim import CLIENTS, LAT_DEG, LON_DEG, REPO, Sim
@@ -21,11 +22,13 @@ from tests.replay.own_logs import DATA, REPEATED
 SDK_LINK, RADIO_LINK = 1, 3
 SHOAL_LAT_DEG = 41.1860932
 EVERY_US = 5_000_000
+HEARTBEAT = 0
 
 
 def cut(log: bytes, link: int) -> bytes:
-    """One link of a log, without most of what repeats."""
+    """One link of a log, without most of what repeats; a HEARTBEAT that tells another mode stays."""
     last: dict[int, int] = {}
+    beat = b""
     records = list(tlog.iterate(log))
     vehicle = find_vehicle(records)
     assert vehicle is not None
@@ -35,8 +38,10 @@ def cut(log: bytes, link: int) -> bytes:
             continue
         frame = record.frame
         if frame.system == vehicle[0] and frame.message_id in REPEATED:
-            if record.t_us - last.get(frame.message_id, 0) < EVERY_US:
+            changed = frame.message_id == HEARTBEAT and frame.payload != beat
+            if record.t_us - last.get(frame.message_id, 0) < EVERY_US and not changed:
                 continue
+            beat = frame.payload if frame.message_id == HEARTBEAT else beat
             last[frame.message_id] = record.t_us
         out += tlog.pack(record.t_us, link, frame.raw)
     return bytes(out)
@@ -68,6 +73,27 @@ def record(name: str, instance: int, lat_deg: float, until: str, link: int, *, s
     DATA.mkdir(exist_ok=True)
     (DATA / f"{name}.tlog").write_bytes(data)
     print(name, len(data), "bytes")
+
+
+def live(client: str, persona: str) -> bytes:
+    """What a real client and a simulated vessel said to each other over a loiter, cut to size."""
+    link, base = (0, 14550) if persona == "ardurover" else (SDK_LINK, 14540)
+    with tempfile.TemporaryDirectory() as folder:
+        run_dir = Path(folder) / "run"
+        with Sim(run_dir, 54, 2.0, ("--set", "operator.gcs_required=false")) as sim:
+            url = f"udpin:0.0.0.0:{sim.port(base)}" if client == "mavproxy" else f"udpin://0.0.0.0:{sim.port(base)}"
+            more = [folder] if client == "mavproxy" else [persona] * (persona == "ardurover")
+            words = [sys.executable, CLIENTS / f"{client}_loiter.py", url, str(LAT_DEG), str(LON_DEG), "15", *more]
+            environment = {**os.environ, "PYTHONPATH": str(REPO)}
+            talk = subprocess.Popen(words, cwd=REPO, env=environment, stdout=subprocess.DEVNULL)
+            deadline = time.monotonic() + 240
+            while time.monotonic() < deadline and talk.poll() is None and "plan complete" not in events(run_dir):
+                time.sleep(0.5)
+            time.sleep(3.0)
+            talk.kill()
+            talk.wait()
+        log = b"".join(part.read_bytes() for part in parts_of(run_dir / "mavlink.tlog"))
+    return cut(log, link)
 
 
 def main() -> None:

@@ -105,6 +105,8 @@ class Voyage:
             store=MemoryStore(),
         )
         self.consoles = []
+        self.poured = 0
+        """Bytes sent to consoles, announcements included."""
         self._beat_us = 0
         self.deaf = False
 
@@ -139,6 +141,7 @@ class Voyage:
 
     def deliver(self):
         sent, self.net.sent = self.net.sent, []
+        self.poured += sum(len(data) for _, data in sent)
         for place, data in sent:
             packet = read_by_both(data)
             for console in self.consoles:
@@ -180,6 +183,19 @@ def test_the_console_sees_the_vessel_where_it_is_and_as_it_moves():
     path = console.newest(imc.PathControlState)
     assert abs(path.y_m) < 2.0
     assert {imc.SetThrusterActuation, imc.GpsFix, imc.Distance, imc.EntityState} <= {type(m) for _, m in console.inbox}
+
+
+def test_a_tenth_of_what_the_peer_sends_at_rest_and_under_way():
+    """The peer sends 8.3 kB/s to one console (imc-wire §3). The words of all parts and the log book are in this."""
+    voyage = Voyage()
+    console = voyage.add()
+    voyage.run(4.0)
+    for order in (lambda: None, lambda: console.start("p")):
+        console.save(goto_plan(voyage))
+        order()
+        before, seconds = voyage.poured, 20.0
+        voyage.run(seconds)
+        assert (voyage.poured - before) / seconds <= 830.0
 
 
 def test_a_plan_of_50_kb_comes_back_byte_for_byte():

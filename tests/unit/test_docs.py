@@ -113,7 +113,8 @@ def test_commands_in_the_pages_exist(page):
 
 
 def test_the_tests_that_the_pages_name_exist():
-    for path, name in re.findall(r"`(\w+/test_\w+\.py)(?:::(\w+))?`", (DOCS / "SEED.md").read_text(encoding="utf-8")):
+    pages = [(DOCS / name).read_text(encoding="utf-8") for name in ("SEED.md", "NEPTUS.md")]
+    for path, name in re.findall(r"`(\w+/test_\w+\.py)(?:::(\w+))?`", "".join(pages)):
         text = (REPO / "tests" / path).read_text(encoding="utf-8")
         assert not name or f"def {name}(" in text, f"{path}::{name}"
 

@@ -17,7 +17,7 @@ from mavlink_bridge.language.messages import ActuatorOutput, ActuatorStatus, Sev
 
 from . import wire
 from .actuator_map import ActuatorConfig, ChannelConfig, PulseMap, pulses_to_demand
-from .health import Agreement, LineQuality, PortFlow
+from .health import EMERGENCY, Agreement, LineQuality, PortFlow, reported
 from .texts import LEVEL0_TEXT, REASONS, rate_text, started_text
 from .wire import Microseconds
 
@@ -41,7 +41,6 @@ class Phase(Enum):
 
 
 CLOSED, STARTING, ASKING, RUNNING = Phase.CLOSED, Phase.STARTING, Phase.ASKING, Phase.RUNNING
-_EMERGENCY: Final = wire.STATE_NAMES["E"]
 _CHECKED: Final = wire.STATE_NAMES["C"]
 _READY: Final = (True, "")
 
@@ -308,18 +307,7 @@ class Arduino:
                 commanded_us=self._commanded if self._level == 0 else None,
                 reset_cause=self._reset_cause,
             )
-        return ActuatorStatus(
-            t_us=self._status_us or 0,
-            connected=connected,
-            level=self._level,
-            state=line.state,
-            applied_us=line.applied_us,
-            good_frames=line.good,
-            bad_frames=line.bad,
-            reset_cause=self._reset_cause,
-            emergency_stop=line.state == _EMERGENCY,
-            voltage_v=line.voltage_v,
-        )
+        return reported(line, self._status_us or 0, self._level, connected=connected)
 
     @property
     def damaged(self) -> int:
@@ -348,7 +336,7 @@ class Arduino:
             self._look_closer(found, now_us)
         if self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US:
             found.append("reset")
-        if self._status is not None and self._status.state == _EMERGENCY:
+        if self._status is not None and self._status.state == EMERGENCY:
             found.append("estop")
         return (*found, "level0") if phase is RUNNING and self._level == 0 else tuple(found)
 
@@ -365,7 +353,7 @@ class Arduino:
             found.append("silent")
         elif state == "failsafe":
             found.append("failsafe")
-        elif state != _EMERGENCY and self._agreement.disagrees(now_us):
+        elif state != EMERGENCY and self._agreement.disagrees(now_us):
             found.append("mismatch")
         if quality.bad and quality.recent(now_us):
             if quality.garbage(now_us):

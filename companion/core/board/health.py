@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
-from .wire import Microseconds
+from mavlink_bridge.language.messages import ActuatorStatus
+
+from .wire import STATE_NAMES, Microseconds, Status
 
 MATCH_WINDOW_US: Final = 300_000
 BLOCKED_AFTER_US: Final = 250_000
@@ -18,6 +20,7 @@ GARBAGE_WINDOW_US: Final = 1_000_000
 SAMPLE_US: Final = 200_000
 NOISE_SHARE: Final = 0.05
 GARBAGE_SHARE: Final = 0.5
+EMERGENCY: Final = STATE_NAMES["E"]
 _LEAST_BAD: Final = 3
 """Fewer bad lines than this in a window are no verdict."""
 
@@ -125,3 +128,19 @@ class PortFlow:
 
     def blocked(self, now_us: int) -> bool:
         return self.held_since_us is not None and now_us - self.held_since_us >= BLOCKED_AFTER_US
+
+
+def reported(line: Status, t_us: int, level: int | None, *, connected: bool) -> ActuatorStatus:
+    """The board's own account, of its last status line."""
+    return ActuatorStatus(
+        t_us=t_us,
+        connected=connected,
+        level=level,
+        state=line.state,
+        applied_us=line.applied_us,
+        good_frames=line.good,
+        bad_frames=line.bad,
+        reset_cause=line.reset_cause,
+        emergency_stop=line.state == EMERGENCY,
+        voltage_v=line.voltage_v,
+    )
