@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from .messages import Mode
+from .spoken import UNSPOKEN, Spoken
 
 Aim = tuple[Mode | None, bool | None]
 """The mode that a request brings and whether the vessel is then armed; None for what it leaves as it is."""
@@ -35,6 +36,9 @@ class Ask(ABC):
     """What all requests have. Each says its nature itself, so that no new one gets another's in silence."""
 
     __slots__ = ()
+
+    spoken: ClassVar[Spoken | None] = UNSPOKEN
+    """The plain command that asks for it, and whose row among the commands is made from this."""
 
     @property
     @abstractmethod

@@ -13,6 +13,7 @@ from typing import Final
 from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
+from .spoken import Real, Spoken, Sure
 from .stations import Proof, Station
 from .trials import SeaTrial
 
@@ -296,6 +297,8 @@ class RtcmData(Ask):
 class RunPrearmChecks(Ask):
     """The checks before arming, told without arming."""
 
+    spoken = Spoken("RUN_PREARM_CHECKS")
+
     @property
     def nature(self) -> Nature:
         return _OTHER
@@ -304,6 +307,8 @@ class RunPrearmChecks(Ask):
 @dataclass(frozen=True, slots=True)
 class UnlockGuard(Ask):
     """An operator on the spot lifts a LOCKED depth guard once."""
+
+    spoken = Spoken("USER_1", (Sure(1),))
 
     @property
     def nature(self) -> Nature:
@@ -329,7 +334,7 @@ class ForgetDepth(Ask):
     lon_rad: float | None = None
     """None: where the vessel is."""
     radius_m: float = FORGET_MAX_M
-    """At most ``FORGET_MAX_M``."""
+    spoken = Spoken("USER_2", (Real("radius_m", 1, least=0.0, most=FORGET_MAX_M, default=FORGET_MAX_M),), place=True)
 
     @property
     def nature(self) -> Nature:

@@ -35,6 +35,10 @@ def test_a_row_without_its_parts_is_named(row, says):
     assert flaws(ROWS) == []
 
 
+def test_a_request_that_the_union_forgets_is_named():
+    assert flaws(ROWS, [Whistle]) == ["Whistle is missing in RequestBody"]
+
+
 def test_a_request_without_an_order_is_named():
     assert without_order([*get_args(RequestBody), Whistle]) == ["Whistle"]
 

@@ -150,13 +150,10 @@ class Rule:
 class Watch:
     """Whether anything at all is up, in one look: most ticks of a good day end here."""
 
-    __slots__ = ("_gcs_s", "_guided_s", "_manual_s", "_radio_s")
+    __slots__ = ("_young",)
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        young_s = {rule.row.name: (rule.delay_us - 1) / 1e6 for rule in rules}
-        self._manual_s, self._guided_s = young_s["manual_lost"], young_s["guided_lost"]
-        self._gcs_s = min(young_s["gcs_lost"], young_s["gcs_degraded"])
-        self._radio_s = young_s["radio_lost"]
+        self._young = tuple((rule.row.age, (rule.delay_us - 1) / 1e6) for rule in rules if rule.row.age is not None)
 
     def quiet(self, flags: Flags) -> bool:
         """True when no row's flag is up and no age is within a microsecond of its delay."""
@@ -164,20 +161,14 @@ class Watch:
             return False
         if not flags.helm.armed:
             return True
-        manual_s, guided_s, gcs_s, radio_s = (
-            flags.helm.manual_age_s,
-            flags.helm.guided_age_s,
-            flags.ground.gcs_age_s,
-            flags.ground.radio_age_s,
-        )
-        never_heard = gcs_s is None and radio_s is None
-        return (
-            (manual_s is None or manual_s < self._manual_s)
-            and (guided_s is None or guided_s < self._guided_s)
-            and (gcs_s is None or gcs_s < self._gcs_s)
-            and (radio_s is None or radio_s < self._radio_s)
-            and not (never_heard and flags.ground.gcs_required)
-        )
+        ground = flags.ground
+        if ground.gcs_required and ground.gcs_age_s is None and ground.radio_age_s is None:
+            return False
+        for age, young_s in self._young:
+            age_s = age(flags)
+            if age_s is not None and not age_s < young_s:  # no number is not young
+                return False
+        return True
 
 
 def reached(age_s: float, limit_us: int) -> bool:

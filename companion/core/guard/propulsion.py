@@ -16,7 +16,7 @@ from mavlink_bridge.language.value import value
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
-from ..hull.statics import drag_n
+from ..hull.statics import Statics
 
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""
@@ -56,7 +56,7 @@ class PropulsionWatch:
     def __init__(self, vessel: VesselConfig) -> None:
         self._model = ForceModel(vessel)
         self._actuators = ActuatorModel(vessel)
-        self._vessel = vessel
+        self._vessel, self._statics = vessel, Statics(vessel)
         hull, wind = vessel.hull, vessel.windage
         self._lateral_m = self._model.lateral_m
         self._m11, self._inertia = hull.m11_kg, hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
@@ -102,7 +102,7 @@ class PropulsionWatch:
         )
         hull = self._vessel.hull
         moment_nm = hull.m23_kgm * dv + hull.m33_kgm2 * dr
-        held_n = port_n + starboard_n - drag_n(self._vessel, water_u)
+        held_n = port_n + starboard_n - self._statics.drag_n(water_u)
         rudder_nm = abs(self._model.rudder_slope_nm(water_u, port_n, starboard_n) * angle)
         values = [r, moment_nm, port_n, starboard_n, held_n, u, rudder_nm]
         if self._smooth is None:

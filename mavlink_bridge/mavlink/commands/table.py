@@ -15,11 +15,13 @@ from typing import Final
 from ...language import requests as ask
 from ...language.figures import Circle, FigureEight, Hover
 from ...language.messages import LoiterDirection, Mode
+from ...language.nature import Ask
+from ...language.spoken import Spoken
 from ...language.trials import SeaTrial, TrialOrder
 from ..persona import modes
 from ..wire.cmd import Cmd
-from ..wire.codec import dialect
 from .command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
+from .plain import NUMBERS, fields_of
 
 MAX_SPEED_MPS: Final = 50.0
 MAX_RADIUS_M: Final = 10_000.0
@@ -245,10 +247,6 @@ def _reboot(command: Command, _: Context) -> ask.RequestBody:
     return ask.Reboot(shutdown=value == 2)
 
 
-def _prearm(_: Command, __: Context) -> ask.RequestBody:
-    return ask.RunPrearmChecks()
-
-
 def _storage(command: Command, _: Context) -> None:
     """PREFLIGHT_STORAGE: parameters are stored when they are set, so reading and writing need nothing; a reset is refused."""
     if command.whole(1, 0, 0, 255) > 1:
@@ -258,12 +256,6 @@ def _storage(command: Command, _: Context) -> None:
 def _take_command(command: Command, _: Context) -> ask.RequestBody:
     """MAV_CMD_REQUEST_OPERATOR_CONTROL: param 2 is 1 to take command, 0 to give it up."""
     return ask.TakeCommand(take=command.whole(2, 1, 0, 1) == 1)
-
-
-def _unlock(command: Command, _: Context) -> ask.RequestBody:
-    if command.params[0] != 1.0:
-        raise denied("parameter 1 must be 1")
-    return ask.UnlockGuard()
 
 
 _TRIAL_ORDERS: Final = {
@@ -282,12 +274,6 @@ def _sea_trial(command: Command, _: Context) -> ask.RequestBody:
     radius_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M) or _TRIAL_RADIUS_M
     order = _TRIAL_ORDERS[command.whole(1, 0, 0, max(_TRIAL_ORDERS))]
     return SeaTrial(order, radius_m, quick=command.params[2] == 1.0, fitted=command.params[3] == 1.0)
-
-
-def _forget(command: Command, _: Context) -> ask.RequestBody:
-    radius_m = command.number(1, 0.0, 0.0, ask.FORGET_MAX_M)
-    lat_rad, lon_rad = command.position_rad(zero_is_here=True) or (None, None)
-    return ask.ForgetDepth(lat_rad, lon_rad, radius_m or ask.FORGET_MAX_M)
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,7 +297,7 @@ class Row:
     """The pinned dialect does not name it: a number of ours, or a newer one."""
 
 
-ROWS: Final = (
+_WITH_MEANINGS: Final = (
     Row(Cmd.LOITER_UNLIM, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True),
     Row(Cmd.RETURN_TO_LAUNCH, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
     Row(Cmd.DO_ORBIT, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
@@ -330,9 +316,6 @@ ROWS: Final = (
     Row(Cmd.DO_SET_STANDARD_MODE, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
     Row(Cmd.MISSION_START, "MISSION_START", _start, (ask.StartPlan,), progress=False),
     Row(Cmd.COMPONENT_ARM_DISARM, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
-    Row(Cmd.RUN_PREARM_CHECKS, "RUN_PREARM_CHECKS", _prearm, (ask.RunPrearmChecks,)),
-    Row(Cmd.UNLOCK_GUARD, "USER_1", _unlock, (ask.UnlockGuard,)),
-    Row(Cmd.FORGET_DEPTH, "USER_2", _forget, (ask.ForgetDepth,)),
     Row(Cmd.SEA_TRIAL, "USER_3", _sea_trial, (SeaTrial,)),
     Row(Cmd.REQUEST_OPERATOR_CONTROL, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
     Row(Cmd.GUIDED_CHANGE_SPEED, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
@@ -340,18 +323,31 @@ ROWS: Final = (
 )
 
 
-def flaws(rows: Sequence[Row]) -> list[str]:
-    """What is missing or wrong in rows: a number twice, a name that the dialect does not give it, a request that there is not."""
-    found = []
-    known = {int(number): entry.name.removeprefix("MAV_CMD_") for number, entry in dialect.enums["MAV_CMD"].items()}
-    bodies = set(typing.get_args(ask.RequestBody))
+def _plain_row(kind: type[ask.RequestBody], spoken: Spoken) -> Row:
+    """The row of a request that says itself how it is asked for. Raises KeyError: the dialect knows no such command."""
+
+    def meaning(command: Command, _: Context) -> ask.RequestBody:
+        return kind(**fields_of(spoken, command))
+
+    return Row(NUMBERS[spoken.command], spoken.command, meaning, (kind,), stops=spoken.stops)
+
+
+BODIES: Final[tuple[type[ask.RequestBody], ...]] = typing.get_args(ask.RequestBody)
+ROWS: Final = (*_WITH_MEANINGS, *(_plain_row(kind, kind.spoken) for kind in BODIES if kind.spoken is not None))
+
+
+def flaws(rows: Sequence[Row], requests: Sequence[type] = tuple(Ask.__subclasses__())) -> list[str]:
+    """What is missing or wrong: a number twice, a name that the dialect does not give it, a request that is none of the union."""
+    bodies = {body.__name__ for body in BODIES}
+    found = [f"{kind.__name__} is missing in RequestBody" for kind in requests if kind.__name__ not in bodies]
+    names = {number: name for name, number in NUMBERS.items()}
     for row in rows:
         if [other.number for other in rows].count(row.number) > 1:
             found.append(f"command {row.number} has two rows")
-        if (known.get(row.number) != row.name) != row.own:
-            found.append(f"command {row.number} is {known.get(row.number, 'in no dialect')}, not {row.name}")
+        if (names.get(row.number) != row.name) != row.own:
+            found.append(f"command {row.number} is {names.get(row.number, 'in no dialect')}, not {row.name}")
         found += [
-            f"{row.name} brings {body.__name__}, which is no request" for body in row.brings if body not in bodies
+            f"{row.name} brings {body.__name__}, which is no request" for body in row.brings if body not in BODIES
         ]
     return found
 

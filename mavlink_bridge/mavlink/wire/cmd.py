@@ -1,5 +1,7 @@
 """MAV_CMD: the numbers of commands, written down once. What each means is told by ``commands`` (now) and ``missions`` (in a plan).
 
+A plain command (``language.spoken``) is not here: its request names it, and the dialect knows the number.
+
 The radio's code tables (``radio/codec/wire.py``) hold numbers of their own: they are frozen with the radio's format.
 """
 
@@ -37,7 +39,6 @@ class Cmd(IntEnum):
     DO_SET_STANDARD_MODE = 262
     MISSION_START = 300
     COMPONENT_ARM_DISARM = 400
-    RUN_PREARM_CHECKS = 401
     GET_HOME_POSITION = 410
     GET_MESSAGE_INTERVAL = 510
     SET_MESSAGE_INTERVAL = 511
@@ -55,10 +56,6 @@ class Cmd(IntEnum):
     """MAV_CMD_WAYPOINT_USER_1, our racetrack."""
     LOITER_CHOICE = 31001
     """MAV_CMD_WAYPOINT_USER_2, our loiter whose direction the vessel chooses."""
-    UNLOCK_GUARD = 31010
-    """MAV_CMD_USER_1: lifts a locked depth guard."""
-    FORGET_DEPTH = 31011
-    """MAV_CMD_USER_2: forgets the depths sounded around here."""
     SEA_TRIAL = 31012
     """MAV_CMD_USER_3: begins, confirms or ends a sea trial."""
     REQUEST_OPERATOR_CONTROL = 32100
