@@ -339,7 +339,8 @@ ROWS: Final = (*_WITH_MEANINGS, *(_plain_row(kind, kind.spoken) for kind in BODI
 def flaws(rows: Sequence[Row], requests: Sequence[type] = tuple(Ask.__subclasses__())) -> list[str]:
     """What is missing or wrong: a number twice, a name that the dialect does not give it, a request that is none of the union."""
     bodies = {body.__name__ for body in BODIES}
-    found = [f"{kind.__name__} is missing in RequestBody" for kind in requests if kind.__name__ not in bodies]
+    left_out = dict.fromkeys(kind.__name__ for kind in requests if kind.__name__ not in bodies)
+    found = [f"{name} is missing in RequestBody" for name in left_out]
     names = {number: name for name, number in NUMBERS.items()}
     for row in rows:
         if [other.number for other in rows].count(row.number) > 1:
