@@ -71,6 +71,17 @@ def test_a_long_stay_in_one_place_says_the_same_as_many_short_ones():
     assert often.robust_m(0.05) > 4.5
 
 
+@pytest.mark.parametrize("beside", [20, 200, 900])
+def test_a_pinnacle_that_was_sounded_stays_however_long_the_boat_lies_beside_it_in_its_cell(beside):
+    """Three readings at the top, which is what the input chain passes of one; then the drift beside it."""
+    noise = [0.05 * (-1) ** i for i in range(beside)]
+    for together in (True, False):
+        found = sounded(memory(), 3.0, 3.05, 2.95, *([20.0 + each for each in noise] if together else []))
+        if not together:
+            sounded(found, *[20.0 + each for each in noise])
+        assert found.shoals_near(at(0.0), 5.0, 4.0)
+
+
 def test_old_soundings_weigh_less_in_the_end():
     found = sounded(memory(), *[3.0] * 5000)
     sounded(found, *[9.0] * 5000)

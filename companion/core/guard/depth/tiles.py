@@ -21,6 +21,10 @@ TILE_BYTES: Final = SIDE * SIDE * _CELL.size
 _COUNT_MAX: Final = 1000
 """More soundings than this weigh no more: a bottom that changes is learnt in the end."""
 _CM_MAX: Final = 32767
+_PINNACLE: Final = 2.0
+"""Soundings that make one: the input chain passes a jump when three agree, and the edge of one may lie in the next cell."""
+_NO_NOISE: Final = 6.0
+"""Times sigma: among a thousand soundings noise does not reach as far."""
 
 TileKey = tuple[int, int]
 """Row and column of a tile."""
@@ -43,12 +47,25 @@ class Cell(NamedTuple):
     def robust_m(self, sigma_m: float) -> float:
         """The shallow side of the bottom here: the mean less two sigma of what the sounder's noise does not explain.
 
-        Never less than the shallowest sounding, so that one false echo among many does not make a shoal.
+        Never less than the shallowest sounding, so that one false echo among many does not make a shoal. A pinnacle that was
+        sounded is no such echo: it stays, however long the vessel then lies beside it in the same cell.
         """
         if self.soundings < 2:
             return self.mean_m
         spread = max(self.squares / (self.soundings - 1) - 2.0 * sigma_m * sigma_m, 0.0)
+        if self._shallow_soundings(spread, sigma_m) >= _PINNACLE:
+            return self.least_m
         return max(self.least_m, self.mean_m - 2.0 * math.sqrt(spread))
+
+    def _shallow_soundings(self, spread: float, sigma_m: float) -> float:
+        """How many soundings were at the shallowest, if all others were of one deeper bottom; 0 where noise explains it.
+
+        Of a share p at the least and the rest at one depth, variance / (mean - least)^2 is p / (1 - p).
+        """
+        apart_m = self.mean_m - self.least_m
+        if apart_m <= _NO_NOISE * sigma_m:
+            return 0.0
+        return self.soundings * spread / (spread + apart_m * apart_m)
 
     def joined(self, other: Cell) -> Cell:
         """Both together (Chan's update of mean and squares)."""
