@@ -71,7 +71,7 @@ def build_app(
     _refuse_unsafe(settings, keys=witness.placeholder is None)
     vessel = vessel or load_vessel(settings.vessel)
     _refuse_unsteerable(settings, vessel)
-    identity = identity or identity_of(settings, reproducible=reproducible)
+    identity = identity or identity_of(settings, chance="" if reproducible else None)
     kept = store or MemoryStore()
     if board_seen is None:
         board_seen = _board_seen(settings, kept)

@@ -123,22 +123,24 @@ class Facade:
         self.logs: Logs | None = None
 
 
-def identity_of(settings: Settings, *, reproducible: bool = False) -> Identity:
-    """Return who this vessel is; ``reproducible`` leaves out what differs from computer to computer."""
+def identity_of(settings: Settings, *, chance: str | None = None) -> Identity:
+    """Return who this vessel is. ``chance``: of a simulation, that from which its start draws instead of from this computer's entropy,
+    and nothing is told then that differs from computer to computer.
+    """
+    reproducible = chance is not None
     return Identity(
         uid=0x5553_5600_0000_0000 | settings.system.system_id if reproducible else uuid.getnode(),
         version=software_version(),
         os_version=(0, 0, 0) if reproducible else _os_version(),
         name=settings.system.name,
         started_utc_us=0 if reproducible else time.time_ns() // 1000,
-        start_nonce=_start_nonce(settings, reproducible=reproducible),
+        start_nonce=_start_nonce(settings, chance),
     )
 
 
-def _start_nonce(settings: Settings, *, reproducible: bool) -> str:
-    """Of the system's entropy, but the same each time for a simulation that has to repeat itself."""
-    if reproducible:
-        return random.Random(f"start/{settings.system.system_id}").randbytes(NONCE_BYTES).hex()
+def _start_nonce(settings: Settings, chance: str | None) -> str:
+    if chance is not None:
+        return random.Random(f"start/{settings.system.system_id}/{chance}").randbytes(NONCE_BYTES).hex()
     return secrets.token_bytes(NONCE_BYTES).hex()
 
 

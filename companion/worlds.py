@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Sequence
+from hashlib import blake2s
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -64,6 +65,12 @@ def simulated_content(seed: int, start: StoreContent | None = None) -> StoreCont
     meta = {"world": WorldKind.SIMULATED.value, "vessel": vessel}
     start = start or StoreContent()
     return StoreContent(plans=start.plans, params=start.params, meta=meta)
+
+
+def digest_of(content: StoreContent) -> str:
+    """What a start of a simulation makes of its store: another memory makes another start, the same one the same."""
+    rows = json.dumps(sorted(content.values.items())).encode()
+    return blake2s(rows, digest_size=8).hexdigest()
 
 
 def copied(settings: Settings) -> StoreContent:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.build import build_app, in_run_dir
+from companion.facade import identity_of
 from companion.io.keeping import AnyStore, MemoryStore
 from companion.io.keeping.mark import WorldKind
 from companion.io.links import Link, open_link
@@ -26,7 +27,7 @@ from companion.io.loop import LoopApp
 from companion.io.recording import Recorder, Recording
 from companion.io.recording.truth import TRUTH_COLUMNS, truth_row
 from companion.settings import load_vessel
-from companion.worlds import simulated_content
+from companion.worlds import digest_of, simulated_content
 from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.snapshot import Snapshot
 
@@ -93,7 +94,7 @@ class World:
             make_link=open_link if real_links else self._near_end,
             store=store,
             recording=self._recording,
-            reproducible=True,
+            identity=identity_of(self.settings, chance=f"{seed}/{digest_of(store.snapshot())}"),
             about=about,
             board_seen=True,
         )

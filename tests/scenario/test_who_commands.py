@@ -6,15 +6,10 @@ import math
 
 import pytest
 
-import config
 from companion.io.links import Received
-from companion.settings.schema import load
 from mavlink_bridge.mavlink.wire.codec import dialect
-from sitl.gateway import with_gateway
-from sitl.world.settings import SimSettings
-from sitl.world.world import World
+from tests.ashore import Ashore
 from tests.fake_vessel import Station
-from tests.gateways import gateway_beside
 from tests.world_station import GCS_HEARTBEAT, Helm
 
 WAYPOINT, SET_MODE, ARM, TAKE = 16, 176, 400, 32100
@@ -157,63 +152,14 @@ def test_the_command_can_be_asked_for_and_given_back_without_motion():
     assert crew.world.snapshot.mode.value == "Auto", "nobody commands: whoever is there counts"
 
 
-class Ashore:
-    """A station at the gateway that orders, another that only looks on, and the boat under way by radio alone."""
-
-    def __init__(self, folder) -> None:
-        settings = load(
-            config.path("sim.toml"),
-            [
-                'sensors=[{url="mem:nmea"}]',
-                "actuators.url=mem:ard",
-                "endpoints=[]",
-                "radio.url=mem:radio",
-                "radio.profile=o-10",
-                "depth.enabled=false",
-            ],
-            SimSettings,
-        )
-        from companion.io.links.mem import pair
-
-        self.world = World(with_gateway(settings, folder), 1)
-        near, self.link = pair("gcs")
-        self.gateway = gateway_beside(self.world, folder, near, seed=2)
-        self.link.poll(0)
-        self.operator, self.observer = Station(255, 190), Station(77, 190)
-        self.present = True
-
-    def run(self, seconds: float) -> None:
-        end_us = self.world.now_us + round(seconds * 1e6)
-        while self.world.now_us < end_us:
-            if self.world.now_us % 1_000_000 == 0:
-                self.link.write(0, self.observer.codec.encode(GCS_HEARTBEAT))
-                if self.present:
-                    self.link.write(0, self.operator.codec.encode(GCS_HEARTBEAT))
-            self.world.step()
-            self.gateway.tick(self.world.now_us)
-            for event in self.link.poll(self.world.now_us):
-                if isinstance(event, Received):
-                    self.operator.receive(event.data, self.world.now_us)
-
-    def order(self, number: int, *params: float) -> None:
-        values = [*params, *([0.0] * (7 - len(params)))]
-        message = dialect.MAVLink_command_long_message(1, 1, number, 0, *values)
-        self.link.write(0, self.operator.codec.encode(message))
-        self.run(6.0)
-
-
 def test_the_gateway_tells_the_boat_of_its_commanding_station_only(tmp_path):
-    shore = Ashore(tmp_path)
+    shore = Ashore(tmp_path, observed=True)
     shore.run(30.0)
     shore.order(ARM, 1.0)
     shore.order(192, -1.0, 1.0, 0.0, math.nan, *(each / 1e7 for each in (0, 0)))
     assert shore.world.snapshot.armed
     shore.run(75.0)
-    assert not any("Ground station" in item for item in texts_of(shore)), "the commander is there"
+    assert not any("Ground station" in item for item in shore.texts()), "the commander is there"
     shore.present = False
     shore.run(80.0)
-    assert any("over the radio: HOLD" in item for item in texts_of(shore)), "an observer at the gateway is nobody"
-
-
-def texts_of(shore: Ashore) -> list[str]:
-    return [m.text for m in shore.operator.all("STATUSTEXT")]
+    assert any("over the radio: HOLD" in item for item in shore.texts()), "an observer at the gateway is nobody"
