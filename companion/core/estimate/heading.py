@@ -11,6 +11,7 @@ from mavlink_bridge.language.units import wrap_pi
 
 from .config import EstimatorConfig
 from .filter import PairCovariance
+from .told import ComesAndGoes
 
 _PREDICT_MAX_S: Final = 1.0
 _COURSE_AGE_MAX_US: Final = 1_500_000
@@ -43,6 +44,7 @@ class HeadingTrack:
         self._refused_run_us = 0
         self._refused_rad = 0.0
         self._lost_said = False
+        self._jump = ComesAndGoes()
 
     def configure(self, config: EstimatorConfig) -> None:
         """Take new settings; the state is kept."""
@@ -207,7 +209,7 @@ class HeadingTrack:
         gate = math.radians(self._jump_deg + self._rate_max_dps * widened_s)
         if abs(innovation) <= gate:
             if self._refused_since_us is not None:
-                self._end_refusal("heading is plausible again")
+                self._end_refusal("heading is plausible again" if self._jump.ends() else "")
             return True
         self._refuse(t_us, psi_rad, innovation, gate, course)
         return False
@@ -218,7 +220,8 @@ class HeadingTrack:
         config = self.config
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us
-            self._texts.append((Severity.WARNING, f"Heading jumped by {math.degrees(innovation):.0f} deg: holding"))
+            if self._jump.begins(t_us):
+                self._texts.append((Severity.WARNING, f"Heading jumped by {math.degrees(innovation):.0f} deg: holding"))
         elif abs(wrap_pi(psi_rad - self._refused_rad)) > gate:
             self._refused_run_us = t_us  # not even consistent with itself
         self._refused_rad = psi_rad
@@ -234,4 +237,5 @@ class HeadingTrack:
     def _end_refusal(self, text: str) -> None:
         self._refused_since_us = None
         self._lost_said = False
-        self._texts.append((Severity.INFO, f"Compass: {text}"))
+        if text:
+            self._texts.append((Severity.INFO, f"Compass: {text}"))

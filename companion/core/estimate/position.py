@@ -13,6 +13,7 @@ from mavlink_bridge.language.value import value
 from ..hull.geometry import Arm
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
+from .told import ComesAndGoes
 
 _OUTLIER_SIGMA: Final = 5.0
 _OUTLIERS_MAX: Final = 3
@@ -128,6 +129,7 @@ class PositionTrack:
         self._usable = False
         self._outliers = 0
         self._refused_since_us: int | None = None
+        self._jump = ComesAndGoes()
         self._refused_run_us = 0
         self._refused_at = (0.0, 0.0)
         self._frozen_out = False
@@ -290,7 +292,8 @@ class PositionTrack:
             return False
         if self._refused_since_us is not None:
             self._refused_since_us = None
-            self._texts.append((Severity.INFO, "Position is plausible again"))
+            if self._jump.ends():
+                self._texts.append((Severity.INFO, "Position is plausible again"))
         sigma = POSITION_SIGMA_M[fix.fix_type]
         limit_m = _OUTLIER_SIGMA * math.sqrt(self._cov.value_value + sigma * sigma)
         self._outliers = self._outliers + 1 if off_m > limit_m else 0
@@ -313,7 +316,8 @@ class PositionTrack:
     ) -> None:
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us
-            self._texts.append((Severity.WARNING, f"Position jumped by {off_m:.0f} m: holding"))
+            if self._jump.begins(t_us):
+                self._texts.append((Severity.WARNING, f"Position jumped by {off_m:.0f} m: holding"))
         elif math.hypot(at[0] - self._refused_at[0], at[1] - self._refused_at[1]) > gate_m:
             self._refused_run_us = t_us
         self._refused_at = at
