@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import gc
 import random
-import tracemalloc
 
 from hypothesis import given, settings, strategies as st
 
 from companion.core.nmea.line import frame
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from companion.core.nmea.sentences import KINDS
+from tests.held import bytes_held, globals_of
 
 CONFIG = NmeaConfig(earliest_year=1980)
 
@@ -72,22 +71,16 @@ def test_any_field_values_never_raise_and_values_are_finite_and_bounded(body: st
         assert psi is None or -3.2 <= psi <= 3.2
 
 
-OURS = tracemalloc.Filter(True, "*/companion/core/nmea*.py")
-"""Other threads of a test run allocate as well; only what the reader holds is looked at."""
-
-
 def test_memory_is_bounded_whatever_a_stranger_sends() -> None:
     rng = random.Random(5)
     reader = NmeaReader(CONFIG)
-    held = []
-    tracemalloc.start()
+    caches = globals_of("companion.core.nmea")
+    before, held = bytes_held(reader, *caches), []
     for now_us in range(0, 120_000_000, 10_000_000):
         for _ in range(1000):
             kind = "".join(rng.choice("ABCDEFGHIJ") for _ in range(5))
             reader.receive(frame(f"{kind},1,2") + frame(f"{kind[:2]}HDT,1.0,T") + b"$GP" + rng.randbytes(40), now_us)
         reader.poll(now_us)
-        gc.collect()
-        held.append(sum(each.size for each in tracemalloc.take_snapshot().filter_traces([OURS]).statistics("filename")))
-    tracemalloc.stop()
-    assert max(held) < 200_000
+        held.append(bytes_held(reader, *caches))
+    assert max(held) - before < 200_000
     assert held[-1] < held[6] + 5_000

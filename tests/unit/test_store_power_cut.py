@@ -124,8 +124,12 @@ def tap_log(tmp_path_factory):
     return list(operations((folder / "log").read_bytes()))
 
 
-def check(folder: Path, files: dict[str, bytes], saved: int) -> None:
-    """The store holds what was acknowledged, or what was under way; and works on."""
+def check(folder: Path, files: dict[str, bytes], saved: int, checked: set[int]) -> None:
+    """The store holds what was acknowledged, or what was under way; and works on. ``checked``: files that were so before are not again."""
+    same = hash((saved, *sorted((name, data) for name, data in files.items() if not name.endswith("-shm"))))
+    if same in checked:
+        return
+    checked.add(same)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     for name, data in files.items():
@@ -147,14 +151,15 @@ def check(folder: Path, files: dict[str, bytes], saved: int) -> None:
 
 def test_row_55_every_prefix_of_every_save_leaves_old_or_new(tap_log, tmp_path):
     disk, saved, rng = Disk(), -1, random.Random(55)
-    cuts = 0
+    cuts, checked = 0, set()
     for what, name, offset, data in tap_log:
         if name == "diary":
             saved = int(data)
             continue
         disk.apply(what, name, offset, data)
         for files in (disk.killed(), disk.without_power(None), disk.without_power(rng)):
-            check(tmp_path / "after", files, saved)
+            check(tmp_path / "after", files, saved, checked)
             cuts += 1
     assert saved == 2
     assert cuts > 100
+    assert len(checked) > 40
