@@ -9,12 +9,8 @@ import pytest
 import config as shipped
 from companion.settings import load
 from sitl.world import SimSettings, World
-<<<<<<< HEAD
-from tools.benches import memory
-=======
 from tests.held import globals_of, walk
-from tools import bench_memory
->>>>>>> a26ca5e (Tests: what a reader and a vessel hold is found by walking from them; equal disks are looked at once)
+from tools.benches import memory
 
 BOUNDED = {"Air", "KeptLedger", "Ledger", "DuplicateFilter", "WaterSpeedObserver", "CommandServer", "RadioModule"}
 """Their own tests hold the bounds: packets, an hour's transmissions, frames against duplicates, ..."""
@@ -29,22 +25,13 @@ def lengths(world):
 
 def test_at_rest_with_three_stations_nothing_grows_that_has_no_bound(tmp_path):
     world = World(load(shipped.path("sim.toml"), ["operator.gcs_required=false"], SimSettings), 1, run_dir=tmp_path)
-<<<<<<< HEAD
     memory.rest(world, 60, 3)
-    before = {key: length for key, (_, length) in lengths().items()}
-    memory.rest(world, 60, 3)
-    grown = [item for key, (item, length) in lengths().items() if length > before.get(key, length) + 20]
-    mine = [item for item in grown if not owners(item) & BOUNDED and "frame" not in owners(item, 1)]
-    assert [(type(item).__name__, len(item), sorted(owners(item))) for item in mine] == []
-=======
-    bench_memory.rest(world, 60, 3)
     before = {key: length for key, (_, length, _) in lengths(world).items()}
     assert len(before) > 500
-    bench_memory.rest(world, 60, 3)
+    memory.rest(world, 60, 3)
     grown = [(item, by) for key, (item, length, by) in lengths(world).items() if length > before.get(key, length) + 20]
     mine = [(type(item).__name__, len(item), by) for item, by in grown if not BOUNDED & set(by)]
     assert mine == []
->>>>>>> a26ca5e (Tests: what a reader and a vessel hold is found by walking from them; equal disks are looked at once)
 
 
 def test_a_simulation_remembers_half_an_hour_of_packets():
