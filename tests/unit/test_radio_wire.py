@@ -7,6 +7,7 @@ understanding each other: raise ``wire.VERSION`` instead, or append. Nothing wri
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import Enum
 from hashlib import sha256
 from pathlib import Path
@@ -24,6 +25,7 @@ from mavlink_bridge.language.messages import (
     PlanState,
     Severity,
 )
+from mavlink_bridge.language.traffic import Role
 from mavlink_bridge.radio.codec import wire
 from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
@@ -31,6 +33,7 @@ from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
 from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
 from mavlink_bridge.radio.codec.state_fields import RadioState
+from mavlink_bridge.radio.codec.threat import Threat, decode_threat, encode_threat
 from mavlink_bridge.radio.session import Direction
 from tools.lora_rig import acquainted
 
@@ -107,7 +110,31 @@ def states() -> dict[str, bytes]:
         "standing": encode_standing(STATE),
         "position": encode_position(STATE),
         "nothing known": encode_key(RadioState()),
+        "key with a threat": encode_key(replace(STATE, threat=CROSSING), 1),
+        "difference that brings a threat": threat_change(None, CROSSING),
+        "difference that ends a threat": threat_change(CROSSING, None),
     }
+
+
+def threat_change(before: Threat | None, after: Threat | None) -> bytes:
+    known = settle(replace(STATE, threat=before))
+    told = encode_delta(known, 1, replace(known, threat=after))
+    assert told is not None
+    return told
+
+
+def crossing(role: Role) -> Threat:
+    return Threat(False, role, True, 244_123_456 & 0xFF, math.radians(60), 800.0, math.radians(270), 4.5, 20.0, 95.0)
+
+
+CROSSING = crossing(Role.GIVE_WAY)
+ALMOST_NORTH = math.radians(359.9)
+THREATS = {
+    **{role.value: crossing(role) for role in Role},
+    "close astern": Threat(True, Role.OVERTAKEN, False, 265_000_001 & 0xFF, math.pi, 30.0, 0.0, 6.0, 0.0, 12.0),
+    "nearest of all": Threat(True, Role.OBSTACLE, False, 1, 0.0, 0.0, 0.0, 0.0, -8.0, 0.0),
+    "farthest of all": Threat(False, Role.HEAD_ON, True, 255, ALMOST_NORTH, 1e5, ALMOST_NORTH, 60.0, 1e4, 1e4),
+}
 
 
 def frames() -> dict[str, bytes]:
@@ -140,6 +167,7 @@ def vectors(name: str) -> dict[str, str]:
         ("requests", lambda: {name: encode_request(body) for name, body in REQUESTS.items()}),
         ("states", states),
         ("frames", frames),
+        ("threats", lambda: {name: encode_threat(threat) for name, threat in THREATS.items()}),
     ],
 )
 def test_what_goes_on_the_air_is_as_it_always_was(name: str, made) -> None:  # type: ignore[no-untyped-def]
@@ -157,7 +185,22 @@ def test_what_was_always_sent_is_read_as_it_always_was() -> None:
     assert decode_key(told["key with time"]).t_s == 1234
     assert decode_delta(settle(STATE), told["difference"]).sog_mps == 1.5
     assert len(decode_batch(told["batch"])[0]) == 14
+    assert decode_key(told["key with a threat"]).threat == decode_threat(bytes.fromhex(vectors("threats")["give way"]))
+    assert decode_delta(settle(STATE), told["difference that brings a threat"]).threat is not None
+    assert decode_delta(settle(replace(STATE, threat=CROSSING)), told["difference that ends a threat"]).threat is None
     assert (decode_position(told["position"]).mode, decode_position(told["position"]).armed) == (Mode.AUTO, True)
+
+
+@pytest.mark.parametrize("name", THREATS)
+def test_a_threat_that_was_always_sent_is_read_as_it_always_was(name: str) -> None:
+    read, meant = decode_threat(bytes.fromhex(vectors("threats")[name])), THREATS[name]
+    assert (read.close, read.role, read.ship, read.number) == (meant.close, meant.role, meant.ship, meant.number)
+    assert abs(math.remainder(read.bearing_rad - meant.bearing_rad, math.tau)) <= math.tau / 256
+    assert read.range_m == pytest.approx(min(max(meant.range_m, 5.0), 8_182.0), rel=0.031)
+    assert read.sog_mps == pytest.approx(min(meant.sog_mps, 23.25), abs=0.38)
+    assert (read.cpa_m, read.tcpa_s) == pytest.approx(
+        (min(max(meant.cpa_m, 0.0), 124.0), min(meant.tcpa_s, 186.0)), abs=3.0
+    )
 
 
 def test_the_frozen_stops_are_heard() -> None:
