@@ -15,7 +15,7 @@ from mavlink_bridge.imc.layout import items_of
 CAPTURED_FILE = Path(__file__).parent / "data" / "imc" / "captured.txt"
 INTEGERS = {"B": (0, 0xFF), "b": (-128, 127), "H": (0, 0xFFFF), "h": (-32768, 32767)}
 INTEGERS |= {"I": (0, 0xFFFF_FFFF), "i": (-(2**31), 2**31 - 1)}
-UNITS = re.compile(r"_(rad|radps|m|mps|s|ms|pct|v|a|rpm|mib|dm|cmps|deg)$")
+UNITS = re.compile(r"_(rad|radps|m|mps|s|ms|pct|v|a|rpm|mib|dm|cmps|deg|kn)$")
 OTHER_NAMES = {"sys_a": "sys_a", "aperture_rad": "angaperture"}
 SIMPLE = (imc.Goto, imc.Loiter, imc.StationKeeping, imc.Rows, imc.Teleoperation, imc.EntityParameter)
 MANOEUVRES = (imc.Goto, imc.Loiter, imc.StationKeeping, imc.Rows, imc.FollowPath, imc.Teleoperation)

@@ -17,6 +17,7 @@ from .announcing import refresh
 from .desk import Desk
 from .logbook import LogBook
 from .motion import estimated_state
+from .others import Others
 from .picture import Picture
 
 log = logging.getLogger(__name__)
@@ -43,6 +44,7 @@ class Bridge:
     client: VehicleClient
     desk: Desk
     picture: Picture
+    others: Others
     book: LogBook
     utc_us: Callable[[], int | None]
     store: Closing
@@ -90,6 +92,7 @@ class Bridge:
                 self._channel = event.channel
             for message in messages:
                 self.picture.hear(message, now_us)
+                self.others.hear(message, now_us)
 
     def _tell(self, now_us: int) -> None:
         """Everything that people should know goes into the log book and the log."""

@@ -21,6 +21,7 @@ from ..settings import Settings, load
 from .bridge import Bridge
 from .desk import Desk
 from .logbook import LogBook
+from .others import Others
 from .picture import STREAMS_HZ, Picture
 from .settings import ImcSettings
 from .state_out import StateOut
@@ -60,7 +61,8 @@ def compose(
         rudder_full_rad=math.radians(settings.rudder_full_deg),
         state_hz=settings.state_hz,
     )
-    for part in (desk, book, state):
+    others = Others(picture)
+    for part in (desk, book, state, others):
         node.add(part)
     return Bridge(
         sockets=sockets,
@@ -69,6 +71,7 @@ def compose(
         client=client,
         desk=desk,
         picture=picture,
+        others=others,
         book=book,
         utc_us=utc_us,
         store=kept,

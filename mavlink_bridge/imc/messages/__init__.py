@@ -34,6 +34,7 @@ from .maneuvers import (
     YoYo as YoYo,
 )
 from .motion import (
+    AisInfo as AisInfo,
     BeamConfig as BeamConfig,
     Current as Current,
     DesiredPath as DesiredPath,
@@ -147,6 +148,7 @@ ALL: Final[tuple[type[Message], ...]] = (
     TeleoperationDone,
     TrajectoryPoint,
     YoYo,
+    AisInfo,
     BeamConfig,
     Current,
     DesiredPath,

@@ -215,3 +215,30 @@ class PathControlState(Message):
     vz_mps: F32 = 0.0
     course_error_rad: F32 = 0.0
     eta_s: U16 = 0
+
+
+@message
+class AisInfo(Message):
+    """Another vessel, as her AIS told of her. What her transponder did not say is AIS' own number for it."""
+
+    NUMBER: ClassVar[int] = 912
+    msg_type: Text = ""
+    """Of the AIS message: 1 a position."""
+    sensor_class: Text = ""
+    mmsi: Text = ""
+    callsign: Text = ""
+    name: Text = ""
+    nav_status: U8 = 15
+    type_and_cargo: U8 = 0
+    lat_rad: F64 = 0.0
+    lon_rad: F64 = 0.0
+    course_deg: F32 = 360.0
+    speed_kn: F32 = 102.3
+    dist_m: F32 = -1.0
+    """From us; negative: we do not know where we are."""
+    a_m: F32 = 0.0
+    """Antenna to bow; b to the stern, c to port, d to starboard."""
+    b_m: F32 = 0.0
+    c_m: F32 = 0.0
+    d_m: F32 = 0.0
+    draught_m: F32 = 0.0
