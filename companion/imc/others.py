@@ -68,15 +68,19 @@ class Others:
         news, self._news = self._news, {}
         state = estimated_state(self._picture, now_us) if news else None
         own = None if state is None else (state.lat_rad, state.lon_rad)
+        told = [(ais_info(each.message, own), each) for each in news.values()]
         return [
-            Outgoing(ais_info(each.message, own), label=LABEL, age_s=each.message.tslc + (now_us - each.at_us) * 1e-6)
-            for each in news.values()
+            Outgoing(info, label=LABEL, age_s=each.message.tslc + (now_us - each.at_us) * 1e-6)
+            for info, each in told
+            if info is not None
         ]
 
 
-def ais_info(message: Any, own_rad: tuple[float, float] | None) -> AisInfo:
-    """An AIS_VESSEL as IMC tells it. ``own_rad``: where we are."""
+def ais_info(message: Any, own_rad: tuple[float, float] | None) -> AisInfo | None:
+    """An AIS_VESSEL as IMC tells it; None where it says no place. ``own_rad``: where we are."""
     lat_rad, lon_rad = degE7_to_rad(message.lat), degE7_to_rad(message.lon)
+    if lat_rad is None or lon_rad is None:
+        return None
     sides: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     if message.flags & _VALID_SIDES:
         ends = message.dimension_bow, message.dimension_stern

@@ -17,6 +17,7 @@ from mavlink_bridge.language.snapshot import LinkHealth, Outlook, Snapshot
 from mavlink_bridge.language.value import value
 
 from . import words
+from .others import Other, others_of
 
 _PLACES_DEG: Final = 7
 """A centimetre on the ground."""
@@ -110,6 +111,10 @@ class Picture:
     home_deg: tuple[float, float] | None = None
     target_deg: tuple[float, float] | None = None
     links: tuple[LinkSeen, ...] = ()
+    others: tuple[Other, ...] = ()
+    """Other vessels, the most dangerous first, then by range."""
+    others_known: int = 0
+    """How many are known in all."""
     texts: tuple[Told, ...] = ()
     """The newest, oldest first."""
     airtime: str = ""
@@ -159,6 +164,8 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         home_deg=_place(s.home_lat_rad, s.home_lon_rad),
         target_deg=_place(path.target_lat_rad, path.target_lon_rad),
         links=tuple(map(_link, s.links)),
+        others=others_of(s.traffic, s.t_us),
+        others_known=len(s.traffic.vessels),
         texts=tuple(Told(each.number, round(each.t_us * 1e-6, 2), each.severity.name, each.text) for each in texts),
         airtime=airtime,
         plan_ids=(plan.mission_id, plan.fence_id),

@@ -13,6 +13,8 @@ PERIOD_US: Final = 500_000
 STALE_US: Final = 1_000_000
 """Without news a browser hears so often that there is none."""
 _ROUND_S: Final = {"t_s": 1, "utc_s": 0}
+_OTHERS: Final = 8
+"""Other vessels on the page: a kilobyte when all have moved."""
 _LEFT_OUT: Final = frozenset({"heading_error_deg", "speed_error_mps", "rudders_deg", "output", "airtime"})
 """Fields of the picture that the page does not show."""
 
@@ -52,7 +54,29 @@ def page_fields(picture: dict[str, Any]) -> dict[str, Any]:
     found["texts"] = [
         [each["number"], each["t_s"], each["severity"], each["text"]] for each in picture.get("texts", [])
     ]
+    found["others"] = [_other(each) for each in picture.get("others", [])[:_OTHERS]]
     found["failsafes"] = [_failsafe(each) for each in picture.get("failsafes", [])]
+    return found
+
+
+def _other(each: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of another vessel: to the metre, and her age from a minute on in tens of seconds."""
+    names = (
+        "title",
+        "kind",
+        "danger",
+        "course_deg",
+        "speed_mps",
+        "at_rest",
+        "length_m",
+        "range_m",
+        "bearing_deg",
+        "sentence",
+    )
+    found = {name: each[name] for name in names if each[name] not in (None, "") and each[name] is not False}
+    age_s = int(each["age_s"])
+    found["age_s"] = age_s if age_s < 60 else age_s // 10 * 10
+    found["at"] = [round(each["lat_deg"], 5), round(each["lon_deg"], 5)]
     return found
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
+from ...status.others import where
 from ...status.picture import LinkSeen, Picture, Told
 
 _NONE: Final = "–"
@@ -16,6 +18,7 @@ _SENTENCE_LINES: Final = 3
 """Lines that one failsafe's sentence may take: the longest of the table in 80 columns."""
 _ALARMS: Final = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING"})
 _RED: Final = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR"})
+_RISKS_SHOWN: Final = 3
 _ALARMS_KEPT: Final = 3
 """The newest alarms stay in sight however many other texts come after them."""
 
@@ -68,6 +71,7 @@ def _rows(p: Picture, width: int) -> list[Line]:
         Line("Position", f"{position(p)}   {p.receiver}", lost),
         Line("Motion", _motion(p), "" if p.heading_deg is not None else "red"),
         Line("Depth", _depth(p), {"ok": "green", "correction": "yellow", "locked": "red"}.get(p.guard, "")),
+        *_traffic(p),
         Line("Plan", _plan(p), "green" if p.plan == "active" else ""),
         Line("Actuators", _actuators(p), "" if p.actuators_ok else "red"),
     ]
@@ -78,6 +82,23 @@ def _rows(p: Picture, width: int) -> list[Line]:
     if p.airtime:
         found.append(Line("Airtime", p.airtime))
     return found
+
+
+def _traffic(p: Picture) -> list[Line]:
+    """Each vessel with risk and what we owe her; without any, how many there are and the nearest."""
+    risks = [each for each in p.others if each.sentence][:_RISKS_SHOWN]
+    if risks:
+        colours = ["red" if each.danger == "close" else "yellow" for each in risks]
+        lines = [f"{each.sentence}; now {where(each)}" for each in risks]
+        return [
+            Line("" if n else "Traffic", text, colour)
+            for n, (text, colour) in enumerate(zip(lines, colours, strict=True))
+        ]
+    if not p.others_known:
+        return []
+    nearest = min(p.others, key=lambda each: math.inf if each.range_m is None else each.range_m, default=None)
+    rest = "none near" if nearest is None else f"nearest {nearest.title}, {where(nearest)}"
+    return [Line("Traffic", f"{p.others_known} known, {rest}")]
 
 
 def _links(p: Picture, room: int) -> list[Line]:
@@ -130,6 +151,7 @@ def line(p: Picture) -> str:
     ]
     if p.failsafes:
         parts.append(f"{p.action}: {'. '.join(each.sentence for each in p.failsafes)}")
+    parts += [f"traffic: {each.sentence}" for each in p.others if each.sentence][:1]
     parts += [f"next: {text}" for text in p.next if text.startswith("STOPS in ")]
     if p.not_ready:
         parts.append(f"not ready: {'; '.join(p.not_ready)}")

@@ -60,11 +60,16 @@ def _closest(vessel: Vessel) -> str:
     return f"CPA {distance:.0f} m in {vessel.tcpa_s or 0.0:.0f} s"
 
 
-def begun(vessel: Vessel) -> Text:
-    """Risk has begun."""
+def situation(vessel: Vessel) -> str:
+    """How we meet, the closest point and what we owe her."""
     duty = owed(vessel.role)
     rest = f"; {duty}" if duty else ""
-    return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} {how(vessel.role)}, {_closest(vessel)}{rest}"
+    return f"{vessel.title[:_NAME_MAX]} {how(vessel.role)}, {_closest(vessel)}{rest}"
+
+
+def begun(vessel: Vessel) -> Text:
+    """Risk has begun."""
+    return Severity.WARNING, f"Traffic: {situation(vessel)}"
 
 
 def close(vessel: Vessel) -> Text:

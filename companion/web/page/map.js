@@ -3,7 +3,7 @@
 const Chart = (() => {
   const M_PER_DEG = 111195;
   const canvas = document.getElementById("map"), ctx = canvas.getContext("2d");
-  const data = { track: [], legs: [], areas: [], sounded: null, charted: null, boat: null, heading: null, home: null, target: null, limit: null };
+  const data = { track: [], legs: [], areas: [], sounded: null, charted: null, boat: null, heading: null, others: [], home: null, target: null, limit: null };
   const view = { lat: 0, lon: 0, scale: 2, follow: true, fit: false, known: false };
 
   function unpack(packed) {
@@ -60,6 +60,25 @@ const Chart = (() => {
     });
   }
 
+  const DANGER = { close: "#a8071a", risk: "#d46b08" };
+
+  // Another vessel: a triangle that points where she goes, a line as long as a minute of her way; a disc at rest.
+  function vessel(other) {
+    const colour = DANGER[other.danger] || (other.kind === "person in the water" ? "#a8071a" : "#3d4650"), u = unit();
+    const known = other.course_deg !== undefined && !other.at_rest, way = other.course_deg * Math.PI / 180;
+    sign(other.at, () => {
+      ctx.fillStyle = colour; ctx.strokeStyle = colour; ctx.lineWidth = 2 * u;
+      if (known) {
+        const length = (other.speed_mps || 0) * 60 * view.scale;
+        ctx.beginPath(); ctx.moveTo(0, 0); ctx.lineTo(length * Math.sin(way), -length * Math.cos(way)); ctx.stroke();
+        ctx.rotate(way);
+        ctx.beginPath(); ctx.moveTo(0, -11 * u); ctx.lineTo(6 * u, 8 * u); ctx.lineTo(-6 * u, 8 * u); ctx.closePath();
+      } else { ctx.beginPath(); ctx.arc(0, 0, 6 * u, 0, 7); }
+      ctx.fill(); ctx.strokeStyle = "#fff"; ctx.lineWidth = 1.5 * u; ctx.stroke();
+    });
+    label(other.title, x(other.at[1]) + 9 * u, y(other.at[0]) + 16 * u);
+  }
+
   const unit = () => window.devicePixelRatio || 1;
 
   function label(text, left, top, align) {
@@ -84,6 +103,7 @@ const Chart = (() => {
     const all = [...data.track.slice(-400), ...data.legs.flatMap((leg) => leg.line), ...data.areas.flatMap((area) => area.line || [area.centre])];
     if (data.boat) all.push(data.boat);
     if (data.home) all.push(data.home);
+    for (const other of data.others) if (other.danger !== "none") all.push(other.at);
     if (!all.length) return;
     const lats = all.map((p) => p[0]), lons = all.map((p) => p[1]);
     const low = Math.min(...lats), high = Math.max(...lats), west = Math.min(...lons), east = Math.max(...lons);
@@ -113,6 +133,7 @@ const Chart = (() => {
     line(data.track); ctx.strokeStyle = "#0b4f9e"; ctx.lineWidth = 2.5 * u; ctx.stroke();
     if (data.home) sign(data.home, () => { ctx.beginPath(); ctx.arc(0, 0, 9 * u, 0, 7); ctx.fillStyle = "#0b6b2e"; ctx.fill(); ctx.font = `700 ${12 * u}px system-ui,sans-serif`; ctx.textAlign = "center"; ctx.fillStyle = "#fff"; ctx.fillText("H", 0, 4.5 * u); });
     if (data.target) sign(data.target, () => { ctx.strokeStyle = "#6f2dbd"; ctx.lineWidth = 3 * u; ctx.beginPath(); ctx.moveTo(-7 * u, -7 * u); ctx.lineTo(7 * u, 7 * u); ctx.moveTo(7 * u, -7 * u); ctx.lineTo(-7 * u, 7 * u); ctx.stroke(); });
+    [...data.others].reverse().forEach(vessel);
     if (data.boat) boat();
     scaleBar();
   }

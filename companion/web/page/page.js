@@ -46,6 +46,8 @@
     text("receiver", boat.receiver || "–");
     list("texts", [...(boat.texts || [])].reverse(), message);
     list("links", boat.links || [], link);
+    $("traffic").hidden = !boat.others_known;
+    list("others", (boat.others || []).length ? boat.others : [null], other);
     place();
     document.body.classList.toggle("orders", Boolean(boat.orders));
   }
@@ -68,6 +70,17 @@
     li.append(at, said);
     return li;
   }
+  // Another vessel: what we owe her first, then where she is and goes.
+  function other(o) {
+    if (!o) return item(`${boat.others_known} known, none near`);
+    const li = item("", o.danger === "close" || o.kind === "person in the water" ? "bad" : o.danger === "risk" ? "mild" : ""), head = document.createElement("b");
+    head.textContent = o.sentence || o.title;
+    const knots = o.speed_mps === undefined ? "speed not said" : `${(o.speed_mps * 1.943844).toFixed(1)} kn`;
+    const way = o.at_rest ? "at rest" : o.course_deg === undefined ? knots : `${degrees(o.course_deg)}, ${knots}`;
+    const place = o.range_m === undefined ? "" : `${o.range_m.toFixed(0)} m, bearing ${degrees(o.bearing_deg)}; `;
+    li.append(head, `${place}${way}; ${o.length_m ? `${o.length_m} m, ` : ""}${o.kind}${o.age_s >= 20 ? `; heard ${o.age_s} s ago` : ""}`);
+    return li;
+  }
   function link([name, kind, open, age]) {
     const li = document.createElement("li"), head = document.createElement("b"), rest = document.createElement("span");
     head.textContent = name;
@@ -85,6 +98,7 @@
     d.home = boat.home_deg || null;
     d.target = boat.armed ? boat.target_deg || null : null;
     d.limit = boat.keel_limit_m ?? null;
+    d.others = boat.others || [];
     let words = "No position";
     if (d.boat) {
       const last = d.track[d.track.length - 1], m = (a, b) => Math.hypot((b[0] - a[0]) * Chart.M_PER_DEG, (b[1] - a[1]) * Chart.M_PER_DEG * Math.cos(a[0] * Math.PI / 180));
@@ -98,7 +112,7 @@
     }
     text("where", words);
     $("map").setAttribute("aria-label", `Map: boat at ${words}, heading ${degrees(boat.heading_deg)}`);
-    text("legend", "Blue line: way sailed. Purple: plan. Green dashes: stay inside. Red: stay out. Squares: depth below chart datum" + (d.limit === null ? "." : `, red below ${d.limit.toFixed(1)} m.`));
+    text("legend", "Blue line: way sailed. Purple: plan. Green dashes: stay inside. Red: stay out. Triangles: other vessels, with a minute of their way; orange: risk, red: close. Squares: depth below chart datum" + (d.limit === null ? "." : `, red below ${d.limit.toFixed(1)} m.`));
     Chart.draw();
   }
 

@@ -1,0 +1,82 @@
+"""Other vessels as a watcher sees them: the most dangerous and nearest, in degrees, metres and m/s, with what we owe each in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from mavlink_bridge.language.traffic import Danger, TrafficPicture, Vessel
+from mavlink_bridge.language.value import value
+
+from ..core.traffic.words import situation, wind_of
+
+MOST: Final = 12
+"""More than a glance takes in; those with risk come first."""
+
+
+@value
+class Other:
+    """One other vessel, or mark."""
+
+    mmsi: int
+    title: str
+    kind: str
+    danger: str
+    lat_deg: float
+    lon_deg: float
+    age_s: float
+    """Since she was where she said."""
+    course_deg: float | None = None
+    """Her bow's direction, or her course where she sends no heading."""
+    speed_mps: float | None = None
+    at_rest: bool = False
+    length_m: int | None = None
+    range_m: float | None = None
+    bearing_deg: float | None = None
+    cpa_m: float | None = None
+    tcpa_s: float | None = None
+    sentence: str = ""
+    """How we meet, the closest point and what we owe her; empty without risk."""
+
+
+def others_of(picture: TrafficPicture, t_us: int) -> tuple[Other, ...]:
+    """The first of a picture, which has the most dangerous first; marks and the far off are left out."""
+    shown = [each for each in picture.vessels if each.danger is not Danger.NONE or _is_near(each, picture.range_m)]
+    return tuple(_other(each, t_us) for each in shown[:MOST])
+
+
+def _is_near(vessel: Vessel, range_m: float) -> bool:
+    return vessel.range_m is None or vessel.range_m <= range_m
+
+
+def _other(vessel: Vessel, t_us: int) -> Other:
+    way = vessel.cog_rad if vessel.heading_rad is None else vessel.heading_rad
+    return Other(
+        mmsi=vessel.mmsi,
+        title=vessel.title,
+        kind=vessel.kind.value,
+        danger=vessel.danger.value,
+        lat_deg=round(math.degrees(vessel.lat_rad), 6),
+        lon_deg=round(math.degrees(vessel.lon_rad), 6),
+        age_s=round(vessel.age_s(t_us)),
+        course_deg=None if way is None or vessel.at_rest else _compass(way),
+        speed_mps=0.0 if vessel.at_rest else None if vessel.sog_mps is None else round(vessel.sog_mps, 1),
+        at_rest=vessel.at_rest,
+        length_m=None if vessel.sides is None else vessel.sides.bow_m + vessel.sides.stern_m,
+        range_m=None if vessel.range_m is None else round(vessel.range_m),
+        bearing_deg=None if vessel.bearing_rad is None else _compass(vessel.bearing_rad),
+        cpa_m=None if vessel.cpa_m is None else round(vessel.cpa_m),
+        tcpa_s=None if vessel.tcpa_s is None else round(vessel.tcpa_s),
+        sentence="" if vessel.danger is Danger.NONE else situation(vessel),
+    )
+
+
+def _compass(angle_rad: float) -> float:
+    return round(math.degrees(angle_rad) % 360.0) % 360.0
+
+
+def where(other: Other) -> str:
+    """Where she is from us, in words."""
+    if other.range_m is None or other.bearing_deg is None:
+        return "where from us is not known"
+    return f"{other.range_m:.0f} m {wind_of(math.radians(other.bearing_deg))}"
