@@ -25,7 +25,7 @@ from mavlink_bridge.mavlink.telemetry.outbox import Outbox
 from mavlink_bridge.mavlink.telemetry.traffic import TrafficTeller
 from mavlink_bridge.mavlink.wire.codec import Codec
 from sitl.traffic import encoder
-from tools.bench_vessel import COMPANION, PYPY, said, share_of
+from tools.benches.vessel import COMPANION, PYPY, said, share_of
 from tools.figures import row
 
 VESSELS: Final = 200
