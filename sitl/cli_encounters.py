@@ -11,14 +11,17 @@ from pathlib import Path
 from companion.io.interpreter import cores
 from companion.settings import ConfigError
 
-from .traffic.many import judge_all, lines, make_page, tally_of
-from .traffic.sets import SETS, Encounter, dnv
+from .traffic.many import failures, judge_all, lines, tally_of
+from .traffic.pictures import make_page
+from .traffic.sets import SETS, Encounter, by_name, dnv
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options to ``companion sim``."""
     parser.add_argument(
-        "--encounters", metavar="SET", help=f"judge what the boat tells of other vessels: {', '.join(SETS)}, dnv:F.csv"
+        "--encounters",
+        metavar="SET",
+        help=f"judge what the boat tells of other vessels: {', '.join(SETS)}, dnv:F.csv, or one encounter by its name",
     )
     parser.add_argument(
         "--count", type=int, default=100, metavar="N", help="with --encounters: how many (default: 100)"
@@ -35,9 +38,14 @@ def encounters_of(name: str, count: int, seed: int) -> list[Encounter]:
                 "--encounters", [f"{path}: no such file; the situations are a table with a row for each vessel"]
             )
         return [*dnv(path), *dnv(path, similar=True)][:count]
-    if name not in SETS:
-        raise ConfigError("--encounters", [f"{name}: no such set; there are {', '.join(SETS)}, dnv:F.csv"])
-    return list(SETS[name](count, seed))
+    if name in SETS:
+        return list(SETS[name](count, seed))
+    if (one := by_name(name)) is not None:
+        return [one]
+    raise ConfigError(
+        "--encounters",
+        [f"{name}: no such set; there are {', '.join(SETS)}, dnv:F.csv, or one by its name: random-1-24"],
+    )
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -58,5 +66,12 @@ def command(arguments: argparse.Namespace) -> int:
             arguments.page.write_text(make_page(arguments.encounters, verdicts, encounters), encoding="utf-8")
         except OSError as error:
             raise ConfigError("--page", [f"{arguments.page}: cannot be written: {error.strerror}"]) from None
-    print(json.dumps(asdict(tally)) if arguments.json else "\n".join(lines(tally)))
+    failed = failures(verdicts)
+    if arguments.json:
+        print(json.dumps({**asdict(tally), "failures": failed}))
+        return 0
+    print("\n".join(lines(tally)))
+    for what, names in failed.items():
+        if names and what != "hit":
+            print(f"{what}: {', '.join(names)}")
     return 0

@@ -1,25 +1,19 @@
-"""Thousands of encounters over this computer's cores: workers that stay, a tally, and a page with pictures of the ten worst."""
+"""Thousands of encounters over this computer's cores: workers that stay, and a tally."""
 
 from __future__ import annotations
 
-import html
-import math
 import multiprocessing
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Final
 
-from companion.report.page import document
-
 from .sets import Encounter
 from .verdict import Tally, Verdict, verdict_of
-from .watch import Outcome, sail
+from .watch import sail
 
 _CHUNK: Final = 8
 """Encounters handed to a worker at once."""
 WORST: Final = 10
-_SIDE: Final = 420.0
-_COLOURS: Final = ("#cf222e", "#9a6700", "#8250df", "#1a7f37", "#bc4c00")
 
 
 def judge_one(encounter: Encounter) -> Verdict:
@@ -64,6 +58,16 @@ def _wrong(tally: Tally) -> int:
     return tally.roles_wrong + tally.could_warn - tally.warned
 
 
+def failures(verdicts: Sequence[Verdict]) -> dict[str, list[str]]:
+    """Names of the encounters in which something went wrong, by what; each is sailed again by its name."""
+    return {
+        "hit": [each.name for each in verdicts if each.tally.collisions],
+        "role": [each.name for each in verdicts if each.tally.roles_wrong],
+        "late": [each.name for each in verdicts if each.tally.warned < each.tally.could_warn],
+        "false alarm": [each.name for each in verdicts if each.tally.false_alarms],
+    }
+
+
 def lines(tally: Tally) -> list[str]:
     """The tally in words."""
     return [
@@ -73,46 +77,3 @@ def lines(tally: Tally) -> list[str]:
         f"told 60 s before the closest point: {tally.warned} of {tally.could_warn} ({tally.warned_share:.2%})",
         f"false alarms: {tally.false_alarms} ({tally.false_share:.2%})",
     ]
-
-
-def make_page(title: str, verdicts: Sequence[Verdict], encounters: Sequence[Encounter]) -> str:
-    """One HTML file: the tally, and the ten worst sailed again for their pictures."""
-    by_name = {each.name: each for each in encounters}
-    body = [f"<h1>Encounters {html.escape(title)}</h1>"]
-    body += [f"<p>{html.escape(line)}</p>" for line in lines(tally_of(verdicts))]
-    for verdict in worst_of(verdicts):
-        outcome = sail(by_name[verdict.name])
-        least = "none near" if math.isinf(verdict.least_m) else f"least distance {verdict.least_m:.1f} m"
-        rows = "".join(
-            f"<tr><td>{number + 1}<td>{each.truth.least_m:.0f} m at {each.truth.least_s:.0f} s"
-            f"<td>{'not told' if each.told_s is None else f'told at {each.told_s:.0f} s as {each.role}'}"
-            f"<td>{each.true_role}{' (grey)' if each.grey else ''}"
-            for number, each in enumerate(outcome.told)
-        )
-        head = "<tr><th>Vessel<th>Closest<th>Told<th>By the truth</tr>"
-        body.append(
-            f"<section><h2>{html.escape(verdict.name)}</h2><p class=soft>{least}</p>{picture(outcome)}<table>{head}{rows}</table></section>"
-        )
-    return document(f"Encounters {title}", "".join(body))
-
-
-def picture(outcome: Outcome) -> str:
-    """The tracks from above, north up, ours in blue; a dot where each vessel was nearest."""
-    own = outcome.tracks[0]
-    reach = max(north for north, _ in own) / 2.0 + 150.0
-    middle = max(north for north, _ in own) / 2.0
-
-    def place(north: float, east: float) -> str:
-        return f"{(east / reach + 1.0) * _SIDE / 2.0:.1f},{(1.0 - (north - middle) / reach) * _SIDE / 2.0:.1f}"
-
-    shapes = []
-    for number, track in enumerate(outcome.tracks):
-        colour = "#0969da" if not number else _COLOURS[(number - 1) % len(_COLOURS)]
-        points = " ".join(place(*point) for point in track)
-        shapes.append(f"<polyline points='{points}' fill='none' stroke='{colour}' stroke-width='2'/>")
-        if number:
-            at = min(len(track) - 1, round(outcome.told[number - 1].truth.least_s / 5.0))
-            for point in (track[at], own[min(at, len(own) - 1)]):
-                x, y = place(*point).split(",")
-                shapes.append(f"<circle cx='{x}' cy='{y}' r='4' fill='{colour}'/>")
-    return f"<svg viewBox='0 0 {_SIDE:.0f} {_SIDE:.0f}' style='max-width:{_SIDE:.0f}px'>{''.join(shapes)}</svg>"

@@ -168,3 +168,15 @@ SETS: Final[dict[str, Callable[[int, int], Iterable[Encounter]]]] = {
     "channel": lambda count, seed: random_set(count, seed, channel=True),
 }
 """Sets that need nothing but a count and a seed."""
+
+
+def by_name(name: str) -> Encounter | None:
+    """One encounter of these sets by the name that it was judged under; None: no set makes such a name."""
+    kind, _, rest = name.rpartition("-")
+    number, seed = int(rest) if rest.isdecimal() else -1, kind.partition("-")[2]
+    if number < 0:
+        return None
+    if seed.isdecimal() and kind.startswith(("random-", "channel-")):
+        (found,) = random_set(1, int(seed), channel=kind.startswith("channel-"), first=number)
+        return found
+    return next((each for each in (*imazu(), *imazu(factor=4.0)) if each.name == name), None)

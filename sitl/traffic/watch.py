@@ -24,6 +24,8 @@ from .sets import Encounter
 from .transmitter import AisText
 
 STEP_S: Final = 0.5
+TRACK_S: Final = 5.0
+"""Between two points of an outcome's tracks."""
 _ORIGIN: Final = (math.radians(41.1850123), math.radians(-8.7062154))
 _WANDER_RAD: Final = math.radians(1.5)
 """How a boat on a leg yaws about its course."""
@@ -58,7 +60,7 @@ class Outcome:
     encounter: Encounter
     told: list[Told]
     tracks: list[list[tuple[float, float]]]
-    """Places every 5 s, ours first, m."""
+    """Places every ``TRACK_S``, ours first, m."""
 
     @property
     def collision(self) -> bool:
@@ -100,7 +102,7 @@ def sail(
             if vessel is not None and each.told_s is None:
                 each.told_s, each.role = now_s, _ROLES[vessel.role]
                 each.true_role, each.grey = true_role(target, (north, 0.0), 0.0, speed)
-        if step % 10 == 0:
+        if step % round(TRACK_S / STEP_S) == 0:
             places = [(north, 0.0), *((target.north_m, target.east_m) for target in fleet.targets)]
             for track, place in zip(tracks, places, strict=True):
                 track.append(place)

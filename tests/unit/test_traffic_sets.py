@@ -12,9 +12,10 @@ from pyais.queue import NMEAQueue
 from mavlink_bridge.language.geodesy import LocalFrame
 from sitl.traffic import encoder
 from sitl.traffic.fleet import hull_distance_m
-from sitl.traffic.many import judge_all, make_page, tally_of, worst_of
+from sitl.traffic.many import failures, judge_all, judge_one, tally_of, worst_of
+from sitl.traffic.pictures import make_page
 from sitl.traffic.score import true_role
-from sitl.traffic.sets import Encounter, dnv, imazu, random_set
+from sitl.traffic.sets import Encounter, by_name, dnv, imazu, random_set
 from sitl.traffic.target import ManoeuvreText, Target, VesselText
 from sitl.traffic.transmitter import AisText, Transmitter, interval_s
 from sitl.traffic.watch import sail
@@ -181,6 +182,16 @@ def test_a_random_encounter_is_the_same_by_its_seed_alone() -> None:
     (again,) = random_set(1, 7, first=13)
     assert again == many[13]
     assert all(1 <= len(each.vessels) <= 5 or not each.vessels for each in many)
+
+
+def test_each_failure_is_sailed_again_by_its_name() -> None:
+    encounters = [*random_set(6, 1), *random_set(2, 4, channel=True), imazu()[7], imazu(factor=4.0)[2]]
+    verdicts = judge_all(encounters, 1)
+    hit = failures(verdicts)["hit"]
+    assert len(hit) == sum(each.tally.collisions for each in verdicts) >= 3
+    for verdict in verdicts:
+        assert judge_one(by_name(verdict.name)) == verdict
+    assert [by_name(name) for name in ("random-1", "random-x-1", "nothing-1-1", "imazu-1-1.5-23", "")] == [None] * 5
 
 
 # ---- the bars
