@@ -73,6 +73,12 @@ class Harbour:
         return encoder.sentences(report.class_a(), 0)
 
 
+def snapshot_of(now_us: int, state: EstimatedState, picture: TrafficPicture) -> Snapshot:
+    """What the tellers look at."""
+    output: Any = ActuatorOutput
+    return Snapshot(now_us, 0, state, mode=Mode.HOLD, armed=False, output=output, action=Action.NONE, traffic=picture)
+
+
 class Tick:
     """What one tick of the vessel does with other vessels."""
 
@@ -90,8 +96,7 @@ class Tick:
         state = EstimatedState(now_us, *HERE, x_m=0.0, y_m=0.0, vx_mps=1.5, vy_mps=0.0, psi_rad=0.0, sog_mps=1.5)
         picture = self.traffic.step(now_us, state, UTC_US + now_us, self.reader.take_ais())
         self.traffic.drain_texts()
-        output: Any = ActuatorOutput
-        snapshot = Snapshot(now_us, 0, state, Mode.HOLD, False, output, action=Action.NONE, traffic=picture)
+        snapshot = snapshot_of(now_us, state, picture)
         for teller, outbox in self.links:
             teller.tick(now_us, snapshot)
             outbox.take(now_us, 1200)
@@ -131,8 +136,7 @@ class Bare(Tick):
 
     def step(self, now_us: int, data: bytes) -> TrafficPicture:
         state = EstimatedState(now_us, *HERE, x_m=0.0, y_m=0.0, vx_mps=1.5, vy_mps=0.0, psi_rad=0.0, sog_mps=1.5)
-        output: Any = ActuatorOutput
-        Snapshot(now_us, 0, state, Mode.HOLD, False, output, action=Action.NONE, traffic=self.traffic.picture)
+        snapshot_of(now_us, state, self.traffic.picture)
         for _, outbox in self.links:
             outbox.take(now_us, 1200)
         return self.traffic.picture
@@ -146,7 +150,7 @@ def encounter_figures() -> list[dict[str, Any]]:
             print("    no PyPy here (make pypy): its figures are left out", file=sys.stderr)
             continue
         began = time.monotonic()
-        said(program, "sim", "--encounters", "random", "--count", str(count), "--seed", "1", "--json")
+        said(program, *f"sim --encounters random --count {count} --seed 1 --json".split())
         seconds = time.monotonic() - began
         rows.append(row(f"encounters judged, {name}: a minute, {cores()} cores", 60.0 * count / seconds, ""))
         hours = seconds / count * LONG / 3600.0
