@@ -1,4 +1,4 @@
-"""``companion lora``: read a radio module's settings, bring them to a profile, or reset them.
+"""``companion lora``: read a radio module's settings, bring them to a profile, change single ones, reset them, learn its codes.
 
 Changes only what the profile names, verifies, and refuses models that it does not know. Runs on Windows too (COM5).
 """
@@ -9,10 +9,12 @@ import argparse
 import os
 import re
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any, Final
 
 from mavlink_bridge.radio.air import RadioProfile
+from mavlink_bridge.radio.air.codes import Codes, read_codes
 from mavlink_bridge.radio.air.module import ModuleError, differences, fields, wanted
 from mavlink_bridge.radio.air.module_fields import NAMES, SettingError, changed, without_key
 
@@ -30,15 +32,23 @@ def register(subparsers: Any) -> None:
     apply = actions.add_parser("apply", help="bring the settings to a profile")
     reset = actions.add_parser("reset", help="factory settings")
     change = actions.add_parser("set", help="change single settings: channel=21 power=6 key_file=module.key")
-    change.add_argument("settings", nargs="+", metavar="NAME=VALUE", help=f"of {', '.join(NAMES)}")
+    change.add_argument("settings", nargs="+", metavar="NAME=VALUE", help=f"of {', '.join((*NAMES, 'rate'))}")
+    learn = actions.add_parser(
+        "bench", help="write down what the vendor's tool shows, or you measured: rate=656 mhz=868.92"
+    )
+    learn.add_argument(
+        "facts", nargs="+", metavar="NAME=VALUE", help="rate in bit/s, mhz; of the settings that the module has now"
+    )
+    for action in (show, change, learn):
+        action.add_argument("--codes", type=Path, default=Path("radio-codes.toml"), help="the file of what was learned")
     apply.add_argument("profile", help="name of a file in config/radio, or a path")
     show.add_argument("--profile", help="say what differs from this profile")
     for action in (show, apply):
         action.add_argument("--side", choices=("vessel", "shore"), default="vessel", help="whose NODE ID")
-    for action, function in ((show, _show), (apply, _apply), (change, _set), (reset, _reset)):
+    for action, function in ((show, _show), (apply, _apply), (change, _set), (learn, _bench), (reset, _reset)):
         action.add_argument("port", help="/dev/ttyUSB0, COM5, ...")
         action.add_argument(
-            "--set-by", default="hand", metavar="HOW", help="how SET goes low: hand, rts, dtr, gpio:N or none"
+            "--set-by", default="hand", metavar="HOW", help="how SET goes low: hand, rts, dtr, gpio:N, sim or none"
         )
         action.set_defaults(run=_guarded, action=function)
 
@@ -69,7 +79,7 @@ def _show(arguments: argparse.Namespace) -> int:
     with _open(arguments) as port:
         print(f"Model and version: {port.model()}")
         block = port.block()
-    for field in fields(block):
+    for field in fields(block, _codes(arguments.codes)):
         print(f"  {field.name:13} {field.shown}")
     print(f"  raw           {without_key(block).hex()} (the key's bytes as zeros)")
     if profile is None:
@@ -106,6 +116,8 @@ def _set(arguments: argparse.Namespace) -> int:
             name, equals, value = word.partition("=")
             if not equals:
                 raise SettingError(f"{word!r}: give NAME=VALUE; nothing was written")
+            if name == "rate":
+                name, value = "rate_index", _rate_index(value, arguments.codes)
             new = changed(new, name, value, _key)
         changes = differences(block, new)
         for line in changes:
@@ -114,6 +126,41 @@ def _set(arguments: argparse.Namespace) -> int:
             port.write(new)
     print(f"{len(changes)} settings changed and read back" if changes else "nothing to change")
     return 0
+
+
+def _bench(arguments: argparse.Namespace) -> int:
+    """Change nothing of the module; write down what its present settings are found to mean."""
+    codes = _codes(arguments.codes)
+    with _open(arguments) as port:
+        print(f"Model and version: {port.model()}")
+        block = port.block()
+    for word in arguments.facts:
+        name, _, value = word.partition("=")
+        codes = codes.learned(block, name, value)
+    arguments.codes.write_text(codes.as_toml(), encoding="utf-8")
+    known = ", ".join(str(index) for index in sorted(codes.rates)) or "none"
+    print(f"written to {arguments.codes}; air rates are known of index {known}")
+    return 0
+
+
+def _codes(path: Path) -> Codes:
+    """What was learned; nothing where there is no file."""
+    try:
+        return read_codes(tomllib.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return Codes()
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ModuleError(f"{path}: {error}") from None
+
+
+def _rate_index(value: str, path: Path) -> str:
+    """The index of an air rate that was learned."""
+    index = _codes(path).index_of(int(value)) if value.isascii() and value.isdigit() else None
+    if index is None:
+        raise SettingError(
+            f"rate = {value}: its index is not known; 'companion lora bench rate={value} PORT' writes it down"
+        )
+    return str(index)
 
 
 def _key(path: str) -> bytes:

@@ -15,8 +15,9 @@ from pydantic import Field, field_validator
 
 from companion.core.config import Config
 from mavlink_bridge.radio.air.airtime import PHYS, packet_us
+from mavlink_bridge.radio.air.module import ModuleError
 
-from .module import RadioModule
+from .module import FACTORY_BLOCK, RadioModule, set_up
 
 _KEPT: Final = 500_000
 """Packets of a rig that is measured; a simulation for an operator keeps what ``RadioPair`` is told."""
@@ -48,6 +49,20 @@ class RadioConfig(Config):
     """The module waits while it hears the other one (its LBT box)."""
     model: str = "LORA6500PRO_VER3.1_E"
     """What the module calls itself when its settings are read."""
+
+    vessel_module: str = ""
+    """Settings of the vessel's module, as `companion lora set` takes them: `net_id=22222222 parity=even`; `key` in hexadecimal digits."""
+    shore_module: str = ""
+    """The same of the shore's."""
+
+    @field_validator("vessel_module", "shore_module")
+    @classmethod
+    def _settable(cls, value: str) -> str:
+        try:
+            set_up(FACTORY_BLOCK, value)
+        except ModuleError as error:
+            raise ValueError(str(error).removesuffix("; nothing was written")) from None
+        return value
 
     @field_validator("phy")
     @classmethod
@@ -115,7 +130,8 @@ class Air:
             split=config.split,
             model=config.model,
         )
-        module.block = module.block[:12] + node.to_bytes(2, "big") + module.block[14:]
+        block = module.block[:12] + node.to_bytes(2, "big") + module.block[14:]
+        module.block = set_up(block, config.vessel_module if name == "vessel" else config.shore_module)
         return module
 
     def step(self, now_us: int) -> None:

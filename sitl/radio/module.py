@@ -12,6 +12,7 @@ from itertools import islice
 from typing import Final
 
 from mavlink_bridge.radio.air.airtime import PACKET_BYTES
+from mavlink_bridge.radio.air.module_fields import changed
 
 COMMAND: Final = b"\xaa\xfa"
 _READ, _RESET, _WRITE, _MODEL = 0x01, 0x02, 0x03, 0xAA
@@ -22,6 +23,26 @@ FACTORY_BLOCK: Final = (
     bytes((20, 3, 0, 7, 3, 2, 1, 1)) + b"\x11\x11\x11\x11" + b"\xbb\xbb" + bytes((0, 0, 0)) + bytes(16)
 )
 """33 bytes: channel, band, air rate, power, serial rate, data bits, stop bits, parity, NET ID, NODE ID, mesh, role, encryption, key."""
+
+
+LINE: Final = slice(4, 8)
+"""Serial rate, data bits, stop bits and parity in the block."""
+PARITY_NAMES: Final = {"N": "none", "O": "odd", "E": "even"}
+
+
+def set_up(block: bytes, words: str) -> bytes:
+    """The block with settings changed, NAME=VALUE each. Raises ModuleError."""
+    for word in words.split():
+        name, _, value = word.partition("=")
+        block = changed(block, "key_file" if name == "key" else name, value, _hexadecimal)
+    return block
+
+
+def _hexadecimal(text: str) -> bytes:
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        return b""
 
 
 class RadioModule:
@@ -37,6 +58,8 @@ class RadioModule:
         """True: configuration mode."""
         self.cs_low = False
         """True: asleep."""
+        self.host_line: bytes | None = None
+        """How the host's port is set, as the block's bytes 4 to 7 say it; None: there is no serial line that could differ."""
         self.busy_until_us = 0
         """End of what is being transmitted."""
         self.overflow_bytes = 0
@@ -68,9 +91,26 @@ class RadioModule:
         return bool(self.for_air or self.for_host)
 
     def hears(self, other: RadioModule) -> bool:
-        """Same channel, band, air rate and NET ID, another NODE ID, both in work mode."""
+        """Same channel, band, air rate, NET ID and key, another NODE ID, both in work mode."""
         same = self.block[0:3] == other.block[0:3] and self.block[8:12] == other.block[8:12]
+        same = same and self._cipher == other._cipher
         return same and self.block[12:14] != other.block[12:14] and not (self.set_low or self.cs_low)
+
+    def attach(self, host_line: bytes, words: str) -> None:
+        """Hang it on a host whose port is set so; the module is too, but for what ``words`` say (``set_up``)."""
+        self.host_line = host_line
+        self.block = set_up(self.block[: LINE.start] + host_line + self.block[LINE.stop :], words)
+
+    @property
+    def _cipher(self) -> bytes:
+        """The key that is in use; empty: none."""
+        return self.block[17:33] if self.block[16] else b""
+
+    def _on_line(self, data: bytes) -> bytes:
+        """What the other side of the serial line reads: other bytes where the two are set differently."""
+        if self.set_low or self.host_line in (None, self.block[LINE]):
+            return data
+        return bytes(byte ^ self._rng.randrange(1, 256) for byte in data)
 
     def from_host(self, data: bytes, now_us: int) -> None:
         """The host writes. What does not fit the buffer is lost, as there is no flow control."""
@@ -79,7 +119,7 @@ class RadioModule:
         if self.set_low:
             self._configure(data, now_us)
             return
-        fits = data[: max(self._buffer_bytes - len(self.for_air), 0)]
+        fits = self._on_line(data)[: max(self._buffer_bytes - len(self.for_air), 0)]
         self.overflow_bytes += len(data) - len(fits)
         self.for_air.extend(fits)
         self._put(self._for_air_us, now_us, len(fits))
@@ -87,7 +127,7 @@ class RadioModule:
 
     def to_host(self, data: bytes, at_us: int) -> None:
         """Put bytes on the serial line to the host, the first one complete a byte time after ``at_us``."""
-        self.for_host.extend(data)
+        self.for_host.extend(self._on_line(data))
         self._put(self._for_host_us, at_us, len(data))
 
     def _put(self, times_us: deque[int], at_us: int, count: int) -> None:

@@ -9,17 +9,20 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from companion.configuration import depth_map
 from companion.core.hull import VesselConfig
 from companion.io.links import Link, LinkConfigError, Received, open_link
+from companion.io.links.radio_port import SIMULATED_SET
 from companion.radio import load_radio
 
 from ..plant import Truth
 from ..plant.truth import SIM_UTC_START_US
 from ..radio import RadioPair
 from ..radio.air import RadioEnd
+from ..radio.module import FACTORY_BLOCK, LINE, PARITY_NAMES, set_up
 from ..traffic import Fleet
 from .plant import Board, Plant
 from .settings import SimSettings
@@ -49,14 +52,35 @@ def served(settings: SimSettings) -> list[tuple[str, str]]:
     return [(f"world-{item.name}", counterpart(item.url)) for item in settings.sensors]
 
 
+def _pin(url: str) -> Path | None:
+    """The file that stands for a module's SET pin, beside its pseudo-terminal."""
+    scheme, _, path = url.partition(":")
+    return Path(f"{path.partition('?')[0]}{SIMULATED_SET}") if scheme == "pty" else None
+
+
+def _line(url: str) -> bytes:
+    """How a host's port is set, as a module's block says it; what the URL leaves open is as the factory's."""
+    words = dict(word.partition("=")[::2] for word in url.partition("?")[2].split("&") if word)
+    codes = {
+        "baud": words.get("baud"),
+        "parity": PARITY_NAMES.get(words.get("parity", "")),
+        "stop_bits": words.get("stop"),
+    }
+    return set_up(FACTORY_BLOCK, " ".join(f"{name}={value}" for name, value in codes.items() if value))[LINE]
+
+
 @dataclass(slots=True)
 class _RadioHost:
     """A radio module's serial side on a link."""
 
     end: RadioEnd
     link: Link
+    pin: Path | None = None
+    """The module's SET is low while this file is there."""
 
     def shuttle(self, now_us: int) -> None:
+        if self.pin is not None:
+            self.end.module.set_low = self.pin.exists()
         for event in self.link.poll(now_us):
             if isinstance(event, Received):
                 self.end.write(event.data)
@@ -99,9 +123,12 @@ class Surroundings:
         )
         self._hosts: list[_RadioHost] = []
         if settings.radio.url:
-            self._hosts.append(_RadioHost(self.radio.vessel, make_link("world-radio", counterpart(settings.radio.url))))
+            self.radio.vessel.module.attach(_line(settings.radio.url), radio.vessel_module)
+            self.radio.shore.module.attach(FACTORY_BLOCK[LINE], radio.shore_module)
+            url = counterpart(settings.radio.url)
+            self._hosts.append(_RadioHost(self.radio.vessel, make_link("world-radio", url), _pin(url)))
             if shore_url:
-                self._hosts.append(_RadioHost(self.radio.shore, make_link("world-shore", shore_url)))
+                self._hosts.append(_RadioHost(self.radio.shore, make_link("world-shore", shore_url), _pin(shore_url)))
 
     @property
     def truth(self) -> Truth:

@@ -26,6 +26,8 @@ SET_LOW_S: Final = 0.2
 SET_HIGH_S: Final = 0.1
 _ANSWER_S: Final = 1.0
 _QUIET_S: Final = 0.1
+SIMULATED_SET: Final = ".set"
+"""A simulated module's SET is low while the file of its port's name and this ending is there."""
 _GPIO: Final = Path("/sys/class/gpio")
 How = Literal["hand", "rts", "dtr"] | str
 
@@ -34,11 +36,13 @@ class ModulePort:
     """Opens the port at 9600 8N1, brings SET low as ``set_by`` says, and lets it go at the end.
 
     ``set_by``: 'hand' asks the operator by ``prompt``, 'rts' and 'dtr' use the adapter's lines (asserted = low), 'gpio:N' a pin of this
-    computer, 'none' finds the module in configuration mode already. Raises ModuleError.
+    computer, 'sim' the pin of a simulated module (a file beside its port), 'none' finds the module in configuration mode
+    already. Raises ModuleError.
     """
 
     def __init__(self, path: str, set_by: How = "hand", prompt: Callable[[str], object] = input) -> None:
         self._set_by = set_by
+        self._path = path
         self._prompt = prompt
         try:
             self._port = serial.Serial(path, BAUD, timeout=_QUIET_S, write_timeout=_ANSWER_S)
@@ -105,8 +109,17 @@ class ModulePort:
             self._port.rts = low
         elif self._set_by == "dtr":
             self._port.dtr = low
+        elif self._set_by == "sim":
+            _simulated(Path(f"{self._path}{SIMULATED_SET}"), low=low)
         elif self._set_by.startswith("gpio:"):
             _gpio(self._set_by.removeprefix("gpio:"), high=not low)
+
+
+def _simulated(pin: Path, *, low: bool) -> None:
+    try:
+        pin.touch() if low else pin.unlink(missing_ok=True)
+    except OSError as error:
+        raise ModuleError(f"{pin}: {error.strerror}") from None
 
 
 def _gpio(number: str, *, high: bool) -> None:

@@ -8,9 +8,12 @@ known offsets, write the same length back, read again, compare. A model or lengt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from .profile import RadioProfile, channel_mhz
+
+if TYPE_CHECKING:
+    from .codes import Codes
 
 READ_MODEL: Final = b"\xaa\xfa\xaa"
 READ_BLOCK: Final = b"\xaa\xfa\x01"
@@ -70,16 +73,18 @@ def check_block(block: bytes) -> bytes:
     return block
 
 
-def fields(block: bytes) -> list[Field]:
-    """Take a block apart."""
+def fields(block: bytes, codes: Codes | None = None) -> list[Field]:
+    """Take a block apart. ``codes``: what was learned of its numbers."""
+    rate = codes.rates.get(block[2]) if codes is not None else None
+    mhz = codes.mhz.get((block[1], block[0])) if codes is not None else None
 
     def field(name: str, at: int, size: int, shown: str) -> Field:
         return Field(name, at, size, block[at : at + size], shown)
 
     found = [
-        field("Channel", 0, 1, f"{block[0]}{_frequency(block)}"),
+        field("Channel", 0, 1, f"{block[0]}{_frequency(block) if mhz is None else f' ({mhz:.2f} MHz)'}"),
         field("Band", 1, 1, {1: "433", 2: "470", 3: "868", 4: "915"}.get(block[1], f"code {block[1]}")),
-        field("Data Rate", 2, 1, f"index {block[2]}"),
+        field("Data Rate", 2, 1, f"index {block[2]}" if rate is None else f"{rate} bit/s (index {block[2]})"),
         field("Power", 3, 1, str(block[3])),
         field("Baud Rate", 4, 1, str(BAUDS[block[4]]) if block[4] < len(BAUDS) else f"code {block[4]}"),
         field("Data bit", 5, 1, {1: "7", 2: "8"}.get(block[5], f"code {block[5]}")),
