@@ -28,6 +28,8 @@ _ROUNDS: Final = 3
 
 _ALWAYS: Final = ("wind_", *SENSED)
 """What belongs to the record and not to the boat is always fitted."""
+_ALIKE_WINDOWS: Final = 2
+"""Windows of 16 s: wind and current of half a minute ago are still much the same."""
 _WIDER: Final = 1.5
 _UNSURE: Final = 0.015
 _UNSURE_S: Final = 0.015
@@ -70,17 +72,17 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     x = None
     for turn in range(_ROUNDS):
         problem = Problem(vessel, used, unknowns, noise)
-        x = _solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
+        x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
         noise = Noise.of(problem.off(x))
     assert x is not None
-    covariance = _covariance(Problem(vessel, used, unknowns, noise), x)
-    deviation = _widened(unknowns, np.sqrt(np.diag(covariance)))
+    covariance = covariance_of(Problem(vessel, used, unknowns, noise), x)
+    deviation = widened(unknowns, np.sqrt(np.diag(covariance)))
     told = [u.known(x[k], deviation[k]) or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)]
     untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
     problem = Problem(vessel, used, unknowns, noise)
-    x = _solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
-    theta, covariance = problem.split(x)[0], _covariance(problem, x)
+    x = solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
+    theta, covariance = problem.split(x)[0], covariance_of(problem, x)
     say("judging on the stretches kept apart")
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
@@ -89,7 +91,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     return replace(found, untold=untold)
 
 
-def _solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
+def solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
     from scipy.optimize import least_squares
 
     done = 0
@@ -117,18 +119,34 @@ def _solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
     return found.x
 
 
-def _covariance(problem: Problem, x: Array) -> Array:
+def covariance_of(problem: Problem, x: Array) -> Array:
     """Covariance of the unknowns from what the windows say differently: waves and gusts make residuals of one window alike.
 
-    The windows' own unknowns are taken out by projection, soft weights stand for the loss (a cluster-robust sandwich).
+    The windows' own unknowns are taken out by projection, soft weights stand for the loss (a cluster-robust sandwich). What one
+    window says is held against what all others say without it (a jackknife, CR3): a window that a coefficient hangs on has
+    pulled the fit to itself, and its residual tells too little. A gust or a stretch of current lasts longer than a window,
+    so neighbours count together (Bartlett's weights, Newey and West).
     """
+    says, scores = _by_window(problem, x)
+    count, windows = len(problem.unknowns), problem.windows.count
+    inverse = np.linalg.inv(np.eye(count) + says.sum(axis=0))
+    without = np.linalg.solve(np.eye(count) - says @ inverse, scores[:, :, None])[:, :, 0]
+    meat = without.T @ without
+    for lag in range(1, _ALIKE_WINDOWS):
+        pairs = _going_on(problem.windows, lag)
+        together = without[pairs].T @ without[pairs - lag]
+        meat += (1.0 - lag / _ALIKE_WINDOWS) * (together + together.T)
+    return inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse
+
+
+def _by_window(problem: Problem, x: Array) -> tuple[Array, Array]:
+    """What each window says of the unknowns: its share of the normal matrix (windows, unknowns, unknowns), and its score."""
     theta, nuisance = problem.split(x)
     common, own = problem.differences(x)
     found = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
     off = problem.noise.whiten(found - problem.windows.measured[problem.rows])
     weight = 1.0 / np.sqrt(1.0 + (off / 2.0) ** 2)
-    count = len(problem.unknowns)
-    bread, meat = np.eye(count), np.zeros((count, count))
+    count, says, scores = len(problem.unknowns), [], []
     for k in range(problem.windows.count):
         root = np.sqrt(weight[:, :, k]).ravel()
         a = common[:, :, k].reshape(-1, count) * root[:, None]
@@ -137,12 +155,15 @@ def _covariance(problem: Problem, x: Array) -> Array:
         a = np.concatenate([a, np.zeros((NUISANCES, count))])
         q, _ = np.linalg.qr(b)
         a, e = a - q @ (q.T @ a), e - q @ (q.T @ e)
-        bread += a.T @ a
-        score = a.T @ e
-        meat += np.outer(score, score)
-    windows = problem.windows.count
-    inverse = np.linalg.inv(bread)
-    return inverse @ (meat * windows / max(windows - 1, 1) + np.eye(count)) @ inverse
+        says.append(a.T @ a)
+        scores.append(a.T @ e)
+    return np.stack(says), np.stack(scores)
+
+
+def _going_on(windows: Windows, lag: int) -> Array:
+    """Numbers of the windows that go on from the one so many before, without a gap."""
+    follows = windows.follows
+    return np.array([k for k in range(lag, windows.count) if follows[k - lag + 1 : k + 1].all()], dtype=int)
 
 
 def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], noise: Noise, theta: Array) -> Any:
@@ -175,7 +196,7 @@ def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], nois
     return errors, {"times": times, "measured": measured, "modelled": modelled}
 
 
-def _widened(unknowns: list[Unknown], deviation: Array) -> Array:
+def widened(unknowns: list[Unknown], deviation: Array) -> Array:
     """Spreads, in widths of the priors, that a person may believe."""
     least = np.array([_UNSURE / u.width if u.relative else 0.0 for u in unknowns])
     late = [_UNSURE_S / (u.width * u.start if u.relative else u.width) for u in unknowns]
@@ -196,7 +217,7 @@ def _told(
     seconds: float,
 ) -> Fit:
     raw = np.sqrt(np.diag(covariance))
-    deviation = _widened(unknowns, raw)
+    deviation = widened(unknowns, raw)
     covariance = covariance * np.outer(deviation / raw, deviation / raw)
     values = {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)}
     spread = {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)}

@@ -33,6 +33,8 @@ _FLOOR: Final = (0.02, 0.02, 0.008)
 _NUDGE: Final = 1e-3
 _RHYTHM: Final = 8
 """Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
+TOGETHER: Final = {"thrust": ("ahead", "astern"), "drag": ("xu", "xuu"), "turning": ("nr", "nrr", "nur")}
+"""Unknowns that stand for a share of several coefficients at once."""
 SENSED: Final = ("velocity_late", "velocity_smooth", "place_late", "heading_late", "heading_offset")
 
 
@@ -117,7 +119,10 @@ class Problem:
         extra = {name: np.zeros((1, 1)) for name in SENSED}
         for k, unknown in enumerate(self.unknowns):
             value = unknown.value(theta[:, k])[:, None]
-            (c if unknown.name in c else extra)[unknown.name] = value
+            for name in TOGETHER.get(unknown.name, ()):
+                c[name] = c[name] * value
+            if unknown.name not in TOGETHER:
+                (c if unknown.name in c else extra)[unknown.name] = value
         return c, extra
 
     def _wind(self, extra: dict[str, Array]) -> tuple[Array, Array]:
@@ -136,13 +141,23 @@ class Problem:
         for k in range(1, len(motion)):
             filtered[k] = filtered[k - 1] + (motion[k] - filtered[k - 1]) * share
         if self.windows.smoothed.any():
-            from scipy.ndimage import convolve1d
-
-            half = SMOOTH_STEPS // 2 + 1
-            weights = 1.0 - (np.arange(-half, half + 1) / half) ** 2
-            sway = convolve1d(motion[:, 1], weights / weights.sum(), axis=0, mode="nearest")
-            filtered[:, 1] = np.where(self.windows.smoothed, sway, filtered[:, 1])
+            filtered[:, 1] = np.where(self.windows.smoothed, self._from_places(motion), filtered[:, 1])
         return filtered
+
+    def _from_places(self, motion: Array) -> Array:
+        """Sway as it is taken from places: smoothed north and east, then turned.
+
+        Smoothed along the hull it would miss what a bow that begins to turn adds.
+        """
+        from scipy.ndimage import convolve1d
+
+        half = SMOOTH_STEPS // 2 + 1
+        weights = 1.0 - (np.arange(-half, half + 1) / half) ** 2
+        cosine, sine = self._cosine[:, None, :], self._sine[:, None, :]
+        north = cosine * motion[:, 0] - sine * motion[:, 1]
+        east = sine * motion[:, 0] + cosine * motion[:, 1]
+        north, east = (convolve1d(way, weights / weights.sum(), axis=0, mode="nearest") for way in (north, east))
+        return cosine * east - sine * north
 
     def _late(self, out: Array, late_s: Array) -> Array:
         """Values at the rows, so many seconds ago."""
