@@ -17,6 +17,7 @@ from ..numbers import positive
 from .live_data import watch
 from .steering import heading_loop
 from .store import store_lines
+from .voyages import voyages_fit
 
 
 def register(subparsers: Any) -> None:
@@ -31,6 +32,14 @@ def register(subparsers: Any) -> None:
         const=5.0,
         metavar="SECONDS",
         help="listen to the sensors (5 s) and say what comes",
+    )
+    parser.add_argument(
+        "--voyage",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="RUN_DIR|F.csv",
+        help="hold the hull's file against these voyages: fouling, load, a propeller that gives less",
     )
     parser.set_defaults(run=command)
 
@@ -76,6 +85,6 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
     for what, text in store_lines(settings):
         print(f"  {what:11} {text}")
-    if arguments.live is None:
-        return 0
-    return 0 if watch(settings, arguments.live) else 1
+    fits = voyages_fit(arguments.voyage, vessel) if arguments.voyage else True
+    heard = arguments.live is None or watch(settings, arguments.live)
+    return 0 if fits and heard else 1
