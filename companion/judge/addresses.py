@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import os
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,6 +64,8 @@ def _nowhere(use: _Use) -> str:
     """Why nobody can be reached at an address."""
     if use.parsed.scheme == "file" and use.device and not Path(use.device).exists():
         return "no such file; give the file to be read"
+    if use.parsed.scheme == "serial":
+        return _no_port(use.parsed.path())
     if use.parsed.scheme not in _CALLS:
         return ""
     host, port = use.place
@@ -73,10 +76,24 @@ def _nowhere(use: _Use) -> str:
     try:
         address = ipaddress.ip_address(host)
     except ValueError:
-        return ""
+        return "is no address: four numbers from 0 to 255" if host.replace(".", "").isdigit() else ""
     if address == ipaddress.ip_address("255.255.255.255"):
         return "is everybody's address; give one station's, or udp-broadcast:// with the network's"
     return "is a group's address, and groups are not spoken to; give one station's" if address.is_multicast else ""
+
+
+def _no_port(path: str) -> str:
+    """Why a path can never be a serial port; one that is not there yet may be plugged in."""
+    if os.name == "nt" or "RUN_DIR" in path:
+        return ""
+    if not path.startswith("/"):
+        return f"a device has its whole path; was /dev/{path} meant?"
+    try:
+        mode = Path(path).stat().st_mode
+    except OSError:
+        return ""
+    is_port = stat.S_ISCHR(mode) and os.path.realpath(path) != os.devnull
+    return "" if is_port else "is no serial port; 'ls /dev/serial/by-id' lists those that are plugged in"
 
 
 def _clash(use: _Use, other: _Use) -> str:

@@ -10,6 +10,7 @@ from ..core.hull.statics import top_speed_mps
 from ..core.steer.gain_check import gains_problem
 from ..settings import Settings
 from ..settings.schema import EndpointSettings
+from .values import value_mistakes
 
 MAX_GUARD_M: Final = 50.0
 """More water than this under a small boat's keel is no guard but a unit: 400 are centimetres, or feet."""
@@ -31,6 +32,7 @@ def vessel_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
         *_water(settings),
         *_keys(settings),
         *_gains(settings, vessel),
+        *value_mistakes(settings, vessel),
         *_open_or_shut(settings.endpoints),
     ]
 
@@ -74,6 +76,8 @@ def _speeds(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
     for key, speed_mps in (
         ("mission.cruise_speed_mps", settings.mission.cruise_speed_mps),
         ("modes.return_speed_mps", settings.modes.return_speed_mps),
+        ("depth.unknown_speed_mps", settings.depth.unknown_speed_mps),
+        ("depth.slow_least_mps", settings.depth.slow_least_mps),
     ):
         if speed_mps > top_mps:
             yield f"{key} = {speed_mps:g}: more than the hull's top speed; at most {top_mps:.1f} m/s, or another vessel file"

@@ -120,6 +120,12 @@ def _switches(settings: Settings) -> Iterator[str]:
         yield "operator.gcs_required = false: nothing happens when the ground station is lost"
     if not settings.depth.enabled and settings.actuators.url:
         yield "depth.enabled = false: no depth guard; nothing stops the vessel before a shoal"
+    if settings.depth.enabled and settings.depth.min_altitude_m == 0.0:
+        yield "depth.min_altitude_m = 0: the guard stops the vessel when the keel touches; enabled = false says that none is wanted"
+    if not settings.fence.enabled:
+        yield "fence.enabled = false: no fence is kept, whatever a plan brings"
+    if "url" not in settings.actuators.model_fields_set:
+        yield f'actuators.url: not said, so {settings.actuators.url} is opened; name the board\'s device, or "" for none'
     if settings.actuators.board.level == "0":
         yield 'actuators.board.level = "0": the board does not stop if this computer dies'
     if settings.estimate.accept_simulated:

@@ -7,6 +7,7 @@ own need not load the vessel's.
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -66,7 +67,7 @@ def _judged(
 
     def refuse(key: Key, mistake: str) -> None:
         if not any(key[: len(known)] == known for known in refused):
-            wrong.append(mistake)
+            wrong.extend(mistake.split("\n"))
             refused.append(key)
 
     for key, value, wanted in list(wrong_kinds(model, rest)):
@@ -192,6 +193,10 @@ _WANTED: Final = {
 """What should stand where a value of another kind stands, by pydantic's name of the error."""
 
 
+_OF_A_PART: Final = re.compile(r"\w+(\.\w+)+(:| =)")
+"""A table that names the key inside it: each of its lines is a mistake of its own."""
+
+
 def explain(error: Any) -> str:
     """Turn one pydantic error into 'key = value: what to do'."""
     key = ".".join(str(part) for part in error["loc"]) or "file"
@@ -203,8 +208,10 @@ def explain(error: Any) -> str:
         return f"{key}: missing; add it"
     value = error.get("input")
     limits = error.get("ctx", {})
+    if isinstance(value, dict) and _OF_A_PART.match(message):
+        return "\n".join(f"{key}.{part}" for part in message.split("\n"))
     wanted = _WANTED.get(kind) or _in_names(value, limits) or _in_range(kind, limits)
-    wanted = wanted or f"{message[:1].lower()}{message[1:]}"
+    wanted = wanted or (message if message[1:2].isupper() else f"{message[:1].lower()}{message[1:]}")
     return f"{key} = {_shown(value)}: {wanted}"
 
 

@@ -34,9 +34,7 @@ def told(
         if mistake.endswith(NO_SUCH_KEY):
             text = mistake.removesuffix(NO_SUCH_KEY) + f"no such key; {meant(model, key)}"
         elif mistake.endswith("must be a list"):
-            text = (
-                mistake.removesuffix("must be a list") + f"write [[{key[-1]}]] with two brackets: there may be several"
-            )
+            text = mistake.removesuffix("must be a list") + _as_list(model, key)
         elif mistake.endswith("must be a table"):
             text = (
                 mistake.removesuffix("must be a table")
@@ -44,6 +42,13 @@ def told(
             )
         rows.append((line or 10**9, f"line {line}: " if line else "", named(text, data)))
     return [place + text for _, place, text in sorted(rows, key=lambda row: row[0])]
+
+
+def _as_list(model: type[BaseModel], key: Key) -> str:
+    """How a list is written: of tables, or of values."""
+    if fields_at(model, key):
+        return f"write [[{key[-1]}]] with two brackets: there may be several"
+    return f"must be a list, in brackets: {key[-1]} = [...]"
 
 
 def key_of(mistake: str) -> Key:

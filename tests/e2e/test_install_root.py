@@ -19,11 +19,15 @@ def made(tmp_path_factory):
     return wheel(tmp_path_factory.mktemp("wheel"))
 
 
-@pytest.fixture
-def pi(tmp_path, made):
-    root = CleanRoot(tmp_path, ("python3-venv", "udev"))
+def computer(folder, made, *packages):
+    root = CleanRoot(folder, ("python3-venv", *packages, "udev"))
     root.put(made, f"/root/{made.name}")
     return root
+
+
+@pytest.fixture
+def pi(tmp_path, made):
+    return computer(tmp_path, made)
 
 
 def test_the_first_time(pi):
@@ -102,7 +106,8 @@ def test_what_is_wrong_is_told_and_nothing_is_changed(pi, words, ends, told):
     assert pi.run("ls /opt; getent passwd usv || true") == ""
 
 
-def test_systemd_finds_no_fault_in_the_unit(pi):
-    """With the program where the unit looks for it."""
+def test_systemd_finds_no_fault_in_the_unit(tmp_path, made):
+    """With the program where the unit looks for it, and the targets that it names."""
+    pi = computer(tmp_path, made, "systemd")
     pi.run(INSTALL)
     assert pi.beside(["systemd-analyze", "verify", f"--root={pi.root}", "usv-companion.service"]) == ""

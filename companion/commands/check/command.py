@@ -53,8 +53,9 @@ def command(arguments: argparse.Namespace) -> int:
     settings = vessel_settings(arguments.config, arguments.set)
     radio = settings.radio
     vessel = load_vessel(settings.vessel)
-    warnings = vessel_warnings(settings)
-    print(f"{arguments.config}: {verdict(warnings)}")
+    warnings, store = vessel_warnings(settings), list(store_lines(settings))
+    of_store = [text for what, text in store if what == "WARNING"]
+    print(f"{arguments.config}: {verdict([*warnings, *of_store])}")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
     print("\n".join(heading_loop(settings.steering, vessel)))
@@ -83,7 +84,7 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  WARNING     {warning}")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
-    for what, text in store_lines(settings):
+    for what, text in store:
         print(f"  {what:11} {text}")
     fits = voyages_fit(arguments.voyage, vessel) if arguments.voyage else True
     heard = arguments.live is None or watch(settings, arguments.live)

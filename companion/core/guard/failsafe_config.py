@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -67,7 +68,7 @@ class FailsafeConfig(Config):
     def _within_floors(self) -> Self:
         problems = [text for name, over in self.conditions.items() for text in _override_problems(name, over)]
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ValueError("\n".join(problems))
         return self
 
     @cached_property
@@ -116,16 +117,18 @@ _BY_PARAMETER: Final = ("gcs_lost", "gcs_degraded", "radio_lost", "manual_lost",
 
 
 def _override_problems(name: str, over: Override) -> list[str]:
-    row = BY_NAME.get(name)
+    row, key = BY_NAME.get(name), f"conditions.{name}"
     if row is None:
-        return [f"{name}: no such condition"]
+        alike = difflib.get_close_matches(name, BY_NAME, 1)
+        mend = f"did you mean {alike[0]}?" if alike else "'companion explain failsafe' lists them"
+        return [f"{key}: no such condition; {mend}"]
     if name in _BY_PARAMETER:
-        return [f"{name}: has its own keys, such as gcs_timeout_s"]
+        return [f"{key}: has its own keys in [failsafe], such as gcs_timeout_s"]
     problems = []
     if over.action is not None and over.action < row.floor:
-        problems.append(f"{name}: action at least {row.floor.name}")
+        problems.append(f"{key}.action = {over.action.name.lower()}: must be at least {row.floor.name.lower()}")
     if over.delay_s is not None and over.delay_s > row.delay_max_s:
-        problems.append(f"{name}: delay_s at most {row.delay_max_s:g}")
+        problems.append(f"{key}.delay_s = {over.delay_s:g}: must be at most {row.delay_max_s:g}")
     return problems
 
 

@@ -82,7 +82,10 @@ def parse_link_url(text: str, options: Mapping[str, object] | None = None) -> Li
     if not colon or not scheme:
         raise LinkConfigError(f"{text or 'an empty link'}: write scheme:where, like tcp://127.0.0.1:3000 or /dev/ttyS0")
     where, _, query = rest.partition("?")
-    found = dict(parse_qsl(query, keep_blank_values=True))
+    said = parse_qsl(query, keep_blank_values=True)
+    found = dict(said)
+    if len(found) < len(said):
+        raise LinkConfigError(f"{text}: an option is said twice; leave out one of the two")
     found.update({key: str(value) for key, value in (options or {}).items() if value is not None})
     if where.startswith("//") and not where.startswith("///"):
         where = where[2:]

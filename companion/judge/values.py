@@ -1,0 +1,169 @@
+"""Values held against each other: each alone is possible, together they switch off what they are meant to set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
+
+from ..core.config import Config
+from ..core.hull import VesselConfig
+from ..core.nmea.wanted import Wanted, unknown_names
+from ..core.steer.pid import PidGains
+from ..settings import Settings
+from ..settings.schema import SensorConfig
+
+_ORDERED: Final = (
+    ("monitors.battery_empty_v", "monitors.battery_critical_v", "the boat would stop before it returns"),
+    ("monitors.battery_critical_v", "monitors.battery_low_v", "the boat would return before it warns"),
+    ("monitors.battery_empty_v", "monitors.battery_low_v", "the boat would stop before it warns"),
+    ("monitors.late_s", "monitors.very_late_s", "the vessel would stop before it warns"),
+    ("monitors.very_late_s", "monitors.jump_s", "the vessel would disarm before it stops"),
+    ("estimate.frozen_warn_s", "estimate.frozen_invalid_s", "the position would be lost before it is warned of"),
+    ("depth.input.range_min_m", "depth.input.range_max_m", "no reading would be believed"),
+)
+"""What must be less than what, and why. A voltage of 0 is a row that is off."""
+SLOWEST_STROKE_S: Final = 10.0
+"""From rest to full output. The slowest steering engines take half of it; a guard's stop is reckoned with less."""
+_POSITION: Final = frozenset({"GGA", "GNS", "GLL", "RMC"})
+_HEADING: Final = frozenset({"HDT", "THS", "HDG", "HDM", "PASHR", "PSAT", "PSXN", "PTNL", "PSTI", "PTNTHTM"})
+
+
+def value_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """Values that undo each other, or the hull's."""
+    return [
+        *_order(settings),
+        *_guards(settings, vessel),
+        *_rates(settings, vessel),
+        *_sensing(settings.sensors),
+        *_told_twice(settings),
+        *_who(settings),
+        *_places(settings),
+        *_seed_gains(settings),
+    ]
+
+
+def _at(settings: Config, key: str) -> float:
+    value: object = settings
+    for name in key.split("."):
+        value = getattr(value, name)
+    assert isinstance(value, float)
+    return value
+
+
+def _order(settings: Settings) -> Iterator[str]:
+    for less, more, why in _ORDERED:
+        low, high = _at(settings, less), _at(settings, more)
+        off = less.startswith("monitors.battery") and 0.0 in (low, high)
+        if not off and low >= high:
+            yield f"{less} = {low:g}: must be less than {more.rpartition('.')[2]} {high:g}; {why}"
+
+
+def _guards(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    depth, traffic = settings.depth, settings.traffic
+    if depth.enabled and 0.0 < depth.min_altitude_m < depth.minimum_margin_m:
+        yield (
+            f"depth.minimum_margin_m = {depth.minimum_margin_m:g}: more than min_altitude_m {depth.min_altitude_m:g}; "
+            "the guard would lock only after the keel has touched"
+        )
+    keel_below_m = vessel.keel_depth_m - vessel.transducer_depth_m
+    needed_m = depth.min_altitude_m + depth.good_margin_m + keel_below_m
+    if depth.enabled and depth.input.range_max_m < needed_m:
+        yield (
+            f"depth.input.range_max_m = {depth.input.range_max_m:g}: the sounder could never say that the water is deep enough; "
+            f"at least {math.ceil(10.0 * needed_m) / 10.0:g} for a guard of {depth.min_altitude_m:g} m under the keel"
+        )
+    if traffic.required and not traffic.enabled:
+        yield "traffic.required = true: nobody watches; set traffic.enabled = true, or required = false"
+    fastest_mps = max(settings.mission.cruise_speed_mps, settings.modes.return_speed_mps)
+    if settings.estimate.speed_max_mps < fastest_mps:
+        yield (
+            f"estimate.speed_max_mps = {settings.estimate.speed_max_mps:g}: less than the speed sailed at, {fastest_mps:g} m/s: "
+            "positions under way would be refused as jumps"
+        )
+
+
+def _rates(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    gate, dead_band = settings.gate, vessel.thruster.dead_band
+    if 0.0 < gate.thruster_max <= dead_band:
+        yield f"gate.thruster_max = {gate.thruster_max:g}: no propeller turns at it; the hull file's dead_band is {dead_band:g}"
+    for key, rate, full, unit in (
+        ("gate.thruster_rate", gate.thruster_rate, 1.0, "1/s"),
+        ("gate.rudder_rate_degps", gate.rudder_rate_degps, vessel.rudder.max_deg, "deg/s"),
+    ):
+        if rate > 0.0 and full / rate > SLOWEST_STROKE_S:
+            yield (
+                f"{key} = {rate:g}: {full / rate:.0f} s from rest to full, and the boat cannot be steered; "
+                f"at least {full / SLOWEST_STROKE_S:g} {unit}, or 0 for no limit"
+            )
+
+
+def _sensing(sensors: Sequence[SensorConfig]) -> Iterator[str]:
+    """A vessel whose settings let no position or no heading in never departs."""
+    lines = [item.nmea for item in sensors]
+    allowed = [Wanted(line.sentences, line.talkers) for line in lines if not unknown_names(line.sentences)]
+    for kinds, what, offer in ((_POSITION, "position", "GGA"), (_HEADING, "heading", "HDT")):
+        if len(allowed) == len(lines) > 0 and not any(_lets_in(wanted, kinds) for wanted in allowed):
+            yield (
+                f"sensors.0.nmea.sentences = {lines[0].sentences!r}: no sentence with a {what} is let in, and the vessel never departs; "
+                f"add one, such as {offer}"
+            )
+
+
+def _lets_in(wanted: Wanted, kinds: Iterable[str]) -> bool:
+    """Whether a sentence of these formatters is read, from whatever talker."""
+    talkers = ("GP", "GN", "HE", "II")
+    return any(wanted.allows(kind if len(kind) > 3 else talker + kind) for kind in kinds for talker in talkers)
+
+
+def _told_twice(settings: Settings) -> Iterator[str]:
+    links = [(f"sensors.{number}", item) for number, item in enumerate(settings.sensors)]
+    for key, link in (*links, ("actuators", settings.actuators)):
+        if link.baud is not None and "baud=" in link.url:
+            yield f"{key}.baud = {link.baud}: the url says a baud rate too; leave out one of the two"
+
+
+def _who(settings: Settings) -> Iterator[str]:
+    own, name = settings.system.system_id, settings.system.name
+    for entry in settings.operator.ids:
+        if str(entry).partition("/")[0] == str(own):
+            yield f"operator.ids: {entry} is this vessel itself, and nobody else could command; give the stations' ids, as 255"
+    if not name.strip() or not name.isprintable():
+        yield f"system.name = {name!r}: {'holds what no screen shows' if name.strip() else 'is empty'}; give the boat a name"
+    if 0 < settings.traffic.own_mmsi < 10**8:
+        yield f"traffic.own_mmsi = {settings.traffic.own_mmsi}: a vessel's number has nine digits; 0 when there is no transponder"
+
+
+def _places(settings: Settings) -> Iterator[str]:
+    """Files and folders that cannot be where they are said to be."""
+    store, runs = settings.store, settings.record.directory
+    for key, place in (("store", store), ("record.directory", runs)):
+        if place.startswith("~"):
+            yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
+        elif "://" in place:
+            yield f"{key} = {place!r}: is no place on this computer; give a path"
+    if store.endswith("/"):
+        yield f"store = {store!r}: is a folder; name a file"
+    if settings.record.enabled and not runs.strip():
+        yield "record.directory = '': is empty; name a folder, or set record.enabled = false"
+    elif store and runs == store:
+        yield f"record.directory = {runs!r}: is the store's file; give the runs a folder of their own"
+
+
+def _seed_gains(settings: Settings) -> Iterator[str]:
+    """A gain that pushes away from what is wanted; the law itself takes any number, as the seed's does."""
+    seed = settings.steering.seed
+    if settings.steering.profile != "seed":
+        return
+    for name, gains in (("heading_gains", seed.heading_gains), ("speed_gains", seed.speed_gains)):
+        yield from _wrong_gains(f"steering.seed.{name}", gains)
+
+
+def _wrong_gains(key: str, gains: PidGains | None) -> Iterator[str]:
+    if gains is None:
+        return
+    if gains.kp <= 0.0:
+        yield f"{key}.kp = {gains.kp:g}: must be above 0; {'it steers away' if gains.kp else 'nothing follows'}"
+    for part, value in (("ki", gains.ki), ("kd", gains.kd)):
+        if value < 0.0:
+            yield f"{key}.{part} = {value:g}: must not be less than 0; it works against kp"
