@@ -11,6 +11,7 @@ import pytest
 pytest_plugins = ["tests.groups"]
 """Which tests run one after the other."""
 
+gc.disable()  # until the tests are collected: millions of objects come, and none goes
 REPO = Path(__file__).resolve().parents[1]
 SHARED_DATA = REPO.parent / "shared" / "data"
 PYPY = REPO / ".venv-pypy/bin/companion"
@@ -59,3 +60,4 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Seven thousand collected tests never become rubbish: they need not be looked through at every collection."""
     gc.collect()
     gc.freeze()
+    gc.enable()

@@ -15,8 +15,10 @@ from xdist.scheduler import LoadScopeScheduling
 GROUPS: Final = {
     # pins and processes are watched against a clock: two of these at once would take each other's time
     "deadlines": ("test_firmware_vessel", "test_lifecycle", "test_kill_runs", "test_pty_real_time"),
-    # they share one environment, which the first one makes
+    # the tests of each share what its first one makes: an environment, parsed sources, a voyage
     "pypy": ("test_pypy",),
+    "sources": ("test_house_rules",),
+    "voyage": ("test_depth_memory_voyages",),
 }
 """By group: the modules of its tests."""
 

@@ -47,26 +47,41 @@ def parsed(packages: tuple[str, ...]) -> tuple[tuple[Path, ast.Module], ...]:
         gc.enable()
 
 
+@functools.cache
+def nodes(packages: tuple[str, ...] = PACKAGES) -> tuple[tuple[Path, ast.AST], ...]:
+    """Every node of their modules, in the order of ``ast.walk``: a dozen rules look through them."""
+    gc.disable()
+    try:
+        return tuple((path, node) for path, tree in parsed(packages) for node in ast.walk(tree))
+    finally:
+        gc.enable()
+
+
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
     """The trees are a million objects: what is kept of them is looked through at each collection of every later test."""
     yield
     parsed.cache_clear()
+    nodes.cache_clear()
+    imports.cache_clear()
 
 
-def imported(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+@functools.cache
+def imports() -> tuple[tuple[Path, str], ...]:
+    """Every name that a module imports from elsewhere, with the module."""
+    found: list[tuple[Path, str]] = []
+    for path, node in nodes():
         if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
+            found += [(path, name.name) for name in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield from (f"{node.module}.{name.name}" for name in node.names)
+            found += [(path, f"{node.module}.{name.name}") for name in node.names]
+    return tuple(found)
 
 
 def test_only_the_gate_makes_actuator_output() -> None:
     makers = {
         str(path)
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Call)
         and (getattr(node.func, "id", "") == "ActuatorOutput" or getattr(node.func, "attr", "") == "ActuatorOutput")
     }
@@ -76,9 +91,8 @@ def test_only_the_gate_makes_actuator_output() -> None:
 def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
     wrong = [
         f"{path}: {name}"
-        for path, tree in modules()
+        for path, name in imports()
         if path.parts[:2] == ("companion", "core")
-        for name in imported(tree)
         if name.startswith("mavlink_bridge") and name.split(".")[1] not in VOCABULARY
     ]
     assert not wrong
@@ -86,31 +100,25 @@ def test_the_core_knows_of_the_bridge_only_the_vocabulary() -> None:
 
 def test_what_ships_needs_nothing_of_the_workshop() -> None:
     """The wheel holds neither ``tools`` nor ``tests``: it would work in a checkout's folder and nowhere else."""
-    wrong = [
-        f"{path}: {name}"
-        for path, tree in modules()
-        for name in imported(tree)
-        if name.startswith(("tools.", "tests."))
-    ]
+    wrong = [f"{path}: {name}" for path, name in imports() if name.startswith(("tools.", "tests."))]
     assert not wrong
 
 
 def test_pymavlink_enters_at_one_point_and_never_as_mavutil() -> None:
-    users = {str(path) for path, tree in modules() for name in imported(tree) if name.startswith("pymavlink")}
+    users = {str(path) for path, name in imports() if name.startswith("pymavlink")}
     assert users <= {
         "mavlink_bridge/mavlink/wire/codec.py",
         "mavlink_bridge/mavlink/wire/extensions.py",
         "mavlink_bridge/mavlink/wire/framing.py",
         "mavlink_bridge/mavlink/wire/payload.py",
     }
-    assert not [path for path, tree in modules() for name in imported(tree) if "mavutil" in name]
+    assert not [path for path, name in imports() if "mavutil" in name]
 
 
 def test_nobody_draws_from_the_shared_random_generator() -> None:
     drawers = [
         f"{path}:{node.lineno}"
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Attribute)
         and isinstance(node.func.value, ast.Name)
@@ -142,16 +150,15 @@ def test_the_core_reckons_the_same_on_every_python() -> None:
 
     With either a recording would replay bit for bit on the Python alone that made it.
     """
-    trees = [(path, tree) for path, tree in modules() if path.parts[:2] == ("companion", "core")]
-    nodes = [(path, node) for path, tree in trees for node in ast.walk(tree)]
+    of_the_core = [(path, node) for path, node in nodes() if path.parts[:2] == ("companion", "core")]
     sums = [
         f"{path}:{node.lineno}"
-        for path, node in nodes
+        for path, node in of_the_core
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "sum"
     ]
     squares = [
         f"{path}:{node.lineno}"
-        for path, node in nodes
+        for path, node in of_the_core
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and getattr(node.right, "value", 0) == 2
     ]
     assert not sums, "take math.fsum"
@@ -169,8 +176,7 @@ def test_nothing_is_handed_over_by_place_beyond_five_values() -> None:
     """
     crowded = [
         f"{path}:{node.lineno} {ast.unparse(node.func)} ({len(node.args)})"
-        for path, tree in (*modules(), *tool_modules())
-        for node in ast.walk(tree)
+        for path, node in (*nodes(), *nodes(("tools",)))
         if isinstance(node, ast.Call)
         and len(node.args) > PLACES_AT_MOST
         and not ast.unparse(node.func).rpartition(".")[2].startswith(("pack", "MAVLink_"))
@@ -195,8 +201,7 @@ HOMES = {
 def test_a_fact_of_the_world_has_one_home(number: str, home: str) -> None:
     users = {
         str(path)
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value == float(number)
     }
     assert users == {home}
@@ -206,8 +211,7 @@ def test_degrees_times_ten_million_has_one_home() -> None:
     """As a float: whole numbers of that size are times in microseconds."""
     users = {
         str(path)
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Constant) and type(node.value) is float and node.value in (1e7, 1e-7)
     }
     assert users == {"mavlink_bridge/language/units.py"}
@@ -223,10 +227,9 @@ def test_the_numbers_of_commands_have_one_home() -> None:
     telling = {int(cmd) for cmd in Cmd if cmd > 112} - ALSO_SOMETHING_ELSE
     wrong = [
         f"{path}:{node.lineno} {ast.unparse(node)[:60]}"
-        for path, tree in modules()
+        for path, node in nodes()
         if path.parts[0] in ("mavlink_bridge", "companion") and "ais" not in path.parts and "imc" not in path.parts
         if str(path) not in (COMMAND_NUMBERS, FROZEN_WITH_THE_RADIO)
-        for node in ast.walk(tree)
         if _is_a_command(node, telling)
     ]
     assert not wrong, "take it from Cmd"
@@ -261,14 +264,12 @@ def test_nothing_is_encoded_by_the_order_of_an_enum() -> None:
     """
     enums = {
         node.name
-        for _, tree in modules()
-        for node in ast.walk(tree)
+        for _, node in nodes()
         if isinstance(node, ast.ClassDef) and any(ast.unparse(base).rpartition(".")[2] in ENUMS for base in node.bases)
     }
     wrong = [
         f"{path}:{node.lineno} {ast.unparse(node)}"
-        for path, tree in modules()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Call) and node.args and _is_ordered_table(node, enums)
     ]
     assert not wrong
@@ -293,9 +294,7 @@ def test_every_name_of_a_public_face_is_there_and_told(package: str) -> None:
 
 
 def test_the_shipped_packages_need_none_of_the_tools() -> None:
-    assert not [
-        f"{path}: {name}" for path, tree in modules() for name in imported(tree) if name.startswith(("tools", "tests"))
-    ]
+    assert not [f"{path}: {name}" for path, name in imports() if name.startswith(("tools", "tests"))]
 
 
 @pytest.mark.parametrize("room", ["companion/core/guard", "companion/core/vehicle"])

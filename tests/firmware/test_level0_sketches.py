@@ -42,7 +42,8 @@ def test_needs_the_owners_choice_and_a_person_who_saw_it_move(sketch, level, say
     assert any(says in text for text in bench.texts)
 
 
-def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
+def test_every_command_reaches_all_four_pins_within_a_tick_and_the_last_one_too(sketch):
+    """Suppression of unchanged values would lose the final neutral for ever."""
     bench = started(*sketch, level="0", seen=True)
     for step in range(20):
         bench.thrust = (step % 5 - 2) * 0.4
@@ -51,11 +52,6 @@ def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
         wanted = bench.companion.commanded_us
         bench.run(0.05)
         assert bench.board.pulses_us == pytest.approx(wanted, abs=10)
-
-
-def test_the_last_command_is_not_late(sketch):
-    """What suppression of unchanged values would lose for ever: the final neutral."""
-    bench = started(*sketch, level="0", seen=True)
     bench.thrust = 0.6
     bench.run(0.5)
     bench.thrust = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import pytest
@@ -33,6 +34,14 @@ def sail(voyage, store, *overrides, speed_mps=1.5, seed=1):
     return trip, least
 
 
+@functools.cache
+def sounded(voyage, gradient, speed_mps):
+    """What the first voyage at a bank leaves, with the guard alone: the store's content, how it ended, its least altitude."""
+    store = MemoryStore()
+    trip, least = sail(voyage, store, *BANK, gradient, *GUARD_ONLY, speed_mps=speed_mps)
+    return store.snapshot(), trip, least
+
+
 def from_disk(store, path):
     """What a restart finds: the content by way of a file. (In lock-step time a disk is too slow to be waited for.)"""
     assert write_store(path, [Entry(section, key, body) for (section, key), body in rows_of(store.snapshot()).items()])
@@ -45,11 +54,10 @@ def from_disk(store, path):
 @pytest.mark.parametrize("gradient", [STEEP, GENTLE], ids=["1:2", "1:5"])
 def test_the_second_voyage_stops_before_the_shoal_that_the_first_one_found(voyage, tmp_path, gradient, speed_mps):
     """Must hold: >= 4.0 m true altitude on the second voyage; the first, with the guard alone, got into less."""
-    store = MemoryStore()
-    first, reached = sail(voyage, store, *BANK, gradient, *GUARD_ONLY, speed_mps=speed_mps)
+    content, first, reached = sounded(voyage, gradient, speed_mps)
     assert reached < 3.9
     assert first.snapshot.guard in (GuardState.CORRECTION, GuardState.LOCKED)
-    store = from_disk(store, tmp_path / "companion.db")
+    store = from_disk(MemoryStore(content), tmp_path / "companion.db")
     second, least = sail(voyage, store, *BANK, gradient, "depth.rate_look_ahead=false", speed_mps=speed_mps, seed=2)
     assert any("Depth memory: " in text for text in second.texts)
     assert any("Shallow water ahead (sounded before" in text for text in second.texts)
@@ -63,10 +71,9 @@ def test_the_second_voyage_stops_before_the_shoal_that_the_first_one_found(voyag
 def test_a_higher_tide_lets_it_on_and_a_lower_one_stops_it_earlier(voyage):
     """What is remembered is below chart datum: the tide of the day is added, as with a chart."""
     reached = {}
-    first = MemoryStore()
-    sail(voyage, first, *BANK, GENTLE, *GUARD_ONLY, speed_mps=2.5)
+    content, _, _ = sounded(voyage, GENTLE, 2.5)
     for tide_m in (0.0, 0.5, -0.5):
-        store = MemoryStore(first.snapshot())
+        store = MemoryStore(content)
         trip, _ = sail(voyage, store, *BANK, GENTLE, "depth.rate_look_ahead=false", f"depth.tide_m={tide_m}", seed=2)
         reached[tide_m] = trip.truth.north_m
     assert reached[-0.5] < reached[0.0] - 1.5
@@ -85,8 +92,7 @@ def test_it_sails_laps_near_the_limit_without_being_stopped_by_its_own_soundings
 
 def test_the_operator_backs_off_a_remembered_shoal_and_sails_home_and_may_switch_the_memory_off(voyage):
     """Stopped 5 m before the shoal there is no room to turn ahead; astern by hand there is."""
-    store = MemoryStore()
-    sail(voyage, store, *BANK, GENTLE, *GUARD_ONLY)
+    store = MemoryStore(sounded(voyage, GENTLE, 1.5)[0])
     trip = voyage(*BANK, GENTLE, seed=2, store=store)
     trip.sail(1.5, (200.0, 0.0))
     trip.until(lambda: trip.snapshot.mode is Mode.HOLD, 120.0)
@@ -110,11 +116,10 @@ def test_the_operator_backs_off_a_remembered_shoal_and_sails_home_and_may_switch
 
 
 def test_the_store_holds_true_depths_where_they_were_sounded(voyage):
-    store = MemoryStore()
-    trip, _ = sail(voyage, store, *BANK, GENTLE, *GUARD_ONLY)
+    content, trip, _ = sounded(voyage, GENTLE, 1.5)
     frame = trip.world.surroundings.plant.frame
     bottom = trip.world.surroundings.plant.bottom
-    found = list(soundings_of(store.snapshot()))
+    found = list(soundings_of(content))
     assert len(found) > 20
     for each in found:
         north, east = frame.to_local(math.radians(each.lat_deg), math.radians(each.lon_deg))

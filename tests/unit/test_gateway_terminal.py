@@ -12,6 +12,7 @@ import config
 from companion.cli import main
 from companion.commands.status import Journal
 from companion.gateway import Gateway, GatewaySettings
+from companion.io.clock import ManualClock
 from companion.io.keeping.keys import write_key
 from companion.io.links.mem import pair
 from companion.settings.schema import EndpointSettings, load
@@ -26,11 +27,12 @@ def test_a_missing_modem_is_told_once_and_where_stations_connect(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("companion.commands.gateway.SystemClock", ManualClock)
     caplog.set_level(logging.INFO)
     write_key(tmp_path / "radio.key", os.urandom(32))
     sets = [f"url=serial:{tmp_path}/tty?baud=9600", "store=", 'endpoints=[{name="gcs",url="udp://127.0.0.1:14997"}]']
     words = [word for item in sets for word in ("--set", item)]
-    assert main(["gateway", str(config.path("gateway.toml")), "--duration", "5", *words]) == 0
+    assert main(["gateway", str(config.path("gateway.toml")), "--duration", "60", *words]) == 0
     assert "stations: gcs      udp://127.0.0.1:14997  (ardurover)  MAVSDK: udpin://0.0.0.0:14997" in caplog.messages
     warnings = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     warnings = [text for text in warnings if "modem" in text]  # a busy machine adds its own

@@ -17,11 +17,25 @@ SIX = "import time, pytest\n@pytest.mark.parametrize('i', range(6))\ndef test_it
 def test_a_group_stays_with_one_worker_and_the_others_share_the_rest(tmp_path):
     for module in (GROUPS["deadlines"][0], "test_anything"):
         (tmp_path / f"{module}.py").write_text(SIX)
-    words = ["-c", os.devnull, "--rootdir", tmp_path, "-p", "tests.groups", "-p", "no:cacheprovider", "-n", "2", "-v"]
+    words = [
+        "-c",
+        os.devnull,
+        "--rootdir",
+        tmp_path,
+        "-p",
+        "xdist",
+        "-p",
+        "tests.groups",
+        "-p",
+        "no:cacheprovider",
+        "-n",
+        "2",
+        "-v",
+    ]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *words, "--dist", "loadgroup", tmp_path],
         cwd=REPO,
-        env={**os.environ, "PYTEST_ADDOPTS": ""},
+        env={**os.environ, "PYTEST_ADDOPTS": "", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
         capture_output=True,
         text=True,
         check=True,

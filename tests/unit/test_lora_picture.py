@@ -98,7 +98,7 @@ def test_what_has_come_is_not_asked_for_again():
 
 
 def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
-    rig = Rig(profile("n-0.1"), step_us=50_000)
+    rig = Rig(profile("n-0.1"), step_us=100_000)
     true_ages_s = []
     while rig.now_us < 2.5 * 3600e6:
         before_us = rig.twin.state_us
@@ -115,7 +115,7 @@ def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
 
 
 def test_a_restarted_vessels_clock_counts_anew():
-    rig = Rig(profile("n-0.1"), step_us=50_000)
+    rig = Rig(profile("n-0.1"), step_us=100_000)
     rig.run(31 * 60.0)
     rig.start_vessel()
     began_us = rig.now_us

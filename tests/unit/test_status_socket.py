@@ -154,7 +154,9 @@ def test_the_socket_is_its_owners_only_and_goes_with_the_process(tmp_path: Path)
 def test_a_path_that_is_longer_than_an_address_serves_too(tmp_path: Path) -> None:
     path = tmp_path / ("deep" * 30) / ("er" * 30) / "status.sock"
     server = LocalServer(path)
-    connect(path, 1.0).close()
+    stream = connect(path, 1.0)
+    assert len(server.look()) == 1, "who connects is served"
+    stream.close()
     server.close()
 
 
