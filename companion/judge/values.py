@@ -117,10 +117,10 @@ def _lets_in(wanted: Wanted, kinds: Iterable[str]) -> bool:
 
 
 def _told_twice(settings: Settings) -> Iterator[str]:
-    links = [(f"sensors.{number}", item) for number, item in enumerate(settings.sensors)]
-    for key, link in (*links, ("actuators", settings.actuators)):
-        if link.baud is not None and "baud=" in link.url:
-            yield f"{key}.baud = {link.baud}: the url says a baud rate too; leave out one of the two"
+    links = [(f"sensors.{number}", item.url, item.baud) for number, item in enumerate(settings.sensors)]
+    for key, url, baud in (*links, ("actuators", settings.actuators.url, settings.actuators.baud)):
+        if baud is not None and "baud=" in url:
+            yield f"{key}.baud = {baud}: the url says a baud rate too; leave out one of the two"
 
 
 def _who(settings: Settings) -> Iterator[str]:
