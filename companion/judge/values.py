@@ -9,7 +9,6 @@ from typing import Final
 from ..core.config import Config
 from ..core.hull import VesselConfig
 from ..core.nmea.wanted import Wanted, unknown_names
-from ..core.steer.pid import PidGains
 from ..settings import Settings
 from ..settings.schema import SensorConfig
 
@@ -151,19 +150,10 @@ def _places(settings: Settings) -> Iterator[str]:
 
 
 def _seed_gains(settings: Settings) -> Iterator[str]:
-    """A gain that pushes away from what is wanted; the law itself takes any number, as the seed's does."""
+    """A gain of nothing; the law itself takes it, as the seed's does."""
     seed = settings.steering.seed
     if settings.steering.profile != "seed":
         return
     for name, gains in (("heading_gains", seed.heading_gains), ("speed_gains", seed.speed_gains)):
-        yield from _wrong_gains(f"steering.seed.{name}", gains)
-
-
-def _wrong_gains(key: str, gains: PidGains | None) -> Iterator[str]:
-    if gains is None:
-        return
-    if gains.kp <= 0.0:
-        yield f"{key}.kp = {gains.kp:g}: must be above 0; {'it steers away' if gains.kp else 'nothing follows'}"
-    for part, value in (("ki", gains.ki), ("kd", gains.kd)):
-        if value < 0.0:
-            yield f"{key}.{part} = {value:g}: must not be less than 0; it works against kp"
+        if gains is not None and gains.kp == 0.0:
+            yield f"steering.seed.{name}.kp = 0: must be above 0; nothing follows"

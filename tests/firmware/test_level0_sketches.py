@@ -42,8 +42,8 @@ def test_needs_the_owners_choice_and_a_person_who_saw_it_move(sketch, level, say
     assert any(says in text for text in bench.texts)
 
 
-def test_every_command_reaches_all_four_pins_within_a_tick_and_the_last_one_too(sketch):
-    """Suppression of unchanged values would lose the final neutral for ever."""
+def test_every_command_reaches_all_four_pins_within_a_tick(sketch):
+    """The last one too: suppression of unchanged values would lose the final neutral for ever."""
     bench = started(*sketch, level="0", seen=True)
     for step in range(20):
         bench.thrust = (step % 5 - 2) * 0.4

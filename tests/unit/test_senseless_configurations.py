@@ -308,7 +308,7 @@ CASES = {
     "a gain that steers away": (
         ("", '[steering]\nprofile = "seed"\nseed.speed_gains.kp = 1\nseed.heading_gains.kp = -1 # <<'),
         "heading_gains.kp = -1",
-        "steers away",
+        "at least 0",
     ),
     "gains of nothing": (
         ("", '[steering]\nprofile = "seed"\nseed.heading_gains.kp = 1\nseed.speed_gains.kp = 0 # <<'),

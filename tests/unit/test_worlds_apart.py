@@ -10,6 +10,7 @@ import pytest
 
 import config as shipped
 from companion.cli import main
+from companion.io.clock import ManualClock
 from companion.io.keeping import Store
 from companion.io.keeping.content import SaveParam, SavePlan
 from companion.io.keeping.keys import write_key
@@ -119,7 +120,13 @@ def test_equal_seeds_give_equal_vessels_and_no_boat_has_one():
     assert one.world == "simulated"
 
 
-def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, capsys, caplog):
+@pytest.fixture
+def no_waiting(monkeypatch):
+    """``companion run`` in virtual time: on a busy machine a second and a half may hold no tick."""
+    monkeypatch.setattr("companion.commands.run.SystemClock", ManualClock)
+
+
+def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, no_waiting, capsys, caplog):
     (boat / "state" / "companion.db-wal").unlink()
     (boat / "state" / "companion.db").unlink()
     store = simulated_store(boat / "state" / "companion.db", simulated_content(5))
@@ -135,7 +142,7 @@ def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, capsys,
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--duration", "1.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--duration", "5", *quiet]) == 0
     assert "moved to companion.db.simulated-1" in caplog.text
     assert look(boat / "state" / "companion.db.simulated-1").content.params == {"DEPTH_MIN": 0.5}
     assert look(boat / "state" / "companion.db").content.params == {}
@@ -147,7 +154,7 @@ def test_run_sets_a_simulations_store_aside_and_check_foretells_it(boat, capsys,
     assert "adopt" not in capsys.readouterr().out
 
 
-def test_check_and_run_name_each_parameter_that_the_store_overrules(boat, capsys, caplog):
+def test_check_and_run_name_each_parameter_that_the_store_overrules(boat, no_waiting, capsys, caplog):
     before = everything(boat)
     assert main(["check", "my-boat.toml"]) == 0
     assert "WARNING     DEPTH_MIN = 1.75 from the store (file: 4)" in capsys.readouterr().out
@@ -160,11 +167,11 @@ def test_check_and_run_name_each_parameter_that_the_store_overrules(boat, capsys
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--duration", "1.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--duration", "5", *quiet]) == 0
     assert caplog.text.count("DEPTH_MIN = 1.75 from the store (file: 4)") == 1
 
 
-def test_a_run_beside_a_simulated_world_keeps_apart_too(boat):
+def test_a_run_beside_a_simulated_world_keeps_apart_too(boat, no_waiting):
     (boat / "state" / "companion.db-wal").unlink()
     before = everything(boat)
     quiet = [
@@ -175,7 +182,7 @@ def test_a_run_beside_a_simulated_world_keeps_apart_too(boat):
         "--set",
         "actuators.url=",
     ]
-    assert main(["run", "my-boat.toml", "--simulated", "--duration", "1.5", *quiet]) == 0
+    assert main(["run", "my-boat.toml", "--simulated", "--duration", "5", *quiet]) == 0
     assert everything(boat) == before
     (run_dir,) = (boat / "runs-sim").iterdir()
     assert look(run_dir / "companion.db").content.world == "simulated"
