@@ -184,6 +184,45 @@ def test_nothing_is_handed_over_by_place_beyond_five_values() -> None:
     assert not crowded
 
 
+def bare_constants(path: Path, tree: ast.Module) -> Iterator[str]:
+    """Numbers of a module that say nothing of themselves; one text may stand for the two or three right above it."""
+    silent: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            silent = silent[:-3]
+            continue
+        target = (
+            node.target
+            if isinstance(node, ast.AnnAssign)
+            else node.targets[0]
+            if isinstance(node, ast.Assign)
+            else None
+        )
+        if not isinstance(target, ast.Name) or not target.id.strip("_").isupper():
+            yield from silent
+            silent = []
+        elif is_number(node.value):
+            silent.append(f"{path}:{node.lineno} {target.id}")
+    yield from silent
+
+
+def is_number(value: ast.expr | None) -> bool:
+    if isinstance(value, ast.BinOp):
+        return is_number(value.left) or is_number(value.right)
+    value = value.operand if isinstance(value, ast.UnaryOp) else value
+    return isinstance(value, ast.Constant) and type(value.value) in (int, float)
+
+
+def test_every_number_of_the_core_says_why_it_has_its_value() -> None:
+    bare = [
+        text
+        for path, tree in modules()
+        if path.parts[:2] == ("companion", "core")
+        for text in bare_constants(path, tree)
+    ]
+    assert not bare
+
+
 def test_no_room_holds_more_than_twenty_modules() -> None:
     rooms = Counter(path.parent for path, _ in (*modules(), *tool_modules()) if path.name != "__init__.py")
     assert not {str(room): count for room, count in rooms.items() if count > 20}

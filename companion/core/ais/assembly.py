@@ -16,6 +16,7 @@ from .sixbit import Bits, joined, unarmour
 SET_LIFE_US: Final = 2_000_000
 """Parts are sent back to back; a rest that comes later belongs to another message."""
 SETS_MAX: Final = 16
+"""Ten sequence numbers on two channels, and no more than sixteen of them ever open at once on the air's 2250 slots a minute."""
 _FIELDS: Final = 7
 """Address, count, number, sequence, channel, payload, fill. Some receivers add one more; it is left alone."""
 _CHANNELS: Final = frozenset(("", "A", "B", "1", "2"))

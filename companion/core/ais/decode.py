@@ -27,22 +27,30 @@ from .reports import (
 from .sixbit import Bits
 
 _MINUTE_RAD: Final = math.radians(1.0) / 60.0
+"""A minute of arc."""
 _FINE: Final = _MINUTE_RAD / 10_000.0
 """Latitude and longitude come in 1/10 000 minute."""
 _COARSE: Final = _MINUTE_RAD / 10.0
 """Type 27's come in 1/10 minute."""
 _TENTH_DEG: Final = math.radians(0.1)
 _TENTH_KNOT_MPS: Final = KNOT_MPS / 10.0
+"""Speed comes in tenths of a knot;"""
 _SOG_NONE: Final = 1023
+"""this one says that it is unknown,"""
 _SOG_MOST: Final = 1022
+"""and this one 102.2 knots or more (ITU-R M.1371-5 table 48)."""
 _COG_END: Final = 3600
+"""Courses come in tenths of a degree; from here on they say that there is none."""
 _HEADING_END: Final = 360
+"""Headings come in degrees; 511 and whatever else is no heading says that there is none."""
 _ROT_NONE: Final = -128
+"""No turn is known."""
 _ROT_FAST: Final = 127
 """Turning faster than 5 degrees in 30 s, without a turn indicator."""
 _ROT_SCALE: Final = 4.733
 """The field is 4.733 times the square root of degrees a minute."""
 _DEG_MIN_RADPS: Final = math.radians(1.0) / 60.0
+"""Degrees a minute."""
 _FLOATING_AIDS: Final = range(20, 32)
 """Aid types 20-31 swim; only these can be off their position."""
 

@@ -14,6 +14,7 @@ _LEGAL: Final = {
 _TEXT: Final = "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_ !\"#$%&'()*+,-./0123456789:;<=>?"
 """Six-bit ASCII, in the order of its codes."""
 _MASK6: Final = 0x3F
+"""Six bits."""
 
 
 class Bits:

@@ -24,6 +24,7 @@ STOP_US: Final = 1500
 STOP_BAND_US: Final = 25
 """The board takes a thruster command this close to STOP_US for a stop (its interlock)."""
 _LATE_MS: Final = 100.0
+"""A command may come this much after its period: two ticks at 20 Hz, when a tick is late and a line is lost."""
 
 SKETCHES: Final[dict[str, str]] = {"parse-int": "\n", "read-line": "\n", "fixed-block": "", "next-byte": "\n"}
 """Terminator for each common way in which level-0 sketches read commands (firmware-reliability §A.4)."""

@@ -14,12 +14,19 @@ from mavlink_bridge.language.messages import ActuatorStatus
 from .wire import STATE_NAMES, Microseconds, Status
 
 MATCH_WINDOW_US: Final = 300_000
+"""What was commanded shows in a status line within this: a command's period, the board's, and a lost line."""
 BLOCKED_AFTER_US: Final = 250_000
+"""Five ticks at 20 Hz whose bytes the port did not take."""
 NOISE_WINDOW_US: Final = 2_000_000
+"""Forty lines at 20 Hz: one bad line is 2.5 %, and no verdict."""
 GARBAGE_WINDOW_US: Final = 1_000_000
+"""A board that speaks another baud rate is told within this."""
 SAMPLE_US: Final = 200_000
+"""How finely the windows above slide."""
 NOISE_SHARE: Final = 0.05
+"""Each bad line is a command late by a period; beyond one in twenty the line wants mending."""
 GARBAGE_SHARE: Final = 0.5
+"""Beyond a half it is no noise but another baud rate, or another program."""
 EMERGENCY: Final = STATE_NAMES["E"]
 _LEAST_BAD: Final = 3
 """Fewer bad lines than this in a window are no verdict."""

@@ -20,7 +20,9 @@ from mavlink_bridge.language.value import value
 IDS: Final = "mMlL"
 """Wire ids in pin order: thruster 1, thruster 2, rudder 1, rudder 2."""
 WIRE_LOW_US: Final = 1000
+"""The least of RC servos' usual range."""
 WIRE_HIGH_US: Final = 2000
+"""And the most; four digits either way, which level 0 needs."""
 VERSION_QUERY: Final = "#VERS?"
 ALL_NEUTRAL: Final = "#NEUTR"
 CLEAR_COUNTERS: Final = "#ZERO0"
@@ -216,8 +218,11 @@ def _version(fields: tuple[str, ...]) -> Version:
 
 
 _COUNT_MAX: Final = 2**32 - 1
+"""The board counts lines in 32 bits,"""
 _WORD_MAX: Final = 2**16 - 1
+"""and milliseconds and pulses in 16."""
 _TEXT: Final = bytes(range(0x20, 0x7F)) + b"\r\n\t\0"
+"""Every byte that an honest board sends; others tell of a wrong baud rate."""
 _ENDS: Final = tuple(b"*%02X" % value for value in range(256))
 _NAME: Final = "([0-9A-Za-z.]{1,12})"
 _CAUSE: Final = "([" + "".join(RESET_CAUSES) + "])"

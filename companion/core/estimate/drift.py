@@ -7,6 +7,7 @@ from typing import Final
 from mavlink_bridge.language.messages import FixType, GpsFix, Severity
 
 _TELL_AFTER_US: Final = 2_000_000
+"""A kind of fix that changes back within this is not told."""
 _FIX_TEXT: Final = {
     FixType.NONE: "no fix",
     FixType.FIX_2D: "2-D fix",
@@ -26,7 +27,9 @@ _QUICK_S: Final = 1.5
 
 
 _TURNING_RADPS: Final = 0.12
+"""7 degrees a second: what steering keeps straight in waves turns less."""
 _SLIPS_S: Final = 2.5
+"""After a turn the slip of the small hulls has died away by then."""
 _SLIP_MPS: Final = 0.5
 """For so long after a turn faster than that the hull slips by up to this: that is no change of the water."""
 

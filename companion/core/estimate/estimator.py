@@ -32,13 +32,16 @@ from .sources import Choice, FixChoice, degrees, degrees_a_second
 __all__ = ["Estimator", "EstimatorConfig"]
 
 _MOVING_MPS = 0.3
+"""Below this way the course over ground is the noise of the position."""
 _COURSE_MIN_MPS = 0.1
+"""Below this no course is shown: it is the direction of noise."""
 _NO_FIX = FixType.NONE
 _HEADING_APART_RAD = math.radians(4.0)
 """Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
 _RATE_APART_RADPS = math.radians(2.0)
 _TILT_APART_RAD = math.radians(5.0)
 _DEPTH_APART_M = 0.5
+"""Two sounders over one bottom: their noise and what the boat's list makes of it."""
 _DEPTH_APART_SHARE = 0.1
 """Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
 _SHOWN_US = 2_500_000

@@ -14,10 +14,15 @@ from .filter import PairCovariance
 from .told import ComesAndGoes
 
 _PREDICT_MAX_S: Final = 1.0
+"""A turn rate says nothing of the heading after longer."""
 _COURSE_AGE_MAX_US: Final = 1_500_000
+"""A course stands in for the compass this long: a fix at 1 Hz, and one that was lost."""
 _RATE_AGE_MAX_US: Final = 500_000
+"""A turn rate of its own sensor is used this long: half a second is two of the slowest that are sold."""
 _BRIDGE_S: Final = 0.6
+"""A gap of a few headings is bridged by the turn rate, so that the boat does not flinch at each."""
 _STEP_RATE_MAX_US: Final = 300_000
+"""A silence widens the window for jumps by what the boat may turn meanwhile, but by no more than this."""
 
 
 class HeadingTrack:

@@ -11,10 +11,13 @@ from pygeomag.wmm.wmm_2025 import WMM_2025
 _FIRST_DAY_US: Final = 1_735_689_600_000_000
 """2025-01-01, the model's epoch."""
 _YEAR_US: Final = 365.25 * 86_400e6
+"""A Julian year, as the model reckons."""
 _YEARS_VALID: Final = 5.0
+"""The World Magnetic Model is made anew every five years."""
 _NEAR_RAD: Final = 0.001
 """6 km: the variation changes by less than 0.1 degree, except beside the magnetic poles."""
 _KEPT_US: Final = 86_400_000_000
+"""A day: the variation moves by 0.2 degrees a year at most where boats sail."""
 
 
 class MagneticModel:

@@ -16,13 +16,21 @@ from .filter import PairCovariance
 from .told import ComesAndGoes
 
 _OUTLIER_SIGMA: Final = 5.0
+"""One good fix in two million is refused, if its errors are Gaussian."""
 _OUTLIERS_MAX: Final = 3
+"""After so many in a row it is the estimate that is wrong."""
 _PREDICT_MAX_S: Final = 3.0
+"""Dead reckoning without fixes is drift after longer than this."""
 _NEWTON_STEPS: Final = 4
+"""Each leaves a thousandth of the error: three make a micrometre of 500 m, and one sees it."""
 _NEAR_M: Final = 500.0
+"""What starts farther off is reckoned the long way: the steps are no longer so good there."""
 _CLOSE_M: Final = 1e-4
+"""A tenth of a millimetre, a hundredth of the best fix's noise."""
 _CLOCK_DRIFT: Final = 2e-4
+"""Crystals of computers and receivers run apart by up to 200 ppm."""
 _CLOCK_STEP_US: Final = 150_000
+"""More than a serial line delays a sentence by: the clock was set."""
 
 
 def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
@@ -72,6 +80,7 @@ class ClockAligner:
 
 
 _NO_ARM: Final[Arm] = (0.0, 0.0, 0.0)
+"""The antenna stands over the reference point."""
 
 
 class FrozenWatch:

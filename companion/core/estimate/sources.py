@@ -26,14 +26,23 @@ _STEADY_US: Final = 30_000_000
 _SAY_EVERY_US: Final = 60_000_000
 """One condition is told at most so often: a stream of texts hides the alarm that matters."""
 _SWITCH_EVERY_US: Final = 10_000_000
+"""Two sources that fail in turn are told at most so often."""
 _AGREE_US: Final = 10_000_000
+"""Steadily together again for so long,"""
 _APART_US: Final = 5_000_000
+"""and steadily apart for so long, before anybody is told."""
 _MEAN_US: Final = 3e6
+"""Time constant of the mean difference: longer than a wave."""
 _AGREE_SHARE: Final = 0.6
+"""Together again well inside the limit, so that a difference at the limit does not chatter."""
 _COMPARE_US: Final = 1_000_000
+"""Values further apart in time are not compared: a boat turns 30 degrees in it."""
 _SOURCES_MAX: Final = 16
+"""A line that invents talkers fills no memory."""
 _SIGMAS: Final = 3.0
+"""Beyond three times what both say of their accuracy they cannot both be right."""
 _FRESH_US: Final = 2_000_000
+"""Two fixes at 1 Hz."""
 _UNLABELLED: Final = Source()
 
 

@@ -19,6 +19,7 @@ from ..config import Config, param
 _ALLOWED: Final = (Action.NONE, Action.WARN, Action.HOLD, Action.RETURN)
 _TERMINATE: Final = Action.TERMINATE
 _NEUTRAL: Final = (0.0, 0.0, 0.0, 0.0)
+"""No thrust, rudders amidships: the order is that of the fields."""
 _STALE_PERIODS: Final = 2
 """A demand of the tick before may stand in once; an older one is nobody's."""
 

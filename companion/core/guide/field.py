@@ -13,6 +13,7 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from mavlink_bridge.language.value import value
 
 _STEERAGE_MPS = 0.3
+"""A boat slower than this through the water answers no rudder."""
 
 
 @value

@@ -39,8 +39,11 @@ class FollowConfig(Config):
 SPARED = 0.96
 """Share of the top speed that is sailed: the rest is what steering needs."""
 _AFTER_CORNER_S = 3.0
+"""A corner's transient is no drift: the integral waits so long."""
 _TURN_TAU_S = 0.3
+"""As long as the path's turning takes to become the hull's."""
 _NO_DRIFT = (0.0, 0.0)
+"""m/s north and east."""
 
 
 Followed = tuple[Desired, Projection, float, bool]

@@ -19,6 +19,7 @@ from mavlink_bridge.language.segments import (
 from mavlink_bridge.language.units import wrap_pi
 
 _WAY_POINTS = 200
+"""No path that is looked along has more; one that closes in itself ends here."""
 
 
 def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float, reach_m: float) -> Arc | None:

@@ -21,6 +21,7 @@ _TAU_S = 4.0
 _SLOW_MPS = 0.7
 """Faster over ground the hull's own damping is most of the balance: the push stays as it is known."""
 _SMALL_MPS = 0.2
+"""The speed at which the hull's drag across and along are compared: a boat on station is about as slow."""
 _STIFF = 0.3
 """Moment per radian over the yaw inertia, 1/s², of a wind that a soft heading loop (about 0.8) is no match for."""
 

@@ -20,10 +20,12 @@ from ..hull.statics import Statics
 from .push import PushObserver
 
 _TURN_ROUND_S = 6.0
+"""A boat takes about so long to bring its bow back to the point: it begins that much before the circle's edge."""
 _AT_REST = Desired(None, None)
 _FACE_TAU_S = 6.0
 """How fast the bow follows the push when that turns."""
 _FACE_RADPS = 0.1
+"""The bow follows a push that turns no faster than 6 degrees a second: turning costs thrust."""
 _SURE = 1.2
 _GONE = 0.4
 """Shares of the calm's limit at which a push is faced, and at which it is gone and the vessel rests as it lies."""
@@ -37,6 +39,7 @@ _PAYS_S = 60.0
 _LIGHT = 0.4
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
+"""Below it the angle at which the bow is put aside stays small, however weak the push."""
 _ASTERN_MPS, _AHEAD_MPS = 0.4, 0.8
 """Greatest speeds towards the point from near it."""
 

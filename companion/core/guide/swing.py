@@ -33,6 +33,7 @@ STRONG = 0.4
 _EXTRA_RAD = math.radians(25.0)
 """The bow must turn by this much more than the path before the swing begins early."""
 _MARGIN_S = 1.0
+"""The swing begins so much before it must: late is beside the path, early is only inside the corner."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,9 @@ import math
 _JOINED_S = 15.0
 """Joining the path has its own transient."""
 _TOUCH_M = 1.0
+"""So near the path the boat counts as on it."""
 _MEAN_S = 10.0
+"""The error is told of as its mean over about a third of a tight circle."""
 _LEAST_M, _SHARE = 0.6, 0.15
 """Off by more than this, and than this share of the radius, is more than gusts and waves do to a path that can be sailed."""
 

@@ -12,6 +12,7 @@ from math import atan2, cos, sin, sqrt
 from .vessel_file import RHO_WATER, VesselConfig
 
 RHO_AIR = 1.225
+"""kg/m³: the standard atmosphere at sea level and 15 degrees Celsius."""
 
 
 class ForceModel:

@@ -14,8 +14,11 @@ from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
 
 _POINTS = 9
+"""Speeds of the tables; between them values change by less than the file's own error."""
 _STEP_S = 0.05
+"""Euler's step: one tick,"""
 _RUN_STEPS = 200
+"""and how many: by 10 s the turn of a hull of this size is steady."""
 
 
 @dataclass(frozen=True, slots=True)

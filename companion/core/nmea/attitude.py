@@ -15,6 +15,7 @@ from .fields import PassedOverError, angle_rad, number, signed_rad
 _FOOT_M: Final = 0.3048
 _FATHOM_M: Final = 1.8288
 _DEPTH_MAX_M: Final = 12_000.0
+"""The deepest trench is 10 935 m."""
 
 # Sentences that pynmea2 does not know, added the way its own are made.
 _THS: Final = type(
@@ -85,6 +86,7 @@ TNTHTM: Final = type(
 _TNT_GOOD: Final = frozenset("MNO")
 """Normal, and warned of as low or high; the others are alarms (True North Revolution manual)."""
 _TNT_COUNT_DEG: Final = 360.0 / 65_536.0
+"""A turn in 16 bits."""
 
 
 def hdt(t_us: int, heading: str) -> EulerAngles | None:

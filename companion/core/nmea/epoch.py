@@ -21,21 +21,28 @@ BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
 _FIX_RANK: Final = {"GGA": 0, "GNS": 1, "RMC": 2, "GLL": 3}
 _RANK_OF_GNS: Final = _FIX_RANK["GNS"]
 _NO_RANK: Final = 9
+"""Behind every sentence that has one."""
 _NONE: Final = FixType.NONE
 _HALF_DAY_US: Final = DAY_US // 2
+"""Farther apart, two times of the day have midnight between them."""
 _CALENDAR_AGE_MAX_US: Final = 3_600_000_000
+"""The computer's clock carries a date on for an hour; after longer a day may have ended unseen."""
 _ERA_DAYS: Final = 1024 * 7
 """GPS counts weeks modulo 1024: a receiver that takes the wrong turn is so far off, backwards or forwards."""
 _LATEST_DAY: Final = day_number(2026 + 19, 1, 1)
 """Less than one such turn after this program was released (2026): a date from here on is rather a wrong turn than true."""
 _LEARN_AFTER: Final = 2
+"""Once may be chance, twice is how this receiver ends its epochs."""
 _SAME_PLACE_M: Final = 1.0
+"""What the sentences of one fix may be apart beside their last digits."""
 SAME_MOMENT_US: Final = 6_000
 """Some receivers round the time of one sentence to hundredths of a second and of the next to thousandths; none measures at 100 Hz."""
 _PAUSE_US: Final = 100_000
 """A sentence without a time and one with a time, so far apart, are not one epoch."""
 _SPAN_MAX_US: Final = 1_500_000
+"""No receiver takes longer to say one epoch: at 4800 baud 700 bytes."""
 _QUALITY_HOLD_US: Final = 5_000_000
+"""GSA and GST come every few seconds on many receivers."""
 
 
 class Calendar:

@@ -15,10 +15,14 @@ from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAng
 from mavlink_bridge.language.units import knots_to_mps, wrap_pi
 
 SECOND_US: Final = 1_000_000
+"""Times are microseconds."""
 DAY_US: Final = 86_400 * SECOND_US
+"""NMEA gives times of the day; leap seconds are smeared or skipped by receivers."""
 _SPEED_MAX_KN: Final = 500.0
+"""No receiver on a boat is faster than this: its sentence is damaged."""
 _SPEED_MAX_KMH: Final = _SPEED_MAX_KN * 1.852
 _KMH_MPS: Final = 1.0 / 3.6
+"""An hour has 3600 s, a kilometre 1000 m."""
 
 # The sentences of one epoch repeat time, date and position: three small memories save a third of the decoding.
 

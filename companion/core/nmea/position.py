@@ -27,7 +27,9 @@ _STEP_M: Final = tuple(NAUTICAL_MILE_M * 10.0**-decimals for decimals in range(1
 _DECIMALS: Final = len(_STEP_M)
 _NONE: Final = FixType.NONE
 _HEIGHT_MAX_M: Final = 100_000.0
+"""Beyond any receiver's range of heights: the field is damaged."""
 _SIGMA_MAX_M: Final = 1.0e6
+"""Receivers write large numbers where they know nothing; larger ones are damage."""
 
 
 def _position(part: EpochPart, lat: str, lat_letter: str, lon: str, lon_letter: str) -> None:

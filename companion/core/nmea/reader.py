@@ -28,10 +28,14 @@ _Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take]
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
 _CHECK_US: Final = 200_000
+"""Silence is told to a fifth of a second, and costs nothing meanwhile."""
 _TALKER: Final = re.compile("-?[A-Z0-9]{2}")
 _RELAY_LINES: Final = 200
+"""A second of the fullest line, at 115 200 baud; a plotter that reads no faster misses the oldest."""
 _ROUTES_MAX: Final = 64
+"""Pairs of talker and sentence; a line that invents talkers fills no memory."""
 _VARIATION_HOLD_US: Final = 60_000_000
+"""RMC gives the variation every second, if at all; over a minute it is the same."""
 _AIS_WORDS: Final = frozenset(("AITXT", "AIALR"))
 """What an AIS receiver says of itself."""
 _AIS_MAX: Final = 512

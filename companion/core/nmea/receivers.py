@@ -17,19 +17,24 @@ from .fields import DAY_US, EpochPart
 from .wanted import Wanted
 
 _HALF_DAY_US: Final = DAY_US // 2
+"""Farther apart, two times of the day have midnight between them."""
 _MEMORY_US: Final = 3_000_000
 """A sentence of one moment comes from the slowest device by then."""
 _PROOF_US: Final = 1_600_000
 """Two coincidences of one kind within this time are a proof: two receivers coincide at each epoch. One may be a slip, such as a
 talker that counts whole seconds and changes its name within one."""
 _SIGNS: Final = 4
+"""Beside coincidences, so many oddities are as good as a proof."""
 _ALTERNATIONS: Final = 8
 """So often in a row taking turns with every single sentence, at uneven intervals: no receiver changes its talker like that."""
 _UNEVEN: Final = 0.2
+"""One interval longer than the next by this share of both: a receiver keeps its rhythm to a few per cent."""
 _RENEW_US: Final = 10_000_000
 """Two receivers prove that they are two with every epoch; what has not been proven for so long is one again."""
 _TALKERS_MAX: Final = 12
+"""More talkers than the standard has for positions."""
 _RECEIVERS_MAX: Final = 4
+"""No boat carries more; a line that invents them fills no memory."""
 
 
 @dataclass(slots=True)

@@ -29,6 +29,7 @@ _KIND_RANK: Final = {
 """Of the sentences with one quantity the plainest leads: HDT before its kin, HDG (which may know its deviation) before HDM,
 DBT and DPT before what is counted from elsewhere than the transducer. What is not named here comes first."""
 _UNNAMED: Final = 99
+"""Behind every talker that the configuration can name."""
 _AIS: Final = frozenset(("VDM", "VDO"))
 """Sentences of AIS, read by a room of their own."""
 

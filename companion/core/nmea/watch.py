@@ -9,12 +9,19 @@ from mavlink_bridge.language.messages import Severity
 from .sentences import EPOCH_KINDS
 
 _WINDOW_US: Final = 5_000_000
+"""Damage is judged over this: a hundred lines of a usual compass."""
 _SILENT_MIN_US: Final = 3_000_000
+"""A receiver of 1 Hz that misses two is not silent yet."""
 _SILENT_PERIODS: Final = 5
+"""Nor is a slower sentence that misses four of its own."""
 _SEEN_MIN: Final = 5
+"""Fewer give no rhythm."""
 _BAD_MIN: Final = 5
+"""Fewer bad lines are a plug that was moved."""
 _BAD_SHARE: Final = 0.05
+"""From one in twenty on the line wants mending."""
 _NAMES_MAX: Final = 64
+"""A line that invents sentences fills no memory."""
 
 
 class Rhythm:

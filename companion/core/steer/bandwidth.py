@@ -22,7 +22,9 @@ _WISH_DB, _WISH_DEG = 9.0, 49.7
 _LEAST_DB, _LEAST_DEG = 8.5, 47.0
 """What is asked of the file's vessel, and what will do where that would cost a quarter of the bandwidth: the real one differs."""
 _SLOWER = 0.75
+"""A bandwidth this much below the wished one is not worth better margins."""
 _POINTS = 8
+"""Speeds of the schedule, evenly from rest to the greatest."""
 _STEPS = 20
 """The greatest bandwidth is tried, and its twentieths down to a tenth."""
 _STIFFER = (1.0, 1.2, 1.5, 2.0)
@@ -34,6 +36,7 @@ _AGREES = 0.15
 """The answer of a loop with one pole, by which every boat was sailed so far, stands where the whole loop differs no more."""
 _PHASE_RAD = math.radians(47.0)
 _GAIN = 10.0 ** (9.0 / 20.0)
+"""9 dB: one more than the bar, for the steps of the frequencies."""
 _FREQUENCIES = tuple(0.05 * 1.12**k for k in range(60))
 
 

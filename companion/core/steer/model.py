@@ -25,7 +25,9 @@ _SATURATED_RAD = 0.3
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _KICKED_RATE = 0.15
+"""Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
 _REFERENCE_RATE = 2.4
+"""The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
 _TURNS_WITH = 0.6

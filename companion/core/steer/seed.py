@@ -18,6 +18,7 @@ from .pid import DiscretePid, Parcels
 
 _IDLE = Parcels(0.0, 0.0, 0.0, 0.0)
 _LONGEST_STEP_S = 0.5
+"""A loop that was asleep for longer begins anew, as its integral is of another time."""
 
 
 class SeedController:

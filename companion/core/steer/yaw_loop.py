@@ -19,6 +19,7 @@ from .allocation import Allocator
 DELAY_S = 0.15
 """Delay that every shipped gain set must bear: sensors, computation, links."""
 _STEP = 1.12
+"""20 frequencies a decade: between two the phase moves by less than 5 degrees."""
 _FREQUENCIES = tuple(0.03 * 0.25**k for k in range(8, 0, -1)) + tuple(0.03 * _STEP**k for k in range(64))
 """Up to 38 rad/s, where every actuator here has long let go; from so low that a hull's slowest pole is counted."""
 _NUDGE = 1e-4

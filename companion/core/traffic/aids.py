@@ -11,6 +11,7 @@ from ..ais.reports import AidToNavigation
 from .words import Text
 
 _AIDS_MAX: Final = 64
+"""More than one receiver hears on any coast; a forger fills no memory."""
 _LIFE_US: Final = 1_200_000_000
 """They report every three minutes (ITU-R M.1371 table 2)."""
 _SIGMA_M: Final = 10.0

@@ -10,10 +10,13 @@ from mavlink_bridge.language.messages import Severity
 from .words import Text
 
 SILENT_US: Final = 60_000_000
+"""Receivers that hear nobody say so, or nothing: a minute is six reports of a class A vessel under way."""
 QUIET_US: Final = 600_000_000
 """No vessel for so long is normal on a lake, and worth a word at sea."""
 _AGAIN_US: Final = 600_000_000
+"""The same word again at most every ten minutes."""
 _TEXTS_KEPT: Final = 16
+"""Texts whose time is remembered; a receiver that invents them fills no memory."""
 
 
 class ReceiverHealth:

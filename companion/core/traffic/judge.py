@@ -26,6 +26,7 @@ SHIP_LENGTH_M: Final = 20.0
 FAR_M: Final = 4000.0
 """Farther away nothing is judged: within the look-ahead not even a fast ship comes so far."""
 _CLOSE_S: Final = 20.0
+"""Inside half the clearance and this time nothing is left to do by agreement."""
 _SILENT: Final = 3.0
 """Of her intervals. One report in five is lost as it is, two in a row in every other meeting."""
 _SLACK_S: Final = 5.0
@@ -37,6 +38,7 @@ _AXIS_MPS: Final = 0.514
 _SHOWN_S: Final = 1200.0
 """How far ahead a closest point is shown, with risk or without."""
 _SOON_S: Final = 90.0
+"""From here on doubt counts as risk: 60 s of warning and two class B reports before them."""
 _AHEAD: Final = 0.5
 """Her courses are uncertain ahead as they are behind, but reports still come."""
 _SURE: Final = 1.0
@@ -46,6 +48,7 @@ _UNSURE: Final = -1.0
 _DOUBT_MOST: Final = 0.4
 """Of the wanted clearance: of who is hardly known everything would be a risk."""
 _LATER_S: Final = 150.0
+"""Up to here doubt counts for her; between the two it changes over."""
 
 
 @value

@@ -12,12 +12,18 @@ from typing import Final
 _WITHIN_M: Final = 15.0
 """Between a transponder's antenna and ours, with both receivers' errors."""
 _SPEED_MPS: Final = 0.7
+"""Speeds over ground of one hull agree within this: a knot, and both receivers' noise."""
 _COURSE_RAD: Final = math.radians(20.0)
 _MOVING_MPS: Final = 1.0
+"""At anchor everybody near lies still; only under way is sameness telling."""
 _FOR_US: Final = 60_000_000
+"""And sameness for a minute,"""
 _REPORTS: Final = 3
+"""in so many reports."""
 _APART_M: Final = 100.0
+"""Once so far apart she is somebody else for good."""
 _SUSPECTS: Final = 16
+"""Vessels that are watched at a time; a flood fills no memory."""
 
 
 class OwnNumbers:

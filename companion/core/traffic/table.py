@@ -20,19 +20,27 @@ from ..ais.reports import PositionReport, StaticReport
 from .track import Track, offset_m
 
 TRACKS_MAX: Final = 256
+"""A crowded roadstead; more is a flood, and the far ones go."""
 _STATICS_MAX: Final = 512
+"""Names come every six minutes, also of vessels that have no track yet."""
 _BELIEVED_AGE_S: Final = 10.0
 """A UTC second older than this belongs to a receiver's wrong clock, not to latency."""
 _UNTIMED_AGE_S: Final = 1.5
+"""Mean age of a report whose second is unknown: slot, receiver and line."""
 _REPEAT_US: Final = 2_000_000
+"""A repeater says a report again within this."""
 _SAME_FIX_US: Final = 50_000_000
 """The same UTC second comes again after a minute, not before."""
 _JUMP_M: Final = 100.0
+"""A position this far off its track is no noise."""
 _JUMP_MPS: Final = 10.0
+"""And what she makes between two reports is no more than this, unless she says that she is faster."""
 _AGREE: Final = 3
+"""So many reports that agree make a track, or prove a second vessel with the same number."""
 PERSON_LIFE_S: Final = 6 * 3600.0
 """A beacon's battery lasts days; who searches must not lose it."""
 _LIFE_INTERVALS: Final = 3.5
+"""Three reports lost in a row happen to one vessel in a hundred and twenty-five at a loss of one in five."""
 
 
 @value

@@ -24,6 +24,7 @@ MOORED_STATUS: Final = frozenset((1, 5, 6))
 _ACCURATE_M: Final = 8.0
 """Per axis. The standard's high accuracy is better than 10 m; receivers on boats show 6 m."""
 _PLAIN_M: Final = 10.0
+"""The standard's other accuracy is worse than 10 m, and boats' receivers are not."""
 _NO_FIX_M: Final = 100.0
 """Manual input, dead reckoning or an inoperative receiver."""
 _SPEED_SIGMA_MPS: Final = 0.25
@@ -34,9 +35,11 @@ _COURSE_SLOW_MPS: Final = 3.0
 _CHANGE_MPS: Final = 0.2
 """What nobody's course and speed keep to, per second of age."""
 _CHANGE_LIFE_S: Final = 180.0
+"""After three minutes her course and speed are not known any worse: they are not known."""
 _BLIND_MPS: Final = 5.0
 """How fast the circle grows around a vessel whose course or speed is unknown."""
 _REST_GROWTH_MPS: Final = 0.05
+"""A vessel at anchor swings, and may drag."""
 _COVER: Final = 1.25
 """Two of these sigmas, taken as a radius, hold 95 % of a plane's normal errors; twice the plain sigma holds 86 %."""
 _REST_MEAN: Final = 8
@@ -48,6 +51,7 @@ _TURN_GAP_S: Final = 35.0
 _TURN_LEAST_RAD: Final = math.radians(12.0)
 _TURN_MOST_RADPS: Final = math.radians(6.0)
 _TURN_SPEED_MPS: Final = 1.0
+"""Slower, a course is noise and its change too."""
 _ARC_S: Final = 10.0
 """How long a turn is believed to go on after its report."""
 _STEADY_MOST: Final = 6
@@ -57,8 +61,11 @@ _STEADY_SIGMAS: Final = 3.0
 _TIMED_S: Final = 0.4
 """Of the moment of a fix that is known by its UTC second."""
 _UNTIMED_S: Final = 1.5
+"""And of one that is not."""
 _PAIR_LEAST_S: Final = 2.0
+"""Two reports closer together give a speed that is their noise;"""
 _PAIR_MOST_S: Final = 180.0
+"""farther apart, the mean of whatever she did between."""
 
 
 def metres_per_rad(lat_rad: float) -> tuple[float, float]:

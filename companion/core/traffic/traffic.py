@@ -29,6 +29,7 @@ from .track import Track
 from .words import Text
 
 LOOK_US: Final = 1_000_000
+"""A vessel is judged again after this: AIS of the fastest comes every two."""
 LOOKS_A_TICK: Final = 24
 """Some 25 us each: a tick's share stays far below 5 ms."""
 _TEXTS_MAX: Final = 10

@@ -13,6 +13,7 @@ from .sectors import Duty, duty_of
 
 Text = tuple[Severity, str]
 _NAME_MAX: Final = 20
+"""As long as AIS gives names."""
 _WINDS: Final = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 
 

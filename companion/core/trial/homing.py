@@ -23,6 +23,7 @@ _FARTHER: Final = 1.5
 _TURN_S: Final = 8.0
 """Wind and current set a stopped vessel for so long until its bow is round; the fence reckons with the same."""
 _MARGIN_M: Final = 4.0
+"""A boat's length or two, and a receiver without corrections."""
 _INWARD: Final = 1.0
 """Throttle by which the way towards the edge is taken off."""
 _ACROSS: Final = 0.3
@@ -34,6 +35,7 @@ _LAW_S: Final = 20.0
 _NEARER_M: Final = 1.0
 """What counts as nearer: more than a receiver without corrections wanders in ``_LAW_S``."""
 _HAND_THROTTLE: Final = 0.7
+"""Enough way to steer by, with thrust left for the helm."""
 _HAND_TURN: Final = 0.8
 """Helm without way, by the thrusters' difference."""
 _HELM_PER_RAD: Final = 2.0

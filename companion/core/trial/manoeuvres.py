@@ -19,9 +19,13 @@ _HELM_PER_RAD: Final = 0.9
 _HELM_PER_RADPS: Final = 0.9
 """A light hand: half helm at 30 degrees off, on every hull that steers at all."""
 _MOST_HELM: Final = 0.5
+"""Half helm leaves the thrust that holds the speed."""
 _STOPPED_MPS: Final = 0.1
+"""Slower is the water's own motion."""
 _SHORT_S: Final = 1.5
+"""Two means of the speed, this one"""
 _LONG_S: Final = 4.0
+"""and this one, agree when it is steady."""
 _SETTLED: Final = 0.01
 """Speeds that differ by less are one: the steady speeds are to be found within 5 %."""
 _LEARNT_S: Final = 4.0
@@ -127,7 +131,9 @@ def longest_s(manoeuvre: Manoeuvre) -> float:
 
 
 _USUAL_TURN_S: Final = 30.0
+"""For what is told of the time left: a half turn at half throttle,"""
 _USUAL_STOP_S: Final = 8.0
+"""and a stop."""
 _BETWEEN_S: Final = 18.0
 """The way back to the middle and the announcement."""
 

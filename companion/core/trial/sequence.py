@@ -23,16 +23,22 @@ from .homing import MIDDLE, Homing
 from .manoeuvres import QUICK, WHOLE, Manoeuvre, Sailing, Seen, about_s, towards, words_of
 
 _ANNOUNCED_S: Final = 5.0
+"""Time to look around and to press stop."""
 _REPEATS: Final = 2
+"""What was disturbed twice more is left out."""
 _UNCONFIRMED: Final = 0.5
+"""Half throttle until a person has seen the boat obey."""
 _AGAIN: Final = 0.75
 """Share of the throttle at which a disturbed manoeuvre is tried again: it did not fit into the area."""
 _BACK_THROTTLE: Final = 0.4
+"""The way back is not measured: it is made gently."""
 _BLIND_S: Final = 1.0
+"""A vessel that knows not where it is stops the trial within this."""
 LEAST_RADIUS_M: Final = 25.0
 MOST_RADIUS_M: Final = 500.0
 """In less no steady run and its stop fit, from more the person who watches no longer sees the boat."""
 _BACK_LONGEST_S: Final = 180.0
+"""From the edge of the greatest area at the slowest hull's speed."""
 
 
 class TrialConfig(Config):

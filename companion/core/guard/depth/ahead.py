@@ -24,9 +24,13 @@ from .lost import LostBottom
 from .memory import DepthMemory
 
 _SLOW_MPS: Final = 0.1
+"""Slower than this the way to stop takes no time that is worth reckoning."""
 _UNDER_WAY_MPS: Final = 0.3
+"""Slower than this nobody is told when the limit will be reached: the answer would be minutes, and wrong."""
 _TRACK_M: Final = 2.0
+"""The water just sailed is known good in steps of this: a cell of a fine chart."""
 _MAP_LATENCY_S: Final = 0.2
+"""Between two looks at the map at the slowest, five a second."""
 _WAIT_M: Final = 0.015
 _WAIT_S: Final = 0.1
 """Water that a stop may cost while it is confirmed, and how long waiting for the next look takes at most."""

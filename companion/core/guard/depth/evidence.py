@@ -19,9 +19,11 @@ _WINDOW_US: Final = 800_000
 _ENOUGH: Final = 3
 """Readings in the window; a slower sounder is believed by its median, which spans as many."""
 _SIGMAS: Final = 1.8
+"""One sounding of good water in twenty-eight reads so far down; three in a row, one in twenty thousand."""
 _KEPT: Final = 32
 """Readings that the noise is estimated from: 3 s at 10 Hz."""
 _FEWEST: Final = 24
+"""Fewer say too little of the noise: its estimate would be off by a third."""
 _STEPS: Final = 4
 """Largest second differences left out: a step of the bottom makes three of them, and is no noise."""
 _LEFT: Final = 0.53

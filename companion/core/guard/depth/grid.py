@@ -22,9 +22,11 @@ from mavlink_bridge.language.messages import EstimatedState
 UNKNOWN_CM: Final = -32768
 """What a cell holds whose depth is unknown."""
 DEEPEST_CM: Final = 32767
+"""The most that a cell's 16 bits hold: 327 m, and no boat that needs a guard minds more."""
 _MAGIC: Final = b"USVDEPTH"
 _HEADER: Final = struct.Struct("<8sHddddIII")
 _VERSION: Final = 1
+"""Of the file's format; raised with it."""
 CELLS_MAX: Final = 8_000_000
 """Largest grid, 16 MB."""
 _SAMPLES_MAX: Final = 2000

@@ -26,10 +26,13 @@ from .memory import DepthMemory
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
 _EPS_M: Final = 1e-9
+"""Sums of floats at the limit are equal to it within this."""
 _UNKNOWN_AFTER_S: Final = 5.0
+"""A sounder may lose the bottom for as long under bubbles and in weed."""
 _WAY_MPS: Final = 0.15
 """Slower than this the way is off."""
 _BRAKE_US: Final = 3_000_000
+"""Every shipped hull has lost its way by astern thrust within this."""
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
 _FAR_MARGINS: Final = 3.0

@@ -19,11 +19,17 @@ from ...config import Config, param
 from ...hull.geometry import HullGeometry
 
 _FAST_SPAN_US: Final = 1_000_000
+"""A median may span a second and no more, whatever the sounder's rate: at 3 m/s that is a boat's length or two."""
 _CONSISTENT: Final = 3
+"""Two readings that agree may be one fish; three are the bottom."""
 _FORGET_US: Final = 5_000_000
+"""What was held back for want of agreement says nothing of the water this much later."""
 _GAPS: Final = 4
+"""Gaps between readings of which the middle is the sounder's period."""
 _MEDIAN_MAX: Final = 9
+"""Half of it is the delay: four readings, 0.4 s at 10 Hz."""
 _FAR_SHARE: Final = 0.8
+"""A reading from here to the end of the range may be the range itself, not the bottom."""
 _SURE_US: Final = 5_000_000
 """So long must the bottom be heard nearer than the end of the range before it counts as found."""
 _BREAK_US: Final = 2_500_000

@@ -27,10 +27,13 @@ DepthAt = Callable[[float, float], float | None]
 _WINDOWS: Final = ((1.0, 5.0), (2.0, 4.0), (4.0, 3.5))
 """Length in s, and how many sigma a rate must stand clear of the noise: the short one sees a wall, the long one a slope."""
 _LEAST_READINGS: Final = 4
+"""A line through fewer is drawn by one false reading."""
 _TRIM: Final = 100
 """Readings that are past the longest window are forgotten so many at a time."""
 _ARC_S: Final = 1.0
+"""A turn is taken to go on for so long; then the boat is taken to sail straight."""
 _STEERED_MPS: Final = 0.5
+"""Slower, the course over ground says nothing of where the boat is steered."""
 _JOIN_M, _JOIN_S = 3.0, 1.5
 _ASTRAY_RAD: Final = 0.6
 """More than a vessel's course differs from the chord of the tightest path that it can sail."""

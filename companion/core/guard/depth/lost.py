@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 _STILL_MPS: Final = 0.3
+"""Slower, the bottom's slope is the change of depth over a way of nearly nothing."""
 
 
 class LostBottom:

@@ -25,6 +25,7 @@ _PROVEN: Final = 2.0
 
 
 _CLEAR_M: Final = 48.0
+"""Clear water is looked for so far beyond the reach, so that the next looks find the answer ready."""
 
 
 class DepthMemoryConfig(Config):

@@ -16,11 +16,13 @@ from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M
 SIDE: Final = 16
 """Cells along a tile's edge; a power of two."""
 _SHIFT: Final = 4
+"""Bits of a cell's number within its tile: 2 ** 4 = ``SIDE``."""
 _CELL: Final = struct.Struct("<HhffI")
 TILE_BYTES: Final = SIDE * SIDE * _CELL.size
 _COUNT_MAX: Final = 1000
 """More soundings than this weigh no more: a bottom that changes is learnt in the end."""
 _CM_MAX: Final = 32767
+"""The most that 16 bits hold."""
 _PINNACLE: Final = 2.0
 """Soundings that make one: the input chain passes a jump when three agree, and the edge of one may lie in the next cell."""
 _NO_NOISE: Final = 6.0
