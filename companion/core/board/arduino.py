@@ -15,30 +15,13 @@ from typing import Final
 
 from mavlink_bridge.language.messages import ActuatorOutput, ActuatorStatus, Severity
 
-from . import wire
+from . import times, wire
 from .actuator_map import ActuatorConfig, ChannelConfig, PulseMap, pulses_to_demand
 from .health import EMERGENCY, Agreement, LineQuality, PortFlow, reported
 from .texts import LEVEL0_TEXT, REASONS, rate_text, started_text
 from .wire import Microseconds
 
 __all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "PulseMap", "pulses_to_demand"]
-
-BANNER_WAIT_US: Final = 2_500_000
-"""Boot loaders of these boards listen for up to 2 s after the reset that opening the port causes."""
-ANSWER_WAIT_US: Final = 1_000_000
-"""Four questions without an answer: a board that checks its line answers the first within a tick."""
-ASK_EVERY_US: Final = 250_000
-"""Slow enough that an answer on a line of 9600 baud is back before the next question."""
-NEUTRAL_FRAMES: Final = 5
-"""A quarter of a second at 20 Hz: one of them arrives whatever was left on the line."""
-SILENT_AFTER_US: Final = 300_000
-"""Three status lines of a board that sends ten a second (firmware-reliability, C row 9)."""
-STALE_OUTPUT_US: Final = 250_000
-"""An output this old is of a loop that stands still; the board's own deadline is not kept asleep by it."""
-RESET_SHOWN_US: Final = 1_000_000
-"""Long enough for a failsafe of the slowest tick rate to see it."""
-WARN_EVERY_US: Final = 30_000_000
-"""A standing warning: often enough to be remembered, too seldom to hide an alarm."""
 
 
 class Phase(Enum):
@@ -82,7 +65,7 @@ class Arduino:
         self._reset_cause: str | None = None
         self._reset_us: int | None = None
         self._commanded: Microseconds | None = None
-        self._neutral_left = NEUTRAL_FRAMES
+        self._neutral_left = times.NEUTRAL_FRAMES
         self._asked_us: int | None = None
         self._first_asked_us: int | None = None
         self._due_us: int | None = None
@@ -176,7 +159,7 @@ class Arduino:
         self._changed()
         self._phase = ASKING
         self._since_us = now_us
-        self._neutral_left = NEUTRAL_FRAMES
+        self._neutral_left = times.NEUTRAL_FRAMES
         self._asked_us = self._first_asked_us = self._due_us = None
 
     def encode(self, output: ActuatorOutput, now_us: int) -> bytes:
@@ -197,7 +180,7 @@ class Arduino:
 
     def _awake(self, now_us: int) -> bool:
         if self._phase is STARTING:
-            if self._reader.good == 0 and now_us - self._since_us < BANNER_WAIT_US:
+            if self._reader.good == 0 and now_us - self._since_us < times.BANNER_WAIT_US:
                 return False
             self._begin(now_us)
         return True
@@ -207,7 +190,7 @@ class Arduino:
         self._neutral_left = max(self._neutral_left - 1, 0)
         if self.config.level == "0":
             self._level = 0
-        elif self._asked_us is None or now_us - self._asked_us >= ASK_EVERY_US:
+        elif self._asked_us is None or now_us - self._asked_us >= times.ASK_EVERY_US:
             self._asked_us = now_us
             if self._first_asked_us is None:
                 self._first_asked_us = now_us
@@ -228,7 +211,7 @@ class Arduino:
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
         neutral = self._map.neutral_us
-        fresh = 0 <= now_us - output.t_us <= STALE_OUTPUT_US
+        fresh = 0 <= now_us - output.t_us <= times.STALE_OUTPUT_US
         pulses = self._map.pulses(output) if fresh else neutral
         stop_now = pulses == neutral and self._commanded != neutral
         if not self._due(now_us) and not stop_now:
@@ -264,7 +247,7 @@ class Arduino:
 
     def _maintenance(self, now_us: int) -> bytes:
         """Have the board's silence limit set as configured; asks again until the board confirms it."""
-        if self._asked_us is not None and now_us - self._asked_us < ASK_EVERY_US:
+        if self._asked_us is not None and now_us - self._asked_us < times.ASK_EVERY_US:
             return b""
         self._asked_us = now_us
         return wire.silence_word(self._silence_ms) + wire.checked(wire.VERSION_QUERY)
@@ -342,14 +325,14 @@ class Arduino:
             found.append("mute")
         if phase is RUNNING and self._level == 1:
             self._look_closer(found, now_us)
-        if self._reset_us is not None and now_us - self._reset_us < RESET_SHOWN_US:
+        if self._reset_us is not None and now_us - self._reset_us < times.RESET_SHOWN_US:
             found.append("reset")
         if self._status is not None and self._status.state == EMERGENCY:
             found.append("estop")
         return (*found, "level0") if phase is RUNNING and self._level == 0 else tuple(found)
 
     def _has_waited(self, now_us: int) -> bool:
-        return self._first_asked_us is not None and now_us - self._first_asked_us >= ANSWER_WAIT_US
+        return self._first_asked_us is not None and now_us - self._first_asked_us >= times.ANSWER_WAIT_US
 
     def _look_closer(self, found: list[str], now_us: int) -> None:
         """What only a board that reports can be found to do."""
@@ -357,7 +340,7 @@ class Arduino:
         if heard_us is None or heard_us < self._since_us:
             heard_us = self._since_us
         state = "" if status is None else status.state
-        if now_us - heard_us > SILENT_AFTER_US:
+        if now_us - heard_us > times.SILENT_AFTER_US:
             found.append("silent")
         elif state == "failsafe":
             found.append("failsafe")
@@ -397,7 +380,7 @@ class Arduino:
             self._warned_us = None
         elif self._warned_us is None:
             self._warned_us = now_us
-        elif now_us - self._warned_us >= WARN_EVERY_US:
+        elif now_us - self._warned_us >= times.WARN_EVERY_US:
             self._warned_us = now_us
             self._texts.append((Severity.WARNING, LEVEL0_TEXT))
 
