@@ -244,6 +244,7 @@ class Gateway:
         if self._local_us is None or now_us - self._local_us >= _LOCAL_US:
             self._local_us = now_us
             self._local_values(now_us)
+            self.strangers.look([ground.link for ground in self.grounds], now_us)
         self._keep_picture(now_us)
         self.store.completions()
 

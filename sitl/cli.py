@@ -16,7 +16,7 @@ from companion.commands.numbers import positive
 from companion.commands.progress import Progress
 from companion.commands.run import describe
 from companion.commands.stations import places
-from companion.commands.status import StatusView, Watched, airtime_of
+from companion.commands.status import StatusView, Views, Watched, airtime_of
 from companion.configuration import link_mistakes, mistakes_of, radio_key_mistakes, vessel_mistakes
 from companion.doors import gateway_doors, served_doors, vessel_doors
 from companion.gateway import Gateway
@@ -26,6 +26,7 @@ from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.recording import new_run_dir
 from companion.settings import ConfigError, load, load_vessel
 from companion.status.start import serve
+from companion.strangers import Lookout
 from companion.worlds import apart, check_run_dir
 
 from . import again, cli_encounters, cli_scenario, imc, rehearsal
@@ -115,7 +116,8 @@ def command(arguments: argparse.Namespace) -> int:
     if speed is not None:
         airtime = airtime_of(world.app.grounds)
         service = serve(world.app, run_dir, say=world.tell, airtime_fn=airtime, speed=speed)
-        driven = driven if service is None else Watched(driven, service)
+        lookout = Lookout([port.link for port in world.app.grounds], world.tell)
+        driven = Watched(driven, lookout if service is None else Views(lookout, service))
         if not arguments.json and sys.stdout.isatty():
             driven = Watched(driven, StatusView(speed=speed, airtime=airtime))
     if speed is None and sys.stderr.isatty():

@@ -23,6 +23,7 @@ from ..judge import vessel_warnings
 from ..settings import Settings
 from ..settings.schema import RecordConfig
 from ..status.start import serve
+from ..strangers import Lookout
 from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
 from .log_lines import never_waiting
 from .numbers import positive
@@ -91,7 +92,8 @@ def command(arguments: argparse.Namespace) -> int:
     view: View = StatusView(airtime=airtime) if arguments.status else Journal()
     say = app.controls.voice.say if recording is None else recording.recorder.tell
     service = serve(app, run_dir, say=say, airtime_fn=airtime)
-    driven = Watched(driven, view if service is None else Views(view, service))
+    lookout = Lookout([port.link for port in app.grounds], say)
+    driven = Watched(driven, Views(view, lookout) if service is None else Views(view, lookout, service))
     try:
         status = run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
         return SHUT_DOWN if app.shutdown_wanted and status == 0 else status

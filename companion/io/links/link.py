@@ -77,3 +77,12 @@ class Guarded(Protocol):
     def trust(self, channel: int) -> None:
         """Whoever is on this channel has proved that he belongs here: he keeps his place."""
         ...
+
+
+@runtime_checkable
+class Selective(Protocol):
+    """A link that hears only whom its configuration names."""
+
+    def take_stranger(self) -> str:
+        """The URL by which one who spoke here since the last call, and was not heard, would be; empty when nobody did."""
+        ...

@@ -42,6 +42,7 @@ class UdpPeerLink:
         self.where = f"udp://{host}:{port}"
         self.strangers = 0
         """Datagrams from somebody else, not passed on."""
+        self._stranger: Address = ()
         self.dropped = 0
         """Datagrams of the peer not passed on: it floods."""
         self._host = host
@@ -143,6 +144,7 @@ class UdpPeerLink:
                 continue
             if not self._is_peer(address):
                 self.strangers += 1
+                self._stranger = address
             elif not self._flood.allows(now_us):
                 self.dropped += 1
             else:
@@ -156,6 +158,14 @@ class UdpPeerLink:
         taken, fault = send_datagram(self._socket, data, self._target)
         self._fault = fault or self._fault
         return taken
+
+    def take_stranger(self) -> str:
+        """The URL by which one who spoke here since the last call, and was not heard, would be; empty when nobody did."""
+        address, self._stranger = self._stranger, ()
+        if not address:
+            return ""
+        host = f"[{address[0]}]" if ":" in address[0] else address[0]
+        return f"udp://{host}:{address[1]}"
 
     def filenos(self) -> list[int]:
         return [] if self._socket is None else [self._socket.fileno()]

@@ -11,7 +11,7 @@ from mavlink_bridge.language.witness import Witness
 
 from ..keeping import AnyStore, Completion, StoreContent, StoreOp
 from ..links import Link, LinkEvent, Opened, Received
-from ..links.link import Guarded
+from ..links.link import Guarded, Selective
 from .frame_log import FrameLog
 from .inputs import (
     CLOSED,
@@ -191,6 +191,10 @@ class RecordingLink:
     def trust(self, channel: int) -> None:
         if isinstance(self._link, Guarded):
             self._link.trust(channel)
+
+    def take_stranger(self) -> str:
+        """No input of the vessel's: whoever tells of it tells by the recorder."""
+        return self._link.take_stranger() if isinstance(self._link, Selective) else ""
 
     def filenos(self) -> list[int]:
         return self._link.filenos()
