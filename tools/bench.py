@@ -59,6 +59,8 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _number(value: Any) -> str:
+    if isinstance(value, str):
+        return value  # a bar that says how it is meant: "<= 35"
     return "" if value is None else f"{value:,.4g}" if isinstance(value, float) and abs(value) < 1e4 else f"{value:,}"
 
 

@@ -23,7 +23,7 @@ def test_modules_are_found_by_name():
 
 def test_a_failing_benchmark_is_a_row_that_does_not_hold(monkeypatch, tmp_path, capsys):
     good = types.ModuleType("tools.benches.good")
-    good.run = lambda: [row("speed", 600.0, 500.0, True, "x")]
+    good.run = lambda: [row("speed", 600.0, 500.0, True, "x"), row("size", 34, "<= 35", True, "bytes")]
     bad = types.ModuleType("tools.benches.bad")
     bad.run = lambda: [{"name": "half a row"}]
     monkeypatch.setitem(sys.modules, "tools.benches.good", good)
@@ -31,8 +31,10 @@ def test_a_failing_benchmark_is_a_row_that_does_not_hold(monkeypatch, tmp_path, 
     monkeypatch.setattr(bench, "modules", lambda words=(): ["good", "bad"])
     assert bench.main(["-o", str(tmp_path)]) == 1
     found = json.loads((tmp_path / "bench.json").read_text())
-    assert [(item["name"], item["holds"]) for item in found] == [("speed", True), ("bad failed", False)]
+    holds = [(item["name"], item["holds"]) for item in found]
+    assert holds == [("speed", True), ("size", True), ("bad failed", False)]
     assert "| speed | 600 | x | 500 | yes |" in (tmp_path / "bench.md").read_text()
+    assert "| size | 34 | bytes | <= 35 | yes |" in (tmp_path / "bench.md").read_text()
     assert "half a row" not in capsys.readouterr().out
 
 
