@@ -34,7 +34,8 @@ class Patience:
         self._longest_bytes = profile.max_frame_bytes
         self._clock = clock
         self._rng = rng
-        self._slowest_us = 0
+        self._slowest_us = {False: 0, True: 0}
+        """What an answer takes here, of plans apart from other messages; 0 = none has been measured."""
 
     def answer_us(self) -> int:
         """From the end of a frame of ours to the end of its short answer."""
@@ -50,14 +51,15 @@ class Patience:
 
     def of(self, item: Outgoing) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
-        base_us = max(self.answer_us(), self._slowest_us)
-        if item.kind is Kind.PLAN:
+        slowest_us = self._slowest_us[item.kind is Kind.PLAN]
+        base_us = max(self.answer_us(), slowest_us)
+        if item.kind is Kind.PLAN and not slowest_us:
             base_us += STORING_US
         if item.tries == _LONG_TRY and item.kind in _EXPLAINED:
             # nothing came to two questions: perhaps it does, with a reason, and our repeats meet it
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
-            base_us = max(self.answer_us() - _EAGER_US, self._slowest_us)
+            base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         if item.kind is Kind.PLAN:
             base_us += _STORE_US
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
@@ -73,4 +75,5 @@ class Patience:
             return
         seen_us = round(took_us * _MARGIN)
         if 0 < seen_us <= 4 * self.answer_us():
-            self._slowest_us = max(seen_us, (3 * self._slowest_us + seen_us) // 4)
+            is_plan = item.kind is Kind.PLAN
+            self._slowest_us[is_plan] = max(seen_us, (3 * self._slowest_us[is_plan] + seen_us) // 4)

@@ -8,7 +8,8 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, LoadPlan, Origin, PlanKind, RequestBody, Result, SetMode, StartPlan
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.mavlink.wire.payload import payload
-from tools.benches.lora import compiled, settled, survey_items
+from mavlink_bridge.radio.codec.wire import Kind
+from tools.benches.lora import compiled, loiter_items, settled, survey_items
 from tools.lora_rig import Rig
 
 
@@ -71,6 +72,25 @@ def test_an_order_is_answered_within_the_windows_of_stations_at_200_phases() -> 
     alone, second, third = worst_s(200)
     assert alone <= WORST_S
     assert max(second, third) <= 0.9
+
+
+def test_how_long_a_plan_takes_to_store_is_guessed_until_it_was_measured() -> None:
+    """A guess has to bear a slow card; each repeat of a lossy link would wait for it too."""
+    waits_s = []
+    rig = settled()
+    for learns in (False, True):
+        if learns:
+            assert rig.ask(compiled(loiter_items()))[1].result is Result.ACCEPTED
+            rig.run(10.0)
+        rig.pair.air.jammed, since_us = True, rig.now_us
+        rig.twin.submit(learns, compiled(survey_items(2)), rig.now_us)
+        rig.run(8.0)
+        sent = [item for item in rig.pair.air.log if item.origin == "shore" and item.start_us >= since_us]
+        plans = [item for item in sent if item.data[0] >> 4 == Kind.PLAN]
+        waits_s.append((plans[1].start_us - plans[0].end_us) * 1e-6)
+        rig.pair.air.jammed = False
+        rig.run(60.0)
+    assert waits_s[1] < waits_s[0] - 0.1
 
 
 def test_nothing_to_clear_is_answered_on_shore() -> None:
