@@ -46,7 +46,7 @@ _SURE: Final = 1.0
 _UNSURE: Final = -1.0
 """The same while there is time for further reports: a course that is two degrees off is no risk yet."""
 _DOUBT_MOST: Final = 0.4
-"""Of the wanted clearance: of who is hardly known everything would be a risk."""
+"""Of the wanted clearance, more or less: of who is hardly known everything would be a risk near, and nothing far ahead."""
 _LATER_S: Final = 150.0
 """Up to here doubt counts for her; between the two it changes over."""
 
@@ -145,8 +145,10 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
         shown = clearance(north, east, closing, (hull, axis_rad), _SHOWN_S)
     wanted = wanted_m(hull, config)
     doubt_m = _doubt(closest.time_s) * track.sigma_m(age_s + _AHEAD * closest.time_s)
-    grown = wanted + min(doubt_m, _DOUBT_MOST * wanted)
-    danger = _danger(closest, wanted, grown)
+    grown = wanted + clamp(doubt_m, -_DOUBT_MOST * wanted, _DOUBT_MOST * wanted)
+    # towards one at rest we go by our own speed, which is known
+    leaving = track.at_rest or north * closing[0] + east * closing[1] > track.rate_sigma_mps() * range_m
+    danger = _danger(closest, wanted, grown, leaving=leaving)
     if before.danger is not Danger.NONE and danger is Danger.NONE:
         clear = closest.time_s <= 0.0 and closest.distance_m > wanted
         danger = Danger.NONE if clear else Danger.RISK
@@ -163,10 +165,11 @@ def _doubt(time_s: float) -> float:
     return _SURE + (_UNSURE - _SURE) * later
 
 
-def _danger(closest: Clearance, wanted_m: float, grown_m: float) -> Danger:
+def _danger(closest: Clearance, wanted_m: float, grown_m: float, *, leaving: bool) -> Danger:
+    """``leaving``: the range surely opens. A vessel that is too near and may as well come nearer is a risk (rule 7 d)."""
     if closest.distance_m < 0.5 * wanted_m and closest.time_s <= _CLOSE_S:
         return Danger.CLOSE
-    if closest.time_s <= 0.0 or closest.distance_m >= grown_m:  # her hull goes away, or stays clear
+    if closest.distance_m >= (grown_m if closest.time_s > 0.0 else wanted_m) or (closest.time_s <= 0.0 and leaving):
         return Danger.NONE
     return Danger.RISK
 

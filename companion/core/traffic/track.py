@@ -14,6 +14,7 @@ from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..ais.reports import FixState, PositionReport, StationClass
+from .way import Way
 
 AT_REST_MPS: Final = 0.257
 """Half a knot: below it course and speed are the receiver's noise."""
@@ -54,10 +55,6 @@ _TURN_SPEED_MPS: Final = 1.0
 """Slower, a course is noise and its change too."""
 _ARC_S: Final = 10.0
 """How long a turn is believed to go on after its report."""
-_STEADY_MOST: Final = 6
-"""Reports over which the way of a vessel that goes straight on is averaged."""
-_STEADY_SIGMAS: Final = 3.0
-"""A report that differs by more begins a new way: she manoeuvres."""
 _TIMED_S: Final = 0.4
 """Of the moment of a fix that is known by its UTC second."""
 _UNTIMED_S: Final = 1.5
@@ -87,8 +84,8 @@ class Track:
 
     __slots__ = (
         "_rest_count",
-        "_steady",
         "_time_sigma_s",
+        "_way",
         "agreed",
         "at_rest",
         "cog_rad",
@@ -122,8 +119,8 @@ class Track:
         self.cog_rad: float | None = None
         self.at_rest = False
         self._rest_count = 0
-        self._steady = 0
-        """Reports whose way was averaged."""
+        self._way: Way | None = None
+        """Her straight way; None while she rests or nobody knows her velocity."""
         self.vx_mps = self.vy_mps = 0.0
         self.velocity_known = False
         self._take(report, t_us, timed)
@@ -144,11 +141,11 @@ class Track:
         else:
             self.lat_rad, self.lon_rad = report.lat_rad, report.lon_rad
             self._rest_count = 1
-        steady = self.vx_mps, self.vy_mps, self._steady
+        way = self._way
         self._take(report, t_us, timed)
         self.turn_radps = turn_radps
-        if not turn_radps:
-            self._go_on(steady)
+        if not turn_radps and way is not None:
+            self._go_on(way, moved, before_s)
         if not self.velocity_known and not self.at_rest and _PAIR_LEAST_S <= before_s <= _PAIR_MOST_S:
             self.vx_mps, self.vy_mps = moved[0] / before_s, moved[1] / before_s
             self.sog_mps, self.cog_rad = math.hypot(self.vx_mps, self.vy_mps), math.atan2(self.vy_mps, self.vx_mps)
@@ -163,7 +160,6 @@ class Track:
         self.heading_rad = report.heading_rad
         self.sog_mps, self.cog_rad = report.sog_mps, report.cog_rad
         self.turn_radps = report.turn_radps or 0.0
-        self._steady = 0 if self.at_rest else 1
         self.velocity_known = self.at_rest or (self.sog_mps is not None and self.cog_rad is not None)
         self.vx_mps = self.vy_mps = 0.0
         if not self.at_rest and self.sog_mps is not None and self.cog_rad is not None:
@@ -172,18 +168,21 @@ class Track:
         exact = report.fix in (FixState.GOOD, FixState.NO_TIME)
         self.sigma0_m = (_ACCURATE_M if report.accurate else _PLAIN_M) if exact else _NO_FIX_M
         self._time_sigma_s = _TIMED_S if timed else _UNTIMED_S
+        self._way = None
+        if self.velocity_known and not self.at_rest:
+            self._way = Way(self.vx_mps, self.vy_mps, self._place_sigma_m(), self._rate_mps())
 
-    def _go_on(self, steady: tuple[float, float, int]) -> None:
-        """Average the way of one that goes straight on: a single course is two degrees off, in three minutes far too much."""
-        vx, vy, count = steady
-        if not count or self.at_rest or not self.velocity_known:
+    def _go_on(self, way: Way, moved_m: tuple[float, float], dt_s: float) -> None:
+        """Join the report to her straight way: one course is two degrees off, in three minutes far too much."""
+        if self._way is None:
             return
-        off, rate = math.hypot(self.vx_mps - vx, self.vy_mps - vy), self._rate_mps()
-        if off > _STEADY_SIGMAS * rate * math.sqrt(2.0):
-            return
-        self._steady = min(count + 1, _STEADY_MOST)
-        share = 1.0 / self._steady
-        self.vx_mps, self.vy_mps = vx + share * (self.vx_mps - vx), vy + share * (self.vy_mps - vy)
+        rate = self._rate_mps()
+        if way.join(moved_m, (self.vx_mps, self.vy_mps), dt_s, (self._place_sigma_m(), rate)):
+            self._way = way
+            self.vx_mps, self.vy_mps = way.vx_mps, way.vy_mps
+
+    def _place_sigma_m(self) -> float:
+        return math.hypot(self.sigma0_m, self._time_sigma_s * math.hypot(self.vx_mps, self.vy_mps))
 
     def _rate_mps(self) -> float:
         """How far off one report's speed and course are, m/s each axis."""
@@ -210,7 +209,8 @@ class Track:
         """North and east that she has gone since her report."""
         turn = self.turn_radps
         if not turn or self.at_rest:
-            return self.vx_mps * age_s, self.vy_mps * age_s
+            off_north, off_east = (0.0, 0.0) if self._way is None else self._way.off_m
+            return off_north + self.vx_mps * age_s, off_east + self.vy_mps * age_s
         arc_s = min(age_s, _ARC_S)
         vx, vy = self.velocity(age_s)
         # the chord of an arc: half the turn off the first course, shorter by its sinc
@@ -242,10 +242,14 @@ class Track:
         if not self.velocity_known:
             return _COVER * self.sigma0_m + _BLIND_MPS * age_s
         speed = math.hypot(self.vx_mps, self.vy_mps)
-        steady = self._rate_mps() / math.sqrt(max(self._steady, 1))
+        steady = self.rate_sigma_mps()
         rate = math.hypot(steady, _CHANGE_MPS * min(age_s, _CHANGE_LIFE_S) / _CHANGE_LIFE_S)
         spread = math.hypot(math.hypot(self.sigma0_m, rate * age_s), self._time_sigma_s * speed)
         return _COVER * spread + abs(self.turn_radps) * speed * min(age_s, 30.0) * min(age_s, 30.0) * 0.25
+
+    def rate_sigma_mps(self) -> float:
+        """Uncertainty of her velocity, each axis."""
+        return self._rate_mps() if self._way is None else self._way.rate_mps
 
     def interval_s(self) -> float:
         """How often a station like hers must report at least (ITU-R M.1371 tables 1 and 2), seconds."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState, Severity
@@ -40,6 +41,14 @@ _ACTIVE: Final = 14
 _RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
 
 
+_Key = tuple[int, float, int]
+"""Danger, range and number: the picture's order."""
+
+
+def _key(vessel: Vessel) -> _Key:
+    return _RANK[vessel.danger], math.inf if vessel.range_m is None else vessel.range_m, vessel.mmsi
+
+
 class Traffic:
     """All other vessels. Never raises, whatever is received; memory is bounded."""
 
@@ -52,7 +61,8 @@ class Traffic:
         self.picture: TrafficPicture = NO_TRAFFIC
         self.flags = TrafficFlags()
         """What the failsafe warns of."""
-        self._seen: dict[Entry, tuple[Dealing, Vessel]] = {}
+        self._seen: dict[Entry, tuple[Dealing, Vessel, _Key]] = {}
+        """What the last look at each gave, with her place in the picture's order."""
         self._tests: dict[int, bool] = {}
         self._told: dict[int, bool] = {}
         """Beacons that were told of, and whether as a test."""
@@ -197,16 +207,17 @@ class Traffic:
 
     def _forget(self, entry: Entry) -> None:
         self.table.drop(entry)
-        _, vessel = self._seen.pop(entry, (NO_DEALING, None))
-        if vessel is not None and vessel.danger is not Danger.NONE:
-            self._speak(words.gone(vessel), vessel.t_us)
+        seen = self._seen.pop(entry, None)
+        if seen is not None and seen[1].danger is not Danger.NONE:
+            self._speak(words.gone(seen[1]), seen[1].t_us)
 
     def _look_at(self, entry: Entry, own: Own | None, now_us: int) -> None:
         track = entry.track
         before = self._seen[entry][0] if entry in self._seen else NO_DEALING
         kind = self._kind(track)
         if own is None:
-            self._seen[entry] = before, self._vessel(entry, kind, None, now_us)
+            vessel = self._vessel(entry, kind, None, now_us)
+            self._seen[entry] = before, vessel, _key(vessel)
             return
         static = self.table.static_of(track.mmsi)
         seen = look(before, track, static, own=own, now_us=now_us, config=self.config)
@@ -214,7 +225,7 @@ class Traffic:
             seen = Look(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
         entry.range_m, entry.opening = seen.range_m, seen.opening
         vessel = self._vessel(entry, kind, seen, now_us)
-        self._seen[entry] = seen.dealing, vessel
+        self._seen[entry] = seen.dealing, vessel, _key(vessel)
         self._tell(before, seen.dealing, vessel, now_us)
 
     def _tell(self, before: Dealing, dealing: Dealing, vessel: Vessel, now_us: int) -> None:
@@ -293,25 +304,20 @@ class Traffic:
         )
 
     def _compose(self) -> TrafficPicture:
-        nearest: dict[int, tuple[float, Vessel]] = {}
+        nearest: dict[int, tuple[_Key, Vessel]] = {}
         lost = False
         for entry in self.table:
             seen = self._seen.get(entry)
             if seen is None:
                 continue
-            lost = lost or seen[0].lost
-            best = nearest.get(entry.track.mmsi)
-            if best is None or (_RANK[seen[1].danger], entry.range_m) < (_RANK[best[1].danger], best[0]):
-                nearest[entry.track.mmsi] = entry.range_m, seen[1]
-        vessels = [vessel for _, vessel in nearest.values()]
-        vessels += self.aids.vessels()
-        vessels.sort(
-            key=lambda vessel: (
-                _RANK[vessel.danger],
-                math.inf if vessel.range_m is None else vessel.range_m,
-                vessel.mmsi,
-            )
-        )
+            dealing, vessel, key = seen
+            lost = lost or dealing.lost
+            best = nearest.get(vessel.mmsi)
+            if best is None or key < best[0]:
+                nearest[vessel.mmsi] = key, vessel
+        ordered = [*nearest.values(), *((_key(mark), mark) for mark in self.aids.vessels())]
+        ordered.sort(key=itemgetter(0))
+        vessels = [vessel for _, vessel in ordered]
         return TrafficPicture(
             vessels=tuple(vessels),
             heard=self.health.heard,
