@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from companion.commands.progress import Progress
 from companion.io.interpreter import cores
+from companion.io.whole_file import write_whole
 from companion.settings import ConfigError
 
 from .traffic.many import failures, judge_all, lines, tally_of
@@ -53,17 +54,14 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.count < 1:
         raise ConfigError("--count", [f"{arguments.count}: at least 1"])
     encounters = encounters_of(arguments.encounters, arguments.count, arguments.seed or 1)
-    shown = sys.stderr.isatty()
-
-    def done(count: int, total: int) -> None:
-        if shown:
-            print(f"\r{count} of {total}", end="\n" if count == total else "", file=sys.stderr, flush=True)
-
-    verdicts = judge_all(encounters, min(cores(), len(encounters)), done)
+    with Progress("judged", None) as shown:
+        verdicts = judge_all(
+            encounters, min(cores(), len(encounters)), lambda count, total: shown.count(count, total, "encounters")
+        )
     tally = tally_of(verdicts)
     if arguments.page is not None:
         try:
-            arguments.page.write_text(make_page(arguments.encounters, verdicts, encounters), encoding="utf-8")
+            write_whole(arguments.page, make_page(arguments.encounters, verdicts, encounters).encode("utf-8"))
         except OSError as error:
             raise ConfigError("--page", [f"{arguments.page}: cannot be written: {error.strerror}"]) from None
     failed = failures(verdicts)

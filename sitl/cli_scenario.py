@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import config as shipped
+from companion.commands.progress import Progress
 from companion.io.log_file import make_run_folder
+from companion.io.whole_file import write_whole
 from companion.settings import ConfigError
 
 from .campaign import make_page, read_campaign, run_campaign
@@ -64,7 +66,8 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.run_dir is not None:
         make_run_folder(arguments.run_dir)
     began = time.monotonic()
-    outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir)
+    with Progress("simulating", scenario.text.scenario.duration_s) as shown:
+        outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir, watch=shown.at)
     wall_s = time.monotonic() - began
     if arguments.json:
         print(json.dumps(asdict(outcome) | {"wall_s": round(wall_s, 3)}))
@@ -101,7 +104,7 @@ def campaign(path: Path, *, cluster: str | None = None, as_json: bool = False) -
         rows = finished(jobs, results)
     held = sum(row["passed"] == "1" for row in rows)
     if rows:
-        page.write_text(make_page(path.stem, rows, len(jobs)), encoding="utf-8")
+        write_whole(page, make_page(path.stem, rows, len(jobs)).encode("utf-8"))
     if as_json:
         told = {"runs": len(rows), "passed": held, "wall_s": round(time.monotonic() - began, 1)}
         print(json.dumps(told | {"results": str(results), "page": str(page)}))
@@ -130,9 +133,9 @@ def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import MofNCompleteColumn, Progress
+    from rich.progress import MofNCompleteColumn, Progress as Bar
 
-    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=Console(stderr=True)) as bar:
+    with Bar(*Bar.get_default_columns(), MofNCompleteColumn(), console=Console(stderr=True)) as bar:
         task = bar.add_task("campaign", total=total)
         yield lambda finished, every: bar.update(task, completed=finished)
 

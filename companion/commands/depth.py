@@ -11,7 +11,7 @@ from typing import Any
 from ..core.guard.depth.grid import metres_per_radian
 from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
 from ..core.guard.depth.soundings import parse
-from ..core.guard.depth.tiles import Cell
+from ..core.guard.depth.tiles import SIDE, Cell
 from ..io.keeping import StoreContent
 from ..io.keeping.content import Entry, SaveDepth, entries_of
 from ..io.keeping.depth_store import (
@@ -29,6 +29,7 @@ from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from .depth_convert import add_convert
 from .numbers import number
+from .progress import Progress
 from .store import read_store, write_store
 
 _MANY = 100_000
@@ -83,8 +84,10 @@ def _export(arguments: argparse.Namespace) -> int:
     if path is None:
         sys.stdout.writelines(lines)
         return 0
-    with whole_file(path) as beside, beside.open("w", encoding="utf-8") as file:
-        file.writelines(lines)
+    with Progress("soundings", None) as shown, whole_file(path) as beside, beside.open("w", encoding="utf-8") as file:
+        for done, line in enumerate(lines):
+            shown.count(done / 1e3, SIDE * SIDE * len(content.depth) / 1e3, "thousand at most")
+            file.write(line)
     print(path)
     return 0
 
@@ -100,10 +103,13 @@ def _import(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store) if arguments.store.is_file() else StoreContent()
     memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=_MANY), SIGMA_M)
     restore(memory, content.depth)
-    for each in found:
+    shown = Progress("soundings", None)
+    for done, each in enumerate(found):
+        shown.count(done / 1e3, len(found) / 1e3, "thousand")
         place = memory.geometry.cell_of(math.radians(each.lat_deg), math.radians(each.lon_deg))
         count = min(each.soundings, 1000)
         memory.add(place, Cell(count, each.least_m, each.mean_m, _squares(each, count), each.utc_s))
+    shown.close()
     if not write_store(arguments.store, _entries(memory)):
         return 1
     print(f"{arguments.store}: {len(found)} soundings taken over")

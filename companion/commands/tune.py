@@ -19,6 +19,7 @@ from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
 from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
+from .progress import Progress
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
@@ -137,7 +138,10 @@ def gains(arguments: argparse.Namespace) -> int:
     from ..tuning.design import as_toml, seed_gains
 
     steering, vessel, _ = _chosen(arguments)
-    found = seed_gains(steering, vessel, arguments.delay)
+    with Progress("gains", None) as shown:
+        found = seed_gains(
+            steering, vessel, arguments.delay, told=lambda done, total: shown.count(done, total, "tried")
+        )
     if found is None:
         print(f"no gains on the grid hold the margins for {vessel.name} at {arguments.delay} s")
         return 1
@@ -162,8 +166,15 @@ def figures(arguments: argparse.Namespace) -> int:
     else:
         loop = model_loop(steering, vessel, arguments.speed)
     title = f"{vessel.name}, {profile}, {arguments.speed:g} m/s, {arguments.delay:g} s of delay"
-    for path in draw(loop, arguments.output, title, arguments.delay):
-        print(path)
+    with Progress("drawing", None) as shown:
+        made = draw(
+            loop,
+            arguments.output,
+            title,
+            arguments.delay,
+            told=lambda done, total: shown.count(done, total, "pictures"),
+        )
+    print(*made, sep="\n")
     return 0
 
 

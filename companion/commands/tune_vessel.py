@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.steer import SteeringConfig
+from ..io.whole_file import write_whole
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .progress import Progress
@@ -66,9 +67,9 @@ def command(arguments: argparse.Namespace) -> int:
         gains = fitted.gains_for(fit, vessel, SteeringConfig())
     rows = fitted.changes(start, vessel, SteeringConfig())
     day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    output.write_text(fitted.as_toml(fit, vessel, source, day), encoding="utf-8")
+    write_whole(output, fitted.as_toml(fit, vessel, source, day).encode("utf-8"))
     page = arguments.page or output.with_suffix(".html")
-    page.write_text(fit_page.page(fit, vessel, rows, gains, source), encoding="utf-8")
+    write_whole(page, fit_page.page(fit, vessel, rows, gains, source).encode("utf-8"))
     _tell(fit, rows, gains)
     print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
     return 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
 from ..core.steer.pid import PidGains
@@ -15,10 +17,20 @@ _INTEGRAL = 0.005 / 1.8
 """Integral gain over the proportional one: more of it and the clamped integral overshoots for half a minute."""
 
 
-def seed_gains(config: SteeringConfig, vessel: VesselConfig, delay_s: float = DELAY_S) -> PidGains | None:
-    """Return heading gains with the most proportional, then derivative gain that hold everywhere; None if none do."""
-    for kp in reversed(_PROPORTIONAL):
-        for kd in reversed(_DERIVATIVE):
+def seed_gains(
+    config: SteeringConfig,
+    vessel: VesselConfig,
+    delay_s: float = DELAY_S,
+    *,
+    told: Callable[[int, int], None] = lambda done, total: None,
+) -> PidGains | None:
+    """Return heading gains with the most proportional, then derivative gain that hold everywhere; None if none do.
+
+    ``told``: is given how many have been tried, of how many.
+    """
+    for row, kp in enumerate(reversed(_PROPORTIONAL)):
+        for column, kd in enumerate(reversed(_DERIVATIVE)):
+            told(row * len(_DERIVATIVE) + column, len(_PROPORTIONAL) * len(_DERIVATIVE))
             gains = PidGains(kp=kp, ki=round(kp * _INTEGRAL, 4), kd=kd)
             seed = config.seed.model_copy(update={"heading_gains": gains})
             trial = config.model_copy(update={"seed": seed})

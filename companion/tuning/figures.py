@@ -8,14 +8,25 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from ..io.whole_file import whole_file
+
 _PADE_ORDER: Final = 3
 """Of the delay: good to ten times the crossover, and few enough poles for a picture."""
 _FAST_RADPS: Final = 8.0
 """Closed-loop poles beyond are actuators and delay: they do not show how the hull turns."""
 
 
-def draw(loop: Any, folder: Path, title: str, delay_s: float = 0.0) -> list[Path]:
-    """Write rootlocus.png, bode.png and sisotool.png of a loop with a delay in it; return their paths."""
+def _nobody(done: int, total: int) -> None:
+    """Nobody looks."""
+
+
+def draw(
+    loop: Any, folder: Path, title: str, delay_s: float = 0.0, *, told: Callable[[int, int], None] = _nobody
+) -> list[Path]:
+    """Write rootlocus.png, bode.png and sisotool.png of a loop with a delay in it; return their paths.
+
+    ``told``: is given how many are done, of how many.
+    """
     import control
     import matplotlib
 
@@ -29,22 +40,23 @@ def draw(loop: Any, folder: Path, title: str, delay_s: float = 0.0) -> list[Path
     poles = control.feedback(loop, 1).poles()
     reach = view_radps(poles)
     x, y = (-reach, 0.5 * reach), (-reach, reach)
-    made = []
+    made: list[Path] = []
     plots: tuple[tuple[str, Callable[[], Any]], ...] = (
         ("rootlocus", lambda: _root_locus(loop, poles, x, y)),
         ("bode", lambda: control.bode_plot(loop, display_margins=True)),
         ("sisotool", lambda: control.sisotool(loop, xlim_rlocus=x, ylim_rlocus=y, rlocus_grid=False)),
     )
     for name, plot in plots:
+        told(len(made), len(plots))
         pyplot.figure(figsize=(9, 7))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             plot()
         pyplot.gcf().suptitle(title)
         made.append(folder / f"{name}.png")
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), whole_file(made[-1]) as beside:
             warnings.simplefilter("ignore")
-            pyplot.savefig(made[-1], dpi=100)
+            pyplot.savefig(beside, dpi=100, format="png")
         pyplot.close("all")
     return made
 
