@@ -37,7 +37,7 @@ class CleanRoot:
         there = self._upper / name.lstrip("/")
         there.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():
-            shutil.copytree(source, there)
+            shutil.copytree(source, there, symlinks=True)
         else:
             shutil.copy(source, there)
 

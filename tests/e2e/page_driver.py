@@ -63,11 +63,22 @@ for tick in range(900):
 open("log.csv", "w").write("\\n".join(rows) + "\\n")
 END
 """
+LOG = """python - <<'END'
+rows = ["t,yaw,u,v,yaw_rate,right,left"]
+for tick in range(900):
+    more = 60 if tick // 100 % 2 else -60
+    rows.append(f"{tick * 100},0.0,1.2,0.0,{more / 400},{1700 - more},{1300 - more}")
+open("log.csv", "w").write("\\n".join(rows) + "\\n")
+END
+"""
 PAGES = {
     "docs/COMMISSIONING.md": Page(f"{PLAN}; {SIM}", {"RUN_DIR": "run-1"}),
     "docs/DEPTH.md": Page(
         "printf -- '-8.7052 41.1838 6.5\\n' > s.xyz; mkdir -p state; companion depth import state/companion.db s.xyz; "
         + CHART
+    ),
+    "docs/PAGE.md": Page(
+        "cp config/boat.toml my-boat.toml; mkdir -p /etc/usv-companion; id usv >/dev/null || useradd -r usv"
     ),
     "docs/RASPBERRY.md": Page(words={" usv_companion-*.whl": " build/usv_companion-*.whl"}),
     "docs/REACHING.md": Page(
@@ -79,7 +90,8 @@ PAGES = {
     "docs/TUNING.md": Page(f"{PLAN}; {SIM}; {TURNS}", {"RUN/": "run-1/", "boat.toml": "config/boat.toml"}),
     "docs/UPGRADING.md": Page("cp config/boat.toml my-boat.toml"),
     "docs/VESSEL.md": Page(
-        f"{PLAN}; {SIM}; cp config/vessels/otter.toml my-hull.toml", {"RUN/": "run-1/", "boat.toml": "config/boat.toml"}
+        f"{PLAN}; {SIM}; cp -r run-1 run-2; cp config/vessels/otter.toml my-hull.toml; {LOG}",
+        {"OTHER_RUN_DIR": "run-2", "RUN_DIR": "run-1", "RUN/": "run-1/", "boat.toml": "config/boat.toml"},
     ),
 }
 HARDWARE = How(skip="needs the hardware and a person")
@@ -95,7 +107,12 @@ LINES: tuple[tuple[str, How], ...] = (
         ),
     ),
     (r"companion run my-boat\.toml", How(until=".")),
-    (r"companion sim (--config|--set vessel)", How(until="recording in")),
+    (r"companion sim (--config|--set vessel|--imc)", How(until="recording in")),
+    (r"companion web ", How(until="page: http")),
+    (r"companion status", How(skip="no service runs in a root; tests/unit/test_status_socket.py tries it")),
+    (r"companion trial (check|start|status)", How(skip="needs a vessel at sea; tests/e2e/test_trial_command.py")),
+    # a loiter, or a drawing of a turn, is too poor a record, and that is said
+    (r"companion tune vessel", How(ends=(0, 1))),
     (r"companion bench-actuators", HARDWARE),
     (r"companion lora ", HARDWARE),
     (r"make -C firmware flash", HARDWARE),
