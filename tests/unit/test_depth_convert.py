@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import pytest
 
@@ -198,3 +200,28 @@ def test_without_the_extra_the_install_line_is_named(tmp_path, capsys, monkeypat
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert convert(tmp_path / "a.tif", tmp_path / "o.xyz") == 2
     assert "pip install '.[charts]'" in capsys.readouterr().err
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("options", [[], ["--thin", "20"]], ids=["xyz", "thinned"])
+def test_36_million_cells_take_no_more_memory_than_a_raspberry_pi_has(tmp_path, options):
+    """A gigabyte of soundings comes of the first; a process of its own, so that its memory is its own."""
+    side, block = 6000, 500
+    place = rasterio.transform.from_origin(-9.0, 41.5, 0.0001, 0.0001)
+    shape = {"driver": "GTiff", "height": side, "width": side, "count": 1, "dtype": "float64", "crs": "EPSG:4326"}
+    chance = numpy.random.default_rng(3)
+    with rasterio.open(tmp_path / "c.tif", "w", transform=place, nodata=-9999, **shape) as chart:
+        for row in range(0, side, block):
+            heights = -9.0 - chance.random((block, side))
+            chart.write(heights, 1, window=((row, row + block), (0, side)))
+    code = (
+        "import resource, sys; from companion.cli import main; found = main(sys.argv[1:]); "
+        "print(found, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    words = ["depth", "convert", str(tmp_path / "c.tif"), str(tmp_path / "c.xyz"), "--positive", "up", *options]
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+    found, peak_kb = map(int, done.stdout.splitlines()[-1].split())
+    print(f"peak {peak_kb / 1024:.0f} MB, {(tmp_path / 'c.xyz').stat().st_size / 1e6:.0f} MB written")
+    assert found == 0
+    assert done.stderr == "", "nothing in a pipe"
+    assert peak_kb / 1024 <= 300.0

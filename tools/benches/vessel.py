@@ -33,6 +33,8 @@ PYPY = REPO / ".venv-pypy/bin/companion"
 INSTANCE = 41
 """Ports 410 above the usual ones, so that nothing else is in the way."""
 WATCH_S = 30.0
+COMING_S = 4.0
+"""Two watchers' programs start: that is their own work, on the same computer."""
 SIM_S, LOITER_S = 1800.0, 100.0
 UNDER_WAY_S = 600.0
 LONG_S = 7200.0
@@ -121,6 +123,9 @@ def process_figures(run_dir: Path) -> list[dict[str, Any]]:
             station.talk(address, WATCH_S)
             share = (processor_s(vessel.pid) - cpu_before) / (time.monotonic() - wall_before)
             memory = resident_mb(vessel.pid)
+            with started("status", str(run_dir)), started("status", str(run_dir), "--json"):
+                station.talk(address, COMING_S)
+                station.talk(address, WATCH_S)
     station.socket.close()
     return [
         row("vessel: start to first heartbeat", heartbeat_s, "s", 0.7),
@@ -148,7 +153,8 @@ def resident_mb(pid: int) -> float:
 def recorded_figures(run_dir: Path) -> list[dict[str, Any]]:
     """From the recorded inputs: how late ticks came, and how long sensor bytes waited for the actuators' next frame.
 
-    What came before the first frame waited for the board to start, which is no latency of steering.
+    What came before the first frame waited for the board to start, which is no latency of steering. At the end two
+    ``companion status`` watch; before they came nobody did.
     """
     reader = InputReader(run_dir / "inputs.bin")
     names = [entry["name"] for entry in reader.meta["links"]]
@@ -166,10 +172,14 @@ def recorded_figures(run_dir: Path) -> list[dict[str, Any]]:
             arrived.clear()
             running = True
     reader.close()
+    watched = round(WATCH_S / PERIOD_S)
+    alone = late[: -watched - round(COMING_S / PERIOD_S)][-watched:]
+    alone_s, watched_s = share_of(alone, 0.99), share_of(late[-watched:], 0.99)
     wait_s = share_of(waits, 0.99) + share_of(loads, 0.99) * PERIOD_S
     return [
         row("vessel: NMEA byte to Arduino byte, 99 %", 1000.0 * wait_s, "ms", 1000.0 * PERIOD_S),
         row("vessel: tick lateness, 99 %", 1000.0 * share_of(late, 0.99), "ms", 5.0),
+        row("vessel: tick lateness with two watchers over that with none, 99 %", watched_s / alone_s, "x", 1.1),
         row("vessel: processor time of a tick, median", 1000.0 * share_of(loads, 0.5) * PERIOD_S, "ms"),
     ]
 
