@@ -93,3 +93,33 @@ def test_a_confirmed_jump_starts_the_noise_anew():
     evidence.note(tuple(Altitude((32 + k) * TICK_US, 3.6) for k in range(3)))
     assert evidence.sigma_m(SIGMA_M) == SIGMA_M
     assert proves(evidence)
+
+
+# ---- and that it is good again
+
+GOOD_M = 4.1
+
+
+def good(evidence, filtered_m):
+    return evidence.proves_good(filtered_m, GOOD_M, SIGMA_M)
+
+
+def test_noise_half_a_margin_below_the_mark_does_not_make_good():
+    """A median of 4.12 m ended a correction at a true 4.055 m, while the vessel still turned; then she was stopped once more."""
+    rng = random.Random(12)
+    evidence, lucky = LockEvidence(), 0
+    for number in range(6000):
+        evidence.note((Altitude(number * TICK_US, 4.05 + rng.gauss(0.0, SIGMA_M)),))
+        lucky += number >= 16 and good(evidence, 4.12)
+    assert lucky == 0, "ten minutes of lucky medians"
+
+
+def test_well_above_the_mark_is_good_at_once_and_on_it_within_1_6_s():
+    assert good(fed([3.95, 4.05, 4.2]), 4.2)
+    assert not good(fed([*[4.05] * 20, 4.1]), 4.1 - 1e-6)
+    assert good(fed([*[4.05] * 20, *[4.1] * 16]), 4.1)
+    assert not good(fed([*[4.0, 4.1] * 10, *[4.1] * 14, 4.09]), 4.1)
+
+
+def test_a_slow_sounder_is_good_by_its_median():
+    assert good(fed([4.0, 4.1], period_us=2_000_000), 4.1)

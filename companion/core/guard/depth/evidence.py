@@ -20,6 +20,10 @@ _ENOUGH: Final = 3
 """Readings in the window; a slower sounder is believed by its median, which spans as many."""
 _SIGMAS: Final = 1.8
 """One sounding of good water in twenty-eight reads so far down; three in a row, one in twenty thousand."""
+_CLEAR: Final = 2.0
+"""Times the noise of a reading, four times that of the median of five: at the seed's margins 4.2 m, which its own test calls good."""
+_EPS_M: Final = 1e-9
+"""Sums of decimal metres differ by less; 4.0 + 0.1 is 4.1."""
 _KEPT: Final = 32
 """Readings that the noise is estimated from: 3 s at 10 Hz."""
 _FEWEST: Final = 24
@@ -56,6 +60,20 @@ class LockEvidence:
         sigma_m = math.sqrt(math.fsum(squares) / (len(squares) * _SECOND_DIFFERENCE * _LEFT))
         return min(sigma_m, _CAP * stated_m)
 
+    def proves_good(self, filtered_m: float, good_m: float, least_sigma_m: float) -> bool:
+        """Whether a median that reaches ``good_m`` is no luck of the noise: it lies well above, or a mean of 1.6 s reaches it too.
+
+        Good by luck ends a correction while its vessel still turns, and the next low reading stops her once more.
+        """
+        if filtered_m >= good_m + _CLEAR * self.sigma_m(reading_sigma_m(least_sigma_m, filtered_m)) - _EPS_M:
+            return True
+        recent = self._recent(2 * _WINDOW_US)
+        return len(recent) < _ENOUGH or math.fsum(recent) / len(recent) >= good_m - _EPS_M
+
+    def _recent(self, window_us: int) -> list[float]:
+        readings = self._readings
+        return [each.value_m for each in readings if readings[-1].t_us - each.t_us < window_us]
+
     def proves(self, filtered_m: float, lock_m: float, far_m: float, least_sigma_m: float) -> bool:
         """Whether the altitude is below ``lock_m``, or the newest three readings are below ``far_m``.
 
@@ -64,6 +82,6 @@ class LockEvidence:
         readings = self._readings
         if len(readings) >= _ENOUGH and all(readings[-k].value_m < far_m for k in range(1, _ENOUGH + 1)):
             return True
-        recent = [each.value_m for each in readings if readings[-1].t_us - each.t_us < _WINDOW_US]
+        recent = self._recent(_WINDOW_US)
         seen_m = math.fsum(recent) / len(recent) if len(recent) >= _ENOUGH else filtered_m
         return seen_m < lock_m - _SIGMAS * self.sigma_m(reading_sigma_m(least_sigma_m, filtered_m))

@@ -257,6 +257,8 @@ class DepthGuard:
         new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
         if new is LOCKED and old is CORRECTION and self._waits(altitude_m, loops_active):
             new = CORRECTION
+        if new is OK and self._shallow and not self._is_good(altitude_m):
+            new = old
         self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
@@ -280,6 +282,10 @@ class DepthGuard:
         return not self._evidence.proves(
             altitude_m, min_m - margin_m, min_m - _FAR_MARGINS * margin_m, self._config.input.sigma_m
         )
+
+    def _is_good(self, altitude_m: float | None) -> bool:
+        assert altitude_m is not None
+        return self._evidence.proves_good(altitude_m, self._min_m + self._good_margin_m, self._config.input.sigma_m)
 
     def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
