@@ -78,8 +78,11 @@ def test_its_plan_and_parameters_can_be_taken_out(path, tmp_path):
     wanted = {"params": dialect.MAVLINK_MSG_ID_PARAM_VALUE, "plan": dialect.MAVLINK_MSG_ID_MISSION_ITEM_INT}
     for ending, kind in wanted.items():
         out = tmp_path / f"out.{ending}"
-        assert (main(["plan", "extract", str(path), str(out)]) == 0) == bool(counts[kind])
-        assert out.exists() == bool(counts[kind])
+        taken = main(["plan", "extract", str(path), str(out)]) == 0
+        assert out.exists() == taken
+        assert taken or not counts[kind], (
+            "MAVProxy fetches parameters as a file: there may be more than by this message"
+        )
 
 
 @pytest.mark.parametrize("name", ["flight of tuesday.tlog", "2026-11-22 10-00-00.tlog", "a-mavsdk.tlog", "ünder.tlog"])
