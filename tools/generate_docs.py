@@ -20,7 +20,7 @@ from companion.settings import Settings, params
 from mavlink_bridge.language.imc_table import imc_table_markdown
 from mavlink_bridge.mavlink.telemetry.ages import ages_markdown
 from sitl.world.settings import WorldConfig
-from tools import boat_scenarios, fault_matrix, from_dune
+from tools import api_page, boat_scenarios, fault_matrix, from_dune
 from tools.schema_text import Key, keys
 
 REPO = Path(__file__).resolve().parents[1]
@@ -161,6 +161,7 @@ def refusals() -> str:
 
 
 PAGES: dict[str, Callable[[], str]] = {
+    "API.md": api_page.page,
     "CONFIGURATION.md": configuration,
     "PARAMETERS.md": parameters,
     "IMC.md": imc,
