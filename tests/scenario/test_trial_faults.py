@@ -76,11 +76,11 @@ def begin(seed: int, fault: str) -> Sailed:
     if fault == "shoal":
         slope = {
             "bearing_deg": dice.uniform(0, 360),
-            "start_m": dice.uniform(10, 40),
-            "gradient": dice.uniform(0.05, 0.3),
+            "start_m": dice.uniform(5, 15),
+            "gradient": dice.uniform(0.15, 0.35),
         }
         sea += [f"world.bottom.slope.{key}={value:.2f}" for key, value in slope.items()]
-        sea += ["depth.minimum_margin_m=1.0", "depth.good_margin_m=0.3"]
+        sea += ["world.bottom.depth_m=8", "depth.minimum_margin_m=1.0", "depth.good_margin_m=0.3"]
     else:
         sea += ["depth.enabled=false"]
     helm = Helm("ardurover", *sea, seed=seed)
@@ -132,8 +132,12 @@ def sail(seed: int, fault: str, longest_s: float = 300.0) -> Sailed:
     trial.watch(random.Random(f"when {seed}").uniform(5.0, longest_s), until=lambda: trial.ended)
     if not trial.ended:
         suffer(trial, fault, seed)
-    # a boat that is disarmed or stopped without a position drifts where the water takes it
-    trial.watch(240.0 if fault not in ("disarm", "gnss", "heading") else 5.0)
+    # disarmed, without a position, or stopped by the guard the thrusters are neutral by design: she drifts until an order comes
+    trial.watch(
+        240.0 if fault not in ("disarm", "gnss", "heading") else 5.0, until=lambda: fault == "shoal" and trial.ended
+    )
+    if fault == "shoal":
+        trial.watch(5.0)
     return trial
 
 
