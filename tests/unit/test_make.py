@@ -44,3 +44,15 @@ def test_the_lean_set_holds_what_sailing_needs_and_no_more():
     names = {name.partition("==")[0] for name in pins("config/system/requirements.lock")}
     assert {"pymavlink", "pydantic", "pyserial", "fastcrc", "rich", "mavsdk", "setuptools"} <= names
     assert not names & {"scipy", "control", "rasterio", "mavproxy", "atheris", "mypy", "pytest", "distributed"}
+
+
+def test_every_test_on_the_real_clock_is_chosen_by_the_second_half():
+    """It is given its folders, so that it need not collect all the others in each of its workers."""
+    (places,) = re.findall(r"^REAL_CLOCK := (.*)$", (REPO / "Makefile").read_text(encoding="utf-8"), re.M)
+    marked = [
+        str(path.relative_to(REPO))
+        for path in (REPO / "tests").rglob("test_*.py")
+        if "pytest.mark." + "e2e" in path.read_text(encoding="utf-8") or path.parent.name == "e2e"
+    ]
+    assert len(marked) > 10
+    assert not [name for name in marked if not name.startswith(tuple(places.split()))]
