@@ -103,7 +103,7 @@ LINES: tuple[tuple[str, How], ...] = (
     (
         r"mavproxy\.py",
         How(
-            typed=((25, "wp load my-plan.txt"), (15, "arm throttle"), (5, "mode AUTO"), (10, "exit")), says="Mode AUTO"
+            typed=((40, "wp load my-plan.txt"), (25, "arm throttle"), (10, "mode AUTO"), (30, "exit")), says="Mode AUTO"
         ),
     ),
     (r"companion run my-boat\.toml", How(until=".")),
