@@ -130,8 +130,7 @@ def _xyz(arguments: argparse.Namespace, source: Source, blocks: Iterable[Block])
     more_lat, more_lon = (math.degrees(2.0 * arguments.thin / per) for per in (per_lat, per_lon))
     yield "# longitude latitude depth_m (below chart datum, positive down)\n"
     yield f"# cell_deg {source.lat_cell_deg + more_lat:.9f} {source.lon_cell_deg + more_lon:.9f}\n"
-    places = (place for block in blocks for place in _places(block))
-    for lon, lat, depth_m in _thinned(places, arguments.thin):
+    for lon, lat, depth_m in _thinned(blocks, arguments.thin):
         yield f"{lon:.8f} {lat:.8f} {math.floor(depth_m * 100.0 + 1e-6) / 100.0:.2f}\n"
 
 
@@ -139,20 +138,27 @@ def _places(block: Block) -> Iterator[Place]:
     return zip(block.lon_deg.tolist(), block.lat_deg.tolist(), block.depth_m.tolist(), strict=True)
 
 
-def _thinned(places: Iterator[Place], spacing_m: float) -> Iterator[Place]:
-    """The shallowest of every square of ``spacing_m``, where it is; all with a spacing of 0."""
-    if spacing_m <= 0.0:
-        yield from places
-        return
-    least: dict[tuple[int, int], Place] = {}
+def _thinned(blocks: Iterable[Block], spacing_m: float) -> Iterator[Place]:
+    """The shallowest of every square of ``spacing_m``, where it is; all with a spacing of 0.
+
+    A square is given out as soon as nothing more can come into it: what is kept is as long as the chart is wide.
+    """
+    least: dict[int, dict[int, Place]] = {}
     per_lat, per_lon = 0.0, 0.0
-    for place in places:
-        if not per_lat:
-            per_lat, per_lon = metres_per_radian(math.radians(place[1]))
-        key = (
-            math.floor(math.radians(place[1]) * per_lat / spacing_m),
-            math.floor(math.radians(place[0]) * per_lon / spacing_m),
-        )
-        if key not in least or place[2] < least[key][2]:
-            least[key] = place
-    yield from least.values()
+    for block in blocks:
+        if spacing_m <= 0.0:
+            yield from _places(block)
+            continue
+        for place in _places(block):
+            if not per_lat:
+                per_lat, per_lon = metres_per_radian(math.radians(place[1]))
+            band = least.setdefault(math.floor(math.radians(place[1]) * per_lat / spacing_m), {})
+            column = math.floor(math.radians(place[0]) * per_lon / spacing_m)
+            if column not in band or place[2] < band[column][2]:
+                band[column] = place
+        if block.north_left_deg < math.inf:
+            last = math.floor(math.radians(block.north_left_deg) * per_lat / spacing_m)
+            for row in [row for row in least if row > last]:
+                yield from least.pop(row).values()
+    for band in least.values():
+        yield from band.values()

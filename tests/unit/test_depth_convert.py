@@ -170,6 +170,19 @@ def test_thinning_keeps_the_shallowest_and_the_box_cuts(tmp_path):
     assert len(depths(tmp_path / "box.xyz")) == 100
 
 
+def test_thinning_in_strips_gives_what_the_whole_chart_would(tmp_path, monkeypatch):
+    """A square is given out once; where a strip of rows ends inside it, its shallowest is waited for."""
+    chance = numpy.random.default_rng(5)
+    chart = geotiff(tmp_path / "c.tif", -5.0 - chance.random((60, 40)))
+    found = []
+    for cells in (10**6, 400, 55, 17):
+        monkeypatch.setattr("companion.commands.chart.source._BLOCK", cells)
+        assert convert(chart, tmp_path / "c.xyz", "--positive", "up", "--thin", "50") == 0
+        found.append(sorted(depths(tmp_path / "c.xyz")))
+    assert len(found[0]) > 50
+    assert all(each == found[0] for each in found)
+
+
 def test_the_compact_grid_is_what_the_vessel_reads(tmp_path):
     chart = geotiff(tmp_path / "a.tif", [[5.0] * 20 for _ in range(20)], step=1e-4)
     assert convert(chart, tmp_path / "out.depth", "--positive", "down", "--pitch", "5", "--spread", "8") == 0

@@ -10,7 +10,7 @@ import contextlib
 import math
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -45,6 +45,8 @@ class Block:
     """The values as they stand in the file."""
     cells: int
     """Cells that the part has, known or not."""
+    north_left_deg: float = math.inf
+    """Nothing that comes after this part lies north of it."""
 
 
 class Source:
@@ -71,12 +73,19 @@ class Source:
         wide = min(columns, _BLOCK)
         high = max(1, _BLOCK // wide)
         for row in range(row0, row0 + rows, high):
+            tall = min(high, row0 + rows - row)
+            below = self._bounds(row + tall, column0, rows + row0 - row - tall, columns)[2]
             for column in range(column0, column0 + columns, wide):
-                yield self._block(row, column, min(high, row0 + rows - row), min(wide, column0 + columns - column))
+                broad = min(wide, column0 + columns - column)
+                left = below if column + broad == column0 + columns else math.inf
+                yield replace(self._block(row, column, tall, broad), north_left_deg=left)
 
     def bounds_deg(self) -> tuple[float, float, float, float]:
         """South, west, north, east of what is read, with the cells' own extent."""
-        row, column, rows, columns = self._window
+        return self._bounds(*self._window)
+
+    def _bounds(self, row: int, column: int, rows: int, columns: int) -> tuple[float, float, float, float]:
+        """The same of a part, from its row and column."""
         steps = [k / 8.0 for k in range(9)]
         edge = [(share, end) for share in steps for end in (0.0, 1.0)] + [
             (end, share) for share in steps for end in (0, 1)
