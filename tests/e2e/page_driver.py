@@ -234,7 +234,7 @@ def try_page(name: str) -> None:
                 for word, own in page.words.items():
                     typed = typed.replace(word, own)
                 _say(name, line, *_timed(shell, typed, how), skip=how.skip)
-    _say(name, "(Ctrl-C to what still ran)", set(shell.close()) <= {0, 130}, "", 0.0)
+    _say(name, "(Ctrl-C to what still ran)", set(shell.close()) <= {0, 130, -signal.SIGINT}, "", 0.0)
 
 
 def _timed(shell: Shell, line: str, how: How) -> tuple[bool, str, float]:
