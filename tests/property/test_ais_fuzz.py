@@ -87,13 +87,13 @@ def resummed(rng: random.Random) -> bytes:
     return line(",".join(body))
 
 
-SUMMED = re.compile(rb"!([^!$*\r\n]*)\*([0-9A-Fa-f]{2})")
+SUMMED = re.compile(rb"[!$]([^!$*\r\n]*)\*([0-9A-Fa-f]{2})")
 LONG_ENOUGH = {"1": 28, "2": 28, "3": 28, "9": 28, "B": 28, "C": 52, "K": 16}
 """Characters of a whole position report, by the first of its payload."""
 
 
 def rightly_summed(data: bytes) -> list[list[str]]:
-    """The fields of every sentence in some bytes whose sum is right, by a reading of the test's own."""
+    """The fields of every sentence in some bytes whose sum is right, as the test reads it; one may begin with a dollar."""
     found = []
     for body, two in SUMMED.findall(data):
         if functools.reduce(operator.xor, body, 0) == int(two, 16):

@@ -185,10 +185,10 @@ def test_a_random_encounter_is_the_same_by_its_seed_alone() -> None:
 
 
 def test_each_failure_is_sailed_again_by_its_name() -> None:
-    encounters = [*random_set(6, 1), *random_set(2, 4, channel=True), imazu()[7], imazu(factor=4.0)[2]]
+    encounters = [*random_set(2, 1), *random_set(1, 4, channel=True), imazu(factor=4.0)[2]]
     verdicts = judge_all(encounters, 1)
     hit = failures(verdicts)["hit"]
-    assert len(hit) == sum(each.tally.collisions for each in verdicts) >= 3
+    assert len(hit) == sum(each.tally.collisions for each in verdicts) >= 1
     for verdict in verdicts:
         assert judge_one(by_name(verdict.name)) == verdict
     assert [by_name(name) for name in ("random-1", "random-x-1", "nothing-1-1", "imazu-1-1.5-23", "")] == [None] * 5
