@@ -23,7 +23,7 @@ from sitl.radio import RadioConfig
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
 from tests.gateways import gateway_beside
-from tests.qgc_buttons import ARM, HOLD, SET_MODE, Generation
+from tests.qgc_buttons import ARM, ARM_S, GUIDED, HOLD, SET_MODE, Generation
 from tests.qgc_client import QgcClient
 
 MEMORY = ('sensors=[{url="mem:nmea"}]', "actuators.url=mem:ard", "endpoints=[]", "radio.url=mem:radio")
@@ -34,6 +34,8 @@ LOITER = [
     (3, 19, 600.0, 0.0, 20.0, 0.0, X, Y, 0.0),
 ]
 PERIOD_US = 10_000
+EXCHANGE_S = 0.74
+"""Order, answer and all between them, when nothing is lost."""
 ACKNOWLEDGED_MODES = {15: Mode.GUIDED, 4: Mode.HOLD, 10: Mode.AUTO, 11: Mode.RTL}
 
 
@@ -95,6 +97,7 @@ class RadioScreen:
             if was_busy or self.air.is_busy:
                 self.sim.loop_app.pump(self.now_us)
         self.gateway.tick(self.now_us)
+        self.sim.surroundings.pump(self.now_us)
         for _ in range(40):
             if not self._talk():
                 break
@@ -109,6 +112,8 @@ class RadioScreen:
             self.link.write(0, said)
         if heard or said:
             self.gateway.pump(self.now_us)
+            # what it writes is on the serial line now, not at the next turn
+            self.sim.surroundings.pump(self.now_us)
         return bool(heard or said)
 
     # ---- what is judged
@@ -215,6 +220,33 @@ def voyage(screen: RadioScreen, phase_s: float) -> None:
             break
     screen.wait(12.0)
     screen.agree(f"{screen.now_us * 1e-6:.1f}")
+
+
+def oracle_is_late(loss: float, draws: str) -> bool:
+    """Whether an arming comes too late for who repeats back to back, each exchange of two packets, by the same draws."""
+    draw = random.Random(draws)
+    return not any(draw.random() >= loss and draw.random() >= loss for _ in range(int(ARM_S / EXCHANGE_S)))
+
+
+def armings(screen: RadioScreen, phases: int, loss: float) -> tuple[int, int]:
+    """Arm as the start slider does, on an air that begins to lose with the arming: how many end in a box, for us and for the oracle."""
+    client, late, late_oracle = screen.client, 0, 0
+    for phase in range(phases):
+        screen.wait(2.5 + 4.9 * phase / phases)
+        screen.run(client.validated_mode(GUIDED))
+        screen.wait(0.2)
+        screen.lose(loss, f"{loss}/{phase}")
+        late += not screen.run(client.validated_arm())
+        late_oracle += oracle_is_late(loss, f"{loss}/{phase}")
+        screen.wait(6.0)
+        screen.lose(0.0, "none")
+        screen.wait(5.5)
+        screen.agree(f"arming {phase}")
+        for script in (client.disarm, lambda: client.mode_menu(HOLD)):
+            screen.wait(2.5)
+            screen.run(script())
+        assert screen.until(lambda: not client.armed and client.mode == HOLD, 10.0)
+    return late, late_oracle
 
 
 def campaign(screen: RadioScreen, phases: int, loss: float) -> Seen:

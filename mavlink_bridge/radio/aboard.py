@@ -44,7 +44,7 @@ from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_
 from .orders import meaning_of
 from .reporter import CHAT_GAP_US, Reporter
 from .session import Direction, Pairing
-from .transfer import Message, Outcome
+from .transfer import BRIEF_NUMBERS, Message, Outcome
 
 GATEWAY_SENDER: Final = 255
 _PUSH_LIMIT_US: Final = 20_000_000
@@ -168,7 +168,7 @@ class VesselRadio:
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due from this picture of the vessel."""
-        self._snapshot = snapshot
+        self._snapshot, self.link.tick_us = snapshot, now_us
         for number, reply in self._held:
             self.link.answer(number, reply, now_us)
         self._held.clear()
@@ -259,7 +259,8 @@ class VesselRadio:
             return False
         number, session, at_us = self._stop
         is_recent = session == self.link.pairing.other and now_us - at_us <= self.profile.link.command_s * 1e6
-        return is_recent and 0 < (number - message.id) % 256 <= MAX_OUTGOING
+        cycle = 256 if message.id < BRIEF_NUMBERS else 32
+        return is_recent and 0 < (number - message.id) % cycle <= MAX_OUTGOING
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:
         if message.kind is Kind.PLAN:

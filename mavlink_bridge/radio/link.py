@@ -24,13 +24,14 @@ from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience
 from .session import Hello, Pairing, Session
-from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply
+from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply, sizes
 from .voice import Voice
 
 MAX_OUTGOING: Final = 16
 _MAX_POSTED: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.INFO))
+_STATES: Final = frozenset((Kind.KEY, Kind.DELTA))
 _QUIET_PIECES: Final = 6
 _AFTER_ANSWER_US: Final = 2_000_000
 """An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the end keeps off the air."""
@@ -64,11 +65,14 @@ class CompactLink:
         self.voice = Voice(profile, pairing, self.ledger, self._remember)
         self.clock = self.voice.clock
         self._patience = Patience(profile, self.clock, rng)
-        self.inbox = Inbox(round(profile.link.upload_s * 1e6))
+        self.inbox = Inbox(round(profile.link.upload_s * 1e6), round(profile.link.command_s * 1e6))
         self.heard_us: int | None = None
         """When the last frame of a session came, or an answer to our HELLO."""
         self.last_posted: tuple[int, bytes] | None = None
         """Counter and body of the posted frame that went out last."""
+        self.tick_us = 0
+        """The vessel's newest tick. Its states go out at ticks, so that the shore knows when the next one comes; the last one when:"""
+        self.state_us: int | None = None
         self.standing: Callable[[], bytes] = bytes
         """What goes with each answer, as it is when the answer is sent: the vessel's state."""
         self.opener = Opener(pairing)
@@ -141,7 +145,7 @@ class CompactLink:
         if kind in (Kind.REPLY, Kind.MISSING):
             (self._on_reply if kind is Kind.REPLY else self._on_missing)(frame.body, now_us)
             if kind is Kind.REPLY and self.rhythm is not None:
-                self.rhythm.answered(now_us, now_us + _AFTER_ANSWER_US)
+                self.rhythm.answered(min(self.clock.off_us, now_us), now_us + _AFTER_ANSWER_US)
             return frame if kind is Kind.REPLY else None
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
@@ -161,7 +165,7 @@ class CompactLink:
                 # more pieces come: keep off the air for the longest one
                 self._listen_until_us = now_us + self._patience.longest_us()
         else:
-            message, reply = self.inbox.whole(frame.kind, frame.body)
+            message, reply = self.inbox.frame(frame, now_us)
         if reply is not None:
             stop = frame.kind in STOPS
             self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
@@ -196,9 +200,7 @@ class CompactLink:
 
     def cost_us(self, kind: Kind, payload: bytes) -> int:
         """Airtime of a message without any repeat."""
-        pieces = cut(kind, payload, self.profile.max_frame_bytes)
-        extra = OVERHEAD + (2 if kind in STOPS else 1 if len(pieces) == 1 else 3)
-        return sum(self.profile.airtime_us(len(piece) + extra) for piece in pieces)
+        return sum(self.profile.airtime_us(size) for size in sizes(kind, payload, self.profile.max_frame_bytes))
 
     def submit(self, kind: Kind, payload: bytes, priority: Priority, now_us: int, limit_us: int) -> int:
         """Send a message that must arrive; its outcome comes within ``limit_us``. Returns its number.
@@ -263,7 +265,6 @@ class CompactLink:
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
         self._expire(now_us)
-        # the way of the next frame along the serial line counts as time off the air
         if not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
         for choose in (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted):
@@ -273,10 +274,8 @@ class CompactLink:
         return b""
 
     def _lead_us(self, now_us: int) -> int:
-        size = ANSWER_BYTES
-        if not self._answers and self._outgoing and now_us >= self._outgoing[0].next_us:
-            size = self._outgoing[0].next_size()
-        return round(size * self.profile.serial_byte_us)
+        asks = not self._answers and self._outgoing and now_us >= self._outgoing[0].next_us
+        return round((self._outgoing[0].next_size() if asks else ANSWER_BYTES) * self.profile.serial_byte_us)
 
     def _an_answer(self, now_us: int) -> bytes:
         if not self._answers or now_us < self._hold_answers_us:
@@ -287,8 +286,8 @@ class CompactLink:
             body = body[:1] + self.standing() + body[1:]
         frame = self.voice.send(first.kind, body, first.priority, now_us)
         if frame:
-            # the question comes again when this answer is lost: nothing of ours may be in its way
-            self._listen_until_us = self.clock.off_us + _AFTER_ANSWER_US
+            # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
+            self._listen_until_us = self.clock.off_us + (_AFTER_ANSWER_US if self._is_vessel else 0)
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -365,6 +364,8 @@ class CompactLink:
         if self._is_receiving(now_us) or (self.rhythm is not None and self.rhythm.is_quiet(now_us)):
             return b""
         first = min(self._posted, key=lambda item: item.priority)
+        if first.kind in _STATES and now_us != self.tick_us:
+            return b""
         session = self.pairing.to_speak(self._turn)
         if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us):
             return b""
@@ -373,6 +374,7 @@ class CompactLink:
             self._turn += 1
             self._posted.remove(first)
             self.last_posted = self.voice.counter, first.body
+            self.state_us = now_us if first.kind in _STATES else self.state_us
             if self._is_vessel:
                 self._listen()
         return frame

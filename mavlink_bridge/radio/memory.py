@@ -43,7 +43,7 @@ def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> bytes | None:
             ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
         if fields.get(_FORM) != VERSION:
             return None
-        inbox.restore(fields["known"])
+        inbox.restore(fields["known"], now_us)
         return bytes.fromhex(fields["other"])
     except (ValueError, TypeError, KeyError, AttributeError):
         if not isinstance(ledger, KeptLedger):

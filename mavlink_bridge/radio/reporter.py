@@ -42,6 +42,7 @@ class Reporter:
         self._state_us = round(profile.link.state_s * 1e6)
         self._key_us = round(profile.link.key_s * 1e6)
         self._next_us: int | None = None
+        self._sent_us: int | None = None
         self._status_us: int | None = None
         self._told: RadioState | None = None
         self._sent: dict[int, tuple[bytes, RadioState, int]] = {}
@@ -81,6 +82,7 @@ class Reporter:
     def step(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due. Call once per tick."""
         self._collect()
+        self._next_after_sent()
         state = RadioState.of(snapshot)
         if self._link.pairing.is_foreign:
             self._position(state, now_us)
@@ -97,6 +99,12 @@ class Reporter:
             self._post_key(state, now_us, Priority.EVENT)
         elif self._next_us is None or now_us >= self._next_us:
             self._periodic(state, now_us)
+
+    def _next_after_sent(self) -> None:
+        """The next state comes a period after the last one, also when that one had to wait or came early: so the shore can tell."""
+        sent_us = self._link.state_us
+        if self.profile.link.batch == 1 and sent_us is not None and sent_us != self._sent_us:
+            self._sent_us, self._next_us = sent_us, sent_us + self._state_us
 
     def _position(self, state: RadioState, now_us: int) -> None:
         """All that a shore of another version understands."""

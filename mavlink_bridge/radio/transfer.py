@@ -17,6 +17,7 @@ from ..language.requests import Reply, Result
 from .air import Priority
 from .codec import erasure
 from .codec.bits import BitsError
+from .codec.frames import Frame, frame_bytes
 from .codec.wire import OVERHEAD, RESULT, Kind
 
 _POLL: Final = 0x80
@@ -24,6 +25,8 @@ _LENGTH_MARK: Final = b"\x80"
 _REPAIR_MAX: Final = 2.5
 _REPAIR_MIN_SHARE: Final = 1.0 / _REPAIR_MAX
 _REMEMBERED: Final = 48
+BRIEF_NUMBERS: Final = 256
+"""Added to the five bits of a number that a frame without a body tells: these are numbers of a kind of their own."""
 _COMING: Final = 4
 
 
@@ -72,7 +75,7 @@ class Outgoing:
     def next_size(self) -> int:
         """Bytes of the next frame."""
         if self.is_single:
-            return len(self.parts[0]) + OVERHEAD + 1 + (self.kind in (Kind.STOP, Kind.SAFE))
+            return frame_bytes(self.kind, bytes((self.id,)) + self.parts[0])
         return len(self.parts[0]) + OVERHEAD + 3 if self.left else OVERHEAD + 3
 
     def next_frame(self) -> tuple[Kind, bytes]:
@@ -149,6 +152,14 @@ def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
     return tuple(data[at : at + size] for at in range(0, len(data), size))
 
 
+def sizes(kind: Kind, payload: bytes, max_frame_bytes: int) -> list[int]:
+    """Bytes of the frames that carry a message when nothing is lost. Raises ValueError when it is too long."""
+    pieces = cut(kind, payload, max_frame_bytes)
+    if len(pieces) == 1:
+        return [frame_bytes(kind, b"\0" + payload)]
+    return [len(piece) + OVERHEAD + 3 for piece in pieces]
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a message of ours ended."""
@@ -180,13 +191,17 @@ class _Known:
     reply: bytes | None = None
     """The answer's body, None while the vessel works on it."""
     is_stop: bool = False
+    came_us: int = 0
 
 
 class Inbox:
-    """The receiving side. ``given_up_us``: how long after its last piece a message can no longer be completed by its sender."""
+    """The receiving side. ``given_up_us``: how long after its last piece a message can no longer be completed by its sender; ``order_us``:
+    the same of an order in one frame.
+    """
 
-    def __init__(self, given_up_us: int) -> None:
+    def __init__(self, given_up_us: int, order_us: int) -> None:
         self._given_up_us = given_up_us
+        self._order_us = order_us
         self._coming: OrderedDict[int, _Incoming] = OrderedDict()
         self._known: OrderedDict[int, _Known] = OrderedDict()
         self.duplicates = 0
@@ -205,6 +220,23 @@ class Inbox:
         if not body:
             return None, None
         return self._accept(body[0], kind, body[1:])
+
+    def frame(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
+        """Take a message that came in one frame, as ``whole`` does."""
+        return self._brief(frame, now_us) if frame.is_brief else self.whole(frame.kind, frame.body)
+
+    def _brief(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
+        """Take an order that came without a body. Five bits of its number come round soon: it is the same one only while its sender
+        may still repeat it.
+        """
+        number = BRIEF_NUMBERS + frame.body[0]
+        known = self._known.get(number)
+        if known is not None and now_us - known.came_us >= self._order_us:
+            del self._known[number]
+        message, reply = self._accept(number, frame.kind, frame.body[1:])
+        if message is not None:
+            self._known[number].came_us = now_us
+        return message, reply
 
     def piece(self, body: bytes, now_us: int) -> tuple[Message | None, bytes | None, bytes | None]:
         """Take a piece: (message, answer, account of the rows when asked for)."""
@@ -273,14 +305,14 @@ class Inbox:
             [number, known.digest, known.reply.hex() if known.reply else None] for number, known in self._known.items()
         ]
 
-    def restore(self, saved: list[list[int | str | None]]) -> None:
+    def restore(self, saved: list[list[int | str | None]], now_us: int = 0) -> None:
         """Raises ValueError or TypeError for what ``save`` did not make. What was not answered then counts as failed."""
         failed = RESULT.number(Result.FAILED)
         for number, digest, reply in saved:
             if not isinstance(number, int) or not isinstance(digest, int):
                 raise TypeError("number and digest must be whole numbers")
             body = bytes.fromhex(reply) if isinstance(reply, str) else bytes(((number & 31) << 3 | failed,))
-            self._known[number & 0xFF] = _Known(digest, body)
+            self._known[number & (2 * BRIEF_NUMBERS - 1)] = _Known(digest, body, came_us=now_us)
 
 
 def read_reply(body: bytes) -> tuple[int, Result] | None:

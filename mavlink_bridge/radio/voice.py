@@ -7,8 +7,8 @@ from collections.abc import Callable
 from .air.ledger import Ledger, Priority
 from .air.pacing import AirClock
 from .air.profile import RadioProfile
-from .codec.frames import STOPS, Sealer
-from .codec.wire import OVERHEAD, Kind
+from .codec.frames import Sealer, frame_bytes
+from .codec.wire import Kind
 from .hello import HELLO_FRAME_BYTES, Greeting
 from .session import Pairing, Session
 
@@ -39,7 +39,7 @@ class Voice:
     ) -> bytes:
         """The frame, of ``session`` or of the one that counts; b"" when there is none or the hour has no room."""
         session = session or self._pairing.current
-        if session is None or not self.may(len(body) + OVERHEAD + (kind in STOPS), priority, now_us):
+        if session is None or not self.may(frame_bytes(kind, body), priority, now_us):
             return b""
         frame = self._sealer.seal(kind, body, now_us, session)
         self._went_out(frame, now_us)

@@ -6,26 +6,10 @@ and station end in one state.
 
 from __future__ import annotations
 
-import random
-
 import pytest
 
 from tests.qgc_buttons import Generation
-from tests.radio_rig import Seen, campaign, connected
-
-EXCHANGE_S = 0.74
-"""Order, answer and all between them, when nothing is lost."""
-WINDOW_S = 1.5
-
-
-def oracle(loss: float, phases: int) -> float:
-    """Share of armings that come too late for who repeats back to back, each exchange of two packets by the campaign's own draws."""
-    late = 0
-    for phase in range(phases):
-        draws = random.Random(f"{loss}/{phase}")
-        tries = int(WINDOW_S / EXCHANGE_S)
-        late += not any(draws.random() >= loss and draws.random() >= loss for _ in range(tries))
-    return late / phases
+from tests.radio_rig import Seen, armings, campaign, connected
 
 
 def assert_true(seen: Seen) -> None:
@@ -40,26 +24,49 @@ def test_on_a_clean_air_no_arming_fails_and_all_that_is_shown_is_true(tmp_path):
     assert_true(seen)
     assert (seen.arms, seen.arm_popups) == (4, 0)
     assert max(seen.sailing_s) <= 5.0
-    assert not [text for text in seen.popups if "failed" in text or "rejected" in text or "denied" in text]
+    assert seen.popups == []
 
 
 def test_on_a_lossy_air_nothing_false_is_shown(tmp_path):
     assert_true(campaign(connected(tmp_path, Generation.V5), 3, 0.3))
 
 
+def test_armings_on_a_lossy_air_are_as_soon_as_two_tries_can_be(tmp_path):
+    screen = connected(tmp_path)
+    late, best = armings(screen, 4, 0.3)
+    assert (screen.seen.false, screen.seen.differing) == ([], [])
+    assert late <= best
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("generation", Generation, ids=lambda item: item.value)
 def test_a_hundred_phases_on_a_clean_air(tmp_path, generation):
     seen = campaign(connected(tmp_path, generation), 100, 0.0)
+    print(f"{generation.value}: {len(seen.popups)} boxes in {len(seen.shown_s)} orders: {seen.popups}")
     assert_true(seen)
     assert seen.arm_popups == 0
     assert max(seen.sailing_s) <= 5.0
+    assert len(seen.popups) <= PHYSICAL[generation]
+
+
+PHYSICAL = {Generation.V4: 0, Generation.V5: 3}
+"""5.x gives up a mode after 1.2 s, and four packets and what lies between them are 1.3 s: at one moment in fifty no order is in time."""
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("loss", "bar"), [(0.1, 0.06), (0.3, 0.27)])
+def test_a_hundred_armings_on_a_lossy_air(tmp_path, loss, bar):
+    screen = connected(tmp_path)
+    late, best = armings(screen, 100, loss)
+    print(f"loss {loss}: {late} of 100 armings end in a box, repeating back to back {best}")
+    assert (screen.seen.false, screen.seen.differing) == ([], [])
+    assert late / 100 <= bar
+    assert late <= 1.2 * best
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("loss", [0.1, 0.3])
 def test_a_hundred_phases_on_a_lossy_air(tmp_path, loss):
     seen = campaign(connected(tmp_path), 100, loss)
-    share, best = seen.arm_popups / seen.arms, oracle(loss, 100)
-    print(f"loss {loss}: {share:.1%} of {seen.arms} armings end in a box, repeating back to back {best:.1%}")
+    print(f"loss {loss}: {seen.arm_popups} of {seen.arms} armings end in a box")
     assert_true(seen)

@@ -29,12 +29,14 @@ from mavlink_bridge.language.traffic import Role
 from mavlink_bridge.radio.codec import wire
 from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
-from mavlink_bridge.radio.codec.frames import Opener, Sealer
+from mavlink_bridge.radio.codec.command import decode_command
+from mavlink_bridge.radio.codec.frames import Frame, Opener, Sealer, frame_bytes
 from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
 from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
 from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.threat import Threat, decode_threat, encode_threat
 from mavlink_bridge.radio.session import Direction
+from mavlink_bridge.radio.transfer import Inbox
 from tools.lora_rig import acquainted
 
 FOLDER = Path(__file__).parents[1] / "data" / "radio"
@@ -246,3 +248,39 @@ def test_the_codebooks_only_grow() -> None:
 
 
 BOOKS = "83f5651c906b9dfc163ea0f816928c671304f030c2f8ceca144a06e0b4a4dea5"
+
+
+def test_the_orders_with_the_least_patience_go_without_a_body() -> None:
+    """One step of airtime less each; read as the very order, with five bits of its number, and of no use under another head."""
+    ends = acquainted()
+    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    assert shore.current is not None
+    sealer, at_us = Sealer(shore), 7_500_000
+    for number in (0, 9, 21, 31, 200):
+        for payload in wire.BRIEF_ORDERS:
+            at_us += 1_000_000
+            raw = sealer.seal(wire.Kind.ORDER, bytes((number,)) + payload, at_us, shore.current)
+            assert len(raw) == wire.OVERHEAD == frame_bytes(wire.Kind.ORDER, bytes((number,)) + payload)
+            assert Opener(vessel).receive(bytes((raw[0] ^ 0x10,)) + raw[1:], at_us) == []
+            (frame,) = Opener(vessel).receive(b"\xff\xee" + raw, at_us)
+            assert (frame.kind, frame.body) == (wire.Kind.ORDER, bytes((number & 31,)) + payload)
+            assert frame.is_brief
+    meanings = [decode_command(payload, (1, 1)) for payload in wire.BRIEF_ORDERS]
+    assert {meaning.source for meaning in meanings} == {(255, 190)}
+    assert len({meaning.payload for meaning in meanings}) == 4
+
+
+def test_a_short_number_that_comes_round_is_a_new_order() -> None:
+    inbox = Inbox(45_000_000, 12_000_000)
+    order = Frame(wire.Kind.ORDER, b"\x05" + wire.BRIEF_ORDERS[3], 7, is_brief=True)
+    first, _ = inbox.frame(order, 0)
+    assert first is not None
+    inbox.answered(first.id, ask.Reply(ask.Result.ACCEPTED), 40)
+    again, reply = inbox.frame(order, 11_900_000)
+    assert again is None
+    assert reply is not None
+    inbox.whole(wire.Kind.ORDER, b"\x05" + b"other")
+    restored = Inbox(45_000_000, 12_000_000)
+    restored.restore(inbox.save(), 20_000_000)
+    assert restored.frame(order, 20_500_000)[0] is None
+    assert restored.frame(order, 33_000_000)[0] is not None

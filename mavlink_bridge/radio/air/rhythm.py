@@ -1,4 +1,4 @@
-"""When the other end is going to talk: its states come on a grid, and who talks then is not heard.
+"""When the other end is going to talk: a state comes a period after the one before it, and who talks then is not heard.
 
 All times are times on the air: the first and the last moment of a packet, not its way along a serial line.
 """
@@ -7,19 +7,18 @@ from __future__ import annotations
 
 from typing import Final
 
-_NEAR_US: Final = 400_000
 _EARLY_US: Final = 10_000
 """Little: to wait for a state costs 0.7 s and a station's patience each time, to be late by a tick costs one repeat, seldom."""
 _LATE_US: Final = 15_000
-"""What two clocks, a tick and a module may shift a state by; a longer wait costs the vessel's answer a tick more."""
-_MISSES: Final = 3
-"""A change of status is told off the grid; so many in a row are a new grid."""
+"""What two clocks and a module may shift a state by; a longer wait costs the vessel's answer a tick more."""
+_HELD_LATE_US: Final = 65_000
+"""A state that was held back comes at the first tick after the pause, and has its serial line before it."""
 _FORGOTTEN: Final = 12
-"""Periods without a state after which the grid means nothing."""
+"""Periods without a state after which the last one means nothing."""
 
 
 class Rhythm:
-    """Learns the grid from arrivals and says whether a transmission would meet the next state.
+    """Tells from the last state when the next one comes, and whether a transmission would meet it.
 
     A state of known length is over when its time is over: an order that waits for it need not wait for the module that brings it.
     """
@@ -30,14 +29,20 @@ class Rhythm:
         """How long the longest state is on the air."""
         self._next_us = longest_us
         """How long the next one is, as far as can be known."""
-        self._grid_us: int | None = None
-        self._over_us = 0
-        self._misses = 0
+        self._last_us: int | None = None
+        """When the last one began, as far as can be known: heard, or due at a pause's end."""
+        self._late_us = _LATE_US
+        self._heard_us = 0
         self._quiet_from_us = self._quiet_until_us = 0
 
-    def answered(self, now_us: int, until_us: int) -> None:
-        """An answer came: another order may follow, and the other end keeps off the air for it. What was due meanwhile comes then."""
-        self._quiet_from_us, self._quiet_until_us = now_us, until_us
+    def answered(self, asked_us: int, until_us: int) -> None:
+        """An answer came to what was asked: another order may follow, and the other end keeps off the air for it. What was due since
+        it heard the question comes then.
+        """
+        self._settle(asked_us)
+        if asked_us >= self._quiet_until_us:
+            self._quiet_from_us = asked_us
+        self._quiet_until_us = until_us
 
     def changed(self) -> None:
         """The vessel's status is another: the next state tells it whole."""
@@ -48,26 +53,31 @@ class Rhythm:
         return self._quiet_from_us <= now_us < self._quiet_until_us
 
     def heard(self, start_us: int, end_us: int, next_us: int | None) -> None:
-        """A state was on the air; those out of rhythm (a change of status) count little. ``next_us``: length of the next, None = any."""
+        """A state was on the air. ``next_us``: length of the next, None = any."""
         self._next_us = self._longest_us if next_us is None else next_us
-        if self._grid_us is not None and self._misses < _MISSES:
-            off_us = (start_us - self._grid_us + _NEAR_US) % self._period_us
-            if off_us > 2 * _NEAR_US:
-                self._misses += 1
-                return
-        self._grid_us, self._over_us, self._misses = start_us, end_us, 0
+        self._last_us, self._heard_us, self._late_us = start_us, end_us, _LATE_US
 
     def meets(self, start_us: int, end_us: int) -> bool:
         """Whether a transmission of ours would overlap a state of the other end, this one or the next."""
-        if self.is_quiet(start_us):
-            return end_us > self._quiet_until_us - _EARLY_US
-        since_quiet_us = start_us - self._quiet_until_us
-        if 0 <= since_quiet_us < self._next_us + _LATE_US and self._over_us < self._quiet_until_us:
-            return True
-        if self._grid_us is None or start_us - self._grid_us > _FORGOTTEN * self._period_us:
+        self._settle(start_us)
+        if self._last_us is None or start_us - self._heard_us > _FORGOTTEN * self._period_us:
             return False
-        phase_us = (start_us - self._grid_us) % self._period_us
-        is_over = start_us - self._over_us < self._period_us // 2
-        if phase_us < self._next_us + _LATE_US and not is_over:
-            return True
-        return phase_us + end_us - start_us > self._period_us - _EARLY_US
+        if self.is_quiet(start_us):
+            return end_us > max(self._due_us(self._quiet_from_us), self._quiet_until_us) - _EARLY_US
+        return end_us > self._due_us(start_us) - _EARLY_US
+
+    def _due_us(self, now_us: int) -> int:
+        """When the state begins that is on the air now, or the next one."""
+        assert self._last_us is not None
+        if self._last_us > self._heard_us and now_us < self._last_us + self._next_us + self._late_us:
+            return self._last_us
+        passed = (now_us - self._last_us - self._next_us - self._late_us) // self._period_us + 1
+        return self._last_us + max(passed, 1) * self._period_us
+
+    def _settle(self, now_us: int) -> None:
+        """A state that was due in a pause comes at its end, and the next one a period after that."""
+        until_us = self._quiet_until_us
+        if self._last_us is None or now_us < until_us or self._last_us >= until_us:
+            return
+        if self._due_us(self._quiet_from_us) < until_us:
+            self._last_us, self._late_us = until_us, _HELD_LATE_US

@@ -4,6 +4,9 @@ Frame = 2 bytes (4 bits kind, 6 bits body length, 6 bits of a counter), body of 
 receiver tries every offset, so garbage, merged and split pieces do no harm; at each offset it tries at most two tags (the
 session and the one that may replace it), and it counts them. What the counters are, and why a frame that is believed is of
 now, is ``session``'s. HELLO opens a session and is told by a tag of its own.
+
+The orders for which a station has the least patience go without a body, one step of airtime shorter: a length that no body has marks
+them, and in the place of the kind stand the low four bits of the message's number; its fifth bit and which order it is stand in the length.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ..session import LOW, Pairing, Session
-from .wire import HEAD_BYTES, MAX_BODY, MAX_FRAME, TAG_BYTES, Kind
+from .wire import BRIEF_FROM, BRIEF_ORDERS, HEAD_BYTES, MAX_BODY, MAX_FRAME, OVERHEAD, TAG_BYTES, Kind
 
 STOPS: Final = frozenset((Kind.STOP, Kind.SAFE))
 """Kinds with a count of their own instead of the clock: its upper eight bits are the first byte of the body."""
@@ -26,10 +29,37 @@ class Frame:
     kind: Kind
     body: bytes
     counter: int
+    is_brief: bool = False
+    """It came without a body: of the message's number five bits are known."""
 
 
 def _head(kind: Kind, size: int, low: int) -> bytes:
     return (kind << 12 | size << 6 | low).to_bytes(HEAD_BYTES, "big")
+
+
+def is_brief(kind: Kind, payload: bytes) -> bool:
+    """Whether a message of such a payload goes without a body."""
+    return kind is Kind.ORDER and payload in BRIEF_ORDERS
+
+
+def frame_bytes(kind: Kind, body: bytes) -> int:
+    """Size of the frame that carries a body."""
+    return OVERHEAD if is_brief(kind, body[1:]) else OVERHEAD + len(body) + (kind in STOPS)
+
+
+def _covered(kind: Kind, body: bytes, low: int) -> bytes:
+    """What goes out in front of the tag."""
+    if not is_brief(kind, body[1:]):
+        return _head(kind, len(body), low) + body
+    nibble, fifth = body[0] & 15, body[0] >> 4 & 1
+    size = BRIEF_FROM | fifth << 2 | BRIEF_ORDERS.index(body[1:])
+    return (nibble << 12 | size << 6 | low).to_bytes(HEAD_BYTES, "big")
+
+
+def _brief_body(head: int) -> bytes:
+    """The body that a frame without one stands for."""
+    size = head >> 6 & 63
+    return bytes((head >> 12 | (size >> 2 & 1) << 4,)) + BRIEF_ORDERS[size & 3]
 
 
 class Sealer:
@@ -50,7 +80,7 @@ class Sealer:
             self.counter = session.next_tick(now_us)
         if len(body) > MAX_BODY:
             raise ValueError(f"a body has at most {MAX_BODY} bytes, not {len(body)}")
-        covered = _head(kind, len(body), self.counter % LOW) + body
+        covered = _covered(kind, body, self.counter % LOW)
         pairing = self._pairing
         return covered + pairing.witness.made(
             lambda: session.tag(pairing.outward, kind, self.counter, covered, self._tag_bytes)
@@ -86,7 +116,8 @@ class Opener:
         frames: list[Frame] = []
         at = 0
         while len(buffer) - at >= self._overhead:
-            size = self._overhead + (int.from_bytes(buffer[at : at + 2], "big") >> 6 & 63)
+            length = int.from_bytes(buffer[at : at + 2], "big") >> 6 & 63
+            size = self._overhead + (length if length < BRIEF_FROM else 0)
             # a candidate that was whole at the last call was tried then
             whole = at + size <= len(buffer) and (at + size > seen or bool(frames))
             frame = self._open(buffer[at : at + size], now_us) if whole and size <= MAX_FRAME else None
@@ -105,7 +136,8 @@ class Opener:
 
     def _open(self, raw: bytes, now_us: int) -> Frame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
-        kind = _KINDS.get(head >> 12)
+        brief = (head >> 6 & 63) >= BRIEF_FROM
+        kind = Kind.ORDER if brief else _KINDS.get(head >> 12)
         if kind is None:
             return None
         covered, tag = raw[: -self._tag_bytes], raw[-self._tag_bytes :]
@@ -117,7 +149,8 @@ class Opener:
                 continue
             if self._is_right(session, kind, counter, covered, tag):
                 self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
-                return Frame(kind, covered[HEAD_BYTES + (kind in STOPS) :], counter)
+                body = _brief_body(head) if brief else covered[HEAD_BYTES + (kind in STOPS) :]
+                return Frame(kind, body, counter, brief)
         return None
 
     def _is_right(self, session: Session, kind: Kind, counter: int, covered: bytes, tag: bytes) -> bool:

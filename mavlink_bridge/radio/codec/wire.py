@@ -63,6 +63,12 @@ MAX_FRAME: Final = MAX_BODY + OVERHEAD
 """62: what the module sends as one packet."""
 
 
+BRIEF_FROM: Final = 56
+"""Lengths that no body has: the frame is an order without a body, and the head's other bits tell its number and which one (``frames``)."""
+BRIEF_ORDERS: Final = tuple(bytes.fromhex(order) for order in ("fc04ad0880", "fc04ad1800", "fc04ad1a00", "fc006c"))
+"""QGroundControl's Guided, Auto, Return and arming: it waits 1.3 s for a mode and 1.5 s for an arming to show. Full."""
+
+
 class Kind(IntEnum):
     """What a frame is, in 4 bits. HELLO, REPLY's first byte, SAFE and POSITION are frozen for all versions."""
 
