@@ -34,6 +34,7 @@ LOITER = [
     (3, 19, 600.0, 0.0, 20.0, 0.0, X, Y, 0.0),
 ]
 PERIOD_US = 10_000
+IN_PROGRESS = 5
 EXCHANGE_S = 0.74
 """Order, answer and all between them, when nothing is lost."""
 ACKNOWLEDGED_MODES = {15: Mode.GUIDED, 4: Mode.HOLD, 10: Mode.AUTO, 11: Mode.RTL}
@@ -76,6 +77,9 @@ class RadioScreen:
         self.seen = Seen()
         self._ear = Deframer()
         self._owed: list[tuple[int, Callable[[Any], bool], str]] = []
+        self._pressed: list[int] = []
+        """Modes that were sent and have no answer yet: an acknowledgement does not name its mode."""
+        self._mouth = Deframer()
 
     @property
     def air(self) -> Any:
@@ -108,6 +112,9 @@ class RadioScreen:
             self._watch(data)
             self.client.receive(data, self.now_us)
         said = self.client.take(self.now_us)
+        for message in map(decode, self._mouth.receive(said, self.now_us)):
+            if message is not None and message.get_type() == "COMMAND_LONG" and message.command == SET_MODE:
+                self._pressed.append(round(message.param2))
         if said:
             self.link.write(0, said)
         if heard or said:
@@ -123,21 +130,22 @@ class RadioScreen:
         for frame in self._ear.receive(data, self.now_us):
             message = decode(frame)
             kind = "" if message is None else message.get_type()
-            if kind == "COMMAND_ACK" and message.result == 0:
-                self._accepted(message.command)
+            if kind == "COMMAND_ACK" and message.result != IN_PROGRESS:
+                mode = self._pressed.pop(0) if message.command == SET_MODE and self._pressed else None
+                if message.result == 0:
+                    self._accepted(message.command, mode)
             elif kind == "HEARTBEAT" and message.get_srcComponent() == 1:
                 for owed in [owed for owed in self._owed if owed[1](message)]:
                     self._owed.remove(owed)
                     self.seen.shown_s.append((self.now_us - owed[0]) * 1e-6)
 
-    def _accepted(self, command: int) -> None:
+    def _accepted(self, command: int, mode: int | None) -> None:
         if command == ARM:
             wanted = self.client.wants_armed
             if self.armed != wanted:
                 self.seen.false.append(f"{self.now_us * 1e-6:.2f} armed={wanted}")
             self._owed.append((self.now_us, lambda beat: bool(beat.base_mode & 128) == wanted, "armed"))
-        elif command == SET_MODE and self.client.wants_mode is not None:
-            mode = self.client.wants_mode
+        elif mode is not None and mode == self.client.wants_mode:
             if self.sim.snapshot.mode is not ACKNOWLEDGED_MODES[mode]:
                 self.seen.false.append(f"{self.now_us * 1e-6:.2f} mode={mode}")
             self._owed.append((self.now_us, lambda beat: beat.custom_mode == mode, f"mode {mode}"))

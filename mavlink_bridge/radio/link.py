@@ -83,7 +83,7 @@ class CompactLink:
         self._answers: deque[_Posted] = deque(maxlen=_MAX_POSTED)
         self._posted: deque[_Posted] = deque(maxlen=_MAX_POSTED)
         self._outcomes: list[Outcome] = []
-        self._listen_until_us = self._hold_answers_us = 0
+        self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
         self.rhythm: Rhythm | None = None
         """The other end's grid of states, where it keeps one."""
         self._greeting = Greeting(profile, rng, now_us)
@@ -307,7 +307,7 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        if now_us < self._listen_until_us or self._awaits_answer(now_us):
+        if now_us < max(self._listen_until_us, self.chat_until_us) or self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
 

@@ -15,6 +15,7 @@ from .codec.state import KEY_BYTES, encode_delta, encode_key, mark_of, settle
 from .codec.state_fields import RadioState
 from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .link import CompactLink
+from .words import fitted
 
 _OWN_ORDER_US: Final = 3_500_000
 _STATUS_GAP_US: Final = 1_500_000
@@ -72,7 +73,7 @@ class Reporter:
     def shore_ordered(self, now_us: int) -> None:
         """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
         self._status_us = max(now_us + _OWN_ORDER_US, self._status_us or 0)
-        self.chat_us = now_us + _CHAT_US
+        self.chat_us = self._link.chat_until_us = now_us + _CHAT_US
 
     def want_key(self) -> None:
         """The shore has no key, or lost it."""
@@ -212,5 +213,5 @@ class Reporter:
             self._text_us = now_us
             self.chat_us = now_us + CHAT_GAP_US
             self._link.post(
-                Kind.TEXT, bytes((SEVERITY.number(severity),)) + words.encode()[: self._text_bytes], Priority.EVENT
+                Kind.TEXT, bytes((SEVERITY.number(severity),)) + fitted(words, self._text_bytes), Priority.EVENT
             )

@@ -95,3 +95,17 @@ def test_two_presses_of_one_button_are_one_command_and_a_box():
     screen.client.press(400, 1)
     screen.wait(3.0)
     assert screen.popups == ["Waiting on previous response to same command."]
+
+
+@pytest.mark.parametrize("persona", ["ardurover", "generic"])
+def test_a_loiter_at_zero_is_sailed_at_the_waypoint_before_it(persona):
+    screen = Screen("depth.enabled=false", persona=persona)
+    screen.run()
+    screen.wait(3.0)
+    plan = [*screen.plan((25.0, 0.0)), (3, 19, 60.0, 0.0, 0.0, math.nan, 0, 0, 0.0)][persona == "generic" :]
+    assert screen.run(screen.client.upload(0, plan)) == 0
+    screen.client.press(400, 1)
+    screen.wait(1.0)
+    screen.client.press(300, 0, 0)
+    screen.wait(50.0)
+    assert math.hypot(screen.truth.north_m - 25.0, screen.truth.east_m) < 4.0

@@ -337,3 +337,25 @@ def test_no_value_of_any_field_of_any_item_raises(value):
                 item = PlanItem(int(command), 3, *fields[:4], x, y, fields[4])
                 for kind in PlanKind:
                     load_plan(kind, [item])
+
+
+def test_ardupilots_loiter_at_zero_is_where_the_boat_has_come_to():
+    """All of its loiters, also one behind another; never the Gulf of Guinea."""
+    kinds = [at(17, p3=10.0, x=0, y=0), at(18, 2.0, p3=10.0, x=0, y=0), at(19, 30.0, x=0, y=0), at(31, x=0, y=0)]
+    compiled = compile_items([at(16), *kinds, at(16, x=LAT + 900), at(19, 5.0, x=0, y=0)])
+    assert compiled.errors == ()
+    loiters = [item for item in compiled.plan.maneuvers if isinstance(item, Loiter)]
+    assert [(item.lat_rad, item.lon_rad) for item in loiters[:4]] == [HERE] * 4
+    assert loiters[4].lat_rad == math.radians((LAT + 900) / 1e7)
+    assert compiled.plan.plan_id == plan_id([at(16), *kinds, at(16, x=LAT + 900), at(19, 5.0, x=0, y=0)])
+
+
+@pytest.mark.parametrize("items", [[at(19, 5.0, x=0, y=0), at(16)], [at(16), plain(20), at(17, x=0, y=0)]])
+def test_a_loiter_at_zero_with_no_place_before_it_is_refused_in_words(items):
+    (error,) = compile_items(items).errors
+    assert "no item before it" in error.reason
+
+
+def test_only_loiters_stay_where_the_boat_is():
+    for command in (16, 34, 5100):
+        assert compile_items([at(16), at(command, x=0, y=0)]).errors

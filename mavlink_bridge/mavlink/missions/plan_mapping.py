@@ -29,6 +29,7 @@ from .plan_rules import (
     parameter,
     plan_id,
     position,
+    with_places,
     within,
 )
 
@@ -169,7 +170,7 @@ def compile_items(items: Sequence[PlanItem], limits: PlanLimits = DEFAULT_LIMITS
     if len(items) > limits.max_items:
         reason = f"{len(items)} items, {limits.max_items} fit"
         return Compiled(errors=(PlanError(limits.max_items, None, reason, MissionResult.NO_SPACE),))
-    results = [compile_item(seq, item, limits) for seq, item in enumerate(items)]
+    results = [compile_item(seq, item, limits) for seq, item in enumerate(with_places(items))]
     errors = [result for result in results if isinstance(result, PlanError)]
     maneuvers = tuple(result for result in results if not isinstance(result, PlanError))
     if not errors:

@@ -10,7 +10,7 @@ import math
 import struct
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -18,12 +18,14 @@ from mavlink_bridge.language.units import e7_to_deg
 
 from ...language.messages import LoiterDirection
 from ...language.requests import PlanItem, Result
-from ..wire.cmd import CAMERA_AND_GIMBAL
+from ..wire.cmd import CAMERA_AND_GIMBAL, Cmd
 from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
 
 NOTED: Final = CAMERA_AND_GIMBAL
 """Items that are accepted, logged, passed over."""
 
+_HERE: Final = frozenset((Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT))
+_SAILED_TO: Final = _HERE | {Cmd.WAYPOINT, Cmd.DO_ORBIT, Cmd.DO_FIGURE_EIGHT, Cmd.RACETRACK, Cmd.LOITER_CHOICE}
 MISSION_FRAME: Final = 2
 GLOBAL_FRAMES: Final = frozenset({0, 3, 5, 6, 10, 11})
 FRAMES: Final = GLOBAL_FRAMES | {MISSION_FRAME}
@@ -149,7 +151,7 @@ def position(item: PlanItem) -> tuple[float, float]:
     if item.frame not in GLOBAL_FRAMES:
         raise RefusedError(None, f"frame {item.frame} has no position", MissionResult.UNSUPPORTED_FRAME)
     if abs(item.x) >= INT32_UNKNOWN or (item.x == 0 and item.y == 0):
-        raise RefusedError(5, "no position is given")
+        raise RefusedError(5, f"no position is given{', and no item before it has one' * is_here(item)}")
     if abs(item.y) >= INT32_UNKNOWN:
         raise RefusedError(6, "no longitude is given")
     if abs(item.x) > 900_000_000:
@@ -160,6 +162,26 @@ def position(item: PlanItem) -> tuple[float, float]:
     assert latitude is not None
     assert longitude is not None
     return latitude, longitude
+
+
+def is_here(item: PlanItem) -> bool:
+    """A loiter of ArduPilot's at 0/0: it stays where the boat is when it comes to it."""
+    return item.command in _HERE and item.frame in GLOBAL_FRAMES and item.x == 0 and item.y == 0
+
+
+def with_places(items: Sequence[PlanItem]) -> tuple[PlanItem, ...]:
+    """The plan with such loiters at the place to which the boat has been sent before them; one that nothing comes before stays as it is."""
+    found: list[PlanItem] = []
+    place: tuple[int, int] | None = None
+    for item in items:
+        if is_here(item) and place is not None:
+            item = replace(item, x=place[0], y=place[1])
+        if item.command in _SAILED_TO and (item.x or item.y):
+            place = item.x, item.y
+        elif item.command == Cmd.RETURN_TO_LAUNCH:
+            place = None
+        found.append(item)
+    return tuple(found)
 
 
 def signed_radius(item: PlanItem, number: int, limits: PlanLimits) -> tuple[float | None, LoiterDirection]:

@@ -20,7 +20,7 @@ from ..wire.mapping import degE7_to_rad
 from .acks import Acks
 from .download import Downloads
 from .plan_mapping import compile_item, load_plan
-from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits
+from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here
 from .store import MissionTiming, Pending, PlanStore, Sender, Session, UploadLocks
 from .upload import Upload
 from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
@@ -243,6 +243,8 @@ class MissionServer:
         if seq < self.offset:
             problem = home_problem(item)
             return PlanError(-1, None, problem, MissionResult.INVALID) if problem else None
+        if is_here(item):
+            return None  # where that is the items before it tell
         result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
         return result if isinstance(result, PlanError) else None
 
