@@ -144,11 +144,18 @@ class RadioScreen:
             wanted = self.client.wants_armed
             if self.armed != wanted:
                 self.seen.false.append(f"{self.now_us * 1e-6:.2f} armed={wanted}")
-            self._owed.append((self.now_us, lambda beat: bool(beat.base_mode & 128) == wanted, "armed"))
+            self._owe(self.client.armed == wanted, lambda beat: bool(beat.base_mode & 128) == wanted, "armed")
         elif mode is not None and mode == self.client.wants_mode:
             if self.sim.snapshot.mode is not ACKNOWLEDGED_MODES[mode]:
                 self.seen.false.append(f"{self.now_us * 1e-6:.2f} mode={mode}")
-            self._owed.append((self.now_us, lambda beat: beat.custom_mode == mode, f"mode {mode}"))
+            self._owe(self.client.mode == mode, lambda beat: beat.custom_mode == mode, f"mode {mode}")
+
+    def _owe(self, is_shown: bool, shows: Callable[[Any], bool], what: str) -> None:
+        """A HEARTBEAT has to show it, unless the last one did already: a state may come before the answer that was lost."""
+        if is_shown:
+            self.seen.shown_s.append(0.0)
+        else:
+            self._owed.append((self.now_us, shows, what))
 
     @property
     def armed(self) -> bool:
