@@ -36,6 +36,7 @@ _QUIET_PIECES: Final = 6
 _AFTER_ANSWER_US: Final = 2_000_000
 """An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the end keeps off the air."""
 _VESSEL_PAUSE_US: Final = 1_500_000
+_HEARD_US: Final = 40_000  # from the end of a short packet to its last byte over there
 
 
 @dataclass(slots=True)
@@ -243,8 +244,7 @@ class CompactLink:
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
-        body, is_stop = found
-        self._answers.append(_Posted(Kind.REPLY, body, Priority.STOP if is_stop else Priority.COMMAND))
+        self._answers.append(_Posted(Kind.REPLY, found[0], Priority.STOP if found[1] else Priority.COMMAND))
         self._listen_until_us = min(self._listen_until_us, now_us)
         self._remember(now_us)
 
@@ -267,11 +267,8 @@ class CompactLink:
         self._expire(now_us)
         if not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
-        for choose in (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted):
-            frame = choose(now_us)
-            if frame:
-                return frame
-        return b""
+        choices = (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted)
+        return next((frame for choose in choices if (frame := choose(now_us))), b"")
 
     def _lead_us(self, now_us: int) -> int:
         asks = not self._answers and self._outgoing and now_us >= self._outgoing[0].next_us
@@ -288,6 +285,8 @@ class CompactLink:
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
             self._listen_until_us = self.clock.off_us + (_AFTER_ANSWER_US if self._is_vessel else 0)
+            if self.rhythm is not None:  # what fell due while the vessel told something comes when it has its answer
+                self.rhythm.answered(now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US)
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -307,7 +306,8 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        if now_us < max(self._listen_until_us, self.chat_until_us) or self._awaits_answer(now_us):
+        owes = self.profile.link.batch == 1 and any(item.kind in _STATES for item in self._posted)  # it has its time
+        if owes or now_us < max(self._listen_until_us, self.chat_until_us) or self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
 
