@@ -81,10 +81,9 @@ def test_the_gateways_journal_has_what_the_vessel_says_over_the_air(
         if number == 400:
             world.app.controls.voice.say(Severity.WARNING, foretold)
         gateway.tick(world.now_us)
-    said = [
-        text for text in caplog.messages if text.startswith("warning: RETURN in 60 s; until ground station is back")
-    ]
+    said = [text for text in caplog.messages if text.startswith("warning: RETURN in 60 s; until ground sta")]
     assert len(said) == 1
+    assert said[0].endswith("then order Auto")
     assert "mode Hold, disarmed" in caplog.messages
     world.shutdown(world.now_us)
 
