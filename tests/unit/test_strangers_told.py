@@ -6,12 +6,14 @@ import re
 import socket
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from companion.gateway import Gateway, GatewaySettings
-from companion.io.links import Received, open_link
+from companion.io.links import Link, Received, open_link
 from companion.io.links.mem import MemLink
 from companion.settings.schema import EndpointSettings
 from companion.strangers import Lookout
@@ -46,23 +48,30 @@ def url_of(peer: socket.socket) -> str:
     return f"udp://127.0.0.1:{peer.getsockname()[1]}"
 
 
-def port_of(link) -> int:  # type: ignore[no-untyped-def]
-    return int(re.search(r"from port (\d+)", link.describe())[1])  # type: ignore[index]
+def port_of(link: Link) -> int:
+    found = re.search(r"from port (\d+)", link.describe())
+    assert found is not None
+    return int(found[1])
+
+
+def seen_at(t_us: int) -> Any:
+    """All that the lookout reads of a picture."""
+    return SimpleNamespace(t_us=t_us)
 
 
 def test_a_stranger_is_told_once_a_minute_with_the_line_that_lets_him_in(
     sockets: tuple[socket.socket, socket.socket],
 ) -> None:
     peer, other = sockets
-    link = open_link("gcs", url_of(peer))
+    link: Any = open_link("gcs", url_of(peer))
     link.poll(0)
     said: list[tuple[Severity, str]] = []
     lookout = Lookout([link], lambda severity, text: said.append((severity, text)))
     for second in range(125):
-        before = link.strangers  # type: ignore[attr-defined]
+        before = link.strangers
         other.sendto(b"hello", ("127.0.0.1", port_of(link)))
         assert eventually(lambda before=before, at=second: not link.poll(at) and link.strangers > before)
-        lookout.update(SimpleNamespace(t_us=second * SECOND_US))  # type: ignore[arg-type]
+        lookout.update(seen_at(second * SECOND_US))
     assert len(said) == 3
     line = re.search(r'url = "(.*)"', said[0][1])
     assert said[0][0] is Severity.WARNING
@@ -80,18 +89,18 @@ def test_a_stranger_is_told_once_a_minute_with_the_line_that_lets_him_in(
 
 def test_the_peer_is_nobody_to_tell_of(sockets: tuple[socket.socket, socket.socket]) -> None:
     peer, _ = sockets
-    link = open_link("gcs", url_of(peer))
+    link: Any = open_link("gcs", url_of(peer))
     link.poll(0)
     said: list[str] = []
     lookout = Lookout([link, MemLink("radio")], lambda severity, text: said.append(text))
     peer.sendto(b"hello", ("127.0.0.1", port_of(link)))
     assert eventually(lambda: link.poll(0))
-    lookout.update(SimpleNamespace(t_us=0))  # type: ignore[arg-type]
+    lookout.update(seen_at(0))
     assert said == []
     link.close()
 
 
-def test_the_gateway_tells_it_too(sockets: tuple[socket.socket, socket.socket], tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_the_gateway_tells_it_too(sockets: tuple[socket.socket, socket.socket], tmp_path: Path) -> None:
     peer, other = sockets
     settings = GatewaySettings(
         key_file=str(simulation_key(tmp_path)), endpoints=(EndpointSettings(name="gcs", url=url_of(peer)),)
