@@ -264,10 +264,10 @@ def armings(screen: RadioScreen, phases: int, loss: float) -> tuple[int, int]:
     return late, late_oracle
 
 
-def campaign(screen: RadioScreen, phases: int, loss: float) -> Seen:
-    """Voyages at phases of the vessel's rhythm spread evenly, on an air that loses so much."""
+def campaign(screen: RadioScreen, phases: int, loss: float, *, only: range | None = None) -> Seen:
+    """Voyages at phases of the vessel's rhythm spread evenly, on an air that loses so much; ``only`` some of them."""
     before = len(screen.client.report.popups)
-    for phase in range(phases):
+    for phase in only or range(phases):
         screen.lose(loss, f"{loss}/{phase}")
         voyage(screen, 4.9 * phase / phases)
     screen.seen.popups = screen.client.report.popups[before:]
