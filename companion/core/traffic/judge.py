@@ -46,7 +46,7 @@ _SURE: Final = 1.0
 _UNSURE: Final = -1.0
 """The same while there is time for further reports: a course that is two degrees off is no risk yet."""
 _DOUBT_MOST: Final = 0.4
-"""Of the wanted clearance, more or less: of who is hardly known everything would be a risk near, and nothing far ahead."""
+"""Of the wanted clearance: of who is hardly known everything would be a risk."""
 _LATER_S: Final = 150.0
 """Up to here doubt counts for her; between the two it changes over."""
 
@@ -145,7 +145,8 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
         shown = clearance(north, east, closing, (hull, axis_rad), _SHOWN_S)
     wanted = wanted_m(hull, config)
     doubt_m = _doubt(closest.time_s) * track.sigma_m(age_s + _AHEAD * closest.time_s)
-    grown = wanted + clamp(doubt_m, -_DOUBT_MOST * wanted, _DOUBT_MOST * wanted)
+    # far ahead doubt takes all of it away, but who is foretold to hit is a risk however far
+    grown = wanted + clamp(doubt_m, -wanted, _DOUBT_MOST * wanted)
     # towards one at rest we go by our own speed, which is known
     leaving = track.at_rest or north * closing[0] + east * closing[1] > track.rate_sigma_mps() * range_m
     danger = _danger(closest, wanted, grown, leaving=leaving)
