@@ -84,6 +84,10 @@ class SimVessel:
             self._turn_by_law(dt_s, thruster_port, thruster_starboard)
         offset = self._rudder_offset
         self._turn_rudders(dt_s, rudder_port_rad + offset, rudder_starboard_rad + offset)
+        self._sail(dt_s, water)
+
+    def _sail(self, dt_s: float, water: Conditions) -> None:
+        """Move the hull by what acts on it: actuators, wind, waves, current."""
         psi_rad = self.psi_rad
         cosine, sine = cos(psi_rad), sin(psi_rad)
         surge_n = sway_n = yaw_nm = 0.0

@@ -15,7 +15,7 @@ from companion.core.hull import VesselConfig
 from mavlink_bridge.language.units import wrap_pi
 
 from .hull import SimVessel
-from .water import STILL, Conditions
+from .water import Conditions
 
 
 class Motion(Config):
@@ -38,29 +38,13 @@ class MovedVessel(SimVessel):
         self._t_s = 0.0
         self._take()
 
-    def step(
-        self,
-        dt_s: float,
-        thruster_port: float,
-        thruster_starboard: float,
-        rudder_port_rad: float,
-        rudder_starboard_rad: float,
-        water: Conditions = STILL,
-    ) -> None:
-        """Advance the actuators by ``dt_s``, and the hull along the table."""
-        north_m, east_m = self.north_m, self.east_m
-        super().step(
-            dt_s,
-            thruster_port,
-            thruster_starboard,
-            rudder_port_rad=rudder_port_rad,
-            rudder_starboard_rad=rudder_starboard_rad,
-            water=water,
-        )
+    def _sail(self, dt_s: float, water: Conditions) -> None:
+        """Move the hull along the table."""
         self._t_s += dt_s
         self._take()
         self.vn_mps, self.ve_mps = self.ground_velocity(water)
-        self.north_m, self.east_m = north_m + self.vn_mps * dt_s, east_m + self.ve_mps * dt_s
+        self.north_m += self.vn_mps * dt_s
+        self.east_m += self.ve_mps * dt_s
 
     def _take(self) -> None:
         rows, now_s = self._table, self._t_s

@@ -117,7 +117,19 @@ def mean_upload_s(items: tuple[PlanItem, ...], loss: float, runs: int) -> float:
 
 def disarm() -> tuple[RequestBody, Origin]:
     """What QGroundControl sends to disarm, and what it asks."""
-    message = dialect.MAVLink_command_long_message(1, 1, 400, 0, 0, 0, 0, 0, 0, 0, 0)
+    message = dialect.MAVLink_command_long_message(
+        target_system=1,
+        target_component=1,
+        command=400,
+        confirmation=0,
+        param1=0,
+        param2=0,
+        param3=0,
+        param4=0,
+        param5=0,
+        param6=0,
+        param7=0,
+    )
     return Arm(False), Origin(message.get_msgId(), payload(message), (255, 190), home_item=True)
 
 
@@ -206,7 +218,21 @@ def _something(rng: random.Random, number: int) -> tuple[RequestBody, Origin | N
         return compiled((plan_item(19, (float(100 + number % 500), 0.0, 40.0, 0.0), at_e7=(x, y)),)), None
     if choice < 0.7:
         return SetParameter("LOIT_RADIUS", float(number)), None
-    message = dialect.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, 1.5, 1.0, 0.0, NAN, x, y, NAN)
+    message = dialect.MAVLink_command_int_message(
+        target_system=1,
+        target_component=1,
+        frame=6,
+        command=192,
+        current=0,
+        autocontinue=0,
+        param1=1.5,
+        param2=1.0,
+        param3=0.0,
+        param4=NAN,
+        x=x,
+        y=y,
+        z=NAN,
+    )
     origin = Origin(message.get_msgId(), payload(message), (245, 190), home_item=True)
     meant = meaning_of(origin, Context(True, 0, 0, None), (1, 1))
     assert not isinstance(meant, Reply)

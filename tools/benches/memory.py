@@ -24,10 +24,30 @@ DAY_BAR_MB = 1.0
 def _said(second: int) -> list[tuple[int, Any]]:
     """What a station repeats: every so many seconds, a message."""
     return [
-        (1, dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)),
+        (
+            1,
+            dialect.MAVLink_heartbeat_message(
+                type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
+            ),
+        ),
         (5, dialect.MAVLink_param_request_read_message(1, 1, b"DEPTH_MIN", -1)),
         (7, dialect.MAVLink_timesync_message(0, second * 1000)),
-        (11, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0)),
+        (
+            11,
+            dialect.MAVLink_command_long_message(
+                target_system=1,
+                target_component=1,
+                command=512,
+                confirmation=0,
+                param1=148,
+                param2=0,
+                param3=0,
+                param4=0,
+                param5=0,
+                param6=0,
+                param7=0,
+            ),
+        ),
         (13, dialect.MAVLink_mission_request_list_message(1, 1, 0)),
     ]
 

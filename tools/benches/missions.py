@@ -33,9 +33,15 @@ INSTANCE = 60
 def _frames() -> list[bytes]:
     codec = Codec(1, 1)
     messages = [
-        dialect.MAVLink_heartbeat_message(11, 3, 81, 0, 4, 3),
-        dialect.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0),
-        dialect.MAVLink_global_position_int_message(1, 411850123, -87062154, 0, 0, 1, 2, 3, 4),
+        dialect.MAVLink_heartbeat_message(
+            type=11, autopilot=3, base_mode=81, custom_mode=0, system_status=4, mavlink_version=3
+        ),
+        dialect.MAVLink_attitude_message(
+            time_boot_ms=1, roll=0.1, pitch=0.2, yaw=0.3, rollspeed=0.0, pitchspeed=0.0, yawspeed=0.0
+        ),
+        dialect.MAVLink_global_position_int_message(
+            time_boot_ms=1, lat=411850123, lon=-87062154, alt=0, relative_alt=0, vx=1, vy=2, vz=3, hdg=4
+        ),
     ]
     return [codec.encode(messages[number % 3]) for number in range(FRAMES)]
 
@@ -116,7 +122,9 @@ def run() -> list[dict[str, Any]]:
     """All figures."""
     raws = _frames()
     stream = b"".join(raws)
-    message = dialect.MAVLink_global_position_int_message(1, 411850123, -87062154, 0, 0, 1, 2, 3, 4)
+    message = dialect.MAVLink_global_position_int_message(
+        time_boot_ms=1, lat=411850123, lon=-87062154, alt=0, relative_alt=0, vx=1, vy=2, vz=3, hdg=4
+    )
     codec = Codec(1, 1)
     frames = Deframer().receive(stream, 0)
     encode_us = _time_per(FRAMES, lambda: [codec.encode(message) for _ in range(FRAMES)])

@@ -73,7 +73,21 @@ class Station:
     def ask_for_streams(self) -> None:
         for name in STREAMS:
             number = getattr(dialect, f"MAVLINK_MSG_ID_{name}")
-            self.send(dialect.MAVLink_command_long_message(self.vessel, 1, 511, 0, number, 20_000, 0, 0, 0, 0, 0))
+            self.send(
+                dialect.MAVLink_command_long_message(
+                    target_system=self.vessel,
+                    target_component=1,
+                    command=511,
+                    confirmation=0,
+                    param1=number,
+                    param2=20_000,
+                    param3=0,
+                    param4=0,
+                    param5=0,
+                    param6=0,
+                    param7=0,
+                )
+            )
 
 
 def listen(stations: list[Station], seconds: float, steer: bool = False) -> None:
@@ -85,11 +99,17 @@ def listen(stations: list[Station], seconds: float, steer: bool = False) -> None
         if now >= beat:
             beat = now + 1.0
             for station in stations:
-                station.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+                station.send(
+                    dialect.MAVLink_heartbeat_message(
+                        type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
+                    )
+                )
         if steer and now >= stick:
             stick = now + 0.02
             for station in stations:
-                station.send(dialect.MAVLink_manual_control_message(station.vessel, 0, 0, 0, 0, 0))
+                station.send(
+                    dialect.MAVLink_manual_control_message(target=station.vessel, x=0, y=0, z=0, r=0, buttons=0)
+                )
 
 
 def cpu_s(pid: int) -> float:

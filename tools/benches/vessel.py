@@ -76,7 +76,14 @@ class Station:
         while (now := time.monotonic()) < end:
             if now >= due:
                 due = now + 1.0
-                self.socket.sendto(self._codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)), address)
+                self.socket.sendto(
+                    self._codec.encode(
+                        dialect.MAVLink_heartbeat_message(
+                            type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=0, mavlink_version=3
+                        )
+                    ),
+                    address,
+                )
             with contextlib.suppress(TimeoutError):
                 size += len(self.socket.recv(2048))
         return size

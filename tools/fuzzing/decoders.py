@@ -76,7 +76,16 @@ def decoders() -> list[Decoder]:
     frames = [sealer.seal(kind, b"body", 0, shore.current) for kind in (Kind.KEY, Kind.DELTA, Kind.BATCH, Kind.STOP)]
     key = state_codec.encode_key(RadioState(lat_rad=0.7, lon_rad=-0.1))
     log = b"".join(
-        tlog.pack(n, 0, Codec(1, 1).encode(dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 4, 3))) for n in range(3)
+        tlog.pack(
+            n,
+            0,
+            Codec(1, 1).encode(
+                dialect.MAVLink_heartbeat_message(
+                    type=11, autopilot=3, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
+                )
+            ),
+        )
+        for n in range(3)
     )
     board.opened(0)
     clock = iter(range(0, 10**15, 20_000))

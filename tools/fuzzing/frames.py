@@ -89,13 +89,35 @@ class FrameMaker:
         codec = self._codecs[0]
         kind = rng.randrange(4)
         if kind == 0:
-            return codec.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+            return codec.encode(
+                dialect.MAVLink_heartbeat_message(
+                    type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
+                )
+            )
         if kind == 1:
-            return codec.encode(dialect.MAVLink_manual_control_message(1, rng.randrange(-1000, 1001), 0, 500, 0, 0))
+            return codec.encode(
+                dialect.MAVLink_manual_control_message(
+                    target=1, x=rng.randrange(-1000, 1001), y=0, z=500, r=0, buttons=0
+                )
+            )
         command, first, second = rng.choice(
             ((400, 1.0, 21196.0), (400, 1.0, 0.0), (176, 1.0, 0.0), (176, 1.0, 10.0), (176, 1.0, 15.0), (300, 0.0, 0.0))
         )
-        return codec.encode(dialect.MAVLink_command_long_message(1, 1, command, 0, first, second, 0, 0, 0, 0, 0))
+        return codec.encode(
+            dialect.MAVLink_command_long_message(
+                target_system=1,
+                target_component=1,
+                command=command,
+                confirmation=0,
+                param1=first,
+                param2=second,
+                param3=0,
+                param4=0,
+                param5=0,
+                param6=0,
+                param7=0,
+            )
+        )
 
     def flipped(self) -> bytes:
         """A frame with some bits turned, its checksum mended half of the time."""
