@@ -93,7 +93,7 @@ class Target:
 
     def accepted(self) -> list[str]:
         """Names of the messages that an endpoint acts upon."""
-        return sorted(all_messages[number].msgname for number in self.endpoint()._handlers)
+        return sorted(all_messages[number].msgname for number in self.endpoint().handled)
 
     def tick(self, frames: list[tuple[int, bytes]]) -> str:
         """Feed frames to links, run a tick; return the broken promise, or an empty string."""

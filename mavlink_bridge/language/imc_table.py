@@ -70,7 +70,7 @@ Distance.value | Distance.value_m | DISTANCE_SENSOR.current_distance | cm below 
     reading; 655.35 m saturates | motion.distance_sensor
 Distance.value | Distance.value_m | WATER_DEPTH.distance | m, NaN = no bottom | motion.water_depth
 Distance (from outside) | DistanceInput.value_m | DISTANCE_SENSOR.current_distance | in: another component's sounder, orientation 25
-    | sensor_input.distance
+    | brought.distance
 SetThrusterActuation.value | ActuatorOutput.thruster_port | SERVO_OUTPUT_RAW.servo1_raw | us that the board says it applied (level 0:
     commanded), 1500 + 500 v; one frame carries all four | system.servo_output_raw
 SetThrusterActuation, SetServoPosition (from outside) | - | - | refused: a network peer that moves single actuators goes round
@@ -171,8 +171,8 @@ def _lines(table: str, columns: int) -> tuple[tuple[str, ...], ...]:
 _ROOMS: Final = {
     "motion": "telemetry/motion",
     "system": "telemetry/system",
-    "sensor_input": "endpoint/sensor_input",
-    "guided": "endpoint/guided",
+    "brought": "services/brought",
+    "guided": "services/guided",
     "table": "commands/table",
     "plan_mapping": "missions/plan_mapping",
     "missions": "missions/service",

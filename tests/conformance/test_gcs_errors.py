@@ -130,10 +130,10 @@ def test_check_66_texts_do_not_mix(bench):
     assert sorted(joined.values()) == ["a" * 120, "b" * 120]
 
 
-def signed_bench(persona):
+def signed_bench(persona, **options):
     state = SigningState(key=KEY)
     state.advance(UTC_US)
-    bench = Bench(config=EndpointConfig(persona=persona, link_class="signed"), signing=state, link_id=2)
+    bench = Bench(config=EndpointConfig(persona=persona, link_class="signed"), signing=state, link_id=2, **options)
     bench.tick()
     theirs = SigningState(key=KEY)
     theirs.advance(UTC_US + 1_000_000)
@@ -213,9 +213,10 @@ def test_check_67_a_telemetry_link_listens_to_nobody(persona):
     assert bench.gcs.all("HEARTBEAT")
 
 
-def test_check_67_keys_are_not_set_by_strangers(bench):
+def test_check_67_keys_are_not_set_by_strangers(persona):
     keys = []
-    bench.endpoint._on_key = keys.append
+    bench = Bench(persona, on_key=keys.append)
+    bench.tick()
     bench.send(dialect.MAVLink_setup_signing_message(1, 1, list(KEY), 0))
     bench.tick()
     assert not keys
@@ -223,8 +224,7 @@ def test_check_67_keys_are_not_set_by_strangers(bench):
 
 
 def test_check_67_a_new_key_must_be_signed_by_the_old(persona):
-    bench = signed_bench(persona)
     keys = []
-    bench.endpoint._on_key = keys.append
+    bench = signed_bench(persona, on_key=keys.append)
     bench.send(dialect.MAVLink_setup_signing_message(1, 1, list(KEY[::-1]), 0))
     assert keys == [KEY[::-1]]

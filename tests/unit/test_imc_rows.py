@@ -198,7 +198,7 @@ def test_depth(value, quality):
     message = through(code_of("Distance.value_m", "DISTANCE_SENSOR.current_distance")(shown))
     assert message.current_distance / 100.0 == pytest.approx(value, abs=0.0051)
     assert message.orientation == 25
-    back = imc_table_code("mavlink/endpoint/sensor_input.distance")(message)
+    back = imc_table_code("mavlink/services/brought.distance")(message)
     assert back.value_m == pytest.approx(value, abs=0.0051)
     water = through(code_of("Distance.value_m", "WATER_DEPTH.distance")(shown))
     assert water.distance == pytest.approx(value, rel=1e-6)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Final
 
-from ..wire.payload import message_id
-
-_CANNOT: Final = {
+CANNOT: Final = {
     "FOLLOW_TARGET": "follow me: this boat follows nobody; send go-tos instead",
     "SET_GPS_GLOBAL_ORIGIN": "global origin: this boat's is where it first had a position; nothing was set",
     "ODOMETRY": "odometry is not taken: this boat finds its place by its own receiver",
@@ -16,11 +13,4 @@ _CANNOT: Final = {
     "SET_ACTUATOR_CONTROL_TARGET": "actuators are not set one by one: use sticks or set-points",
 }
 
-
-def handlers(explain: Callable[[str], None]) -> Mapping[int, Callable[[Any, int], None]]:
-    """Return one handler for each such message; ``explain`` keeps repeats from flooding."""
-
-    def saying(why: str) -> Callable[[Any, int], None]:
-        return lambda message, now_us: explain(why)
-
-    return {message_id(name): saying(why) for name, why in _CANNOT.items()}
+"""By the message's name, what is said."""
