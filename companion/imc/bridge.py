@@ -96,7 +96,7 @@ class Bridge:
 
     def _tell(self, now_us: int) -> None:
         """Everything that people should know goes into the log book and the log."""
-        for severity, text in self.client.texts():
+        for severity, text in self.client.drain_texts():
             self.book.note(severity, "vehicle", text, now_us)
         for severity, text in (*self.desk.events(), *self.node.drain_texts()):
             self.book.note(severity, "bridge", text, now_us)

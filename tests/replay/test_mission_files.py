@@ -96,7 +96,7 @@ def test_a_file_is_uploaded_and_comes_back_equal_or_is_refused_with_the_reason(s
         result = vessel.upload(wire, kind)
         if kind is PlanKind.MISSION and refusal:
             assert result != MissionResult.ACCEPTED
-            text = vessel.server.texts()[0][1]
+            text = vessel.server.drain_texts()[0][1]
             assert refusal in text
             assert "item " in text
             assert vessel.items(kind) == ()

@@ -101,7 +101,7 @@ def test_an_approach_that_never_gets_there_is_capped_and_told() -> None:
     assert leg_of(made, 0) is not None
     finish(made, 4 * nominal_s + 121, Report())
     assert leg_of(made, 0) is None
-    assert any("not reached" in text for _, text in made.drain()[2])
+    assert any("not reached" in text for _, text in made.drain_texts())
 
 
 def test_turns_end_a_loiter_and_an_unlimited_one_never_ends() -> None:
@@ -155,7 +155,7 @@ def test_return_goes_to_the_nearest_rally_point_else_home_else_is_passed_with_a_
     assert nearest((LAT, LON), (), home) == home
     made = mission(ReturnHome(0))
     assert leg_of(made, 0) is None
-    assert any("no home" in text for _, text in made.drain()[2])
+    assert any("no home" in text for _, text in made.drain_texts())
     made = mission(ReturnHome(0))
     made.rally = (far, near)
     assert leg_of(made, 0).maneuver.lat_rad == near[0]
@@ -164,7 +164,7 @@ def test_return_goes_to_the_nearest_rally_point_else_home_else_is_passed_with_a_
 def test_effects_are_handed_over_in_order() -> None:
     made = mission(FenceEnable(0, enable=False), point(1))
     leg_of(made, 0)
-    _, effects, _ = made.drain()
+    _, effects = made.drain()
     assert effects == (FenceEnable(0, enable=False),)
 
 

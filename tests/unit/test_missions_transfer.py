@@ -152,7 +152,7 @@ def test_the_acknowledgement_waits_for_the_vessel(home_item):
     assert answers == []
     assert link.poll(0.2) == []
     assert link.vessel_stores(Reply(Result.DENIED, "not while armed"))[0].type == MissionResult.DENIED
-    assert "not while armed" in link.server.texts()[-1][1]
+    assert "not while armed" in link.server.drain_texts()[-1][1]
     assert link.store.plans[PlanKind.MISSION] == ()
 
 
@@ -239,7 +239,7 @@ def test_check_18_a_bad_item_ends_the_upload_with_its_reason_and_the_old_plan_st
     old = link.store.plans[PlanKind.MISSION]
     ack, _ = link.upload([point(0), bad, point(2)])
     assert ack.type == result
-    text = link.server.texts()[-1][1]
+    text = link.server.drain_texts()[-1][1]
     assert words in text
     assert f"item {1 + home_item}" in text
     assert link.store.plans[PlanKind.MISSION] == old
@@ -400,7 +400,7 @@ def test_an_upload_without_a_home_item_is_refused_where_one_is_due(first, words)
     link.count(2)
     (ack,) = link.item(first, 0)
     assert ack.type == MissionResult.INVALID
-    text = link.server.texts()[0][1]
+    text = link.server.drain_texts()[0][1]
     assert "item 0" in text
     assert words in text
 
@@ -539,9 +539,9 @@ def test_a_held_single_item_ends_in_an_error_and_a_later_text():
     answers = [message for _ in range(20) for message in link.poll(0.1)]
     assert [message.get_type() for message in answers] == ["MISSION_REQUEST_INT"] * 3 + ["MISSION_ACK"]
     assert answers[-1].type == MissionResult.ERROR
-    link.server.texts()
+    link.server.drain_texts()
     assert link.vessel_stores() == []
-    assert "now stored" in link.server.texts()[0][1]
+    assert "now stored" in link.server.drain_texts()[0][1]
 
 
 def test_829_items_take_well_under_a_second_of_the_processor():

@@ -104,7 +104,7 @@ def test_a_new_stream_may_be_one_minute_behind_and_no_more(vessel):
     too_late = Station(units=NOW_UNITS - 61 * signing.UNITS_PER_S, system=251)
     assert verifier.check(late.frame(), 0) is Verdict.ACCEPTED
     assert verifier.check(too_late.frame(), 0) is Verdict.TOO_OLD
-    assert "system 251 are 61 s behind" in verifier.texts()[0]
+    assert "system 251 are 61 s behind" in verifier.drain_texts()[0]
 
 
 def test_thousands_of_forged_streams_fill_no_table(vessel):
@@ -113,7 +113,7 @@ def test_thousands_of_forged_streams_fill_no_table(vessel):
         for link_id in range(20):
             verifier.check(Station(key=b"\x07" * 32, link_id=link_id, system=system).frame(), 0)
     assert not vessel.streams
-    assert len(verifier.texts()) <= 4
+    assert len(verifier.drain_texts()) <= 4
 
 
 def test_the_table_is_bounded_and_forgets_only_what_cannot_return(vessel):
@@ -163,7 +163,7 @@ def test_operator_texts_are_rare(vessel):
     verifier = Verifier(vessel, SIGNED)
     for second in range(120):
         verifier.check(Station(key=None).frame(), second * 1_000_000)
-    assert len(verifier.texts()) == 2
+    assert len(verifier.drain_texts()) == 2
     assert verifier.counters[Verdict.UNSIGNED] == 120
 
 

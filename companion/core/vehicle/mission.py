@@ -7,6 +7,7 @@ is ended by a cap, so that no plan hangs for ever.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -89,9 +90,9 @@ class Leg:
 
 Effect = SetHome | FenceEnable | Noted
 """Items that act on the vessel at once instead of being sailed."""
-News = tuple[tuple[int, ...], tuple[Effect, ...], tuple[tuple[Severity, str], ...]]
-"""Items reached, effects due, texts."""
-_NOTHING: Final[News] = ((), (), ())
+News = tuple[tuple[int, ...], tuple[Effect, ...]]
+"""Items reached, effects due."""
+_NOTHING: Final[News] = ((), ())
 _ACTIVE: Final = PlanState.ACTIVE
 _DAY_S: Final = 86_400.0
 """Times of day come again after so long."""
@@ -238,12 +239,19 @@ class Mission:
             self._finish(leg)
 
     def drain(self) -> News:
-        """Return and forget the items reached, the effects due and the texts since the last call."""
-        if not (self._reached or self._effects or self._texts):
+        """Return and forget the items reached and the effects due since the last call."""
+        if not (self._reached or self._effects):
             return _NOTHING
-        result = tuple(self._reached), tuple(self._effects), tuple(self._texts)
-        self._reached, self._effects, self._texts = [], [], []
+        result = tuple(self._reached), tuple(self._effects)
+        self._reached, self._effects = [], []
         return result
+
+    def drain_texts(self) -> Sequence[tuple[Severity, str]]:
+        """Return and forget the texts for the operator since the last call."""
+        if not self._texts:
+            return ()
+        texts, self._texts = self._texts, []
+        return texts
 
     def _forget(self, state: PlanState) -> None:
         self.state = state

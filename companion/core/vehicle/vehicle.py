@@ -280,10 +280,10 @@ class Vehicle:
         self._watch_progress(ticked)
         for part in (parts.estimator, parts.guidance, parts.navigator, parts.operators):
             say_all(part.drain_texts())
-        reached, effects, texts = parts.mission.drain()
+        reached, effects = parts.mission.drain()
         for effect in effects:
             self._take_effect(effect)
-        say_all(texts)
+        say_all(parts.mission.drain_texts())
         return reached
 
     def _watch_progress(self, ticked: Ticked) -> None:

@@ -108,7 +108,7 @@ class VehicleClient:
     def is_heard(self, now_us: int) -> bool:
         return self._heard_us is not None and now_us - self._heard_us < HEARD_US
 
-    def texts(self) -> list[tuple[int, str]]:
+    def drain_texts(self) -> list[tuple[int, str]]:
         """(MAV_SEVERITY, text) of the vehicle since the last call."""
         return self.texts_heard.drain()
 

@@ -151,7 +151,7 @@ class MissionServer:
         last = session.upload.first + session.upload.count - 1
         return [] if session.held_seq == last else self._ask(session, [last])
 
-    def texts(self) -> list[tuple[Severity, str]]:
+    def drain_texts(self) -> list[tuple[Severity, str]]:
         """Texts for the operator since the last call."""
         texts, self._texts = self._texts, []
         return texts

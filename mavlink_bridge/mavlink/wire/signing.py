@@ -183,7 +183,7 @@ class Verifier:
             self._tell(verdict, frame, now_us)
         return verdict
 
-    def texts(self) -> list[str]:
+    def drain_texts(self) -> list[str]:
         """Sentences for the operator since the last call."""
         texts, self._texts = self._texts, []
         return texts
