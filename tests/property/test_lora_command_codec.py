@@ -8,13 +8,14 @@ from hypothesis import given, settings, strategies as st
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Origin, Reply, Reposition, Result, SetMode, StartPlan
+from mavlink_bridge.mavlink.commands.command import Command
 from mavlink_bridge.mavlink.commands.table import Context
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
 from mavlink_bridge.radio.codec.bits import BitsError
 from mavlink_bridge.radio.codec.command import decode_command, encode_command, is_command, trimmed
 from mavlink_bridge.radio.codec.request import encode_request
-from mavlink_bridge.radio.orders import frame_of, meaning_of
+from mavlink_bridge.radio.orders import meaning_of
 from tools.benches.lora import disarm
 from tools.lora_rig import Rig, profile
 
@@ -61,12 +62,14 @@ def test_every_command_and_any_other_message_comes_back_to_the_byte(origin):
 
 @settings(max_examples=200, deadline=None)
 @given(st.one_of(longs, ints), ids)
-def test_the_frame_itself_comes_back(message, source):
+def test_a_command_means_aboard_what_it_meant_on_the_wire(message, source):
     sent = Codec(*source).seal(message[0], trimmed(message[1]))
-    found = Deframer().receive(sent, 0)[0]
-    heard = decode(found)
-    origin = Origin(heard.get_msgId(), heard.get_payload(), (heard.get_srcSystem(), heard.get_srcComponent()))
-    assert frame_of(back(origin)) == sent
+    heard = decode(Deframer().receive(sent, 0)[0])
+    origin = back(Origin(heard.get_msgId(), heard.get_payload(), (heard.get_srcSystem(), heard.get_srcComponent())))
+    assert Codec(*origin.source).seal(origin.message_id, origin.payload) == sent
+    command, target = Command.from_payload(origin.message_id, origin.payload, origin.source)
+    assert repr(command) == repr(Command.from_message(heard)), "NaN included"
+    assert target == (heard.target_system, heard.target_component)
 
 
 @settings(max_examples=200, deadline=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -13,6 +14,11 @@ from ..wire.codec import dialect
 from ..wire.mapping import deg_to_rad, degE7_to_rad
 
 COMMAND_INT: Final = dialect.MAVLINK_MSG_ID_COMMAND_INT
+COMMAND_LONG: Final = dialect.MAVLINK_MSG_ID_COMMAND_LONG
+_LONG: Final = struct.Struct("<7fHBBB")
+"""COMMAND_LONG (76) on the wire: seven parameters, command, target system and component, confirmation."""
+_INT: Final = struct.Struct("<4f2ifH5B")
+"""COMMAND_INT (75): four parameters, x, y, z, command, target system and component, frame, current, autocontinue."""
 
 ACCEPTED: Final = 0
 REJECTED_NOW: Final = 1
@@ -65,6 +71,26 @@ class Command:
             sender=(message.get_srcSystem(), message.get_srcComponent()),
         )
 
+    @classmethod
+    def from_payload(cls, message_id: int, payload: bytes, sender: tuple[int, int]) -> tuple[Command, tuple[int, int]]:
+        """What a payload without its frame says, and the system and component that it is meant for.
+
+        ``message_id``: COMMAND_LONG or COMMAND_INT; trailing zeros may be missing, as MAVLink 2 leaves them out.
+        Raises ValueError for another id.
+        """
+        match message_id:
+            case dialect.MAVLINK_MSG_ID_COMMAND_LONG:
+                *values, command, system, component, _ = _fields(_LONG, payload)
+                numbers, frame = [_plain(value) for value in values], None
+            case dialect.MAVLINK_MSG_ID_COMMAND_INT:
+                *values, x, y, z, command, system, component, frame, _, _ = _fields(_INT, payload)
+                numbers = [*(_plain(value) for value in values), x, y, _plain(z)]
+            case _:
+                raise ValueError(f"message {message_id} is no command")
+        params = numbers[0], numbers[1], numbers[2], numbers[3]
+        made = cls(command, params, x=numbers[4], y=numbers[5], z=numbers[6], frame=frame, sender=sender)
+        return made, (system, component)
+
     def given(self, number: int) -> float | None:
         """Param 1...4, None when NaN. Infinity is refused: no meaning of it is defined for any command."""
         value = self.params[number - 1]
@@ -115,6 +141,10 @@ class Command:
         if (lat_deg is not None and abs(lat_deg) > 90.0) or (lon_deg is not None and abs(lon_deg) > 180.0):
             raise denied("position is not on the globe")
         return _radians(lat_deg), _radians(lon_deg)
+
+
+def _fields(layout: struct.Struct, payload: bytes) -> tuple[Any, ...]:
+    return layout.unpack(payload[: layout.size].ljust(layout.size, b"\0"))
 
 
 def _radians(angle_deg: float | None) -> float | None:

@@ -11,12 +11,10 @@ import struct
 from typing import Final
 
 from ...language.requests import Origin
-from ...mavlink.wire.codec import dialect
+from ...mavlink.commands.command import COMMAND_INT, COMMAND_LONG
 from .bits import BitReader, BitsError, BitWriter
 from .wire import COMMAND_CODE, COMMAND_FRAMES, COMMANDS, RAW_CODE, REQUEST_BITS, STATIONS
 
-COMMAND_LONG: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_LONG
-COMMAND_INT: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_INT
 _LONG: Final = struct.Struct("<7IHBBB")
 """Seven parameters, command, target system and component, confirmation."""
 _INT: Final = struct.Struct("<4IiiIHBBBBB")
