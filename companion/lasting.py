@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
 from .core.vehicle.controls import Controls
@@ -79,7 +80,7 @@ class VoyageKeeper:
         self._lasting.submit(ForgetRecord(_VOYAGE) if now is None else SaveRecord(_VOYAGE, 1, now), lambda reply: None)
 
 
-def _point(value: object) -> tuple[float, float] | None:
+def _point(value: object) -> LatLon | None:
     if isinstance(value, list | tuple) and len(value) == 2 and all(isinstance(part, float) for part in value):
-        return value[0], value[1]
+        return LatLon((value[0], value[1]))
     return None

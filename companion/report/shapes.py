@@ -9,6 +9,7 @@ from typing import Final
 from mavlink_bridge.language.figures import outline
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Goto, Loiter
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import e7_to_deg
 from mavlink_bridge.mavlink.missions.fence_mapping import compile_fence
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_item
@@ -78,7 +79,9 @@ def plan_shapes(flight: Flight) -> Shapes:
 
 def _figure(loiter: Loiter) -> list[list[tuple[float, float]]]:
     frame = LocalFrame(loiter.lat_rad, loiter.lon_rad)
-    line = [_degrees(frame.to_geodetic(*point)) for point in outline(loiter.figure, (0.0, 0.0), _USUAL_RADIUS_M)]
+    line = [
+        _degrees(frame.to_geodetic(*point)) for point in outline(loiter.figure, NorthEast((0.0, 0.0)), _USUAL_RADIUS_M)
+    ]
     return [line] if line else []
 
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Final, get_args
 
-from .segments import Arc, Line, Point, Segment
+from .points import NorthEast
+from .segments import Arc, Line, Segment
 from .units import wrap_pi
 
 
@@ -35,10 +36,10 @@ class Circle:
     radius_m: float | None = None
     direction: LoiterDirection = LoiterDirection.CW
 
-    def segments(self, centre: Point, radius_m: float, sense: int) -> tuple[Segment, ...]:
+    def segments(self, centre: NorthEast, radius_m: float, sense: int) -> tuple[Segment, ...]:
         return (Arc(centre, radius_m, 0.0, sense, 2.0 * math.pi),)
 
-    def error_m(self, centre: Point, radius_m: float, here: Point, sense: int) -> float:
+    def error_m(self, centre: NorthEast, radius_m: float, here: NorthEast, sense: int) -> float:
         """How far outside the circle a place is; inside is negative."""
         return math.dist(here, centre) - radius_m
 
@@ -61,13 +62,14 @@ class Racetrack:
     bearing_rad: float | None = None
     direction: LoiterDirection = LoiterDirection.CW
 
-    def segments(self, centre: Point, radius_m: float, sense: int) -> tuple[Segment, ...]:
+    def segments(self, centre: NorthEast, radius_m: float, sense: int) -> tuple[Segment, ...]:
         bearing_rad = self.bearing_rad or 0.0
         ahead = (math.cos(bearing_rad), math.sin(bearing_rad))
         side = (-ahead[1] * -sense, ahead[0] * -sense)
 
-        def at(along: float, across: float) -> Point:
-            return centre[0] + along * ahead[0] + across * side[0], centre[1] + along * ahead[1] + across * side[1]
+        def at(along: float, across: float) -> NorthEast:
+            north = centre[0] + along * ahead[0] + across * side[0]
+            return NorthEast((north, centre[1] + along * ahead[1] + across * side[1]))
 
         half = 0.5 * (self.length_m or 2.0 * radius_m)
         outward = math.atan2(side[1], side[0])
@@ -78,7 +80,7 @@ class Racetrack:
             Arc(at(-half, 0.0), radius_m, wrap_pi(outward + math.pi), sense, math.pi),
         )
 
-    def error_m(self, centre: Point, radius_m: float, here: Point, sense: int) -> float:
+    def error_m(self, centre: NorthEast, radius_m: float, here: NorthEast, sense: int) -> float:
         """Distance of a place to the figure."""
         return distance_m(self.segments(centre, radius_m, sense), *here)
 
@@ -102,12 +104,12 @@ class FigureEight:
     bearing_rad: float | None = None
     direction: LoiterDirection = LoiterDirection.CW
 
-    def segments(self, centre: Point, radius_m: float, sense: int) -> tuple[Segment, ...]:
+    def segments(self, centre: NorthEast, radius_m: float, sense: int) -> tuple[Segment, ...]:
         bearing_rad = self.bearing_rad or 0.0
         half = max(0.5 * (self.length_m or 2.0 * radius_m), radius_m)
         ahead = (math.cos(bearing_rad), math.sin(bearing_rad))
-        far = (centre[0] + half * ahead[0], centre[1] + half * ahead[1])
-        near = (centre[0] - half * ahead[0], centre[1] - half * ahead[1])
+        far = NorthEast((centre[0] + half * ahead[0], centre[1] + half * ahead[1]))
+        near = NorthEast((centre[0] - half * ahead[0], centre[1] - half * ahead[1]))
         opening = math.acos(min(1.0, radius_m / half))
         sweep = 2.0 * (math.pi - opening)
         # the tangent points lie at +-opening from the line to the other loop's centre
@@ -122,7 +124,7 @@ class FigureEight:
                 segments.append(link)
         return tuple(segments)
 
-    def error_m(self, centre: Point, radius_m: float, here: Point, sense: int) -> float:
+    def error_m(self, centre: NorthEast, radius_m: float, here: NorthEast, sense: int) -> float:
         """Distance of a place to the figure."""
         return distance_m(self.segments(centre, radius_m, sense), *here)
 
@@ -137,10 +139,10 @@ class Hover:
     name: ClassVar[str] = "hover"
     goes_round: ClassVar[bool] = False
 
-    def segments(self, centre: Point, radius_m: float, sense: int) -> tuple[Segment, ...]:
+    def segments(self, centre: NorthEast, radius_m: float, sense: int) -> tuple[Segment, ...]:
         return ()
 
-    def error_m(self, centre: Point, radius_m: float, here: Point, sense: int) -> float:
+    def error_m(self, centre: NorthEast, radius_m: float, here: NorthEast, sense: int) -> float:
         """Distance of a place to the point."""
         return math.dist(here, centre)
 
@@ -189,9 +191,9 @@ def sense_of(figure: Figure) -> int:
     return -1 if not isinstance(figure, Hover) and figure.direction is LoiterDirection.CCW else 1
 
 
-def outline(figure: Figure, centre: Point, default_radius_m: float) -> list[Point]:
+def outline(figure: Figure, centre: NorthEast, default_radius_m: float) -> list[NorthEast]:
     """The closed line of a figure as points north and east, for whoever draws it or holds it against something."""
-    points: list[Point] = []
+    points: list[NorthEast] = []
     for segment in figure.segments(centre, radius_of(figure, default_radius_m), sense_of(figure)):
         turns = abs(segment.curvature) * segment.length_m / (2.0 * math.pi)
         count = max(1, math.ceil(_CORNERS_PER_TURN * turns))

@@ -12,6 +12,8 @@ from typing import Final
 
 from geographiclib.geodesic import Geodesic
 
+from .points import LatLon, NorthEast
+
 _WGS84: Final = Geodesic.WGS84
 SEMI_MAJOR_AXIS_M: Final = 6_378_137.0
 """Equatorial radius of WGS-84 (NGA.STND.0036)."""
@@ -43,7 +45,7 @@ def at_most_m(lat1_rad: float, lon1_rad: float, lat2_rad: float, lon2_rad: float
     return 2.0 * greatest_m * math.asin(math.sqrt(min(half, 1.0)))
 
 
-def direct(lat_rad: float, lon_rad: float, bearing_rad: float, distance_m: float) -> tuple[float, float]:
+def direct(lat_rad: float, lon_rad: float, bearing_rad: float, distance_m: float) -> LatLon:
     """Return (lat, lon) in rad of the point at a bearing and distance."""
     line = _WGS84.Direct(
         math.degrees(lat_rad),
@@ -52,7 +54,7 @@ def direct(lat_rad: float, lon_rad: float, bearing_rad: float, distance_m: float
         distance_m,
         Geodesic.LATITUDE | Geodesic.LONGITUDE,
     )
-    return math.radians(line["lat2"]), math.radians(line["lon2"])
+    return LatLon((math.radians(line["lat2"]), math.radians(line["lon2"])))
 
 
 class LocalFrame:
@@ -67,19 +69,19 @@ class LocalFrame:
     def __init__(self, lat_rad: float, lon_rad: float) -> None:
         self.lat_rad = lat_rad
         self.lon_rad = lon_rad
-        self._corners: dict[tuple[int, int], tuple[float, float]] = {}
+        self._corners: dict[tuple[int, int], LatLon] = {}
         self._row: float = math.nan
         self._column: float = math.nan
         """The newest point's cell; no number is within the first."""
         self._around: tuple[float, ...] = ()
         """Latitudes and longitudes of its corners; empty when it cannot be interpolated in."""
 
-    def to_local(self, lat_rad: float, lon_rad: float) -> tuple[float, float]:
+    def to_local(self, lat_rad: float, lon_rad: float) -> NorthEast:
         """Return (north, east) in metres."""
         distance_m, bearing_rad = inverse(self.lat_rad, self.lon_rad, lat_rad, lon_rad)
-        return distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad)
+        return NorthEast((distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad)))
 
-    def to_geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
+    def to_geodetic(self, north_m: float, east_m: float) -> LatLon:
         """Return (lat, lon) in rad, lon in [-pi, pi]."""
         up, right = north_m / _GRID_M, east_m / _GRID_M
         if not (self._row <= up < self._row + 1.0 and self._column <= right < self._column + 1.0):
@@ -90,10 +92,8 @@ class LocalFrame:
         up, right = up - self._row, right - self._column
         down, left = 1.0 - up, 1.0 - right
         w00, w01, w10, w11 = down * left, down * right, up * left, up * right
-        return (
-            w00 * lat00 + w01 * lat01 + w10 * lat10 + w11 * lat11,
-            w00 * lon00 + w01 * lon01 + w10 * lon10 + w11 * lon11,
-        )
+        lat_rad = w00 * lat00 + w01 * lat01 + w10 * lat10 + w11 * lat11
+        return LatLon((lat_rad, w00 * lon00 + w01 * lon01 + w10 * lon10 + w11 * lon11))
 
     def _look_around(self, row: int, column: int) -> None:
         (lat00, lon00), (lat01, lon01) = self._corner(row, column), self._corner(row, column + 1)
@@ -104,7 +104,7 @@ class LocalFrame:
         if max(longitudes) - min(longitudes) > 1.0:
             self._around = ()  # the cell lies across the 180th meridian, or holds a pole
 
-    def _corner(self, row: int, column: int) -> tuple[float, float]:
+    def _corner(self, row: int, column: int) -> LatLon:
         found = self._corners.get((row, column))
         if found is None:
             if len(self._corners) >= _CORNERS_KEPT:
@@ -112,5 +112,5 @@ class LocalFrame:
             found = self._corners[row, column] = self._exact(row * _GRID_M, column * _GRID_M)
         return found
 
-    def _exact(self, north_m: float, east_m: float) -> tuple[float, float]:
+    def _exact(self, north_m: float, east_m: float) -> LatLon:
         return direct(self.lat_rad, self.lon_rad, math.atan2(east_m, north_m), math.hypot(north_m, east_m))

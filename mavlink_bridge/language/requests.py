@@ -13,6 +13,7 @@ from typing import Final
 from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
+from .points import LatLon
 from .spoken import Real, Spoken, Sure
 from .stations import Proof, Station
 from .trials import SeaTrial
@@ -129,7 +130,7 @@ class LoadPlan(Ask):
     items: tuple[PlanItem, ...]
     plan: PlanSpecification = field(default_factory=PlanSpecification)
     fence: tuple[FenceArea, ...] = ()
-    rally_rad: tuple[tuple[float, float], ...] = ()
+    rally_rad: tuple[LatLon, ...] = ()
 
     @property
     def nature(self) -> Nature:

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 
+from .points import NorthEast
 from .units import wrap_pi
 from .value import value
-
-Point = tuple[float, float]
-"""North and east, m."""
 
 
 @value
@@ -36,7 +34,7 @@ class Line:
     round_m = 0.0
     """No bearing of its ends starts anew."""
 
-    def __init__(self, start: Point, end: Point) -> None:
+    def __init__(self, start: NorthEast, end: NorthEast) -> None:
         self.start, self.end = start, end
         north, east = end[0] - start[0], end[1] - start[1]
         self.length_m = math.hypot(north, east)
@@ -51,14 +49,14 @@ class Line:
     def project(self, north_m: float, east_m: float) -> Projection:
         return Projection(*self.place(north_m, east_m), 0.0)
 
-    def point(self, along_m: float) -> Point:
-        return self.start[0] + along_m * self._cos, self.start[1] + along_m * self._sin
+    def point(self, along_m: float) -> NorthEast:
+        return NorthEast((self.start[0] + along_m * self._cos, self.start[1] + along_m * self._sin))
 
 
 class Arc:
     """A circular segment from ``start_rad`` (bearing from the centre), turning to starboard when ``sense`` is 1."""
 
-    def __init__(self, centre: Point, radius_m: float, start_rad: float, sense: int, sweep_rad: float) -> None:
+    def __init__(self, centre: NorthEast, radius_m: float, start_rad: float, sense: int, sweep_rad: float) -> None:
         self.centre, self.radius_m, self.start_rad, self.sense = centre, radius_m, start_rad, sense
         self.sweep_rad = sweep_rad
         """Positive; a full circle or more is allowed."""
@@ -79,9 +77,9 @@ class Arc:
     def project(self, north_m: float, east_m: float) -> Projection:
         return Projection(*self.place(north_m, east_m), self.curvature)
 
-    def point(self, along_m: float) -> Point:
-        bearing = self.start_rad + self.sense * along_m / self.radius_m
-        return self.centre[0] + self.radius_m * math.cos(bearing), self.centre[1] + self.radius_m * math.sin(bearing)
+    def point(self, along_m: float) -> NorthEast:
+        bearing, radius_m = self.start_rad + self.sense * along_m / self.radius_m, self.radius_m
+        return NorthEast((self.centre[0] + radius_m * math.cos(bearing), self.centre[1] + radius_m * math.sin(bearing)))
 
 
 Segment = Line | Arc

@@ -10,11 +10,11 @@ from typing import Final
 from mavlink_bridge.language.figures import Circle, Hover, radius_of, sense_of
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Goto, Loiter, Maneuver, Mode, PlanState
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..plant import Truth
 
-Point = tuple[float, float]
 NEUTRAL_US: Final = 1500.0
 STILL_US: Final = 10.0
 """A pulse this near to the middle turns nothing."""
@@ -33,7 +33,7 @@ class Row:
     """At the board's pins: thrusters port and starboard, rudders port and starboard."""
     snapshot: Snapshot
     loiter: Loiter | None
-    leg: tuple[Point, Point] | None
+    leg: tuple[NorthEast, NorthEast] | None
     path_error_m: float | None
     """To the figure of a loiter once it has been reached; outside a circle is positive."""
     clearance_m: float | None
@@ -68,7 +68,7 @@ class Logbook:
         """Take one tick. ``clearance_m``: to the nearest hull of another vessel."""
         if plan is not self._plan:
             self._plan, self._reached, self._current = plan, -1, -1
-        here = (truth.north_m, truth.east_m)
+        here = NorthEast((truth.north_m, truth.east_m))
         item = self._item(snapshot)
         loiter = item if isinstance(item, Loiter) and self._joined(item, snapshot) else None
         self.rows.append(
@@ -101,22 +101,22 @@ class Logbook:
             self._reached = item.seq
         return self._reached == item.seq
 
-    def _leg(self, item: Goto) -> tuple[Point, Point] | None:
+    def _leg(self, item: Goto) -> tuple[NorthEast, NorthEast] | None:
         before = next((other for other in reversed(self._plan[: item.seq]) if isinstance(other, Goto | Loiter)), None)
         if not isinstance(before, Goto):
             return None
         return self._point(before), self._point(item)
 
-    def _point(self, item: Goto | Loiter) -> Point:
+    def _point(self, item: Goto | Loiter) -> NorthEast:
         return self.frame.to_local(item.lat_rad, item.lon_rad)
 
-    def _bearing_rad(self, item: Loiter, here: Point) -> float | None:
+    def _bearing_rad(self, item: Loiter, here: NorthEast) -> float | None:
         if not isinstance(item.figure, Circle):
             return None
         north_m, east_m = self._point(item)
         return math.atan2(here[1] - east_m, here[0] - north_m)
 
-    def _path_error_m(self, item: Loiter, here: Point, snapshot: Snapshot) -> float:
+    def _path_error_m(self, item: Loiter, here: NorthEast, snapshot: Snapshot) -> float:
         centre = self._point(item)
         figure, flown_m = item.figure, abs(snapshot.path.orbit_radius_m or 0.0)
         radius_m = flown_m or radius_of(figure, 0.0) if isinstance(figure, Circle) else radius_of(figure, flown_m)

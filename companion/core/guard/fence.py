@@ -17,12 +17,11 @@ from pydantic import Field
 
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
+from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.snapshot import FenceStatus
 from mavlink_bridge.language.value import value
 
 from ..config import Config, param
-
-Point = tuple[float, float]
 
 _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
@@ -79,11 +78,11 @@ class FenceOutput:
 class Circle:
     """A disc in the plane."""
 
-    def __init__(self, centre: Point, radius_m: float) -> None:
+    def __init__(self, centre: NorthEast, radius_m: float) -> None:
         self.centre = centre
         self.radius_m = radius_m
 
-    def inside_m(self, point: Point) -> float:
+    def inside_m(self, point: NorthEast) -> float:
         """Distance to the edge, m, positive inside."""
         return self.radius_m - math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
 
@@ -91,11 +90,11 @@ class Circle:
 class Polygon:
     """A simple or self-crossing polygon (even-odd rule), closed by itself."""
 
-    def __init__(self, vertices: Sequence[Point]) -> None:
+    def __init__(self, vertices: Sequence[NorthEast]) -> None:
         edges = ((vertices[i - 1], vertices[i]) for i in range(len(vertices)))
         self._edges = [(*begin, end[1], end[0] - begin[0], end[1] - begin[1]) for begin, end in edges]
 
-    def inside_m(self, point: Point) -> float:
+    def inside_m(self, point: NorthEast) -> float:
         """Distance to the nearest edge, m, positive inside."""
         north, east = point
         inside = False
@@ -129,7 +128,7 @@ class Region:
         self._exclusions = exclusions
         self._union = union
 
-    def inside_m(self, point: Point) -> float:
+    def inside_m(self, point: NorthEast) -> float:
         """Distance to the nearest edge, m, positive where the vessel may be."""
         inside = [shape.inside_m(point) for shape in self._inclusions]
         allowed_m = (max(inside) if self._union else min(inside)) if inside else math.inf
@@ -161,7 +160,7 @@ class Fence:
         self._areas: tuple[FenceArea, ...] = ()
         self._switched: bool | None = None
         self._region: Region | None = None
-        self._origin: Point | None = None
+        self._origin: LatLon | None = None
         self._status = FenceStatus()
         self._stopping = self._told = False
         self._stops_in_m: float | None = None
@@ -204,7 +203,7 @@ class Fence:
         """What is loaded, whether it counts or not."""
         return self._areas
 
-    def distance_m(self, state: EstimatedState, point: Point) -> float | None:
+    def distance_m(self, state: EstimatedState, point: NorthEast) -> float | None:
         """Signed distance from a point in the state's plane to the nearest edge, positive inside; None = no fence."""
         region = self._laid_out(state)
         return None if region is None else region.inside_m(point)
@@ -213,7 +212,7 @@ class Fence:
         self,
         state: EstimatedState,
         stopping_distance_m: float,
-        ahead: Point | None = None,
+        ahead: NorthEast | None = None,
         straight_m: float | None = None,
     ) -> FenceOutput:
         """Hold the vessel and the way it needs to stop against the fence.
@@ -224,7 +223,7 @@ class Fence:
         region = self._laid_out(state) if self.enabled else None
         if region is None or state.x_m is None or state.y_m is None:
             return self._nothing()
-        here = (state.x_m, state.y_m)
+        here = NorthEast((state.x_m, state.y_m))
         inside_m = region.inside_m(here)
         texts: list[tuple[Severity, str]] = []
         self._note_breach(state.t_us, inside_m, texts)
@@ -240,7 +239,7 @@ class Fence:
     def _foretell(
         self,
         region: Region,
-        here: Point,
+        here: NorthEast,
         state: EstimatedState,
         stopping_distance_m: float,
         straight_m: float | None,
@@ -264,20 +263,22 @@ class Fence:
         self._status = replace(self._status, stops_in_m=None if straight_m is None else self._stops_in_m)
         return texts
 
-    def _way(self, state: EstimatedState, course_rad: float, run_m: float) -> tuple[Point, Point, Point]:
+    def _way(self, state: EstimatedState, course_rad: float, run_m: float) -> tuple[NorthEast, NorthEast, NorthEast]:
         """Direction of the course, and from where a stop begins: its end, and where wind and current have set it."""
-        heading = (math.cos(course_rad), math.sin(course_rad))
-        run = (run_m * heading[0], run_m * heading[1])
+        heading = NorthEast((math.cos(course_rad), math.sin(course_rad)))
+        run = NorthEast((run_m * heading[0], run_m * heading[1]))
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        return heading, run, (run[0] + drift[0] * self._turn_s, run[1] + drift[1] * self._turn_s)
+        return heading, run, NorthEast((run[0] + drift[0] * self._turn_s, run[1] + drift[1] * self._turn_s))
 
-    def _stops_in(self, region: Region, here: Point, way: tuple[Point, Point, Point], sight_m: float) -> float | None:
+    def _stops_in(
+        self, region: Region, here: NorthEast, way: tuple[NorthEast, NorthEast, NorthEast], sight_m: float
+    ) -> float | None:
         """March along the course, each step as long as the clear water around both ends of a stop; None = nothing in sight."""
         heading, *ends = way
         gone_m = 0.0
         for _ in range(_STEPS):
             at = (here[0] + heading[0] * gone_m, here[1] + heading[1] * gone_m)
-            clear_m = min(region.inside_m((at[0] + end[0], at[1] + end[1])) for end in ends) - self._margin_m
+            clear_m = min(region.inside_m(NorthEast((at[0] + end[0], at[1] + end[1]))) for end in ends) - self._margin_m
             if clear_m <= _NEAR_M:
                 return gone_m
             gone_m += clear_m
@@ -308,20 +309,20 @@ class Fence:
     def _must_stop(
         self,
         region: Region,
-        here: Point,
+        here: NorthEast,
         inside_m: float,
         state: EstimatedState,
         stopping_distance_m: float,
-        ahead: Point | None,
+        ahead: NorthEast | None,
     ) -> bool:
         speed_mps, course_rad = _motion(state, here, ahead)
         if course_rad is None:
             return False
         run_m = stopping_distance_m + speed_mps * self._reaction_s
-        run = (run_m * math.cos(course_rad), run_m * math.sin(course_rad))
+        run = NorthEast((run_m * math.cos(course_rad), run_m * math.sin(course_rad)))
         # A vessel that keeps its place already is not set any more.
         turn_s = self._turn_s if speed_mps > _UNDER_WAY_MPS else 0.0
-        set_by = ((state.drift_n_mps or 0.0) * turn_s, (state.drift_e_mps or 0.0) * turn_s)
+        set_by = NorthEast(((state.drift_n_mps or 0.0) * turn_s, (state.drift_e_mps or 0.0) * turn_s))
         margin_m = self._margin_m
         if inside_m > run_m + math.hypot(*set_by) + margin_m:
             return False
@@ -332,14 +333,14 @@ class Fence:
     def _laid_out(self, state: EstimatedState) -> Region | None:
         if not self._areas or state.origin_lat_rad is None or state.origin_lon_rad is None:
             return None
-        origin = (state.origin_lat_rad, state.origin_lon_rad)
+        origin = LatLon((state.origin_lat_rad, state.origin_lon_rad))
         if self._region is None or origin != self._origin:
             self._region = build_region(self._areas, LocalFrame(*origin), self._config.union)
             self._origin = origin
         return self._region
 
 
-def _motion(state: EstimatedState, here: Point, ahead: Point | None) -> tuple[float, float | None]:
+def _motion(state: EstimatedState, here: NorthEast, ahead: NorthEast | None) -> tuple[float, float | None]:
     """Speed in m/s and direction in rad that the vessel goes, or is about to go."""
     if state.vx_mps is not None and state.vy_mps is not None:
         speed_mps = math.hypot(state.vx_mps, state.vy_mps)
@@ -350,7 +351,7 @@ def _motion(state: EstimatedState, here: Point, ahead: Point | None) -> tuple[fl
     return 0.0, state.psi_rad
 
 
-def _along(start: Point, way: Point) -> list[Point]:
+def _along(start: NorthEast, way: NorthEast) -> list[NorthEast]:
     """Points along a straight way, its end the last."""
     count = max(1, math.ceil(math.hypot(*way) / _SAMPLE_M))
-    return [(start[0] + way[0] * i / count, start[1] + way[1] * i / count) for i in range(1, count + 1)]
+    return [NorthEast((start[0] + way[0] * i / count, start[1] + way[1] * i / count)) for i in range(1, count + 1)]

@@ -11,7 +11,7 @@ from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
 from .field import Integrator, approach, triangle
-from .paths import Point, Projection, Track
+from .paths import Projection, Track
 from .swing import STRONG, EarlySwing, Wish
 
 
@@ -177,7 +177,7 @@ class Follower:
         return least
 
     def _steer(
-        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: Point
+        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: tuple[float, float]
     ) -> tuple[Desired, bool]:
         water = self._water_mps()
         limit = self._handling.max_yaw_rate(water)
@@ -196,7 +196,13 @@ class Follower:
         return self.motion.water_mps if self.motion.water_mps > 0.0 else 0.0
 
     def _swing(
-        self, state: EstimatedState, track: Track, here: Projection, speed_mps: float, planned: float, drift: Point
+        self,
+        state: EstimatedState,
+        track: Track,
+        here: Projection,
+        speed_mps: float,
+        planned: float,
+        drift: tuple[float, float],
     ) -> Desired | None:
         """Turn early for a corner in a strong current, with no more thrust than helps along the path."""
         if state.psi_rad is None:

@@ -22,13 +22,14 @@ from mavlink_bridge.language.messages import (
     PathControlState,
     Severity,
 )
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
 
 from ..config import Config, param
 from ..hull import Handling, VesselConfig
 from .follow import FollowConfig, Follower
-from .paths import Arc, Line, Point, Projection, Track, fillet
+from .paths import Arc, Line, Projection, Track, fillet
 from .station import StationConfig, StationKeeper
 from .tight import TightWatch
 
@@ -82,7 +83,7 @@ class Guidance:
         self._station = StationKeeper(config.station, self._handling)
         self._texts: list[tuple[Severity, str]] = []
         self._unable = ""
-        self._corner: tuple[Point, Arc] | None = None
+        self._corner: tuple[NorthEast, Arc] | None = None
         """The arc into the coming leg, and the corner that it rounds."""
         self._clear()
 
@@ -92,9 +93,9 @@ class Guidance:
         """The manoeuvre, when it is a loiter."""
         self._about_it = False
         """It is a circle about its point."""
-        self._target: Point = (0.0, 0.0)
+        self._target = NorthEast((0.0, 0.0))
         self._track: Track | None = None
-        self._onward: Point | None = None
+        self._onward: NorthEast | None = None
         self._eight: tuple[float, float, float] | None = None
         self._goal_m = math.inf
         self._end_mps: float | None = None
@@ -161,7 +162,7 @@ class Guidance:
         self._corner = None
         assert state.x_m is not None
         assert state.y_m is not None
-        self._target = (state.x_m, state.y_m)
+        self._target = NorthEast((state.x_m, state.y_m))
         self._station.begin(self._target, _drift(state))
 
     def step(
@@ -179,7 +180,7 @@ class Guidance:
             return self._keep_station(dt_s, state, sent)
         return self._follow(dt_s, state, self._track, speed_mps)
 
-    def path_ahead(self, reach_m: float) -> list[Point]:
+    def path_ahead(self, reach_m: float) -> list[NorthEast]:
         """The path that is being sailed, ``reach_m`` on from abeam of the vessel: points north and east of the origin.
 
         Beyond a leg's end it goes on to the next item; to keep station is to go to one point.
@@ -196,13 +197,13 @@ class Guidance:
         self,
         state: EstimatedState,
         maneuver: Goto,
-        start: Point | None,
-        corner: tuple[Point, Arc] | None,
+        start: NorthEast | None,
+        corner: tuple[NorthEast, Arc] | None,
         following: Goto | Loiter | None,
-        onward: Point | None,
+        onward: NorthEast | None,
         speed_mps: float,
     ) -> None:
-        here = (state.x_m or 0.0, state.y_m or 0.0)
+        here = NorthEast((state.x_m or 0.0, state.y_m or 0.0))
         entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
         begin = entry.point(entry.length_m) if entry else start or here
         segments: list[Line | Arc] = [entry] if entry else []
@@ -377,7 +378,7 @@ def _stops(following: Goto | Loiter) -> bool:
     return isinstance(following, Loiter) and isinstance(following.figure, Hover)
 
 
-def _straight_on(begin: Point, corner: Point, onward: Point) -> bool:
+def _straight_on(begin: NorthEast, corner: NorthEast, onward: NorthEast) -> bool:
     """True when the way on needs hardly any turn."""
     inbound, outbound = Line(begin, corner), Line(corner, onward)
     return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6

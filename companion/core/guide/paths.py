@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.segments import (
     Arc as Arc,
     Line as Line,
     Place as Place,
-    Point as Point,
     Projection as Projection,
     Segment as Segment,
 )
@@ -22,7 +22,9 @@ _WAY_POINTS = 200
 """No path that is looked along has more; one that closes in itself ends here."""
 
 
-def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float, reach_m: float) -> Arc | None:
+def fillet(
+    start: NorthEast, corner: NorthEast, end: NorthEast, cut_m: float, least_m: float, reach_m: float
+) -> Arc | None:
     """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight or reverses.
 
     No tighter than ``least_m``, though that cuts more; ``reach_m`` bounds the part of either leg that the arc may take.
@@ -39,7 +41,7 @@ def fillet(start: Point, corner: Point, end: Point, cut_m: float, least_m: float
     sense = 1 if turn > 0.0 else -1
     begin = inbound.point(inbound.length_m - radius * math.tan(half))
     to_centre = inbound.course_rad + sense * 0.5 * math.pi
-    centre = begin[0] + radius * math.cos(to_centre), begin[1] + radius * math.sin(to_centre)
+    centre = NorthEast((begin[0] + radius * math.cos(to_centre), begin[1] + radius * math.sin(to_centre)))
     return Arc(centre, radius, wrap_pi(to_centre + math.pi), sense, abs(turn))
 
 
@@ -134,7 +136,7 @@ class Track:
             distance += self.segments[index].length_m
         return result
 
-    def way(self, reach_m: float) -> list[Point]:
+    def way(self, reach_m: float) -> list[NorthEast]:
         """Points from where the vessel was located last, ``reach_m`` on or to the end; bends in steps of at most 2 m.
 
         A vessel beside the track is thought to join it at 45 degrees: the way begins that much farther on.
@@ -142,7 +144,7 @@ class Track:
         index, along, left = self.index, max(0.0, self._along_m or 0.0) + abs(self._cross_m), reach_m
         if not self.endless:
             along = min(along, self.segment.length_m)
-        points: list[Point] = [self.segment.point(along)]
+        points: list[NorthEast] = [self.segment.point(along)]
         while left > 0.0 and len(points) < _WAY_POINTS:
             segment = self.segments[index]
             part = left if self.endless else min(left, max(0.0, segment.length_m - along))

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-Point = tuple[float, float]
+from mavlink_bridge.language.points import NorthEast
 
 RAYS: Final = 72
 """Every 5 degrees: 7 m apart at the edge of a circle of 80 m, and what lies between two is taken as near as the nearer one."""
@@ -22,7 +22,7 @@ _STEP_SHARE: Final = 0.05
 class Area:
     """Where one trial may be sailed."""
 
-    def __init__(self, centre: Point, reach_m: tuple[float, ...]) -> None:
+    def __init__(self, centre: NorthEast, reach_m: tuple[float, ...]) -> None:
         """``reach_m``: the way to the edge on bearings that part the circle evenly, from north on; one value = a circle."""
         self.centre = centre
         self._reach_m = tuple(min(near, reach_m[k - 1]) for k, near in enumerate(reach_m))
@@ -36,22 +36,22 @@ class Area:
             return f"a circle of {most_m:.0f} m"
         return f"{self.least_m:.0f} to {most_m:.0f} m of free water on each side"
 
-    def away_m(self, point: Point) -> float:
+    def away_m(self, point: NorthEast) -> float:
         """Distance from the middle."""
         return math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
 
-    def reach_m(self, point: Point) -> float:
+    def reach_m(self, point: NorthEast) -> float:
         """The way from the middle to the edge, towards a point."""
         bearing = math.atan2(point[1] - self.centre[1], point[0] - self.centre[0])
         count = len(self._reach_m)
         return self._reach_m[math.ceil(bearing / math.tau * count) % count]
 
-    def room_m(self, point: Point) -> float:
+    def room_m(self, point: NorthEast) -> float:
         """What is left to the edge on the line from the middle; negative outside."""
         return self.reach_m(point) - self.away_m(point)
 
 
-def free_around(centre: Point, radius_m: float, is_free: Callable[[Point], bool]) -> tuple[float, ...]:
+def free_around(centre: NorthEast, radius_m: float, is_free: Callable[[NorthEast], bool]) -> tuple[float, ...]:
     """Look along every bearing as far as the water is free, up to ``radius_m``; return the reaches of an ``Area``."""
     step_m = _STEP_SHARE * radius_m
     steps = round(1.0 / _STEP_SHARE)
@@ -61,7 +61,7 @@ def free_around(centre: Point, radius_m: float, is_free: Callable[[Point], bool]
         free = 0
         while free < steps:
             away_m = (free + 1) * step_m
-            if not is_free((centre[0] + north * away_m, centre[1] + east * away_m)):
+            if not is_free(NorthEast((centre[0] + north * away_m, centre[1] + east * away_m))):
                 break
             free += 1
         found.append(free * step_m)

@@ -11,6 +11,7 @@ import math
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from .area import Area
@@ -67,7 +68,7 @@ class Homing:
         """The law's turn, from here on."""
         self.by_hand, self._nearest_m, self._nearer_us = False, math.inf, now_us
 
-    def step(self, now_us: int, here: tuple[float, float]) -> bool:
+    def step(self, now_us: int, here: NorthEast) -> bool:
         """Take where the vessel is; return whether the sticks have just taken over."""
         area = self._area
         away_m, reach_m = area.away_m(here), area.reach_m(here)
@@ -87,7 +88,7 @@ class Homing:
             self._nearest_m, self._nearer_us = away_m, now_us
         return self.by_hand
 
-    def sticks(self, state: EstimatedState, here: tuple[float, float]) -> tuple[float, float]:
+    def sticks(self, state: EstimatedState, here: NorthEast) -> tuple[float, float]:
         """Surge and helm towards the middle."""
         assert state.psi_rad is not None
         home = self._bearing(here)
@@ -100,7 +101,7 @@ class Homing:
         helm = towards(home, state.psi_rad, state.r_radps or 0.0)
         return _HAND_THROTTLE, clamp(helm, -_LEAST_HELM, _LEAST_HELM)
 
-    def inward(self, state: EstimatedState, here: tuple[float, float]) -> tuple[float, float]:
+    def inward(self, state: EstimatedState, here: NorthEast) -> tuple[float, float]:
         """Thrust away from the edge, whichever end of the vessel points there."""
         assert state.psi_rad is not None
         home = self._bearing(here)
@@ -111,7 +112,7 @@ class Homing:
         helm = clamp(helm, -_LEAST_HELM, _LEAST_HELM)
         return (_INWARD, helm) if ahead > 0.0 else (-_INWARD, 0.0)
 
-    def edge_near(self, state: EstimatedState, here: tuple[float, float], stopping_m: float) -> bool:
+    def edge_near(self, state: EstimatedState, here: NorthEast, stopping_m: float) -> bool:
         """Whether the vessel could not stop before the edge if it went on for a moment, and was set by wind and current then."""
         area, speed = self._area, state.sog_mps or 0.0
         if speed < 0.1:
@@ -120,11 +121,11 @@ class Homing:
         if (here[0] - area.centre[0]) * north + (here[1] - area.centre[1]) * east <= 0.0:
             return False
         run_s = (_FARTHER * stopping_m + speed * _LOOK_S) / speed
-        ahead = (here[0] + run_s * north, here[1] + run_s * east)
+        ahead = NorthEast((here[0] + run_s * north, here[1] + run_s * east))
         set_by = (_TURN_S * (state.drift_n_mps or 0.0), _TURN_S * (state.drift_e_mps or 0.0))
-        ways = (ahead, (ahead[0] + set_by[0], ahead[1] + set_by[1]))
+        ways = (ahead, NorthEast((ahead[0] + set_by[0], ahead[1] + set_by[1])))
         return min(map(area.room_m, ways)) < _MARGIN_M
 
-    def _bearing(self, here: tuple[float, float]) -> float:
+    def _bearing(self, here: NorthEast) -> float:
         centre = self._area.centre
         return math.atan2(centre[1] - here[1], centre[0] - here[0])

@@ -16,6 +16,7 @@ from typing import Final
 from pydantic import Field
 
 from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import NorthEast
 
 from ..config import Config
 from .area import Area
@@ -86,7 +87,7 @@ class Trial:
         assert start.x_m is not None
         assert start.y_m is not None
         self.config = config
-        self.area = area or Area((start.x_m, start.y_m), (config.radius_m,))
+        self.area = area or Area(NorthEast((start.x_m, start.y_m)), (config.radius_m,))
         self.manoeuvres = manoeuvres_of(quick=config.quick)
         self.confirmed = False
         self._heading = start.psi_rad or 0.0
@@ -232,7 +233,7 @@ class Trial:
         self._texts.append(f"Trial: {why}; {name} left out")
         self._done(now_us)
 
-    def _come_back(self, now_us: int, state: EstimatedState, here: tuple[float, float]) -> tuple[float, float]:
+    def _come_back(self, now_us: int, state: EstimatedState, here: NorthEast) -> tuple[float, float]:
         """Towards the middle; from there the next run goes where most room is, against the one before."""
         assert state.psi_rad is not None
         if (now_us - self._since_us) * 1e-6 > _BACK_LONGEST_S:
@@ -276,8 +277,8 @@ def manoeuvres_of(*, quick: bool) -> tuple[tuple[Manoeuvre, ...], ...]:
     return QUICK if quick else WHOLE
 
 
-def _here(state: EstimatedState) -> tuple[float, float] | None:
+def _here(state: EstimatedState) -> NorthEast | None:
     """Where the vessel is; None when too little is known to sail."""
     if state.x_m is None or state.y_m is None or state.psi_rad is None or state.sog_mps is None:
         return None
-    return state.x_m, state.y_m
+    return NorthEast((state.x_m, state.y_m))

@@ -22,6 +22,7 @@ from mavlink_bridge.language.messages import (
     Severity,
     Source,
 )
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 
 from ..guard.failsafe_orders import Order
@@ -29,7 +30,6 @@ from ..hull.statics import top_speed_mps
 from ..hull.stopping import braking_distance_m
 from ..steer.law import lowered_text, steady_speed_mps
 from .config import TickInputs, VehicleConfig
-from .mission import Point
 from .operators import StickOwner
 from .parts import Parts
 from .plan_depth import plan_legs
@@ -71,7 +71,7 @@ class Controls:
         self.decided = Decided()
         self._home_by_operator = False
         self.voyage = Voyage()
-        self.started_at: Point | None = None
+        self.started_at: LatLon | None = None
         """Where the vessel first knew its place in this process, rad."""
         self.returns_by_order = False
         """The return under way, if there is one, was an operator's order."""
@@ -90,10 +90,10 @@ class Controls:
         return self.sensed.state
 
     @property
-    def here(self) -> Point | None:
+    def here(self) -> LatLon | None:
         """Where the vessel is, rad; None = not known."""
         state = self.state
-        return None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
+        return None if state.lat_rad is None or state.lon_rad is None else LatLon((state.lat_rad, state.lon_rad))
 
     def _say_guard(self) -> tuple[tuple[Severity, str], ...]:
         """Say what the depth guard's margins allow, or that nothing guards the depth; return it."""
@@ -128,7 +128,7 @@ class Controls:
     def load_fence(self, areas: Sequence[FenceArea]) -> None:
         self.parts.fence.load(areas)
 
-    def load_rally(self, points: tuple[Point, ...]) -> None:
+    def load_rally(self, points: tuple[LatLon, ...]) -> None:
         self.parts.mission.rally = points
 
     def arm(self, now_us: int, sender: int) -> None:
@@ -146,7 +146,7 @@ class Controls:
         self.voyage.armed(now_us, self.here)
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
-    def resume_voyage(self, place: Point | None, home: Point | None, *, by_operator: bool) -> None:
+    def resume_voyage(self, place: LatLon | None, home: LatLon | None, *, by_operator: bool) -> None:
         """The process before this one ended under way: home stays where it was, and arming is no departure."""
         self.voyage.resume(place)
         if home is None:
@@ -238,7 +238,7 @@ class Controls:
             lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
         if lat_rad is None or lon_rad is None:
             return "no position"
-        self.parts.mission.home = (lat_rad, lon_rad)
+        self.parts.mission.home = LatLon((lat_rad, lon_rad))
         self._home_by_operator = True
         return ""
 
@@ -288,7 +288,7 @@ class Controls:
         """Home is where the vessel was last armed, and before that where it first knew its place, unless an operator set it."""
         state = self.state
         if not self._home_by_operator and state.lat_rad is not None and state.lon_rad is not None:
-            self.parts.mission.home = (state.lat_rad, state.lon_rad)
+            self.parts.mission.home = LatLon((state.lat_rad, state.lon_rad))
 
     def _told(self, owner: tuple[int, str]) -> int:
         number, text = owner

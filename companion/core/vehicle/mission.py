@@ -29,12 +29,10 @@ from mavlink_bridge.language.messages import (
     SetHome,
     Severity,
 )
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_pi
 
 from ..config import Config, param
-
-Point = tuple[float, float]
-"""Latitude and longitude, rad."""
 
 
 class MissionConfig(Config):
@@ -83,7 +81,7 @@ class Leg:
 
     generation: int
     maneuver: Goto | Loiter
-    previous: Point | None
+    previous: LatLon | None
     following: Goto | Loiter | None
     speed_mps: float
 
@@ -112,8 +110,8 @@ class Mission:
         """Items of the plan."""
         self.state = PlanState.NO_MISSION
         self.seq = 0
-        self.home: Point | None = None
-        self.rally: tuple[Point, ...] = ()
+        self.home: LatLon | None = None
+        self.rally: tuple[LatLon, ...] = ()
         self.utc_s_of_day: float | None = None
         """Set by the vessel each tick while UTC is known; delays until a time of day wait for it."""
         self._last: int | None = None
@@ -129,7 +127,7 @@ class Mission:
         self._limit_s: float | None = None
         self._on_path_us: int | None = None
         self._arrived_us: int | None = None
-        self._sailed_to: Point | None = None
+        self._sailed_to: LatLon | None = None
         self._reached: list[int] = []
         self._effects: list[Effect] = []
         self._texts: list[tuple[Severity, str]] = []
@@ -295,7 +293,7 @@ class Mission:
     def _sailed(self, item: Maneuver, state: EstimatedState) -> Goto | Loiter | None:
         if isinstance(item, Goto | Loiter):
             return item
-        here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
+        here = None if state.lat_rad is None or state.lon_rad is None else LatLon((state.lat_rad, state.lon_rad))
         if isinstance(item, Delay) and here is not None:
             lat, lon = self._sailed_to or here
             return Loiter(item.seq, lat, lon, figure=Hover(), duration_s=item.duration_s)
@@ -368,7 +366,8 @@ class Mission:
 
     def _finish(self, leg: Leg) -> None:
         self._reached.append(self.seq)
-        self._sailed_to = (leg.maneuver.lat_rad, leg.maneuver.lon_rad) if isinstance(leg.maneuver, Goto) else None
+        item = leg.maneuver
+        self._sailed_to = LatLon((item.lat_rad, item.lon_rad)) if isinstance(item, Goto) else None
         self._leg = None
         self.seq += 1
 
@@ -381,7 +380,7 @@ class Mission:
         self._texts.append((Severity.INFO, "plan complete"))
 
 
-def nearest(here: Point | None, rally: tuple[Point, ...], home: Point | None) -> Point | None:
+def nearest(here: LatLon | None, rally: tuple[LatLon, ...], home: LatLon | None) -> LatLon | None:
     """Return the rally point nearest to ``here``, or home when there is none, or None."""
     if here is None or not rally:
         return rally[0] if rally else home

@@ -13,12 +13,13 @@ from typing import Final
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, Mode, PlanState, Severity
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
 from mavlink_bridge.language.trials import SeaTrial
 
 from ..config import Config, param
 from ..trial import Area, Told, Trial, TrialConfig
-from .mission import Leg, Mission, Point, Report, nearest
+from .mission import Leg, Mission, Report, nearest
 
 _MANUAL: Final = Mode.MANUAL
 _AUTO: Final = Mode.AUTO
@@ -78,7 +79,7 @@ class Navigator:
         self.mode = Mode.HOLD
         self._generation = -1
         self._leg: Leg | None = None
-        self._hold: Point | None = None
+        self._hold: LatLon | None = None
         self._steer: Steer | None = None
         self._steer_us: int | None = None
         self._sticks: ManualInput | None = None
@@ -340,7 +341,7 @@ class Navigator:
         return Sticks(self._sticks.surge, self._sticks.yaw)
 
 
-def _here(state: EstimatedState) -> Point:
+def _here(state: EstimatedState) -> LatLon:
     assert state.lat_rad is not None
     assert state.lon_rad is not None
-    return state.lat_rad, state.lon_rad
+    return LatLon((state.lat_rad, state.lon_rad))

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 
 from mavlink_bridge.language.figures import outline
 from mavlink_bridge.language.messages import Goto, Loiter, Maneuver
+from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.units import wrap_pi
 
 from ..guard.depth.grid import Leg, offset
 
-Position = tuple[float, float]
 
-
-def plan_legs(maneuvers: Sequence[Maneuver], start_rad: Position | None, loiter_radius_m: float) -> list[Leg]:
+def plan_legs(maneuvers: Sequence[Maneuver], start_rad: LatLon | None, loiter_radius_m: float) -> list[Leg]:
     """Lay out every item that has a place: the leg that leads there, and a loiter's whole figure from where it is joined.
 
     ``start_rad``: where the vessel is; without it the first leg is its end point alone. So is one behind a loiter that may
@@ -33,11 +32,11 @@ def plan_legs(maneuvers: Sequence[Maneuver], start_rad: Position | None, loiter_
     return legs
 
 
-def _way(item: Goto | Loiter, last: Position | None, loiter_radius_m: float) -> tuple[Position, ...]:
+def _way(item: Goto | Loiter, last: LatLon | None, loiter_radius_m: float) -> tuple[LatLon, ...]:
     """An item's points; a figure is closed, and begins where it is nearest to where the vessel comes from."""
     figure = _figure(item, loiter_radius_m) if isinstance(item, Loiter) else ()
     if not figure:
-        return ((item.lat_rad, item.lon_rad),)
+        return (LatLon((item.lat_rad, item.lon_rad)),)
     if last is None:
         return figure
     narrow = math.cos(last[0])
@@ -47,7 +46,7 @@ def _way(item: Goto | Loiter, last: Position | None, loiter_radius_m: float) -> 
     return (*figure[joined:], *figure[1 : joined + 1])
 
 
-def _end(item: Goto | Loiter, way: Sequence[Position]) -> Position | None:
+def _end(item: Goto | Loiter, way: Sequence[LatLon]) -> LatLon | None:
     """Where the next leg begins: the point, or where a figure was joined when whole laps are sailed; None = not known."""
     if isinstance(item, Goto) or len(way) == 1:
         return way[0]
@@ -66,7 +65,7 @@ def _jump_target(item: Maneuver, maneuvers: Sequence[Maneuver]) -> Goto | Loiter
     return None
 
 
-def _figure(loiter: Loiter, default_radius_m: float) -> tuple[Position, ...]:
+def _figure(loiter: Loiter, default_radius_m: float) -> tuple[LatLon, ...]:
     """Corner points of a loiter's figure; nothing for a hover."""
-    points = outline(loiter.figure, (0.0, 0.0), default_radius_m)
+    points = outline(loiter.figure, NorthEast((0.0, 0.0)), default_radius_m)
     return tuple(offset(loiter.lat_rad, loiter.lon_rad, north, east) for north, east in points)

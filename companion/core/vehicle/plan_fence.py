@@ -24,11 +24,10 @@ from mavlink_bridge.language.messages import (
     PlanSpecification,
     Severity,
 )
+from mavlink_bridge.language.points import NorthEast
 
 from ..guard.fence import Fence
 from .plan_depth import plan_legs
-
-Point = tuple[float, float]
 
 LEGS_A_TICK: Final = 8
 """So that the largest plan costs no tick more than a small share of its period."""
@@ -116,14 +115,15 @@ class PlanFence:
         origin = _frame(state)
         if origin is None or state.x_m is None or state.y_m is None:
             return ""
-        room_m = self._fence.distance_m(state, (state.x_m, state.y_m))
+        here = NorthEast((state.x_m, state.y_m))
+        room_m = self._fence.distance_m(state, here)
         if room_m is None or room_m < 0.0:
             return ""
         for item in self._plan.maneuvers[first:]:
             if isinstance(item, FenceEnable) or not self._fence.enabled:
                 return ""
             if isinstance(item, Goto | Loiter):
-                way = ((state.x_m, state.y_m), origin.to_local(item.lat_rad, item.lon_rad))
+                way = (here, origin.to_local(item.lat_rad, item.lon_rad))
                 # A loiter is joined on its figure: its centre may lie in an exclusion area.
                 leaves = isinstance(item, Goto) and self._outside_m(state, way) is not None
                 return f"the way from here to item {item.seq} leads out of the fence" if leaves else ""
@@ -165,13 +165,13 @@ class PlanFence:
             else:
                 yield Trespass(leg.seq, max(-(self._fence.distance_m(state, points[-1]) or 0.0), 0.0))
 
-    def _outside_m(self, state: EstimatedState, points: Sequence[Point]) -> float | None:
+    def _outside_m(self, state: EstimatedState, points: Sequence[NorthEast]) -> float | None:
         """How far outside a way is where it first leaves the fence; None when it does not."""
         for begin, end in zip(points[:-1] or points, points[1:] or points, strict=True):
             length_m, at_m = math.dist(begin, end), 0.0
             while True:
                 share = at_m / length_m if length_m > 0.0 else 0.0
-                point = (begin[0] + (end[0] - begin[0]) * share, begin[1] + (end[1] - begin[1]) * share)
+                point = NorthEast((begin[0] + (end[0] - begin[0]) * share, begin[1] + (end[1] - begin[1]) * share))
                 room_m = self._fence.distance_m(state, point)
                 if room_m is None:
                     return None

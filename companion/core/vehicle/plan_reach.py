@@ -16,8 +16,9 @@ from typing import Final
 from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, Maneuver, PlanSpecification
+from mavlink_bridge.language.points import LatLon
 
-from .mission import MissionConfig, Point
+from .mission import MissionConfig
 
 PLAN_NUMBERS: Final = 999_983
 """A prime below a million: a number of six digits crosses as REAL32 exactly, and is read out over a voice radio."""
@@ -61,7 +62,7 @@ class PlanReach:
         self._plan = PlanSpecification()
         self._legs: tuple[tuple[int, TooFar], ...] = ()
         self._seen: PlanSpecification | None = None
-        self._begun: tuple[Sequence[Maneuver], Point] | None = None
+        self._begun: tuple[Sequence[Maneuver], LatLon] | None = None
 
     @property
     def accepted(self) -> bool:
@@ -80,7 +81,7 @@ class PlanReach:
         plan: PlanSpecification,
         first: int,
         state: EstimatedState,
-        home: Point | None,
+        home: LatLon | None,
         *,
         goes_on: bool = False,
         under_way: bool = False,
@@ -92,7 +93,7 @@ class PlanReach:
         """
         if self.accepted or state.lat_rad is None or state.lon_rad is None:
             return ""
-        here = state.lat_rad, state.lon_rad
+        here = LatLon((state.lat_rad, state.lon_rad))
         found = self._first(plan.maneuvers, first, here, home, goes_on=goes_on, under_way=under_way)
         if found is None:
             back = min((item.target_seq for item in plan.maneuvers[first:] if isinstance(item, Jump)), default=first)
@@ -102,14 +103,14 @@ class PlanReach:
     def begin(self, plan: PlanSpecification, state: EstimatedState) -> None:
         """A plan was started here."""
         if state.lat_rad is not None and state.lon_rad is not None:
-            self._begun = plan.maneuvers, (state.lat_rad, state.lon_rad)
+            self._begun = plan.maneuvers, LatLon((state.lat_rad, state.lon_rad))
 
     def _first(
         self,
         items: Sequence[Maneuver],
         first: int,
-        here: Point,
-        home: Point | None,
+        here: LatLon,
+        home: LatLon | None,
         *,
         goes_on: bool,
         under_way: bool,
@@ -129,11 +130,11 @@ class PlanReach:
             return None
         return TooFar(f"item {item.seq} is away", distance_m, name, limit_m)
 
-    def _before(self, items: Sequence[Maneuver], first: int) -> Point | None:
+    def _before(self, items: Sequence[Maneuver], first: int) -> LatLon | None:
         """Where the leg to an item began: the item before it, or for the first one the place of the start."""
         for item in reversed(items[:first]):
             if isinstance(item, Goto | Loiter):
-                return item.lat_rad, item.lon_rad
+                return LatLon((item.lat_rad, item.lon_rad))
         return self._begun[1] if self._begun is not None and self._begun[0] is items else None
 
     def _long_legs(self, plan: PlanSpecification) -> tuple[tuple[int, TooFar], ...]:
@@ -151,7 +152,7 @@ class PlanReach:
 
 def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, TooFar]]:
     """Yield each leg that is longer than ``limit_m``, with the number of the item that it leads to; jumps back count."""
-    last: Point | None = None
+    last: LatLon | None = None
     for item in items:
         found = item
         if isinstance(item, Jump):
@@ -164,10 +165,10 @@ def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, 
             if length_m > limit_m:
                 yield item.seq, TooFar(f"leg to item {found.seq} is", length_m, "MIS_DIST_WPS", limit_m)
         if found is item:
-            last = item.lat_rad, item.lon_rad
+            last = LatLon((item.lat_rad, item.lon_rad))
 
 
-def _away_m(item: Goto | Loiter, here: Point) -> float:
+def _away_m(item: Goto | Loiter, here: LatLon) -> float:
     """How far a waypoint, or a circle's line, is away."""
     distance_m = inverse(*here, item.lat_rad, item.lon_rad)[0]
     if isinstance(item, Loiter) and isinstance(item.figure, Circle):
@@ -175,11 +176,11 @@ def _away_m(item: Goto | Loiter, here: Point) -> float:
     return distance_m
 
 
-def _is_nearer(home: Point, item: Goto | Loiter, here: Point) -> bool:
+def _is_nearer(home: LatLon, item: Goto | Loiter, here: LatLon) -> bool:
     return inverse(*home, item.lat_rad, item.lon_rad)[0] < inverse(*home, *here)[0]
 
 
-def _off_leg_m(here: Point, begin: Point, item: Goto | Loiter) -> float:
+def _off_leg_m(here: LatLon, begin: LatLon, item: Goto | Loiter) -> float:
     """How far the vessel is from the way between two places, m."""
     frame = LocalFrame(*here)
     (x1, y1), (x2, y2) = frame.to_local(*begin), frame.to_local(item.lat_rad, item.lon_rad)

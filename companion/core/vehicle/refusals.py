@@ -11,6 +11,7 @@ from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState
+from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.requests import LoadPlan
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 
@@ -21,7 +22,6 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, Area, free_around
 from . import arming, insist
 from .controls import Controls
-from .mission import Point
 from .plan_depth import plan_legs
 
 LYING_M: Final = 20.0
@@ -73,9 +73,7 @@ def plan_refusal(controls: Controls, body: LoadPlan) -> str:
         speed = getattr(item, "speed_mps", None)
         if speed is not None and speed > top_mps:
             return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
-    state = controls.state
-    here = None if state.lat_rad is None or state.lon_rad is None else (state.lat_rad, state.lon_rad)
-    legs = plan_legs(body.plan.maneuvers, here, controls.config.guidance.loiter_radius_m)
+    legs = plan_legs(body.plan.maneuvers, controls.here, controls.config.guidance.loiter_radius_m)
     shallow = controls.parts.guard.check_plan(legs)
     return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}; {insist.CHART}"
 
@@ -97,7 +95,7 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     if lat_rad is None or lon_rad is None:
         return ""
     shallow = controls.parts.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
-    if shallow is not None and not _leads_home(controls, (lat_rad, lon_rad)):
+    if shallow is not None and not _leads_home(controls, LatLon((lat_rad, lon_rad))):
         return f"the target: {shallow.reason}; {insist.CHART}"
     if not controls.parts.fence.enabled or controls.parts.estimator.origin is None:
         return ""
@@ -124,7 +122,7 @@ def trial_area(controls: Controls, body: SeaTrial) -> Area | str:
     state = controls.state
     assert state.x_m is not None
     assert state.y_m is not None
-    here, refused = (state.x_m, state.y_m), _looks_at(controls)
+    here, refused = NorthEast((state.x_m, state.y_m)), _looks_at(controls)
     if body.fitted:
         area = Area(here, free_around(here, body.radius_m, lambda point: not refused(point)))
         if area.least_m < LEAST_RADIUS_M:
@@ -153,18 +151,18 @@ def _unready(controls: Controls, body: SeaTrial) -> str:
     return "the battery is low: a sea trial asks for full thrust" if low else ""
 
 
-def _looks_at(controls: Controls) -> Callable[[Point], str]:
+def _looks_at(controls: Controls) -> Callable[[NorthEast], str]:
     """A look at one place in the plane: why the vessel would not go there."""
     origin = controls.parts.estimator.origin
     assert origin is not None
     return lambda point: target_refusal(controls, *origin.to_geodetic(*point))
 
 
-def _first_refusal(here: Point, radius_m: float, refused: Callable[[Point], str]) -> str:
+def _first_refusal(here: NorthEast, radius_m: float, refused: Callable[[NorthEast], str]) -> str:
     for share in (0.5, 1.0):
         for k in range(_ROUND):
             angle, reach_m = math.tau * k / _ROUND, share * radius_m
-            refusal = refused((here[0] + reach_m * math.cos(angle), here[1] + reach_m * math.sin(angle)))
+            refusal = refused(NorthEast((here[0] + reach_m * math.cos(angle), here[1] + reach_m * math.sin(angle))))
             if refusal:
                 return refusal
     return ""
@@ -180,7 +178,7 @@ def _no_way_to_stop(controls: Controls, area: Area) -> str:
     return f"the way to stop from {speed_mps:.1f} m/s is {stop_m:.0f} m: it takes {least_m} m around here, not {area.least_m:.0f}"
 
 
-def _leads_home(controls: Controls, target: Point) -> bool:
+def _leads_home(controls: Controls, target: LatLon) -> bool:
     """Whether a target is nearer home than the vessel, on a voyage."""
     home, here = controls.parts.mission.home, controls.here
     if home is None or here is None or controls.voyage.lasting is None:

@@ -9,8 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
-
-from .mission import Point
+from mavlink_bridge.language.points import LatLon
 
 LANDED_M: Final = 50.0
 """So near to where it began, a vessel that is disarmed has come back: a pier, and the error of a receiver without corrections."""
@@ -24,7 +23,7 @@ class Voyage:
     """One vessel's. Times are the vessel's monotonic ones, µs."""
 
     def __init__(self) -> None:
-        self.place: Point | None = None
+        self.place: LatLon | None = None
         """Where it began, rad; None = not known."""
         self.has_sailed = False
         """Armed before, in the life of this process or on the voyage that it goes on with: a store that fails since bars nothing."""
@@ -43,17 +42,17 @@ class Voyage:
         return self._broken
 
     @property
-    def lasting(self) -> tuple[Point | None] | None:
+    def lasting(self) -> tuple[LatLon | None] | None:
         """What must outlive the process: the place of a voyage that no operator has ended; None when there is none."""
         return (self.place,) if self._begun and self._left_us is None else None
 
-    def armed(self, now_us: int, here: Point | None) -> None:
+    def armed(self, now_us: int, here: LatLon | None) -> None:
         if not self.has_begun(now_us):
             self.place = here
         self._begun, self._broken, self._left_us = True, False, None
         self.has_sailed = True
 
-    def disarmed(self, now_us: int, here: Point | None, *, by_operator: bool) -> None:
+    def disarmed(self, now_us: int, here: LatLon | None, *, by_operator: bool) -> None:
         if not by_operator:
             self._broken = self._begun
             return
@@ -62,7 +61,7 @@ class Voyage:
         self._begun = self._begun and away_m is not None and away_m > LANDED_M
         self._left_us = now_us if self._begun else None
 
-    def resume(self, place: Point | None) -> None:
+    def resume(self, place: LatLon | None) -> None:
         """The process before this one ended under way."""
         self.place, self._begun, self._broken, self._left_us = place, True, True, None
         self.has_sailed = True

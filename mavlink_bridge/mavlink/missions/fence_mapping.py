@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...language import messages as imc
+from ...language.points import LatLon
 from ...language.requests import PlanItem
 from ..wire.cmd import Cmd
 from .plan_rules import DEFAULT_LIMITS, MissionResult, PlanError, PlanLimits, RefusedError, position
@@ -12,18 +13,18 @@ from .plan_rules import DEFAULT_LIMITS, MissionResult, PlanError, PlanLimits, Re
 
 def compile_rally(
     items: Sequence[PlanItem], limits: PlanLimits = DEFAULT_LIMITS
-) -> tuple[tuple[tuple[float, float], ...], tuple[PlanError, ...]]:
+) -> tuple[tuple[LatLon, ...], tuple[PlanError, ...]]:
     """Rally points in rad, and the errors."""
     if len(items) > limits.max_items:
         reason = f"{len(items)} rally points, {limits.max_items} fit"
         return (), (PlanError(limits.max_items, None, reason, MissionResult.NO_SPACE),)
-    points: list[tuple[float, float]] = []
+    points: list[LatLon] = []
     errors: list[PlanError] = []
     for seq, item in enumerate(items):
         try:
             if item.command != Cmd.RALLY_POINT:
                 raise RefusedError(None, f"command {item.command} is not a rally point", MissionResult.UNSUPPORTED)
-            points.append(position(item))
+            points.append(LatLon(position(item)))
         except RefusedError as refusal:
             errors.append(PlanError(seq, refusal.field, str(refusal), refusal.result))
     return tuple(points), tuple(errors)

@@ -12,15 +12,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.core.guide import GuidanceConfig
-from companion.core.guide.paths import Line, Point
+from companion.core.guide.paths import Line
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from mavlink_bridge.language.figures import Circle, Figure, FigureEight, Hover, Racetrack, distance_m
 from mavlink_bridge.language.messages import Desired, EstimatedState, Loiter
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, WaterConfig
 from tools.benches.cells.control_loop import TICK_S, ControlLoop, Setup, StateSource
 
+ORIGIN = NorthEast((0.0, 0.0))
 CALM = WaterConfig()
 BREEZE = WaterConfig(current_mps=0.3, wind_mps=4.0, wave_height_m=0.3)
 BLOW = WaterConfig(current_mps=0.5, wind_mps=8.0, wave_height_m=0.3)
@@ -125,7 +127,7 @@ def errors(values: list[float], run: ControlLoop, *, finished: bool = True) -> E
 class Route:
     """Sails a chain of points as the mission executor would, one go-to after another."""
 
-    def __init__(self, run: ControlLoop, points: list[Point], speed_mps: float, limit_factor: float = 2.5) -> None:
+    def __init__(self, run: ControlLoop, points: list[NorthEast], speed_mps: float, limit_factor: float = 2.5) -> None:
         self.run, self.points, self.speed_mps = run, points, speed_mps
         self.index = 1
         length = sum(math.dist(a, b) for a, b in itertools.pairwise(points))
@@ -134,7 +136,7 @@ class Route:
         self.stopped = ""
         self._begin(None)
 
-    def _begin(self, previous: Point | None) -> None:
+    def _begin(self, previous: NorthEast | None) -> None:
         points, k, run = self.points, self.index, self.run
         following = run.goto(*points[k + 1], k + 1) if k + 1 < len(points) else None
         run.sail(
@@ -161,9 +163,9 @@ class Route:
         return self.index == len(self.points)
 
 
-def square(side_m: float, rounds: int = 1, start: Point = (0.0, 0.0)) -> list[Point]:
+def square(side_m: float, rounds: int = 1, start: NorthEast = ORIGIN) -> list[NorthEast]:
     n, e = start
-    corners = [(n + side_m, e), (n + side_m, e + side_m), (n, e + side_m), (n, e)]
+    corners = [NorthEast(at) for at in ((n + side_m, e), (n + side_m, e + side_m), (n, e + side_m), (n, e))]
     return [start] + corners * rounds
 
 
@@ -172,7 +174,7 @@ def legs(case: Case, speed_mps: float, side_m: float = 80.0) -> tuple[Errors, fl
 
     Returns the cross-track errors and the mean over legs of each leg's absolute mean.
     """
-    points = [*square(side_m), (side_m, 0.0)]
+    points = [*square(side_m), NorthEast((side_m, 0.0))]
     run = case.loop()
     run.place(0.0, 0.0, 0.0, speed_mps)
     route = Route(run, points, speed_mps)
@@ -218,7 +220,7 @@ def pattern(
     """Racetrack with 60 m straights or figure-eight of touching loops; distance to the path after the first lap."""
     run = case.loop()
     figure = kind(length_m=60.0 if kind is Racetrack else 2.0 * radius_m, radius_m=radius_m, bearing_rad=0.0)
-    segments = figure.segments((0.0, 0.0), radius_m, 1)
+    segments = figure.segments(ORIGIN, radius_m, 1)
     north, east = segments[0].point(0.0)
     course = segments[0].project(north, east).course_rad
     run.place(north, east, course, speed_mps)
@@ -255,7 +257,7 @@ class SquareRun:
     straight: Errors
     """20 m after a corner to 5 m before the next."""
     reached: int
-    """Points that guidance reported reached, of 9."""
+    """NorthEasts that guidance reported reached, of 9."""
     closest_m: float
     """Greatest of the distances at which the points were passed."""
     stopped: str
@@ -268,7 +270,7 @@ class SquareRun:
 
 def big_square(case: Case, speed_mps: float) -> SquareRun:
     """100 m sides, first point 20 m north of the start, driven twice; environment on after 25 s at rest."""
-    points = [(0.0, 0.0), *square(100.0, 2, (20.0, 0.0))]
+    points = [ORIGIN, *square(100.0, 2, NorthEast((20.0, 0.0)))]
     water = case.water.model_copy(update={"start_s": 25.0})
     run = replace(case, water=water).loop()
     run.place(0.0, 0.0, 0.0)

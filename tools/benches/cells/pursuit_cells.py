@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from companion.core.guide.paths import Line, Point
+from companion.core.guide.paths import Line
 from mavlink_bridge.language.messages import Desired
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import wrap_pi
 from tools.benches.cells.control_cells import Case, Errors, errors, square
 from tools.benches.cells.control_loop import ControlLoop
@@ -34,7 +35,7 @@ def pursuit_ring(case: Case, radius_m: float, speed_mps: float, laps: float = 3.
 
 def pursuit_legs(case: Case, speed_mps: float, side_m: float = 80.0) -> Errors:
     """The 80 m square with the bow on each waypoint, as the prototype's ``seed`` column; windows as in ``legs``."""
-    points = [*square(side_m), (side_m, 0.0)]
+    points = [*square(side_m), NorthEast((side_m, 0.0))]
     run = case.loop()
     run.place(0.0, 0.0, 0.0, speed_mps)
     offset = _origin_offset(run)
@@ -53,12 +54,12 @@ def pursuit_legs(case: Case, speed_mps: float, side_m: float = 80.0) -> Errors:
     return errors(values, run, finished=index == len(points))
 
 
-def _origin_offset(run: ControlLoop) -> Point:
+def _origin_offset(run: ControlLoop) -> NorthEast:
     """Where the estimator's origin lies on the truth's plane."""
     assert run.state.origin_lat_rad is not None and run.state.origin_lon_rad is not None  # noqa: PT018
     return run.frame.to_local(run.state.origin_lat_rad, run.state.origin_lon_rad)
 
 
-def _known(run: ControlLoop, offset: Point) -> Point:
+def _known(run: ControlLoop, offset: NorthEast) -> NorthEast:
     """The vessel's own idea of where it is, on the truth's plane."""
-    return (run.state.x_m or 0.0) + offset[0], (run.state.y_m or 0.0) + offset[1]
+    return NorthEast(((run.state.x_m or 0.0) + offset[0], (run.state.y_m or 0.0) + offset[1]))

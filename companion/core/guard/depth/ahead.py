@@ -13,13 +13,14 @@ from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState, Severity
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
 from .config import DepthGuardConfig
 from .grid import DepthGrid
 from .input import Altitude, DepthInput, reading_sigma_m
-from .lookahead import Ahead, ClosingRate, PathAhead, Point, StoppingDistance, sample, slow_speed_mps, strays, way_ahead
+from .lookahead import Ahead, ClosingRate, PathAhead, StoppingDistance, sample, slow_speed_mps, strays, way_ahead
 from .lost import LostBottom
 from .memory import DepthMemory
 
@@ -76,7 +77,7 @@ class DepthAhead:
         self.configure(config)
         self._closing = ClosingRate()
         self._lost = LostBottom()
-        self._good_track: deque[Point] = deque(maxlen=200)
+        self._good_track: deque[NorthEast] = deque(maxlen=200)
         self._stopping = self._warned = self._blind = False
         self._rest = 0
         """Looks that the memory need not be asked for: it has just said that all around is clear."""
@@ -100,7 +101,7 @@ class DepthAhead:
         return self._closing.closing_mps > 0.0
 
     @property
-    def last_good(self) -> Point | None:
+    def last_good(self) -> NorthEast | None:
         """Where the water was good last (north, east in m)."""
         return self._good_track[-1] if self._good_track else None
 
@@ -302,7 +303,7 @@ class DepthAhead:
             return
         if altitude_m < self._good_m:
             return
-        here = (state.x_m, state.y_m)
+        here = NorthEast((state.x_m, state.y_m))
         if not self._good_track or math.dist(self._good_track[-1], here) >= _TRACK_M:
             self._good_track.append(here)
 
@@ -316,7 +317,7 @@ class DepthAhead:
         return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"
 
 
-def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, step_m: float) -> list[list[Point]]:
+def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, step_m: float) -> list[list[NorthEast]]:
     """The way along the path; and the one straight on, when there is no path or the vessel does not follow it."""
     path = path_ahead(reach_m) if path_ahead is not None else ()
     ways = [way_ahead(state, path, reach_m, step_m)]

@@ -18,6 +18,7 @@ from typing import Final
 
 from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
 from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import LatLon
 
 UNKNOWN_CM: Final = -32768
 """What a cell holds whose depth is unknown."""
@@ -49,13 +50,13 @@ def metres_per_radian(lat_rad: float) -> tuple[float, float]:
     return SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY2) / w2**1.5, SEMI_MAJOR_AXIS_M * math.cos(lat_rad) / math.sqrt(w2)
 
 
-def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
+def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> LatLon:
     """Position ``north_m`` and ``east_m`` from another, good to centimetres within 5 km."""
     middle = lat_rad + 0.5 * north_m / metres_per_radian(lat_rad)[0]
     per_lat = metres_per_radian(middle)[0]
     sag_m = 0.5 * east_m * east_m * math.tan(lat_rad) / SEMI_MAJOR_AXIS_M
     lat = lat_rad + (north_m - sag_m) / per_lat
-    return lat, lon_rad + east_m / metres_per_radian(lat)[1]
+    return LatLon((lat, lon_rad + east_m / metres_per_radian(lat)[1]))
 
 
 class DepthGrid:

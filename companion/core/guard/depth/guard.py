@@ -12,6 +12,7 @@ from dataclasses import field
 from typing import Final
 
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
@@ -20,7 +21,7 @@ from .config import DepthGuardConfig
 from .evidence import LockEvidence
 from .grid import DepthGrid, Leg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
-from .lookahead import PathAhead, Point, StoppingDistance
+from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
 
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
@@ -78,7 +79,7 @@ class GuardOutput:
     """How fast the bottom closes, as far as proven."""
     map_least_m: float | None = None
     """Least altitude that the map shows along the way to come."""
-    suggestion: Point | None = None
+    suggestion: NorthEast | None = None
     """Where the altitude was good last, on the track sailed (north, east in m): the way to correct."""
     texts: tuple[tuple[Severity, str], ...] = field(default=())
 

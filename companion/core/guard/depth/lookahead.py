@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import NorthEast
 
 from .input import Altitude
 
-Point = tuple[float, float]
 StoppingDistance = Callable[[float], float]
 """Speed in m/s to the way in m that the vessel still makes once thrust is cut (or astern)."""
-PathAhead = Callable[[float], Sequence[Point]]
+PathAhead = Callable[[float], Sequence[NorthEast]]
 """How far to look, m, to points (north, east) along the path that is being sailed, from abeam of the vessel on."""
 DepthAt = Callable[[float, float], float | None]
 """(north, east) in the run's plane, m, to the depth or altitude there; None = unknown."""
@@ -144,15 +144,18 @@ def slow_speed_mps(
     return low
 
 
-def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m: float, step_m: float) -> list[Point]:
+def way_ahead(
+    state: EstimatedState, path_ahead: Sequence[NorthEast] | None, reach_m: float, step_m: float
+) -> list[NorthEast]:
     """Points along the predicted way, every ``step_m`` out to ``reach_m``: the present arc, then the path beyond it.
 
     Without a path: straight on along the course after the arc. Empty without a position.
     """
     if state.x_m is None or state.y_m is None:
         return []
-    arc, course_rad = _arc(state, (state.x_m, state.y_m), min(reach_m, _ARC_S * (state.sog_mps or 0.0)), step_m)
-    points = [(state.x_m, state.y_m), *arc]
+    here = NorthEast((state.x_m, state.y_m))
+    arc, course_rad = _arc(state, here, min(reach_m, _ARC_S * (state.sog_mps or 0.0)), step_m)
+    points = [here, *arc]
     left_m = reach_m - step_m * len(arc)
     for target in _beyond(path_ahead or (), step_m * len(arc)):
         if left_m <= 0.0:
@@ -160,12 +163,12 @@ def way_ahead(state: EstimatedState, path_ahead: Sequence[Point] | None, reach_m
         left_m = _march(points, target, left_m, step_m)
     if not path_ahead and course_rad is not None:
         north, east = points[-1]
-        far = (north + left_m * math.cos(course_rad), east + left_m * math.sin(course_rad))
+        far = NorthEast((north + left_m * math.cos(course_rad), east + left_m * math.sin(course_rad)))
         _march(points, far, left_m, step_m)
     return points
 
 
-def strays(state: EstimatedState, path_ahead: Sequence[Point]) -> bool:
+def strays(state: EstimatedState, path_ahead: Sequence[NorthEast]) -> bool:
     """Whether a vessel under way is not about to sail the path: its mean course of the coming second leads elsewhere."""
     speed_mps, course_rad = state.sog_mps or 0.0, state.cog_rad
     if speed_mps < _STEERED_MPS or course_rad is None or state.x_m is None or state.y_m is None:
@@ -179,7 +182,9 @@ def strays(state: EstimatedState, path_ahead: Sequence[Point]) -> bool:
     return False
 
 
-def _arc(state: EstimatedState, start: Point, length_m: float, step_m: float) -> tuple[list[Point], float | None]:
+def _arc(
+    state: EstimatedState, start: NorthEast, length_m: float, step_m: float
+) -> tuple[list[NorthEast], float | None]:
     """Points of the present turn and the course at its end."""
     course_rad = state.cog_rad if state.cog_rad is not None and (state.sog_mps or 0.0) > 0.2 else state.psi_rad
     if course_rad is None or not state.sog_mps:
@@ -191,30 +196,31 @@ def _arc(state: EstimatedState, start: Point, length_m: float, step_m: float) ->
         course_rad += 0.5 * turn_per_m * step_m
         north, east = north + step_m * math.cos(course_rad), east + step_m * math.sin(course_rad)
         course_rad += 0.5 * turn_per_m * step_m
-        points.append((north, east))
+        points.append(NorthEast((north, east)))
     return points, course_rad
 
 
-def _beyond(path: Sequence[Point], skip_m: float) -> list[Point]:
+def _beyond(path: Sequence[NorthEast], skip_m: float) -> list[NorthEast]:
     """A path without its first ``skip_m``, which the vessel has behind it when the arc ends; at least its last point."""
     for i in range(1, len(path)):
         (north, east), end = path[i - 1], path[i]
         length_m = math.dist(path[i - 1], end)
         if length_m > skip_m:
             share = skip_m / length_m
-            return [(north + share * (end[0] - north), east + share * (end[1] - east)), *path[i:]]
+            begin = NorthEast((north + share * (end[0] - north), east + share * (end[1] - east)))
+            return [begin, *path[i:]]
         skip_m -= length_m
     return list(path[-1:])
 
 
-def _march(points: list[Point], target: Point, left_m: float, step_m: float) -> float:
+def _march(points: list[NorthEast], target: NorthEast, left_m: float, step_m: float) -> float:
     """Append points toward ``target``, its own included when in reach; return the reach that is left, m."""
     north, east = points[-1]
     gap_m = math.hypot(target[0] - north, target[1] - east)
     reach_m = min(gap_m, left_m)
     for i in range(1, math.ceil(reach_m / step_m) + 1):
         share = min(i * step_m, reach_m) / gap_m
-        points.append((north + share * (target[0] - north), east + share * (target[1] - east)))
+        points.append(NorthEast((north + share * (target[0] - north), east + share * (target[1] - east))))
     return left_m - gap_m
 
 
@@ -226,15 +232,15 @@ class Ahead:
     """Altitude on the map where the vessel is."""
     least_m: float | None
     """Least altitude along the way; None = nothing known there."""
-    where: Point | None = None
+    where: NorthEast | None = None
     unknown: bool = False
     """Some of the way is outside the map."""
 
 
-def sample(depth_at: DepthAt, points: Sequence[Point], half_width_m: float) -> Ahead:
+def sample(depth_at: DepthAt, points: Sequence[NorthEast], half_width_m: float) -> Ahead:
     """Least value along the points and ``half_width_m`` to either side of them."""
     least_m: float | None = None
-    where: Point | None = None
+    where: NorthEast | None = None
     unknown = False
     for i, point in enumerate(points):
         before = points[i - 1] if i else points[0]
@@ -248,10 +254,11 @@ def sample(depth_at: DepthAt, points: Sequence[Point], half_width_m: float) -> A
     return Ahead(here_m, least_m, where, unknown)
 
 
-def _across(before: Point, point: Point, half_width_m: float) -> tuple[Point, ...]:
+def _across(before: NorthEast, point: NorthEast, half_width_m: float) -> tuple[NorthEast, ...]:
     north, east = point[0] - before[0], point[1] - before[1]
     length = math.hypot(north, east)
     if length == 0.0 or half_width_m == 0.0:
         return (point,)
     side_n, side_e = -east / length * half_width_m, north / length * half_width_m
-    return (point, (point[0] + side_n, point[1] + side_e), (point[0] - side_n, point[1] - side_e))
+    to_side = NorthEast((point[0] + side_n, point[1] + side_e))
+    return (point, to_side, NorthEast((point[0] - side_n, point[1] - side_e)))
