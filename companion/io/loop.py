@@ -79,11 +79,6 @@ class LoopStats:
     late_us: deque[int] = field(default_factory=lambda: deque(maxlen=_LATE_KEPT))
     """How long after its time each of the last ticks began."""
 
-    def late_p99_us(self) -> int:
-        """99th percentile of the lateness of the last ticks."""
-        ordered = sorted(self.late_us)
-        return ordered[min(len(ordered) - 1, (99 * len(ordered)) // 100)] if ordered else 0
-
 
 class StopFlag:
     """Raised by SIGINT and SIGTERM, or by hand; a second signal interrupts at once."""

@@ -8,18 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final
 
+from .depth_requests import (
+    FORGET_MAX_M as FORGET_MAX_M,
+    DistanceInput as DistanceInput,
+    ForgetDepth as ForgetDepth,
+    UnlockGuard as UnlockGuard,
+)
 from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
 from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
 from .points import LatLon
-from .spoken import Real, Spoken, Sure
+from .spoken import Spoken
 from .stations import Proof, Station
 from .trials import SeaTrial
-
-FORGET_MAX_M: Final = 20.0
-"""Radius of one order to forget depths: a false echo of 3 s at 3 m/s and the way to stop lie within it, a reef does not."""
 
 
 class Result(Enum):
@@ -272,18 +274,6 @@ class Reboot(Ask):
 
 
 @dataclass(frozen=True, slots=True)
-class DistanceInput(Ask):
-    """DISTANCE_SENSOR from another component: metres below the transducer."""
-
-    value_m: float | None
-    signal_quality: float | None = None
-
-    @property
-    def nature(self) -> Nature:
-        return _OTHER
-
-
-@dataclass(frozen=True, slots=True)
 class RtcmData(Ask):
     """GPS_RTCM_DATA, reassembled, for the receiver's port."""
 
@@ -306,17 +296,6 @@ class RunPrearmChecks(Ask):
 
 
 @dataclass(frozen=True, slots=True)
-class UnlockGuard(Ask):
-    """An operator on the spot lifts a LOCKED depth guard once."""
-
-    spoken = Spoken("USER_1", (Sure(1),))
-
-    @property
-    def nature(self) -> Nature:
-        return _OTHER
-
-
-@dataclass(frozen=True, slots=True)
 class TakeCommand(Ask):
     """A station asks to command the vessel from now on, or gives it up; nothing moves by it."""
 
@@ -325,21 +304,6 @@ class TakeCommand(Ask):
     @property
     def nature(self) -> Nature:
         return _OTHER
-
-
-@dataclass(frozen=True, slots=True)
-class ForgetDepth(Ask):
-    """Forget what the depth memory holds around a place: a false shoal bars the way. Charts are never forgotten."""
-
-    lat_rad: float | None = None
-    lon_rad: float | None = None
-    """None: where the vessel is."""
-    radius_m: float = FORGET_MAX_M
-    spoken = Spoken("USER_2", (Real("radius_m", 1, least=0.0, most=FORGET_MAX_M, default=FORGET_MAX_M),), place=True)
-
-    @property
-    def nature(self) -> Nature:
-        return _SETTING
 
 
 RequestBody = (

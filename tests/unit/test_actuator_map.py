@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from companion.core.board.actuator_map import ActuatorConfig, ChannelConfig, neutral_pulses, pulses_to_demand, to_pulses
+from companion.core.board.actuator_map import ActuatorConfig, ChannelConfig, pulses_to_demand, to_pulses
 from mavlink_bridge.language.messages import ActuatorOutput
 
 
@@ -102,4 +102,4 @@ def test_no_usable_pulse_stops(pulse):
 
 def test_neutral_keeps_the_rudder_trim():
     config = ActuatorConfig(rudder_port=ChannelConfig(id="l", trim_us=-40))
-    assert neutral_pulses(config) == (1500, 1500, 1460, 1500)
+    assert to_pulses(output(), config, math.radians(30.0)) == (1500, 1500, 1460, 1500)

@@ -8,7 +8,7 @@ import pytest
 
 from companion.core.ais import AidToNavigation, PositionReport, SafetyText, StaticReport
 from companion.core.ais.decode import turn_of
-from companion.core.ais.identity import Station, may_be_vessel, station_of
+from companion.core.ais.identity import Station, station_of
 from companion.core.ais.reports import FixState, StationClass
 from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.units import KNOT_MPS
@@ -162,7 +162,6 @@ def test_a_tag_block_a_sentence_between_and_a_further_field_are_all_right() -> N
 )
 def test_who_a_number_is(mmsi: int, station: Station) -> None:
     assert station_of(mmsi) is station
-    assert may_be_vessel(mmsi) is (station in (Station.SHIP, Station.CRAFT, Station.UNKNOWN))
 
 
 def test_a_safety_text() -> None:

@@ -49,7 +49,6 @@ TABLE = [
     (mapping.thrust_to_percent, 0, [(-0.3, 0), (0.42, 42)]),
     (mapping.v_to_mv, 65_535, [(12.3, 12_300)]),
     (mapping.a_to_ca, -1, [(1.5, 150)]),
-    (mapping.seconds_u16, 65_535, [(1e9, 65_534)]),
     (mapping.rad_to_deg_i8, 127, [(math.radians(-30.0), -30), (10.0, 126)]),
     (mapping.bottom_clearance_m, -1.0, [(4.5, 4.5), (-0.2, 0.0)]),
 ]

@@ -52,9 +52,3 @@ def station_of(mmsi: int) -> Station:
         if digits.startswith(prefix):
             return station
     return Station.SHIP if int(digits[:3]) in _MID else Station.UNKNOWN
-
-
-def may_be_vessel(mmsi: int) -> bool:
-    """Whether something that can be run into may report under this number; beacons of people in the water are none."""
-    station = station_of(mmsi)
-    return station not in _LAND and station not in DISTRESS

@@ -270,11 +270,6 @@ def to_pulses(output: ActuatorOutput, config: ActuatorConfig, rudder_max_rad: fl
     return PulseMap(config, rudder_max_rad).pulses(output)
 
 
-def neutral_pulses(config: ActuatorConfig) -> Microseconds:
-    """Return the pulses of thrusters stopped and rudders amidships, in pin order."""
-    return PulseMap(config, 1.0).neutral_us
-
-
 def pulses_to_demand(
     pulses_us: Sequence[float | None], config: ActuatorConfig, rudder_max_rad: float
 ) -> tuple[float, float, float, float]:

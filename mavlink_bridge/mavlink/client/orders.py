@@ -130,15 +130,6 @@ def set_interval(vehicle: Vehicle, number: int, rate_hz: float, *, texts: Texts,
     return command(vehicle, Cmd.SET_MESSAGE_INTERVAL, float(number), 1e6 / rate_hz, texts=texts, answer_s=answer_s)
 
 
-def one_after_the_other(*jobs: Callable[[], Job]) -> Job:
-    """Jobs in their order; the first that fails ends it."""
-    for make in jobs:
-        outcome = yield from make()
-        if not outcome.ok:
-            return outcome
-    return DONE
-
-
 def heartbeat() -> Any:
     """MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE."""
     return dialect.MAVLink_heartbeat_message(

@@ -226,11 +226,6 @@ def boot_ms(now_us: int) -> int:
     return now_us // 1000 & UINT32_MAX
 
 
-def seconds_u16(duration_s: float | None) -> int:
-    """Whole seconds in a uint16; unknown 65535."""
-    return _scaled(duration_s, 1.0, 0, UINT16_UNKNOWN - 1, UINT16_UNKNOWN)
-
-
 def value_or_nan(value: float | None) -> float:
     """A float field whose unknown is NaN."""
     return NAN if value is None else value
