@@ -1,12 +1,15 @@
-"""A propeller that is lost or full of weed is told in words within 15 s of thrust; clean rough water is not."""
+"""A propeller that is lost or full of weed is told in words within 15 s of thrust, and the boat sails on with what is left;
+clean rough water is no weed."""
 
 import math
+import statistics
+from dataclasses import replace
 
 import pytest
 
 from companion.core.guard.propulsion import PropulsionWatch
 from mavlink_bridge.language.figures import Circle, Hover
-from mavlink_bridge.language.messages import Loiter
+from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState, Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import WATERS, Case
@@ -50,6 +53,69 @@ def test_it_is_found_under_way_on_its_side(water, fault):
     assert weak == (fault[0] == 0, fault[0] == 1)
 
 
+def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
+    """Yield (seconds, north, east) of a boat in the blow that loses a thruster and sails on by the vessel's own rules."""
+    run = Case(HULLS[hull], BLOW, seed=seed, source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0, 1.5)
+    watch = PropulsionWatch(HULLS[hull])
+    begin(run)
+    while run.t_s < seconds:
+        if run.t_s > fault_s:
+            run.vessel.thruster_health[side] = share
+        run.tick(1.5)
+        before = watch.shares
+        watch.step(TICK_S, run.state, run.sent)
+        if watch.shares != before:
+            run.controller.thrusters(watch.shares)
+            run.guidance.thrusters(watch.shares)
+            run.guidance.limit_speed(run.controller.steady_mps)
+        yield run.t_s, run.vessel.north_m, run.vessel.east_m
+
+
+def worst_of_a_leg(hull, **fault):
+    sailed = sail_on(hull, lambda run: run.sail(run.goto(400.0, 0.0), 1.5), 90.0, **fault)
+    return math.sqrt(statistics.fmean(east_m**2 for t_s, _, east_m in sailed if t_s > 50.0))
+
+
+def worst_of_a_stay(hull, seconds, **fault):
+    def stay(run):
+        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
+
+    return max(math.hypot(north_m, east_m) for _, north_m, east_m in sail_on(hull, stay, seconds, **fault))
+
+
+def test_one_thruster_and_rudders_sail_a_leg_straight():
+    assert worst_of_a_leg("otter") <= 1.0
+
+
+def test_one_thruster_and_rudders_stay_near_a_point():
+    assert worst_of_a_stay("otter", 110.0) <= 30.0
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize(("side", "share"), [(0, 0.0), (1, 0.0), (0, 0.3), (1, 0.3)])
+@pytest.mark.parametrize("hull", ["otter", "launch"])
+def test_what_is_left_does_it_on_either_side(hull, side, share, seed):
+    assert worst_of_a_leg(hull, side=side, share=share, seed=seed) <= 1.0
+    assert worst_of_a_stay(hull, 400.0, side=side, share=share, seed=seed) <= 40.0
+
+
+def test_a_thruster_that_rests_has_not_given():
+    watch, state = PropulsionWatch(HULLS["otter"]), EstimatedState(0, psi_rad=0.0, u_mps=0.9, v_mps=0.0, r_radps=0.0)
+    half = ActuatorOutput(0, 0.7, 0.7, rudder_port_rad=0.0, rudder_starboard_rad=0.0, cause="")
+    watch.step(TICK_S, state, half)
+    for _ in range(round(20.0 / TICK_S)):  # 0.8 of 2.1 m/s, and straight with the rudders against the missing side
+        watch.step(TICK_S, state, replace(half, rudder_port_rad=0.3, rudder_starboard_rad=0.3))
+    assert watch.weak == (True, False)
+    for _ in range(round(120.0 / TICK_S)):
+        watch.step(TICK_S, replace(state, u_mps=0.0), replace(half, thruster_port=0.0, thruster_starboard=0.0))
+    assert watch.weak == (True, False)
+    for _ in range(round(60.0 / TICK_S)):  # as fast as both thrusters make it, and straight with the rudders amidships
+        watch.step(TICK_S, replace(state, u_mps=1.86), half)
+    assert watch.weak == (False, False)
+
+
 def test_rough_water_is_no_weed():
     assert told_after_s("otter", GALE, Hover(), 1.0, 120.0) is None
     assert told_after_s("otter", GALE, Circle(radius_m=10.0), 1.5, 90.0) is None
@@ -76,9 +142,10 @@ def test_the_operator_is_told_which_side_and_the_boat_sails_on(voyage):
     assert trip.snapshot.mode.name == "AUTO"
 
 
-def test_the_row_may_stop_it_instead(voyage):
-    trip = voyage("depth.enabled=false", "failsafe.thruster_action='stop'")
+def test_a_hull_that_one_thruster_cannot_steer_stops_and_says_why(voyage):
+    trip = voyage("depth.enabled=false", "vessel='blueboat'", "failsafe.thruster_action='warn'")
     trip.sail(1.5, (200.0, 0.0), after_s=20.0)
     trip.world.surroundings.plant.vessel.thruster_health[1] = 0.0
     trip.run(16.0)
     assert trip.snapshot.output.thruster_port == trip.snapshot.output.thruster_starboard == 0.0
+    assert "This hull cannot be steered by one thruster: STOP" in trip.texts

@@ -328,6 +328,13 @@ TABLE: Final[tuple[Condition, ...]] = (
     ),
     Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.monitors.oscillating, clear=OPERATOR),
     Condition(
+        "thruster_alone",
+        S,
+        "this hull cannot be steered by one thruster",
+        lambda f: f.thrust.thruster_alone,
+        takeover=Takeover.MANUAL,
+    ),
+    Condition(
         "thruster_weak",
         W,
         "a thruster gives too little",

@@ -3,7 +3,8 @@
 What is missing on one side leaves two traces at once: a turning moment towards that side that neither rudder nor hull
 explains, and way that is not made. The moment alone may be wind or a bent rudder, the way alone a current; only both,
 of the size of the thrust that is missing, are taken for a thruster. Judged only where that thrust stands clear of what a
-gale does to the hull. Nothing is changed on the water by it: it is told.
+gale does to the hull. It stays weak until it was asked for thrust and has given it: one that rests shows nothing. What it
+still gives is estimated, so that the vessel can be steered with what is left; no sign and no channel is changed by it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from mavlink_bridge.language.value import value
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
+from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
 
 _TAU_S: Final = 2.5
@@ -33,7 +35,18 @@ _WAY_S: Final = 12.0
 _HELD_S: Final = 7.5
 """Three of the low-pass's times: what a wave or a gust leaves is gone by then."""
 _GONE_S: Final = 20.0
-"""A blade that clears for some seconds and fouls again is one fault, told once."""
+"""So long a thruster must give what it is asked for until it is trusted again: a blade that clears for some seconds and
+fouls again is one fault, told once."""
+_GIVEN: Final = 0.35
+"""Less than this share missing: it gives what it is told."""
+_SHARE_TAU_S: Final = 15.0
+"""Pole of the estimate of what a weak one gives, once it is found: some gusts, a bend."""
+_NOTHING: Final = 0.2
+"""An estimate below this is nothing: the moment of a gust is as much, and who leans on thrust that is not there stands still."""
+_SOMETHING: Final = 0.4
+"""And above this it is something again: the vessel is steered quite otherwise with nothing."""
+_STEP: Final = 0.15
+"""The share that others reckon with follows the estimate in steps: each means a new allocation."""
 _SMALL_NM: Final = 1.0
 """Below this a hull's moment is lost in the noise of any gyro or compass."""
 _USUAL_S: Final = 30.0
@@ -48,6 +61,8 @@ class ThrustFlags:
 
     thruster_weak: bool = False
     """A thruster gives much less than it is told to, as far as the hull's motion shows."""
+    thruster_alone: bool = False
+    """And what the other one gives cannot be steered with."""
 
 
 class PropulsionWatch:
@@ -63,21 +78,31 @@ class PropulsionWatch:
         gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * _GALE_MPS * _GALE_MPS
         self._least_nm = max(_SMALL_NM, 0.1 * self._lateral_m * vessel.thruster.ahead_n)
         self._most_nm = max(self._least_nm, _CLEAR * gale_nm)
-        self.clear()
+        self._forget()
 
-    def clear(self) -> None:
-        """Forget: disarmed, or steered by hand."""
+    def clear(self) -> bool:
+        """Forget: disarmed. Return whether a thruster had been weak."""
+        found = any(self.weak)
+        self._forget()
+        return found
+
+    def _forget(self) -> None:
         self._smooth: list[float] | None = None
-        self._held_s, self._weak_s = [0.0, 0.0], [math.inf, math.inf]
+        self._held_s, self._given_s = [0.0, 0.0], [0.0, 0.0]
+        self._fit = [(0.0, 0.0), (0.0, 0.0)]
         self._slow_s = [math.inf, math.inf]
         self._usual_nm = self._known_s = 0.0
         self.weak = (False, False)
         """Port, starboard: this thruster gives much less than it is told to."""
+        self.shares: Shares = WHOLE
+        """What each is taken to give of what it is told."""
+        self.alone = False
+        """One gives nothing, and at no speed do the rudders hold the hull straight against the other."""
 
     @property
     def flags(self) -> ThrustFlags:
         """What the failsafe should know of the thrusters."""
-        return ThrustFlags(thruster_weak=any(self.weak))
+        return ThrustFlags(thruster_weak=any(self.weak), thruster_alone=self.alone)
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak."""
@@ -104,7 +129,9 @@ class PropulsionWatch:
         moment_nm = hull.m23_kgm * dv + hull.m33_kgm2 * dr
         held_n = port_n + starboard_n - self._statics.drag_n(water_u)
         rudder_nm = abs(self._model.rudder_slope_nm(water_u, port_n, starboard_n) * angle)
-        values = [r, moment_nm, port_n, starboard_n, held_n, u, rudder_nm]
+        port_nm = self._lateral_m * port_n + self._race_nm(port_n, angle)
+        starboard_nm = -self._lateral_m * starboard_n + self._race_nm(starboard_n, angle)
+        values = [r, moment_nm, port_n, starboard_n, held_n, u, rudder_nm, port_nm, starboard_nm]
         if self._smooth is None:
             self._smooth = values
             return self.weak
@@ -115,6 +142,10 @@ class PropulsionWatch:
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
         self._judge(dt_s, missing_nm, lost_n)
         return self.weak
+
+    def _race_nm(self, thrust_n: float, angle_rad: float) -> float:
+        """What the rudder behind a propeller turns the hull by through that propeller's race alone."""
+        return self._model.rudder_slope_nm(0.0, thrust_n, 0.0) * angle_rad
 
     def _floor(self, dt_s: float, missing_nm: float) -> float:
         """Thrust's moment from which on a thruster can be judged."""
@@ -142,5 +173,37 @@ class PropulsionWatch:
             weak = told_nm > floor_nm and _SHARE * told_nm < lacks_nm < _WHOLE * (told_nm + smooth[6])
             weak = weak and self._slow_s[side] < _WAY_S
             self._held_s[side] = self._held_s[side] + dt_s if weak else max(0.0, self._held_s[side] - dt_s)
-            self._weak_s[side] = 0.0 if self._held_s[side] > _HELD_S else self._weak_s[side] + dt_s
-        self.weak = (self._weak_s[0] < _GONE_S, self._weak_s[1] < _GONE_S)
+            if told_nm > floor_nm:
+                self._asked(side, dt_s, missing_nm, smooth[7 + side])
+        weak_now = (self._is_weak(0), self._is_weak(1))
+        if weak_now != self.weak or any(weak_now):
+            self.weak = weak_now
+            self._set_shares()
+
+    def _asked(self, side: int, dt_s: float, missing_nm: float, brings_nm: float) -> None:
+        """Thrust was asked of this side: fit the share of its moment that is missing, and how long it has been there again."""
+        if not self.weak[side] and self._held_s[side] <= dt_s:
+            self._fit[side] = (0.0, 0.0)
+        told, both = self._fit[side]
+        keep = 1.0 - dt_s / _SHARE_TAU_S
+        told, both = keep * told + dt_s * brings_nm * brings_nm, keep * both - dt_s * brings_nm * missing_nm
+        self._fit[side] = (told, both)
+        self._given_s[side] = self._given_s[side] + dt_s if both < _GIVEN * told else 0.0
+
+    def _is_weak(self, side: int) -> bool:
+        if self._held_s[side] > _HELD_S:
+            return True
+        return self.weak[side] and self._given_s[side] < _GONE_S
+
+    def _set_shares(self) -> None:
+        """What the one that was found first still gives: two that give nothing leave no moment to tell by."""
+        if not any(self.weak):
+            self.shares, self.alone = WHOLE, False
+            return
+        side = 0 if self.weak[0] and (self.shares[0] < 1.0 or not self.weak[1]) else 1
+        told, both = self._fit[side]
+        old, left = self.shares[side], max(0.0, min(1.0 - both / told, _SHARE)) if told > 0.0 else 0.0
+        new = 0.0 if left < (_SOMETHING if old == 0.0 else _NOTHING) else left
+        if abs(new - old) > _STEP or new == 0.0 < old:
+            self.shares = shares = (new, 1.0) if side == 0 else (1.0, new)
+            self.alone = new == 0.0 and straight_mps(self._vessel, shares) is None

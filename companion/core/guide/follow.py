@@ -61,6 +61,7 @@ class Follower:
         self._early = EarlySwing()
         self._sway_mps = self._turning = 0.0
         self._straight_s = math.inf
+        self._bends_mps = (0.0, math.inf)
         self.configure(config)
 
     def configure(self, config: FollowConfig) -> None:
@@ -78,6 +79,11 @@ class Follower:
     def limit(self, fast_mps: float) -> None:
         """Sail no faster than this through the water, m/s."""
         self._fast_mps = min(fast_mps, SPARED * self._handling.top_mps)
+
+    def bends_within(self, least_mps: float, most_mps: float) -> None:
+        """The handling has changed: measure the bends anew, sailed at these speeds through the water only."""
+        self._bends_mps = (least_mps, most_mps)
+        self.configure(self._config)
 
     def bend_speed_mps(self, curvature: float) -> float:
         """Return the greatest speed at which the vessel can hold a curvature, with the configured share of its ability.
@@ -101,8 +107,8 @@ class Follower:
 
     def _measure_bends(self) -> None:
         """Tabulate the radius that each speed allows, from the least speed that bends may slow to."""
-        handling, least = self._handling, self._config.speed_min_mps
-        top = max(handling.top_mps, least)
+        handling, least = self._handling, max(self._config.speed_min_mps, self._bends_mps[0])
+        top = max(min(handling.top_mps, self._bends_mps[1]), least)
         speeds = [least + (top - least) * k / 60.0 for k in range(61)]
         self._radii = [(mps, mps / (self._config.turn_share * handling.max_yaw_rate(mps))) for mps in speeds]
         self._bend_speeds: dict[float, float] = {}

@@ -28,8 +28,10 @@ from mavlink_bridge.language.value import value
 
 from ..config import Config, param
 from ..hull import Handling, VesselConfig
+from ..hull.left import Shares
+from .alone import Alone
 from .follow import FollowConfig, Follower
-from .paths import Arc, Line, Projection, Track, fillet
+from .paths import Arc, Line, Projection, Track, fillet, straight_on
 from .station import StationConfig, StationKeeper
 from .tight import TightWatch
 
@@ -81,6 +83,8 @@ class Guidance:
         self._handling = Handling(vessel)
         self._follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
+        self._alone: Alone | None = None
+        """One thruster gives nothing: how the boat stays anywhere with the other."""
         self._texts: list[tuple[Severity, str]] = []
         self._unable = ""
         self._corner: tuple[NorthEast, Arc] | None = None
@@ -103,6 +107,8 @@ class Guidance:
         self._last_run_m: float | None = None
         self._sailed_m = 0.0
         self._tight = TightWatch()
+        if self._alone is not None:
+            self._alone.begin()
 
     def configure(self, config: GuidanceConfig) -> None:
         """Take new settings; geometry changes at the next manoeuvre."""
@@ -115,6 +121,13 @@ class Guidance:
         """Ask for no more than this through the water, m/s: faster, the steering law does not keep its margins."""
         self._follower.limit(fast_mps)
         self._station.limit(fast_mps)
+
+    def thrusters(self, shares: Shares) -> None:
+        """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
+        self._handling.thrusters(shares)
+        self._alone = alone = Alone(self._handling.vessel, shares) if min(shares) == 0.0 else None
+        self._follower.bends_within(*((alone.turning_mps, alone.most_mps) if alone else (0.0, math.inf)))
+        self._station.thrusters(shares)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
         if not self._texts:
@@ -221,7 +234,7 @@ class Guidance:
             through = following is not None and maneuver.hold_s <= 0.0 and not _stops(following)
             self._end_mps = None if through else 0.0
             if through and onward:
-                self._end_mps = None if _straight_on(begin, self._target, onward) else 0.3
+                self._end_mps = None if straight_on(begin, self._target, onward) else 0.3
         else:
             segments += [Line(begin, arc.point(0.0)), arc]
             self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
@@ -277,6 +290,11 @@ class Guidance:
         if self._track is not None and self._station.anchor != self._target:
             self._station.begin(self._target, _drift(state))
         desired, able = self._station.step(dt_s, state, sent)
+        if self._alone is not None:
+            way_round, told = self._alone.way_round(state, self._target, self._follower.tightest_m())
+            self._texts += [(Severity.WARNING, told)] if told else []
+            if way_round is not None:
+                desired, _, _, able = self._follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
         self._on_path = self._on_path or near
@@ -376,12 +394,6 @@ class Guidance:
 
 def _stops(following: Goto | Loiter) -> bool:
     return isinstance(following, Loiter) and isinstance(following.figure, Hover)
-
-
-def _straight_on(begin: NorthEast, corner: NorthEast, onward: NorthEast) -> bool:
-    """True when the way on needs hardly any turn."""
-    inbound, outbound = Line(begin, corner), Line(corner, onward)
-    return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6
 
 
 def _drift(state: EstimatedState) -> tuple[float, float]:

@@ -167,3 +167,9 @@ def _gap_m(segment: Segment, north_m: float, east_m: float) -> float:
     along = min(max(segment.project(north_m, east_m).along_m, 0.0), segment.length_m)
     north, east = segment.point(along)
     return math.hypot(north_m - north, east_m - east)
+
+
+def straight_on(begin: NorthEast, corner: NorthEast, onward: NorthEast) -> bool:
+    """True when the way on needs hardly any turn."""
+    inbound, outbound = Line(begin, corner), Line(corner, onward)
+    return abs(wrap_pi(outbound.course_rad - inbound.course_rad)) < math.radians(20.0) or outbound.length_m < 1e-6

@@ -15,6 +15,7 @@ from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ..hull import Handling
 from ..hull.actuator_model import ActuatorModel
+from ..hull.left import Shares
 
 _TAU_S = 4.0
 """Poles of the observer: longer than a gust's first shove, shorter than the way a boat loses meanwhile."""
@@ -60,6 +61,10 @@ class PushObserver:
         self.north_n, self.east_n = share * drift[0], share * drift[1]
         self._running = False
         self._actuators.clear()
+
+    def thrusters(self, shares: Shares) -> None:
+        """Reckon with what each thruster still gives of what it is told."""
+        self._actuators.shares = shares
 
     @property
     def strength_n(self) -> float:

@@ -8,6 +8,7 @@ heading and uses the thrusters ahead and astern. ``drift`` lets go inside a radi
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Literal
 
 from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState
@@ -16,7 +17,9 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
+from ..hull.left import Shares
 from ..hull.statics import Statics
+from .alone import Alone
 from .push import PushObserver
 
 _TURN_ROUND_S = 6.0
@@ -36,6 +39,12 @@ _BACK = 0.3
 """Share of the radius within which the vessel is back at its point."""
 _PAYS_S = 60.0
 """Mode drift: letting go pays when it lasts longer than this; turning the bow back costs more than holding meanwhile."""
+_ALONE_M = 3.0
+"""On one thruster the point is kept within this, or within the radius: less is no room to get way on."""
+_ALONE_BACK = 0.5
+"""Share of it within which the vessel lets go again."""
+_ALONE_OFF_RAD = 0.5
+"""With the bow so far off the rudders need more flow than it takes to hold it straight."""
 _LIGHT = 0.4
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
@@ -71,7 +80,9 @@ class StationKeeper:
         """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
         self._push = PushObserver(handling)
-        self._statics = Statics(handling.vessel)
+        self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
+        self._alone: Alone | None = None
+        """One thruster gives nothing: what the other can do."""
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
         self._returning = self._sailing_back = False
@@ -81,6 +92,11 @@ class StationKeeper:
     def limit(self, fast_mps: float) -> None:
         """Sail no faster than this through the water, m/s."""
         self._able_mps = min(fast_mps, 0.96 * self._top_mps)
+
+    def thrusters(self, shares: Shares) -> None:
+        """Reckon with what each thruster still gives of what it is told."""
+        self._push.thrusters(shares)
+        self._alone = Alone(self._vessel, shares) if min(shares) == 0.0 else None
 
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"
@@ -109,6 +125,8 @@ class StationKeeper:
         north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         strength = math.hypot(drift[0], drift[1])
+        if self._alone is not None:
+            return self._on_one(state, north, east, drift, self._alone), strength < self._able_mps
         if self._drifts:
             return self._drift_and_return(dt_s, state, north, east, drift), strength < self._able_mps
         return self._weathervane(dt_s, state, north, east, drift), strength < self._able_mps
@@ -197,6 +215,21 @@ class StationKeeper:
         if not self._returning:
             return _AT_REST
         return self._weathervane(dt_s, state, north, east, drift)
+
+    def _on_one(
+        self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], alone: Alone
+    ) -> Desired:
+        """With one thruster there is no astern and no turn at rest: sail to the point, let go there, and come back to it."""
+        reach_m = max(self._radius_m, _ALONE_M)
+        self._returning = math.hypot(north, east) > (_ALONE_BACK if self._returning else 1.0) * reach_m
+        if not self._returning:
+            return _AT_REST
+        go = self._go(state, north, east, drift)
+        assert go.psi_rad is not None
+        along_mps = drift[0] * math.cos(go.psi_rad) + drift[1] * math.sin(go.psi_rad)
+        off = abs(wrap_pi(go.psi_rad - (state.psi_rad or 0.0)))
+        water_mps = alone.turning_mps if off > _ALONE_OFF_RAD else alone.least_mps
+        return replace(go, speed_mps=max(go.speed_mps or 0.0, water_mps + along_mps), brake=False)
 
     def _carried_s(self) -> float:
         """How long the push would take to carry the vessel out of the radius, s."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mavlink_bridge.language.messages import ActuatorOutput
 
+from .left import WHOLE
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
 
@@ -27,6 +28,8 @@ class ActuatorModel:
         self._lag_s = thruster.lag_s
         self._rudder_lag_s = vessel.rudder.lag_s + _LINK_S
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
+        self.shares = WHOLE
+        """What each thruster gives of it."""
         self.clear()
 
     def clear(self) -> None:
@@ -47,6 +50,9 @@ class ActuatorModel:
             self._turn(port, starboard, share, surge_mps)
         else:
             self._turn_plain(port, starboard, share)
+        if self.shares is not WHOLE:
+            self.port_n *= self.shares[0]
+            self.starboard_n *= self.shares[1]
         share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
         self.rudder_rad += (rudder_rad + self._offset_rad - self.rudder_rad) * share
 

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from .forces import ForceModel
+from .left import WHOLE, Shares, shared_ahead_n
 from .statics import Statics, drag_n, top_speed_mps
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
@@ -19,6 +20,8 @@ _STEP_S = 0.05
 """Euler's step: one tick,"""
 _RUN_STEPS = 200
 """and how many: by 10 s the turn of a hull of this size is steady."""
+_SLOWEST_ALONE = 0.02
+"""Where a lone thruster turns the hull against all helm, rad/s: a turn the other way waits for more speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,7 @@ class Handling:
         self.vessel = vessel
         self.model = ForceModel(vessel)
         self._law = ThrustLaw(vessel)
+        self._shares = WHOLE
         self.drag_n = Statics(vessel).drag_n
         """Resistance in N at a speed through the water in m/s."""
         self.top_mps = top_speed_mps(vessel)
@@ -51,6 +55,11 @@ class Handling:
         hull = vessel.hull
         self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
         """How fast the sideways slip of a turn builds up."""
+
+    def thrusters(self, shares: Shares) -> None:
+        """Tabulate the turns anew for what each thruster still gives, port and starboard: those to the worse side."""
+        self._shares = shares
+        self._rates = [self._steady_turn(speed) for speed in self._speeds]
 
     def authority(self, speed_mps: float) -> Authority:
         """Return what rudders and thrusters can give at a steady speed."""
@@ -156,21 +165,29 @@ class Handling:
 
     def _steady_turn(self, speed_mps: float) -> float:
         """Steady yaw rate with rudders hard over and all the differential that the speed leaves."""
-        authority = self.authority(speed_mps)
         each_n = drag_n(self.vessel, speed_mps) / 2.0
+        if self._shares != WHOLE:
+            port_n, starboard_n = shared_ahead_n(self.vessel, self._shares, 2.0 * each_n)
+            return max(self._turn(speed_mps, port_n, starboard_n, to_port=port_n > starboard_n), _SLOWEST_ALONE)
+        authority = self.authority(speed_mps)
         half_n = authority.differential_nm / (2.0 * max(self.model.lateral_m, 1e-6)) if self.model.lateral_m else 0.0
-        angle = self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
+        return max(self._turn(speed_mps, each_n + half_n, each_n - half_n), 1e-3)
+
+    def _turn(self, speed_mps: float, port_n: float, starboard_n: float, *, to_port: bool = False) -> float:
+        """Yaw rate that a turn under this thrust and full helm settles at, positive when it goes that way."""
+        sense = -1.0 if to_port else 1.0
+        angle = sense * self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
         v = r = 0.0
         for _ in range(_RUN_STEPS):
             _, dv, dr = self.model.rates(
                 speed_mps,
                 v,
                 r,
-                thrust_port_n=each_n + half_n,
-                thrust_starboard_n=each_n - half_n,
+                thrust_port_n=port_n,
+                thrust_starboard_n=starboard_n,
                 rudder_port_rad=angle,
                 rudder_starboard_rad=angle,
             )
             v += dv * _STEP_S
             r += dr * _STEP_S
-        return max(r, 1e-3)
+        return sense * r

@@ -5,6 +5,7 @@ Both through the water, in metres, without any reaction time; whoever uses them 
 
 from __future__ import annotations
 
+from .left import WHOLE, Shares
 from .statics import Statics
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
@@ -13,14 +14,15 @@ _STEPS = 16
 """Simpson's rule with so many is exact to a millimetre for drag of first and second order."""
 
 
-def braking_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
-    """Way made from ``speed_mps`` to rest under full astern thrust, m.
+def braking_distance_m(vessel: VesselConfig, speed_mps: float, shares: Shares = WHOLE) -> float:
+    """Way made from ``speed_mps`` to rest under full astern thrust, m; ``shares``: what each thruster gives of its own.
 
     Integral of m11 u du / (F + (Xu + Xuu u) u) by Simpson's rule; the thrusters' spin-up counts as coasting at full
     speed for one time constant. Water that comes from ahead takes nothing from thrust astern.
     """
     speed = abs(speed_mps)
-    force_n, m11, drag_n = ThrustLaw(vessel).all_astern_n, vessel.hull.m11_kg, Statics(vessel).drag_n
+    sides, m11, drag_n = ThrustLaw(vessel).sides, vessel.hull.m11_kg, Statics(vessel).drag_n
+    force_n = shares[0] * sides[0].astern_n + shares[1] * sides[1].astern_n
     width = speed / _STEPS
     inner = 0.0
     for i in range(1, _STEPS):

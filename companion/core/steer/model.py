@@ -14,6 +14,7 @@ from mavlink_bridge.language.snapshot import ControlTrace
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..hull import Handling, VesselConfig
+from ..hull.left import WHOLE, Shares, straight_mps
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
 from .law import ModelConfig, SteeringConfig
@@ -58,6 +59,8 @@ class ModelController:
         self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
         self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
+        self._left_mps = math.inf
+        """Greatest steady speed through the water with what weak thrusters still give."""
         self._config: ModelConfig = config.model
         self._tune(config.model)
         self._clear()
@@ -81,7 +84,8 @@ class ModelController:
         self._wishes = Wishes(most, config.heading_damping, config.heading_integral, config.heading_late_s)
         self._schedule = schedule = heading_schedule(vessel, self._wishes)
         self._step_mps = schedule.step_mps
-        self._attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
+        attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
+        self._attainable_mps = min(attainable_mps, self._left_mps)
         self._omegas = [gain.omega_radps for gain in schedule.gains]
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
@@ -116,6 +120,18 @@ class ModelController:
         now = self._omega(speed)
         self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
 
+    def thrusters(self, shares: Shares) -> None:
+        """Steer with what each thruster still gives, port and starboard, as a share of what it is told."""
+        self._handling.thrusters(shares)
+        self._allocator.thrusters(shares)
+        self._observer.thrusters(shares)
+        self._least_rate = 0.0 if shares == WHOLE and self._handling.model.lateral_m else _KICKED_RATE
+        speeds = None if shares == WHOLE else straight_mps(self._vessel, shares)
+        self._left_mps = math.inf if speeds is None else speeds[1]
+        self._tune(self._config)
+        # what the integrals have made up for is now reckoned with
+        self._yaw_integral_nm = self._surge_integral_n = 0.0
+
     def heading_gains(self, speed_mps: float) -> tuple[float, float, float]:
         """Return (P in Nm/rad, I in Nm/(rad s), D in Nm/(rad/s)) of the heading loop at a speed, for design work."""
         linear, _ = self._handling.yaw_damping(speed_mps)
@@ -140,8 +156,8 @@ class ModelController:
 
     @property
     def steady_mps(self) -> float:
-        """Greatest speed through the water at which the heading loop keeps its margins."""
-        return self._schedule.steady_mps
+        """Greatest speed through the water at which the heading loop keeps its margins, with the thrusters that there are."""
+        return min(self._schedule.steady_mps, self._left_mps)
 
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps()

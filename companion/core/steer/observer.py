@@ -13,6 +13,7 @@ from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
+from ..hull.left import Shares
 
 _RATE_TAU_S = 0.15
 """Pole of the observer's turn rate: a compass of 10 Hz gives one and a half values in it."""
@@ -44,6 +45,10 @@ class WaterSpeedObserver:
         self._gained: list[float] = []
         self._newer_mps = 0.0
         self._actuators.clear()
+
+    def thrusters(self, shares: Shares) -> None:
+        """Reckon with what each thruster still gives of what it is told."""
+        self._actuators.shares = shares
 
     def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Keep up with the vessel while no loop steers it: the model goes on with what was sent, measurements start anew.

@@ -26,6 +26,7 @@ from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 
 from ..guard.failsafe_orders import Order
+from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import braking_distance_m
 from ..steer.law import lowered_text, steady_speed_mps
@@ -82,6 +83,7 @@ class Controls:
         self.standing = self._say_guard()
         """What a station that comes late should hear too."""
         self._steady_mps = math.inf
+        self._shares = WHOLE
         self._limit_speed()
 
     @property
@@ -296,6 +298,16 @@ class Controls:
             self.voice.say(Severity.INFO, text)
         return number
 
+    def use_thrusters(self, shares: Shares) -> None:
+        """Sail with what each thruster still gives of what it is told, port and starboard, where the law can."""
+        self._shares = shares
+        law_takes = getattr(self.parts.controller, "thrusters", None)
+        if law_takes is None:
+            return
+        law_takes(shares)
+        self.parts.guidance.thrusters(shares)
+        self._limit_speed()
+
     def _limit_speed(self) -> None:
         """Keep to the speed up to which the steering law has its margins on this hull, and tell it when it is lowered."""
         steady_mps = steady_speed_mps(self.parts.controller)
@@ -304,11 +316,13 @@ class Controls:
         self._steady_mps = steady_mps
         self.parts.guidance.limit_speed(steady_mps)
         told = lowered_text(steady_mps, top_speed_mps(self.parts.vessel))
+        if told and self._shares != WHOLE:
+            told = f"Sailing on with what the thrusters still give: at most {steady_mps:.1f} m/s"
         if told:
             self.voice.say(Severity.WARNING, told)
 
     def stopping_distance_m(self, speed_mps: float) -> float:
         """The way that stopping takes from this speed, by thrust astern where the settings allow it."""
         if self.config.depth.brake:
-            return braking_distance_m(self.parts.vessel, speed_mps)
+            return braking_distance_m(self.parts.vessel, speed_mps, self._shares)
         return self.parts.statics.stopping_distance_m(speed_mps)

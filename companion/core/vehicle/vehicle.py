@@ -134,9 +134,12 @@ class Vehicle:
         """Tell when one begins to give much less than it is told to, and when it is back."""
         watch, say = self.parts.propulsion, self.controls.voice.say
         if not self.controls.armed:
-            watch.clear()
+            if watch.clear():
+                self.controls.use_thrusters(watch.shares)
             return
-        was, now = watch.weak, watch.step(sensed.dt_s, sensed.state, before.output)
+        was, shares, now = watch.weak, watch.shares, watch.step(sensed.dt_s, sensed.state, before.output)
+        if watch.shares != shares:
+            self.controls.use_thrusters(watch.shares)
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
             if weak and not was_weak:
                 say(Severity.CRITICAL, f"{side} thruster {_WEAK}")
