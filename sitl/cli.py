@@ -74,7 +74,7 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Run the simulator; exit status 0 done, 1 a plan did not start, 2 wrong usage."""
+    """Run the simulator; exit status 0 done, 1 a plan did not start or the run is not whole on the disk, 2 wrong usage."""
     if arguments.encounters is not None:
         return cli_encounters.command(arguments)
     if arguments.scenario or arguments.list_scenarios or arguments.campaign or arguments.cluster:
@@ -124,18 +124,23 @@ def command(arguments: argparse.Namespace) -> int:
         driven = Watched(driven, Progress("simulating", arguments.duration))
     with imc.beside(bridge) if bridge else contextlib.nullcontext():
         status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
-    _tell_the_end(arguments, world, time.monotonic() - began, run_dir)
+    status = _tell_the_end(arguments, world, time.monotonic() - began, run_dir) or status
     if again.is_wanted(world) and speed is not None:
         print(again.TOLD, flush=True)
         return command(again.next_start(arguments, world, run_dir))
     return 1 if starter is not None and starter.failure else status
 
 
-def _tell_the_end(arguments: argparse.Namespace, world: World, wall_s: float, run_dir: Path) -> None:
+def _tell_the_end(arguments: argparse.Namespace, world: World, wall_s: float, run_dir: Path) -> int:
+    """The last lines; 1 when the run is not whole on the disk."""
     if arguments.json:
         print(json.dumps(summary(world, wall_s, arguments.seed, run_dir)))
     else:
         _farewell(world, wall_s, run_dir)
+    missing = world.not_recorded()
+    if missing:
+        print(f"NOT recorded in {run_dir}: {missing}", file=sys.stderr, flush=True)
+    return 1 if missing else 0
 
 
 def _bridge(arguments: argparse.Namespace, settings: SimSettings, speed: float | None, run_dir: Path) -> list[str]:
@@ -309,8 +314,7 @@ def _greet(world: World, run_dir: Path, speed: float | None, gateway: Gateway | 
 
 
 def _farewell(world: World, wall_s: float, run_dir: Path) -> None:
+    """The last line. A run that is not whole on the disk is not called one to see: what is missing is said next."""
     duration_s = world.now_us * 1e-6
-    print(
-        f"{duration_s:.0f} s simulated in {wall_s:.1f} s, {world.metrics.distance_m:.0f} m sailed; "
-        f"see it: companion report {run_dir}"
-    )
+    look = "" if world.not_recorded() else f"; see it: companion report {run_dir}"
+    print(f"{duration_s:.0f} s simulated in {wall_s:.1f} s, {world.metrics.distance_m:.0f} m sailed{look}", flush=True)

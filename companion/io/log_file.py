@@ -66,7 +66,8 @@ class LogFile:
         max_bytes: int = 0,
         stop_at_end: bool = False,
     ) -> None:
-        self.path = path
+        self.path = self.first = path
+        """The part that is being written, and the first."""
         self.written = 0
         self.dropped = 0
         self.off = False
@@ -173,6 +174,8 @@ class LogFile:
             self._fault = reason
             with contextlib.suppress(OSError):
                 self._take_back()
+                if self._good_bytes == 0:
+                    self.path.unlink()
             self._close_fd()
 
     def _put(self, data: bytes, sync: bool) -> None:

@@ -27,7 +27,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield beside
         beside.replace(target)
     except OSError as error:
-        if error.filename != str(beside):
+        if error.filename not in (None, str(beside)):  # None: while it was being written
             raise
         raise type(error)(error.errno, error.strerror, str(path)) from None
     finally:

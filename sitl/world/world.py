@@ -199,6 +199,13 @@ class World:
         if self._truth_file is not None:
             self._truth_file.close(self.now_us)
 
+    def not_recorded(self) -> str:
+        """What of the run is not on the disk though it should be, and why; "" when all of it is. Asked after ``shutdown``."""
+        missing = "" if self._recording is None else self._recording.recorder.missing()
+        if not missing and self._truth_file is not None and self._truth_file.dropped:
+            missing = self._truth_file.first.name
+        return missing
+
     # ---- inside -------------------------------------------------------------------------------------------------
 
     def _serve_radio(self) -> None:

@@ -26,6 +26,8 @@ class How:
     """How a line is tried. ``skip``: why it is not. ``until``: ended by Ctrl-C once this was said; ``stays``: at the end of the page."""
 
     skip: str = ""
+    alone: bool = False
+    """What stays is ended first, as the page says."""
     until: str = ""
     stays: bool = False
     typed: tuple[tuple[float, str], ...] = ()
@@ -106,7 +108,7 @@ LINES: tuple[tuple[str, How], ...] = (
             typed=((40, "wp load my-plan.txt"), (25, "arm throttle"), (10, "mode AUTO"), (30, "exit")), says="Mode AUTO"
         ),
     ),
-    (r"companion run my-boat\.toml", How(until=".")),
+    (r"companion run my-boat\.toml", How(until=".", alone=True)),
     (r"companion sim (--config|--set vessel|--imc)", How(until="recording in")),
     (r"companion web ", How(until="page: http")),
     (r"companion status", How(skip="no service runs in a root; tests/unit/test_status_socket.py tries it")),
@@ -176,6 +178,8 @@ class Shell:
 
     def _until(self, line: str, how: How) -> tuple[bool, str]:
         """Start it as in a terminal of its own, wait for what it says, and press Ctrl-C."""
+        if how.alone:
+            self._end_what_stays()
         where, _ = self._typed("pwd; echo $PATH")
         folder, path = where.split()[:2]
         process = subprocess.Popen(
@@ -208,9 +212,12 @@ class Shell:
 
     def close(self) -> list[int]:
         """End what still runs; its exit statuses."""
-        ends = [self._end(process) for process in list(self._kept)]
+        ends = self._end_what_stays()
         self._shell.kill()
         return ends
+
+    def _end_what_stays(self) -> list[int]:
+        return [self._end(process) for process in list(self._kept)]
 
 
 def try_page(name: str) -> None:

@@ -21,6 +21,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.traffic import NO_TRAFFIC
 
 from ..log_file import CLOSE_WAIT_S, EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
+from ..whole_file import whole_file
 from ..writer import Writer
 from . import digests
 from .input_recorder import InputRecorder
@@ -68,6 +69,7 @@ class Recorder:
         """The process's helper thread, if any."""
         self.texts: list[tuple[Severity, str]] = []
         """For the operator, since ``drain_texts``."""
+        self._first_fault = ""
         self._about = dict(about or {})
         self._last: tuple[Any, ...] = ()
         self._labels = ""
@@ -99,6 +101,7 @@ class Recorder:
         return _Guard(self._report)
 
     def _report(self, text: str) -> None:
+        self._first_fault = self._first_fault or text
         if len(self.texts) < 100:
             self.texts.append((Severity.WARNING, f"Recorder: {text}"))
 
@@ -116,6 +119,13 @@ class Recorder:
     def healthy(self) -> bool:
         """True while everything offered is being kept."""
         return not self._low and not any(file._fault for file in self._files)
+
+    def missing(self) -> str:
+        """What of this run is not on the disk, and why, in words; "" when all of it is. Asked after ``close``."""
+        lost = [file.first.name for file in self._files if file.dropped]
+        if not (self.run_dir / "run.json").exists():
+            lost.insert(0, "run.json")
+        return f"{', '.join(lost)} ({self._first_fault or 'deleted'})" if lost else ""
 
     def extra(self, name: str, header: bytes = b"") -> LogFile:
         """One more file of this run, flushed with the others; ``add`` bytes to it (truth.csv of a simulation)."""
@@ -205,7 +215,7 @@ class Recorder:
 
     def _sum_up(self) -> None:
         """Write into run.json what the files are now: a bit that flips later is seen by a replay. For the writer's thread."""
-        with contextlib.suppress(OSError):
+        with self._guarded():
             write_json(
                 self.run_dir / "run.json", {**self._about, digests.KEY: digests.digests_of(self._files, self._about)}
             )
@@ -344,11 +354,13 @@ def _row(s: Snapshot, labels: str) -> bytes:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Replace a small JSON file so that a power cut leaves the old or the new one. Raises OSError."""
-    temporary = path.with_name(f".{path.name}.new")
-    with open(temporary, "wb", opener=lambda name, flags: os.open(name, flags, FILE_MODE)) as file:
+    """Replace a small JSON file so that a power cut leaves the old or the new one, and a full disk too. Raises OSError."""
+    with whole_file(path) as temporary, open(temporary, "wb", opener=_private) as file:
         file.write(json.dumps(content, indent=2, sort_keys=True, default=str).encode() + b"\n")
         file.flush()
         os.fsync(file.fileno())
-    temporary.replace(path)
     sync_folder(path.parent)
+
+
+def _private(name: str, flags: int) -> int:
+    return os.open(name, flags, FILE_MODE)
