@@ -174,7 +174,7 @@ class LogFile:
             self._fault = reason
             with contextlib.suppress(OSError):
                 self._take_back()
-                if self._good_bytes == 0:
+                if self._good_bytes == 0 and self.path.is_file():
                     self.path.unlink()
             self._close_fd()
 
