@@ -6,20 +6,16 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Final
 
 from ..language.messages import Severity
 from ..language.requests import (
-    LoadPlan,
     Origin,
     PlanKind,
     Reply,
     Request,
     RequestBody,
     Result,
-    SetHomePosition,
-    SetParameter,
 )
 from ..language.snapshot import Snapshot
 from ..language.stations import ONE_VOICE, Proof
@@ -27,15 +23,14 @@ from ..language.units import rad_to_e7
 from ..language.witness import Witness
 from ..mavlink.commands.table import Context
 from ..mavlink.missions.plan_mapping import load_plan
-from ..mavlink.missions.plan_rules import PlanError, plan_id
+from ..mavlink.missions.plan_rules import PlanError
 from ..mavlink.persona import VehiclePort
-from .air import Ledger, Priority, RadioProfile
+from .air import Ledger, RadioProfile
 from .codec.bits import BitsError
 from .codec.brief import encode_standing
 from .codec.command import decode_command, is_command
 from .codec.frames import Frame
-from .codec.info import WANTED_PLAN, Info, Wanted, encode_info, encode_params, info_of
-from .codec.plan import PlanCodecError, decode_plan, encode_plan
+from .codec.plan import PlanCodecError, decode_plan
 from .codec.request import OVERRULED, RequestCodecError, decode_request, name_codes
 from .codec.state_fields import RadioState
 from .codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, SAFE_STOPS, VERSION, Kind
@@ -44,16 +39,11 @@ from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_
 from .orders import meaning_of
 from .reporter import CHAT_GAP_US, Reporter
 from .session import Direction, Pairing
-from .transfer import BRIEF_NUMBERS, Message, Outcome
+from .telling import Telling
+from .transfer import BRIEF_NUMBERS, Message
 
 GATEWAY_SENDER: Final = 255
-_PUSH_LIMIT_US: Final = 20_000_000
-_PUSH_GAP_US: Final = 60_000_000
-_HOME_GAP_US: Final = 4_000_000
-"""A boat that has just found out where it is tells its home soon: stations draw it elsewhere until then."""
-_CHECK_GAP_US: Final = 1_000_000
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
-_PRESENT_US: Final = 600_000_000
 
 
 class VesselRadio:
@@ -110,11 +100,7 @@ class VesselRadio:
         self._stop: tuple[int, bytes | None, int] | None = None
         """Number and session of the last stop, and when it came."""
         self._shore: bytes | None = None
-        self._told: Info | None = None
-        """What the shore is known to know."""
-        self._pushing: dict[int, Info] = {}
-        self._push_us: int | None = None
-        self._checked_us: int | None = None
+        self._telling = Telling(self.link, vehicle, self._home_e7)
         self._warned_us: int | None = None
 
     # ---- the interface of an endpoint ---------------------------------------------------------------------------
@@ -126,7 +112,8 @@ class VesselRadio:
             self._warn(_FOREIGN.format(self.link.pairing.version, VERSION), now_us)
         if self.link.pairing.other != self._shore:
             # a gateway that has just started is told what the vessel keeps without being asked
-            self._shore, self._told, self._push_us = self.link.pairing.other, None, None
+            self._shore = self.link.pairing.other
+            self._telling.forget()
         before = self._ear.hellos
         self._ear.receive(data)
         if self._ear.hellos > before and self._warn(HEARD, now_us) and self._old_voice is not None:
@@ -162,7 +149,7 @@ class VesselRadio:
             return
         number, body = found
         if reply.result is Result.ACCEPTED:
-            self._shore_knows(body)
+            self._telling.shore_knows(body)
             self._reporter.shore_ordered(now_us)
         self._held.append((number, reply))
 
@@ -174,8 +161,9 @@ class VesselRadio:
         self._held.clear()
         self._reporter.step(now_us, snapshot)
         for outcome in self.link.outcomes():
-            self._on_outcome(outcome)
-        self._push_info(now_us)
+            self._telling.ended(outcome)
+        if self._telling.step(now_us, self._reporter.chat_us):
+            self._reporter.chat_us = now_us + CHAT_GAP_US
 
     def take(self, now_us: int, limit_bytes: int) -> bytes:
         """Return the next frame when the air is free; frames are not cut."""
@@ -187,7 +175,7 @@ class VesselRadio:
 
     def param_changed(self, name: str) -> None:
         """Look again at once at what the shore should be told."""
-        self._checked_us = None
+        self._telling.look_again()
 
     @property
     def ledger(self) -> Ledger:
@@ -225,7 +213,7 @@ class VesselRadio:
 
     def _on_message(self, message: Message, now_us: int) -> None:
         if message.kind is Kind.INFO:
-            self.link.answer(message.id, self._send_wanted(message.payload, now_us), now_us)
+            self.link.answer(message.id, self._telling.wanted(message.payload, now_us), now_us)
             return
         origin, sender = None, GATEWAY_SENDER
         try:
@@ -288,83 +276,11 @@ class VesselRadio:
             return None
         return rad_to_e7(state.lat_rad), rad_to_e7(state.lon_rad)
 
-    # ---- what the shore should know -----------------------------------------------------------------------------
-
-    def _info(self) -> Info:
+    def _home_e7(self) -> tuple[int, int] | None:
         snapshot = self._snapshot
-        home = None
-        if snapshot is not None and snapshot.home_lat_rad is not None and snapshot.home_lon_rad is not None:
-            home = (
-                rad_to_e7(snapshot.home_lat_rad),
-                rad_to_e7(snapshot.home_lon_rad),
-            )
-        return info_of(self.vehicle, home)
-
-    def _send_wanted(self, payload: bytes, now_us: int) -> Reply:
-        """Answer a question for what the vessel keeps; the things themselves follow as messages."""
-        wanted = Wanted(payload[0] & 31) if payload else Wanted(0)
-        try:
-            if wanted & Wanted.INFO:
-                self._submit_info(now_us)
-            if wanted & Wanted.PARAMS:
-                self._submit(Kind.INFO, encode_params(self.vehicle.params), now_us)
-            for kind, flag in WANTED_PLAN.items():
-                if wanted & flag:
-                    items = tuple(self.vehicle.plans.items(kind))
-                    self._submit(Kind.PLAN, encode_plan(kind, items, None), now_us)
-        except (ValueError, PlanCodecError) as error:
-            return Reply(Result.REJECTED_NOW, str(error))
-        return Reply(Result.ACCEPTED)
-
-    def _submit(self, kind: Kind, payload: bytes, now_us: int) -> int:
-        limit_us = round(self.profile.link.upload_s * 1e6)
-        return self.link.submit(kind, payload, Priority.BULK, now_us, limit_us)
-
-    def _submit_info(self, now_us: int) -> None:
-        info = self._info()
-        number = self.link.submit(Kind.INFO, encode_info(info), Priority.EVENT, now_us, _PUSH_LIMIT_US)
-        self._pushing[number] = info
-
-    def _push_info(self, now_us: int) -> None:
-        """Tell the shore by ourselves when others have changed something; never on a starved channel, never to nobody."""
-        heard_us = self.link.heard_us
-        if self.profile.link.batch > 1 or heard_us is None or now_us - heard_us > _PRESENT_US or self._pushing:
-            return
-        if self._checked_us is not None and now_us - self._checked_us < _CHECK_GAP_US:
-            return
-        if now_us < self._reporter.chat_us:
-            return
-        self._checked_us = now_us
-        info, told = self._info(), self._told
-        has_home = told is not None and told.home_e7 is None and info.home_e7 is not None
-        gap_us = _HOME_GAP_US if has_home else _PUSH_GAP_US
-        if info == told or (self._push_us is not None and now_us - self._push_us < gap_us):
-            return
-        self._push_us = now_us
-        self._reporter.chat_us = now_us + CHAT_GAP_US
-        try:
-            self._submit_info(now_us)
-        except ValueError:
-            return
-
-    def _on_outcome(self, outcome: Outcome) -> None:
-        info = self._pushing.pop(outcome.id, None)
-        if info is not None and outcome.reply.result is Result.ACCEPTED:
-            self._told = info
-
-    def _shore_knows(self, body: RequestBody) -> None:
-        """What came from the shore need not be told to it."""
-        told = self._told
-        if told is None:
-            return
-        if isinstance(body, LoadPlan):
-            number = plan_id(body.items) if body.items else 0
-            told = told.with_plan(body.kind, number)
-        elif isinstance(body, SetParameter):
-            told = replace(told, params=self._info().params)
-        elif isinstance(body, SetHomePosition) and body.lat_rad is not None:
-            told = replace(told, home_e7=self._info().home_e7)
-        self._told = told
+        if snapshot is None or snapshot.home_lat_rad is None or snapshot.home_lon_rad is None:
+            return None
+        return rad_to_e7(snapshot.home_lat_rad), rad_to_e7(snapshot.home_lon_rad)
 
 
 def _names(vehicle: VehiclePort) -> list[str]:

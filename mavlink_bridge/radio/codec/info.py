@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import IntFlag
 from zlib import crc32
@@ -11,7 +12,8 @@ from ...language.requests import PlanKind
 from ...mavlink.persona import ParamInfo, ParamTable, VehiclePort
 from .request import name_code
 
-_FORMAT = struct.Struct("<BIIIHii3B")
+_KEPT_FORM = struct.Struct("<BIIIH")
+_PLACE_FORM = struct.Struct("<Bii3B")
 _PARAM = struct.Struct("<Hf")
 _NO_HOME = -0x8000_0000
 
@@ -27,83 +29,95 @@ class Wanted(IntFlag):
 
 
 WANTED_PLAN = {PlanKind.MISSION: Wanted.MISSION, PlanKind.FENCE: Wanted.FENCE, PlanKind.RALLY: Wanted.RALLY}
-_INFO, _PARAMS = 1, 2
+_KEPT, _PARAMS, _PLACE = 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True)
-class Info:
-    """Identity of what the vessel keeps; 26 bytes on the air."""
+class Kept:
+    """Identity of the plans and parameters that the vessel keeps; 23 bytes on the air."""
 
     mission_id: int = 0
     fence_id: int = 0
     rally_id: int = 0
     params: int = 0
-    """CRC-16 over all names and values."""
-    home_e7: tuple[int, int] | None = None
-    version: tuple[int, int, int] = (0, 0, 0)
+    """CRC-16 over the names and values that differ from their defaults."""
 
     def plan_id(self, kind: PlanKind) -> int:
         return (self.mission_id, self.fence_id, self.rally_id)[kind.value]
 
-    def with_plan(self, kind: PlanKind, number: int) -> Info:
+    def with_plan(self, kind: PlanKind, number: int) -> Kept:
         """The same with one plan changed."""
         ids = [self.mission_id, self.fence_id, self.rally_id]
         ids[kind.value] = number
         return replace(self, mission_id=ids[0], fence_id=ids[1], rally_id=ids[2])
 
 
-def params_check(table: ParamTable) -> int:
-    """Low 16 bits of a CRC over the whole table."""
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the vessel's home is, and its software's version; 20 bytes on the air."""
+
+    home_e7: tuple[int, int] | None = None
+    version: tuple[int, int, int] = (0, 0, 0)
+
+    def is_like(self, other: Place) -> bool:
+        """Whether who knows the other need not be told this one."""
+        if self.home_e7 is None or other.home_e7 is None:
+            return self == other
+        steps = max(abs(mine - theirs) for mine, theirs in zip(self.home_e7, other.home_e7, strict=True))
+        return self.version == other.version and steps <= _SAME_HOME_E7
+
+
+_SAME_HOME_E7 = 100
+"""A metre: at each arming home is a little beside the last one, by the receiver's noise."""
+
+
+def changed_params(table: ParamTable) -> dict[int, float]:
+    """The parameters that differ from their defaults, by name code."""
     infos = (table.at(index) for index in range(len(table)))
-    data = b"".join(info.name.encode() + struct.pack("<f", info.value) for info in infos if info is not None)
-    return crc32(data) & 0xFFFF
+    return {name_code(info.name): info.value for info in infos if info is not None and _differs(info)}
 
 
-def info_of(vehicle: VehiclePort, home_e7: tuple[int, int] | None) -> Info:
+def params_check(changed: Mapping[int, float]) -> int:
+    """Low 16 bits of a CRC over what differs from the defaults: a shore that has a shorter table can keep that too."""
+    return crc32(b"".join(_PARAM.pack(code, value) for code, value in sorted(changed.items()))) & 0xFFFF
+
+
+def kept_by(vehicle: VehiclePort) -> Kept:
     """Collect it from the vessel."""
     plans = vehicle.plans
-    return Info(
+    return Kept(
         mission_id=plans.plan_id(PlanKind.MISSION),
         fence_id=plans.plan_id(PlanKind.FENCE),
         rally_id=plans.plan_id(PlanKind.RALLY),
-        params=params_check(vehicle.params),
-        home_e7=home_e7,
-        version=vehicle.identity.version,
+        params=params_check(changed_params(vehicle.params)),
     )
 
 
-def encode_info(info: Info) -> bytes:
-    lat, lon = info.home_e7 or (_NO_HOME, 0)
-    major, minor, patch = (min(part, 255) for part in info.version)
-    return _FORMAT.pack(
-        _INFO, info.mission_id, info.fence_id, info.rally_id, info.params, lat, lon, major, minor, patch
-    )
+def encode(told: Kept | Place) -> bytes:
+    """One message each: together they would be on the air longer than an order should have to wait."""
+    if isinstance(told, Kept):
+        return _KEPT_FORM.pack(_KEPT, told.mission_id, told.fence_id, told.rally_id, told.params)
+    lat, lon = told.home_e7 or (_NO_HOME, 0)
+    return _PLACE_FORM.pack(_PLACE, lat, lon, *(min(part, 255) for part in told.version))
 
 
 def encode_params(table: ParamTable) -> bytes:
     """The parameters that differ from their defaults."""
-    infos = (table.at(index) for index in range(len(table)))
-    changed = (info for info in infos if info is not None and _differs(info))
-    return bytes((_PARAMS,)) + b"".join(_PARAM.pack(name_code(info.name), info.value) for info in changed)
+    return bytes((_PARAMS,)) + b"".join(_PARAM.pack(code, value) for code, value in changed_params(table).items())
 
 
 def _differs(info: ParamInfo) -> bool:
     return info.default is None or struct.pack("<f", info.value) != struct.pack("<f", info.default)
 
 
-def decode(payload: bytes) -> Info | dict[int, float] | None:
-    """An ``Info``, or parameters by name code; None for neither."""
-    if payload[:1] == bytes((_INFO,)) and len(payload) == _FORMAT.size:
-        _, mission, fence, rally, params, lat, lon, *version = _FORMAT.unpack(payload)
-        home = None if lat == _NO_HOME else (lat, lon)
-        return Info(
-            mission_id=mission,
-            fence_id=fence,
-            rally_id=rally,
-            params=params,
-            home_e7=home,
-            version=(version[0], version[1], version[2]),
-        )
-    if payload[:1] == bytes((_PARAMS,)) and (len(payload) - 1) % _PARAM.size == 0:
+def decode(payload: bytes) -> Kept | Place | dict[int, float] | None:
+    """What the vessel keeps, where its home is, or parameters by name code; None for none of them."""
+    code, size = payload[:1], len(payload)
+    if code == bytes((_KEPT,)) and size == _KEPT_FORM.size:
+        return Kept(*_KEPT_FORM.unpack(payload)[1:])
+    if code == bytes((_PLACE,)) and size == _PLACE_FORM.size:
+        _, lat, lon, major, minor, patch = _PLACE_FORM.unpack(payload)
+        return Place(None if lat == _NO_HOME else (lat, lon), (major, minor, patch))
+    if code == bytes((_PARAMS,)) and (size - 1) % _PARAM.size == 0:
         return dict(_PARAM.iter_unpack(payload[1:]))
     return None

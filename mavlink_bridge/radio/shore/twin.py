@@ -34,7 +34,7 @@ from ..codec.batch import decode_batch
 from ..codec.bits import BitsError
 from ..codec.brief import STANDING_BYTES, decode_position, with_standing
 from ..codec.frames import Frame
-from ..codec.info import WANTED_PLAN, Info, Wanted, decode, params_check
+from ..codec.info import WANTED_PLAN, Kept, Place, Wanted, decode, params_check
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
 from ..codec.state_fields import RadioState
@@ -324,8 +324,10 @@ class ShoreTwin:
         reply = Reply(Result.ACCEPTED)
         if message.kind is Kind.INFO:
             found = decode(message.payload)
-            if isinstance(found, Info):
-                self._on_info(found, now_us)
+            if isinstance(found, Kept):
+                self._on_kept(found, now_us)
+            elif isinstance(found, Place):
+                self.plans.home_e7 = found.home_e7
             elif found is not None:
                 self._sync.has(Wanted.PARAMS)
                 self.changed_params += self.params.put_changed(found)
@@ -339,13 +341,12 @@ class ShoreTwin:
             reply = Reply(Result.UNSUPPORTED)
         self.link.answer(message.id, reply, now_us)
 
-    def _on_info(self, info: Info, now_us: int) -> None:
+    def _on_kept(self, kept: Kept, now_us: int) -> None:
         """Compare what the vessel has with what is kept here, and ask for what differs."""
         self._verified = True
-        self.plans.home_e7 = info.home_e7
         self._sync.has(Wanted.INFO)
         for kind, flag in WANTED_PLAN.items():
-            number = info.plan_id(kind)
+            number = kept.plan_id(kind)
             if number == self.plans.plan_id(kind):
                 self._sync.has(flag)
                 continue
@@ -357,7 +358,7 @@ class ShoreTwin:
                 self.say(Severity.INFO, "the vessel has stored the plan that was not confirmed before", now_us)
             else:
                 self._sync.lacks(flag)
-        if info.params != params_check(self.params):
+        if kept.params != params_check(self.params.changed):
             self._sync.lacks(Wanted.PARAMS)
         self._sync.step(now_us)
 

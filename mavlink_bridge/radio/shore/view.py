@@ -17,6 +17,7 @@ from ...language.traffic import NO_TRAFFIC, TrafficPicture
 from ...language.units import e7_to_rad
 from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import ParamInfo, ParamTable
+from ..codec.info import changed_params
 from ..codec.request import name_codes
 from ..codec.state_fields import RadioState
 from ..codec.threat import picture_of
@@ -29,6 +30,8 @@ class CachedParams:
         self._table = table
         self._codes = name_codes(info.name for index in range(len(table)) if (info := table.at(index)) is not None)
         self._values: dict[str, float] = {}
+        self._foreign: dict[int, float] = {}
+        """What the vessel told of parameters that this table does not have: of another hull, or of another version."""
 
     def __len__(self) -> int:
         return len(self._table)
@@ -52,6 +55,11 @@ class CachedParams:
         """What the vessel told or accepted."""
         return dict(self._values)
 
+    @property
+    def changed(self) -> dict[int, float]:
+        """What differs from the defaults, by name code: as the vessel tells it."""
+        return changed_params(self) | self._foreign
+
     def restore(self, values: Mapping[str, float]) -> None:
         """Take over ``known`` of an earlier run; names that this software does not have are left out."""
         self._values = {name: value for name, value in values.items() if self._table.get(name) is not None}
@@ -65,6 +73,7 @@ class CachedParams:
         infos = [info for index in range(len(self)) if (info := self.at(index)) is not None]
         before = {info.name: info.value for info in infos}
         self._values = {info.name: info.default for info in infos if info.default is not None}
+        self._foreign = {code: value for code, value in values.items() if code not in self._codes}
         for code, value in values.items():
             if code in self._codes:
                 self._values[self._codes[code]] = value
