@@ -27,7 +27,7 @@ from ..mavlink.missions.plan_rules import PlanError
 from ..mavlink.persona import VehiclePort
 from .air import Ledger, RadioProfile
 from .codec.bits import BitsError
-from .codec.brief import encode_standing
+from .codec.brief import brief_plan, encode_standing
 from .codec.command import decode_command, is_command
 from .codec.frames import Frame
 from .codec.plan import PlanCodecError, decode_plan
@@ -132,10 +132,12 @@ class VesselRadio:
         self._say(Severity.WARNING, text)
         return True
 
-    def _standing(self) -> bytes:
+    def _standing(self, order: bytes) -> bytes:
         state = RadioState() if self._snapshot is None else RadioState.of(self._snapshot)
+        told = self._reporter.told
+        plan = brief_plan(told, order, state) if order and told is not None else None
         self._reporter.answered(state)
-        return encode_standing(state)
+        return encode_standing(state) if plan is None else bytes((plan,))
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -247,7 +249,7 @@ class VesselRadio:
             return False
         number, session, at_us = self._stop
         is_recent = session == self.link.pairing.other and now_us - at_us <= self.profile.link.command_s * 1e6
-        cycle = 256 if message.id < BRIEF_NUMBERS else 32
+        cycle = 256 if max(message.id, number) < BRIEF_NUMBERS else 32
         return is_recent and 0 < (number - message.id) % cycle <= MAX_OUTGOING
 
     def _request_in(self, message: Message) -> RequestBody | PlanError:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable, Container
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Final
 
 from ..language.requests import Reply, Result
@@ -19,31 +19,24 @@ from . import memory as memory_of
 from .air import Ledger, Priority, RadioProfile
 from .air.rhythm import Rhythm
 from .codec.brief import STANDING_BYTES
-from .codec.frames import STOPS, Frame, Opener
+from .codec.frames import STOPS, Frame, Opener, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience
+from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
 from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply, sizes
 from .voice import Voice
 
 MAX_OUTGOING: Final = 16
-_MAX_POSTED: Final = 16
+_MAX_ANSWERS: Final = 16
 _REASON_BYTES: Final = 40
 _RELIABLE: Final = frozenset((Kind.PLAN, Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.INFO))
-_STATES: Final = frozenset((Kind.KEY, Kind.DELTA))
 _QUIET_PIECES: Final = 6
-_AFTER_ANSWER_US: Final = 2_000_000
-"""An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the end keeps off the air."""
+_TICK_SLIP_US: Final = 25_000
+"""So far the vessel's ticks may slide in a pause."""
 _VESSEL_PAUSE_US: Final = 1_500_000
 _HEARD_US: Final = 40_000  # from the end of a short packet to its last byte over there
-
-
-@dataclass(slots=True)
-class _Posted:
-    kind: Kind
-    body: bytes
-    priority: Priority
 
 
 class CompactLink:
@@ -74,19 +67,19 @@ class CompactLink:
         self.tick_us = 0
         """The vessel's newest tick. Its states go out at ticks, so that the shore knows when the next one comes; the last one when:"""
         self.state_us: int | None = None
-        self.standing: Callable[[], bytes] = bytes
-        """What goes with each answer, as it is when the answer is sent: the vessel's state."""
+        self.standing: Callable[[bytes], bytes] = lambda order: b""
+        """What goes with each answer, as it is when the answer is sent: the vessel's state. ``order``: what is accepted, if that came
+        without a body and may be answered so."""
         self.opener = Opener(pairing)
         self._save = save or (lambda text: None)
         self._is_vessel = pairing.is_vessel
         self._next_id = rng.randrange(256)
         self._outgoing: list[Outgoing] = []
-        self._answers: deque[_Posted] = deque(maxlen=_MAX_POSTED)
-        self._posted: deque[_Posted] = deque(maxlen=_MAX_POSTED)
+        self._answers: deque[Posted] = deque(maxlen=_MAX_ANSWERS)
+        self._posted = PostBox()
         self._outcomes: list[Outcome] = []
         self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
-        self.rhythm: Rhythm | None = None
-        """The other end's grid of states, where it keeps one."""
+        self.rhythm: Rhythm | None = None  # the other end's grid of states, where it keeps one
         self._greeting = Greeting(profile, rng, now_us)
         self._turn = 0
         self._session: Session | None = None
@@ -143,11 +136,15 @@ class CompactLink:
         kind = frame.kind
         if self.pairing.is_foreign and kind not in FROZEN:
             return None
-        if kind in (Kind.REPLY, Kind.MISSING):
-            (self._on_reply if kind is Kind.REPLY else self._on_missing)(frame.body, now_us)
-            if kind is Kind.REPLY and self.rhythm is not None:
-                self.rhythm.answered(min(self.clock.off_us, now_us), now_us + _AFTER_ANSWER_US)
-            return frame if kind is Kind.REPLY else None
+        if kind is Kind.MISSING:
+            self._on_missing(frame.body, now_us)
+            return None
+        if kind is Kind.REPLY:
+            if self.rhythm is not None:
+                size = frame_bytes(kind, frame.body)
+                until_us = self.clock.came_us(size, now_us)[0] + self._patience.pause_us(size)
+                self.rhythm.answered(min(self.clock.off_us, now_us), until_us)
+            return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
         self._other_was_talking(len(frame.body) + OVERHEAD, now_us)
@@ -161,7 +158,7 @@ class CompactLink:
             self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
             message, reply, account = self.inbox.piece(frame.body, now_us)
             if account is not None:
-                self._answers.append(_Posted(Kind.MISSING, account, Priority.COMMAND))
+                self._answers.append(Posted(Kind.MISSING, account, Priority.COMMAND))
             elif message is None and reply is None:
                 # more pieces come: keep off the air for the longest one
                 self._listen_until_us = now_us + self._patience.longest_us()
@@ -169,21 +166,23 @@ class CompactLink:
             message, reply = self.inbox.frame(frame, now_us)
         if reply is not None:
             stop = frame.kind in STOPS
-            self._answers.append(_Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND))
+            order = frame.body[1:] if frame.is_brief else b""
+            self._answers.append(Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND, order))
         if message is not None:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
 
-    def _on_reply(self, body: bytes, now_us: int) -> None:
+    def _on_reply(self, frame: Frame, now_us: int) -> Frame | None:
+        """Returns what it tells of the vessel: an answer without a body is followed by its order."""
+        body, brief = frame.body, frame.is_brief
         found = read_reply(body)
-        if found is None:
-            return
-        for item in self._outgoing:
-            if item.id & 31 == found[0]:
+        for item in self._outgoing if found is not None else ():
+            if found is not None and item.id & 31 == found[0] and (item.is_brief or not brief):
                 self._patience.learn(item, now_us)
                 reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
                 self._finish(item, Reply(found[1], reason))
-                return
+                return replace(frame, body=body + item.parts[0]) if brief else frame
+        return None if brief else frame
 
     def _on_missing(self, body: bytes, now_us: int) -> None:
         for item in self._outgoing:
@@ -219,7 +218,7 @@ class CompactLink:
         if len(self._outgoing) >= MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
-        item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us)
+        item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us, is_whole=self.pairing.is_foreign)
         self._next_id = (self._next_id + 1) % 256
         if priority <= Priority.COMMAND:
             self._greeting.hurry(now_us, was_silent=False)
@@ -234,9 +233,7 @@ class CompactLink:
 
     def post(self, kind: Kind, body: bytes, priority: Priority) -> None:
         """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
-        if kind is not Kind.EVENT and kind is not Kind.TEXT:
-            self._posted = deque((item for item in self._posted if item.kind is not kind), maxlen=_MAX_POSTED)
-        self._posted.append(_Posted(kind, body, priority))
+        self._posted.put(kind, body, priority)
 
     def answer(self, number: int, reply: Reply, now_us: int) -> None:
         """Answer a message that came by ``receive``."""
@@ -244,7 +241,8 @@ class CompactLink:
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
-        self._answers.append(_Posted(Kind.REPLY, found[0], Priority.STOP if found[1] else Priority.COMMAND))
+        priority = Priority.STOP if found.is_stop else Priority.COMMAND
+        self._answers.append(Posted(Kind.REPLY, found.body, priority, found.order))
         self._listen_until_us = min(self._listen_until_us, now_us)
         self._remember(now_us)
 
@@ -280,11 +278,13 @@ class CompactLink:
         first = self._answers.popleft()
         body = first.body
         if first.kind is Kind.REPLY and not self.pairing.is_foreign:
-            body = body[:1] + self.standing() + body[1:]
+            accepts = read_reply(body) == (body[0] >> 3, Result.ACCEPTED)
+            body = body[:1] + self.standing(first.order if accepts else b"") + body[1:]
         frame = self.voice.send(first.kind, body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
-            self._listen_until_us = self.clock.off_us + (_AFTER_ANSWER_US if self._is_vessel else 0)
+            pause_us = self._patience.pause_us(len(frame))
+            self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
             if self.rhythm is not None:  # what fell due while the vessel told something comes when it has its answer
                 self.rhythm.answered(now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US)
         return frame
@@ -306,7 +306,7 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        owes = self.profile.link.batch == 1 and any(item.kind in _STATES for item in self._posted)  # it has its time
+        owes = self.profile.link.batch == 1 and self._posted.has_state  # it has its time
         if owes or now_us < max(self._listen_until_us, self.chat_until_us) or self._awaits_answer(now_us):
             return b""
         return self._a_transfer(self._outgoing, now_us)
@@ -317,7 +317,7 @@ class CompactLink:
         for item in list(items):
             if now_us < item.next_us:
                 continue
-            if not keeps_quiet and self._would_meet(item.next_size(), now_us):
+            if not keeps_quiet and self._would_meet(item.next_size(), now_us, hurries=item.hurries):
                 continue
             session = self.pairing.to_speak(item.tries)
             if session is None:
@@ -343,7 +343,7 @@ class CompactLink:
             if item.asked:
                 late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
                 item.off_us, item.late_us = self.clock.off_us, late_us
-                item.quiet_us = self.clock.off_us + self._patience.of(item)
+                item.quiet_us = self._patience.overdue_us(item, self.rhythm)
                 # the vessel's states go on between the tries of what it tells the shore
                 item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
             elif self._is_vessel:
@@ -359,12 +359,12 @@ class CompactLink:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
 
     def _a_posted(self, now_us: int) -> bytes:
-        if not self._posted or now_us < self._listen_until_us or self._awaits_answer(now_us):
+        first = self._posted.first()
+        if first is None or now_us < self._listen_until_us or self._awaits_answer(now_us):
             return b""
         if self._is_receiving(now_us) or (self.rhythm is not None and self.rhythm.is_quiet(now_us)):
             return b""
-        first = min(self._posted, key=lambda item: item.priority)
-        if first.kind in _STATES and now_us != self.tick_us:
+        if first.kind in STATES and now_us != self.tick_us:
             return b""
         session = self.pairing.to_speak(self._turn)
         if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us):
@@ -374,14 +374,15 @@ class CompactLink:
             self._turn += 1
             self._posted.remove(first)
             self.last_posted = self.voice.counter, first.body
-            self.state_us = now_us if first.kind in _STATES else self.state_us
+            self.state_us = now_us if first.kind in STATES else self.state_us
             if self._is_vessel:
                 self._listen()
         return frame
 
-    def _would_meet(self, size: int, now_us: int) -> bool:
+    def _would_meet(self, size: int, now_us: int, *, hurries: bool = False) -> bool:
         end_us = now_us + self.clock.span_us(size)
-        return self.rhythm is not None and self.rhythm.meets(end_us - self.clock.airtime_us(size), end_us)
+        start_us = end_us - self.clock.airtime_us(size)
+        return self.rhythm is not None and self.rhythm.meets(start_us, end_us, hurries=hurries)
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""

@@ -6,6 +6,7 @@ import random
 from typing import Final
 
 from .air import AirClock, RadioProfile
+from .air.rhythm import Rhythm
 from .codec.brief import STANDING_BYTES
 from .codec.wire import OVERHEAD, Kind
 from .hello import HELLO_FRAME_BYTES
@@ -22,6 +23,14 @@ _PATIENT_TRIES: Final = 14
 _LONG_TRY: Final = 2
 STORING_US: Final = 200_000
 """A plan is answered when it is stored, some ticks later than an order; a repeat in between meets the answer on the air."""
+_AFTER_ANSWER_US: Final = 2_000_000
+"""An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the vessel keeps off the
+air.
+"""
+_PAUSE_STEP_US: Final = 100_000
+"""That pause is counted from the answer's beginning in whole ticks, of any usual length: so the shore knows to the tick when a state comes
+that was held back.
+"""
 _EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
 """Refusals of these come with words."""
 
@@ -64,6 +73,18 @@ class Patience:
             base_us += _STORE_US
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+
+    def overdue_us(self, item: Outgoing, rhythm: Rhythm | None) -> int:
+        """When the answer to the question on the air is overdue. A state that begins before the vessel can answer goes first."""
+        off_us = self._clock.off_us
+        due_us = off_us + self.of(item)
+        over_us = None if rhythm is None else rhythm.over_us(off_us, self.turnaround_us)
+        return due_us if over_us is None else max(due_us, over_us + self.answer_us())
+
+    def pause_us(self, size: int) -> int:
+        """From the beginning of an answer of the vessel, of so many bytes, to its next state, if that is due by then."""
+        least_us = self._clock.span_us(size) + _AFTER_ANSWER_US
+        return -(-least_us // _PAUSE_STEP_US) * _PAUSE_STEP_US
 
     def learn(self, item: Outgoing, now_us: int) -> None:
         """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""

@@ -11,7 +11,7 @@ from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
 from .codec.batch import encode_batch
 from .codec.brief import encode_position
-from .codec.state import KEY_BYTES, encode_delta, encode_key, mark_of, settle
+from .codec.state import KEY_BYTES, delta_parts, encode_delta, encode_key, mark_of, reached_in, settle
 from .codec.state_fields import RadioState
 from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .link import CompactLink
@@ -23,11 +23,13 @@ _THRIFTY_GAP_US: Final = 600_000_000
 _TEXT_GAP_US: Final = 5_000_000
 _TEXT_BYTES: Final = 50
 _KEYS_KEPT: Final = 16
-_CHAT_US: Final = 8_000_000
-"""Words and items reached come at no known moment, so an order may meet them; orders come in runs."""
+CHAT_US: Final = 8_000_000
+"""Words come at no known moment, so an order may meet them; orders come in runs."""
 CHAT_GAP_US: Final = 3_000_000
 """Who speaks without a pause is deaf to a stop."""
 _HEALTH_GAP_US: Final = 15_000_000
+_EVENT_US: Final = 12_000_000
+"""Two states and a pause after an answer."""
 _SHORT: Final = 0.03
 """Share of the hour: some thirty states, before it is used up."""
 _POSITION_GAP_US: Final = 15_000_000
@@ -56,9 +58,13 @@ class Reporter:
         self.chat_us = 0
         """Until then an operator is at work: what can wait stays out of the way of his next order."""
         self._reached: deque[int] = deque(maxlen=16)
+        """Low eight bits of each."""
+        self._reached_us = 0
         self._text_bytes = min(_TEXT_BYTES, profile.max_frame_bytes - OVERHEAD - 1)
         self._samples: list[RadioState] = []
         self._pending: dict[bytes, tuple[RadioState, int]] = {}
+        self.told: RadioState | None = None
+        """Mode, armed bit, plan and readiness as the last state that told them, or the last answer, went out with them."""
         self._texts: deque[tuple[Severity, str]] = deque(maxlen=4)
         self._text_us: int | None = None
 
@@ -73,7 +79,7 @@ class Reporter:
     def shore_ordered(self, now_us: int) -> None:
         """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
         self._status_us = max(now_us + _OWN_ORDER_US, self._status_us or 0)
-        self.chat_us = self._link.chat_until_us = now_us + _CHAT_US
+        self.chat_us = self._link.chat_until_us = now_us + CHAT_US
 
     def want_key(self) -> None:
         """The shore has no key, or lost it."""
@@ -90,16 +96,22 @@ class Reporter:
             return
         self._queue_texts(now_us, snapshot)
         if self.profile.link.batch == 1:
-            self._reached.extend(snapshot.progress.reached)
-        if self._reached and now_us >= self.chat_us:
-            self.chat_us = now_us + CHAT_GAP_US
-            self._link.post(Kind.EVENT, bytes(seq & 0xFF for seq in self._reached), Priority.EVENT)
-            self._reached.clear()
+            self._reached.extend(seq & 0xFF for seq in snapshot.progress.reached)
+        self._tell_reached(now_us)
         if self._status_is_new(state, now_us):
             self._status_us = now_us
-            self._post_key(state, now_us, Priority.EVENT)
+            self._post_state(state, now_us, Priority.EVENT, may_change=True)
         elif self._next_us is None or now_us >= self._next_us:
             self._periodic(state, now_us)
+
+    def _tell_reached(self, now_us: int) -> None:
+        """Items go with the states; where those have no room for them they go alone."""
+        if not self._reached:
+            self._reached_us = now_us
+        elif now_us >= max(self.chat_us, self._reached_us + _EVENT_US):
+            self.chat_us = now_us + CHAT_GAP_US
+            self._link.post(Kind.EVENT, bytes(self._reached), Priority.EVENT)
+            self._reached.clear()
 
     def _next_after_sent(self) -> None:
         """The next state comes a period after the last one, also when that one had to wait or came early: so the shore can tell."""
@@ -115,10 +127,11 @@ class Reporter:
 
     def answered(self, state: RadioState) -> None:
         """An answer has told mode, armed bit, item and readiness: they need not be told once more in the way of the next order."""
+        self._collect()
         if self._told is not None:
-            self._told = replace(
-                self._told, mode=state.mode, armed=state.armed, plan_state=state.plan_state, seq=state.seq
-            )
+            self._told = _standing_so(self._told, state)
+        if self.told is not None:
+            self.told = _standing_so(self.told, state)
 
     def _status_is_new(self, state: RadioState, now_us: int) -> bool:
         """What matters for safety goes at once when it changes; the rest goes with the next state, when the shore knows that one comes."""
@@ -142,15 +155,22 @@ class Reporter:
             return
         if not self._may_spend(now_us):
             return
+        # while orders come each brings another status, and a key may be in the way of the next one
+        self._post_state(state, now_us, Priority.STATE, may_change=now_us < self.chat_us or bool(self._reached))
+
+    def _post_state(self, state: RadioState, now_us: int, priority: Priority, *, may_change: bool) -> None:
+        """A difference where one does, else a key: an older key may still serve while its successor waits for the shore's word."""
         base = self._base
         body = None
         if base is not None and now_us - base[2] < self._key_us and not self._health_is_new(state, base[1], now_us):
-            body = encode_delta(base[1], base[0], state)
+            # an item more makes a state longer than the shore foretells: not while the next order may wait for its end
+            reached = b"" if now_us < self.chat_us else bytes(self._reached)
+            body = encode_delta(base[1], base[0], state, may_change=may_change, reached=reached)
         if body is None:
-            # an older key may still serve while its successor waits for the shore's word
-            self._post_key(state, now_us, Priority.STATE)
+            self._post_key(state, now_us, priority)
             return
-        self._link.post(Kind.DELTA, body, Priority.STATE)
+        self._told, self._pending = state, {body: (settle(state), now_us)}
+        self._link.post(Kind.DELTA, body, priority)
 
     def _may_spend(self, now_us: int) -> bool:
         """Whether a state is sent at this place of the grid: every second or third one while the hour is short, so that the picture
@@ -191,12 +211,21 @@ class Reporter:
         self._link.post(Kind.KEY, body, priority)
 
     def _collect(self) -> None:
-        """Learn in which frame the last key went out."""
+        """Learn in which frame the last key went out, and what has been told by now."""
         if self._link.last_posted is None:
             return
         counter, body = self._link.last_posted
         found = self._pending.pop(body, None)
-        if found is not None:
+        if found is None:
+            return
+        is_key = len(body) >= KEY_BYTES
+        for _ in reached_in(b"" if is_key else body)[: len(self._reached)]:
+            self._reached.popleft()
+        if self.told is None or is_key or delta_parts(body).changes:
+            self.told = found[0]
+        else:
+            self.told = replace(found[0], prearm_ok=self.told.prearm_ok)
+        if is_key:
             self._sent.pop(counter & 0xFFFF, None)
             self._sent[counter & 0xFFFF] = (body, *found)
             while len(self._sent) > _KEYS_KEPT:
@@ -215,3 +244,15 @@ class Reporter:
             self._link.post(
                 Kind.TEXT, bytes((SEVERITY.number(severity),)) + fitted(words, self._text_bytes), Priority.EVENT
             )
+
+
+def _standing_so(state: RadioState, now: RadioState) -> RadioState:
+    """The state with what an answer tells of the present one."""
+    return replace(
+        state,
+        mode=now.mode,
+        armed=now.armed,
+        plan_state=now.plan_state,
+        seq=now.seq % 128,
+        prearm_ok=now.prearm_ok,
+    )

@@ -17,8 +17,8 @@ from ..language.requests import Reply, Result
 from .air import Priority
 from .codec import erasure
 from .codec.bits import BitsError
-from .codec.frames import Frame, frame_bytes
-from .codec.wire import OVERHEAD, RESULT, Kind
+from .codec.frames import Frame, frame_bytes, is_brief
+from .codec.wire import BRIEF_AIMS, BRIEF_HOLD, OVERHEAD, RESULT, Kind
 
 _POLL: Final = 0x80
 _LENGTH_MARK: Final = b"\x80"
@@ -28,6 +28,7 @@ _REMEMBERED: Final = 48
 BRIEF_NUMBERS: Final = 256
 """Added to the five bits of a number that a frame without a body tells: these are numbers of a kind of their own."""
 _COMING: Final = 4
+_BRIEF_TRIES: Final = 2
 
 
 @dataclass(slots=True)
@@ -63,9 +64,22 @@ class Outgoing:
     def __post_init__(self) -> None:
         self.left = len(self.parts)
 
+    is_whole: bool = False
+    """The other end may be of a version that understands only the frozen form."""
+
     @property
     def is_single(self) -> bool:
         return len(self.parts) == 1
+
+    @property
+    def is_brief(self) -> bool:
+        """Whether it goes without a body."""
+        return is_brief(self.kind, self.parts[0]) or (self.kind is Kind.SAFE and self.parts[0] == BRIEF_HOLD)
+
+    @property
+    def hurries(self) -> bool:
+        """Whether stations have so little patience with it that it should rather be lost now and then than come late."""
+        return self.is_brief and BRIEF_AIMS[self.parts[0]] is not None
 
     @property
     def is_under_way(self) -> bool:
@@ -75,15 +89,15 @@ class Outgoing:
     def next_size(self) -> int:
         """Bytes of the next frame."""
         if self.is_single:
-            return frame_bytes(self.kind, bytes((self.id,)) + self.parts[0])
+            return frame_bytes(self._goes_as, bytes((self.id,)) + self.parts[0])
         return len(self.parts[0]) + OVERHEAD + 3 if self.left else OVERHEAD + 3
 
     def next_frame(self) -> tuple[Kind, bytes]:
         """The next frame's kind and body: the message, a row of it, or a short question."""
         if self.is_single:
-            self.asked = True
+            kind, self.asked = self._goes_as, True
             self.tries += 1
-            return self.kind, bytes((self.id,)) + self.parts[0]
+            return kind, bytes((self.id,)) + self.parts[0]
         head, body = 0, b""
         if self.left:
             head = self._row()
@@ -96,6 +110,12 @@ class Outgoing:
             self.asked = True
             self.tries += 1
         return Kind.PIECE, bytes((self.id, head, flags)) + body
+
+    @property
+    def _goes_as(self) -> Kind:
+        """A Hold that was not answered twice goes as it is frozen: counted, not aging."""
+        is_short = self.kind is Kind.SAFE and self.is_brief and not self.is_whole and self.tries < _BRIEF_TRIES
+        return Kind.ORDER if is_short else self.kind
 
     def _row(self) -> int:
         if self.sent < len(self.parts):
@@ -177,6 +197,15 @@ class Message:
     payload: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What answers a message: the body, whether that was a stop, and what was ordered if it came without a body."""
+
+    body: bytes
+    is_stop: bool
+    order: bytes
+
+
 @dataclass(slots=True)
 class _Incoming:
     count: int
@@ -191,6 +220,8 @@ class _Known:
     reply: bytes | None = None
     """The answer's body, None while the vessel works on it."""
     is_stop: bool = False
+    order: bytes = b""
+    """What was ordered, if it came without a body."""
     came_us: int = 0
 
 
@@ -223,7 +254,14 @@ class Inbox:
 
     def frame(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
         """Take a message that came in one frame, as ``whole`` does."""
-        return self._brief(frame, now_us) if frame.is_brief else self.whole(frame.kind, frame.body)
+        if frame.is_brief:
+            return self._brief(frame, now_us)
+        if frame.kind is Kind.SAFE and frame.body[1:] == BRIEF_HOLD:
+            known = self._known.get(BRIEF_NUMBERS + (frame.body[0] & 31))
+            if known is not None and known.order == BRIEF_HOLD and now_us - known.came_us < self._order_us:
+                self.duplicates += 1
+                return None, known.reply
+        return self.whole(frame.kind, frame.body)
 
     def _brief(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
         """Take an order that came without a body. Five bits of its number come round soon: it is the same one only while its sender
@@ -235,7 +273,7 @@ class Inbox:
             del self._known[number]
         message, reply = self._accept(number, frame.kind, frame.body[1:])
         if message is not None:
-            self._known[number].came_us = now_us
+            self._known[number].came_us, self._known[number].order = now_us, message.payload
         return message, reply
 
     def piece(self, body: bytes, now_us: int) -> tuple[Message | None, bytes | None, bytes | None]:
@@ -290,14 +328,14 @@ class Inbox:
             self._known.popitem(last=False)
         return Message(number, kind, payload), None
 
-    def answered(self, number: int, reply: Reply, reason_bytes: int) -> tuple[bytes, bool] | None:
-        """Note the answer to a message; return its frame body and whether the message was a stop; None for an unknown number."""
+    def answered(self, number: int, reply: Reply, reason_bytes: int) -> Answer | None:
+        """Note the answer to a message; None for an unknown number."""
         known = self._known.get(number)
         if known is None:
             return None
         reason = b"" if reply.result is Result.ACCEPTED else reply.reason.encode()[:reason_bytes]
         known.reply = bytes(((number & 31) << 3 | RESULT.number(reply.result),)) + reason
-        return known.reply, known.is_stop
+        return Answer(known.reply, known.is_stop, known.order)
 
     def save(self) -> list[list[int | str | None]]:
         """What must outlive a restart, so that nothing is executed twice."""

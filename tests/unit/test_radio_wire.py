@@ -31,8 +31,9 @@ from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
 from mavlink_bridge.radio.codec.command import decode_command
 from mavlink_bridge.radio.codec.frames import Frame, Opener, Sealer, frame_bytes
+from mavlink_bridge.radio.codec.info import Kept, Place, decode as decode_info, encode as encode_info
 from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
-from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
+from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, reached_in, settle
 from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.threat import Threat, decode_threat, encode_threat
 from mavlink_bridge.radio.session import Direction
@@ -115,7 +116,23 @@ def states() -> dict[str, bytes]:
         "key with a threat": encode_key(replace(STATE, threat=CROSSING), 1),
         "difference that brings a threat": threat_change(None, CROSSING),
         "difference that ends a threat": threat_change(CROSSING, None),
+        "difference of status": difference(HELD),
+        "difference of status, with an item": difference(HELD, b"\4"),
+        "difference with items": difference(STATE, b"\2\3\4"),
+        "kept": encode_info(KEPT),
+        "place": encode_info(PLACE),
     }
+
+
+HELD = replace(STATE, mode=Mode.HOLD, plan_state=PlanState.PAUSED, seq=6, gps_ok=False)
+KEPT = Kept(0xC355_1234, 0xFE4C_0001, 0, params=0x6217)
+PLACE = Place((411_850_126, -87_062_153), (0, 2, 0))
+
+
+def difference(state: RadioState, reached: bytes = b"") -> bytes:
+    told = encode_delta(settle(STATE), 1, state, may_change=True, reached=reached)
+    assert told is not None
+    return told
 
 
 def threat_change(before: Threat | None, after: Threat | None) -> bytes:
@@ -155,6 +172,9 @@ def frames() -> dict[str, bytes]:
         "order": down.seal(wire.Kind.ORDER, b"\1" + encode_request(ask.Arm(True)), 7_500_000, shore.current),
         "position": up.seal(wire.Kind.POSITION, encode_position(STATE), 8_000_000, vessel.current),
         "reply": up.seal(wire.Kind.REPLY, bytes((9 << 3,)) + encode_standing(STATE), 8_500_000, vessel.current),
+        "guided": down.seal(wire.Kind.ORDER, bytes((25,)) + wire.BRIEF_ORDERS[0], 9_000_000, shore.current),
+        "hold without a body": down.seal(wire.Kind.ORDER, bytes((25,)) + wire.BRIEF_HOLD, 9_250_000, shore.current),
+        "accepted": up.seal(wire.Kind.REPLY, bytes((25 << 3, 2)), 9_500_000, vessel.current),
     }
 
 
@@ -190,6 +210,11 @@ def test_what_was_always_sent_is_read_as_it_always_was() -> None:
     assert decode_key(told["key with a threat"]).threat == decode_threat(bytes.fromhex(vectors("threats")["give way"]))
     assert decode_delta(settle(STATE), told["difference that brings a threat"]).threat is not None
     assert decode_delta(settle(replace(STATE, threat=CROSSING)), told["difference that ends a threat"]).threat is None
+    assert decode_delta(settle(STATE), told["difference of status"]).status == HELD.status
+    assert not decode_delta(settle(STATE), told["difference of status, with an item"]).gps_ok
+    assert reached_in(told["difference of status, with an item"]) == b"\4"
+    assert reached_in(told["difference with items"]) == b"\2\3\4"
+    assert (decode_info(told["kept"]), decode_info(told["place"])) == (KEPT, PLACE)
     assert (decode_position(told["position"]).mode, decode_position(told["position"]).armed) == (Mode.AUTO, True)
 
 

@@ -11,8 +11,8 @@ _EARLY_US: Final = 10_000
 """Little: to wait for a state costs 0.7 s and a station's patience each time, to be late by a tick costs one repeat, seldom."""
 _LATE_US: Final = 15_000
 """What two clocks and a module may shift a state by; a longer wait costs the vessel's answer a tick more."""
-_HELD_LATE_US: Final = 65_000
-"""A state that was held back comes at the first tick after the pause, and has its serial line before it."""
+_HELD_LATE_US: Final = 30_000
+"""A state that was held back comes at the pause's end, which is a tick; its serial line may be longer than the answer's."""
 _FORGOTTEN: Final = 12
 """Periods without a state after which the last one means nothing."""
 
@@ -26,9 +26,8 @@ class Rhythm:
     def __init__(self, period_us: int, longest_us: int) -> None:
         self._period_us = period_us
         self._longest_us = longest_us
-        """How long the longest state is on the air."""
-        self._next_us = longest_us
-        """How long the next one is, as far as can be known."""
+        self.next_us = longest_us
+        """How long the next one is on the air, as far as can be known: it may be longer, for a depth that changes fast."""
         self._last_us: int | None = None
         """When the last one began, as far as can be known: heard, or due at a pause's end."""
         self._late_us = _LATE_US
@@ -44,34 +43,43 @@ class Rhythm:
             self._quiet_from_us = asked_us
         self._quiet_until_us = until_us
 
-    def changed(self) -> None:
-        """The vessel's status is another: the next state tells it whole."""
-        self._next_us = self._longest_us
-
     def is_quiet(self, now_us: int) -> bool:
         """Whether the other end listens for another order: nothing else should be in its way."""
         return self._quiet_from_us <= now_us < self._quiet_until_us
 
-    def heard(self, start_us: int, end_us: int, next_us: int | None) -> None:
-        """A state was on the air. ``next_us``: length of the next, None = any."""
-        self._next_us = self._longest_us if next_us is None else next_us
+    def heard(self, start_us: int, end_us: int) -> None:
+        """A state was on the air."""
         self._last_us, self._heard_us, self._late_us = start_us, end_us, _LATE_US
 
-    def meets(self, start_us: int, end_us: int) -> bool:
-        """Whether a transmission of ours would overlap a state of the other end, this one or the next."""
-        self._settle(start_us)
-        if self._last_us is None or start_us - self._heard_us > _FORGOTTEN * self._period_us:
-            return False
-        if self.is_quiet(start_us):
-            return end_us > max(self._due_us(self._quiet_from_us), self._quiet_until_us) - _EARLY_US
-        return end_us > self._due_us(start_us) - _EARLY_US
+    def meets(self, start_us: int, end_us: int, *, hurries: bool = False) -> bool:
+        """Whether a transmission of ours would overlap a state of the other end, this one or the next. One that ``hurries`` takes the state
+        for as long as it should be, another for the longest.
+        """
+        begins_us = self._begins_us(start_us, self.next_us if hurries else max(self.next_us, self._longest_us))
+        return begins_us is not None and end_us > begins_us - _EARLY_US
 
-    def _due_us(self, now_us: int) -> int:
-        """When the state begins that is on the air now, or the next one."""
+    def over_us(self, now_us: int, within_us: int) -> int | None:
+        """When the state is over that begins ``within_us`` from now; None: none does."""
+        begins_us = self._begins_us(now_us, self.next_us)
+        if begins_us is None or begins_us >= now_us + within_us:
+            return None
+        return begins_us + self.next_us + self._late_us
+
+    def _begins_us(self, now_us: int, long_us: int) -> int | None:
+        """When the state begins that is on the air now, or the next one; None: nothing is known of it. ``long_us``: taken for so long."""
+        self._settle(now_us)
+        if self._last_us is None or now_us - self._heard_us > _FORGOTTEN * self._period_us:
+            return None
+        if self.is_quiet(now_us):
+            return max(self._due_us(self._quiet_from_us, long_us), self._quiet_until_us)
+        return self._due_us(now_us, long_us)
+
+    def _due_us(self, now_us: int, long_us: int) -> int:
+        """The same on the grid alone, pauses left out."""
         assert self._last_us is not None
-        if self._last_us > self._heard_us and now_us < self._last_us + self._next_us + self._late_us:
+        if self._last_us > self._heard_us and now_us < self._last_us + long_us + self._late_us:
             return self._last_us
-        passed = (now_us - self._last_us - self._next_us - self._late_us) // self._period_us + 1
+        passed = (now_us - self._last_us - long_us - self._late_us) // self._period_us + 1
         return self._last_us + max(passed, 1) * self._period_us
 
     def _settle(self, now_us: int) -> None:
@@ -79,5 +87,5 @@ class Rhythm:
         until_us = self._quiet_until_us
         if self._last_us is None or now_us < until_us or self._last_us >= until_us:
             return
-        if self._due_us(self._quiet_from_us) < until_us:
+        if self._due_us(self._quiet_from_us, self.next_us) < until_us:
             self._last_us, self._late_us = until_us, _HELD_LATE_US

@@ -1,4 +1,6 @@
-"""Two small states: what goes with each answer of the vessel, and the position that every version understands."""
+"""Small states: what goes with each answer of the vessel, what an answer without a body stands for, and the position that every
+version understands.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Final
 from ...language.units import e7_to_rad, rad_to_e7
 from .bits import BitReader, BitsError, BitWriter
 from .state_fields import RadioState, from_level, to_level
-from .wire import MODE, PLAN_STATE
+from .wire import BRIEF_AIMS, BRIEF_PLANS, MODE, PLAN_STATE
 
 STANDING_BYTES: Final = 2
 POSITION_BYTES: Final = 10
@@ -37,6 +39,26 @@ def with_standing(state: RadioState, body: bytes) -> RadioState:
         seq=reader.get(7),
         prearm_ok=reader.flag(),
     )
+
+
+def with_brief(state: RadioState, order: bytes, plan: int) -> RadioState:
+    """The state after "accepted" to one of ``BRIEF_AIMS``: what it brings, the plan as said, all else as it was. Raises BitsError."""
+    if order not in BRIEF_AIMS or plan >= len(BRIEF_PLANS):
+        raise BitsError("no such answer")
+    aim, plan_state = BRIEF_AIMS[order], BRIEF_PLANS[plan]
+    return replace(
+        state,
+        mode=state.mode if aim is None else aim,
+        armed=state.armed or aim is None,
+        plan_state=state.plan_state if plan_state is None else plan_state,
+    )
+
+
+def brief_plan(told: RadioState, order: bytes, now: RadioState) -> int | None:
+    """What an answer without a body has to say of the plan, so that who was told ``told`` knows how it stands now; None: it would not."""
+    wanted = encode_standing(now)
+    found = (plan for plan in range(len(BRIEF_PLANS)) if encode_standing(with_brief(told, order, plan)) == wanted)
+    return next(found, None)
 
 
 def encode_position(state: RadioState) -> bytes:

@@ -5,8 +5,10 @@ receiver tries every offset, so garbage, merged and split pieces do no harm; at 
 session and the one that may replace it), and it counts them. What the counters are, and why a frame that is believed is of
 now, is ``session``'s. HELLO opens a session and is told by a tag of its own.
 
-The orders for which a station has the least patience go without a body, one step of airtime shorter: a length that no body has marks
-them, and in the place of the kind stand the low four bits of the message's number; its fifth bit and which order it is stand in the length.
+The orders for which a station has the least patience, Hold among them, go without a body, one step of airtime shorter: a length that no
+body has marks them, and in the place of the kind stand the low four bits of the message's number; its fifth bit and which order it is
+stand in the length. (Hold: the kind of KEY, and five bits of the number in the length.) So goes the vessel's answer to one of them when it
+says no more than "accepted": which state of the plan stands where the order stood.
 """
 
 from __future__ import annotations
@@ -15,10 +17,22 @@ from dataclasses import dataclass
 from typing import Final
 
 from ..session import LOW, Pairing, Session
-from .wire import BRIEF_FROM, BRIEF_ORDERS, HEAD_BYTES, MAX_BODY, MAX_FRAME, OVERHEAD, TAG_BYTES, Kind
+from .wire import (
+    BRIEF_AIMS,
+    BRIEF_FROM,
+    BRIEF_HOLD,
+    BRIEF_ORDERS,
+    HEAD_BYTES,
+    MAX_BODY,
+    MAX_FRAME,
+    OVERHEAD,
+    TAG_BYTES,
+    Kind,
+)
 
 STOPS: Final = frozenset((Kind.STOP, Kind.SAFE))
 """Kinds with a count of their own instead of the clock: its upper eight bits are the first byte of the body."""
+BRIEF_REPLY_BYTES: Final = 2
 _KINDS: Final = {kind.value: kind for kind in Kind}
 
 
@@ -30,7 +44,7 @@ class Frame:
     body: bytes
     counter: int
     is_brief: bool = False
-    """It came without a body: of the message's number five bits are known."""
+    """It came without a body: of the message's number five bits are known; an answer tells only what it changed."""
 
 
 def _head(kind: Kind, size: int, low: int) -> bytes:
@@ -39,27 +53,44 @@ def _head(kind: Kind, size: int, low: int) -> bytes:
 
 def is_brief(kind: Kind, payload: bytes) -> bool:
     """Whether a message of such a payload goes without a body."""
-    return kind is Kind.ORDER and payload in BRIEF_ORDERS
+    return kind is Kind.ORDER and payload in BRIEF_AIMS
+
+
+def is_brief_reply(kind: Kind, body: bytes) -> bool:
+    """Whether an answer goes without a body: "accepted" and a state of the plan are all that it says."""
+    return kind is Kind.REPLY and len(body) == BRIEF_REPLY_BYTES and not body[0] & 7
 
 
 def frame_bytes(kind: Kind, body: bytes) -> int:
     """Size of the frame that carries a body."""
-    return OVERHEAD if is_brief(kind, body[1:]) else OVERHEAD + len(body) + (kind in STOPS)
+    return (
+        OVERHEAD if is_brief(kind, body[1:]) or is_brief_reply(kind, body) else OVERHEAD + len(body) + (kind in STOPS)
+    )
 
 
 def _covered(kind: Kind, body: bytes, low: int) -> bytes:
     """What goes out in front of the tag."""
-    if not is_brief(kind, body[1:]):
-        return _head(kind, len(body), low) + body
-    nibble, fifth = body[0] & 15, body[0] >> 4 & 1
-    size = BRIEF_FROM | fifth << 2 | BRIEF_ORDERS.index(body[1:])
-    return (nibble << 12 | size << 6 | low).to_bytes(HEAD_BYTES, "big")
+    if is_brief_reply(kind, body):
+        return _brief_head(body[0] >> 3, body[1], low)
+    if is_brief(kind, body[1:]):
+        if body[1:] == BRIEF_HOLD:
+            return _head(Kind.KEY, (body[0] & 31) << 1, low)
+        return _brief_head(body[0], BRIEF_ORDERS.index(body[1:]), low)
+    return _head(kind, len(body), low) + body
 
 
-def _brief_body(head: int) -> bytes:
+def _brief_head(number: int, which: int, low: int) -> bytes:
+    size = BRIEF_FROM | (number >> 4 & 1) << 2 | which
+    return ((number & 15) << 12 | size << 6 | low).to_bytes(HEAD_BYTES, "big")
+
+
+def _brief_body(kind: Kind, head: int) -> bytes:
     """The body that a frame without one stands for."""
     size = head >> 6 & 63
-    return bytes((head >> 12 | (size >> 2 & 1) << 4,)) + BRIEF_ORDERS[size & 3]
+    if kind is Kind.SAFE:
+        return bytes((size >> 1,)) + BRIEF_HOLD
+    number, which = head >> 12 | (size >> 2 & 1) << 4, size & 3
+    return bytes((number << 3, which)) if kind is Kind.REPLY else bytes((number,)) + BRIEF_ORDERS[which]
 
 
 class Sealer:
@@ -102,6 +133,7 @@ class Opener:
         self._pairing = pairing
         self._tag_bytes = tag_bytes
         self._overhead = HEAD_BYTES + tag_bytes
+        self._brief_kind = Kind.ORDER if pairing.is_vessel else Kind.REPLY
         self._buffer = b""
         self.good = 0
         self.strange_bytes = 0
@@ -116,8 +148,8 @@ class Opener:
         frames: list[Frame] = []
         at = 0
         while len(buffer) - at >= self._overhead:
-            length = int.from_bytes(buffer[at : at + 2], "big") >> 6 & 63
-            size = self._overhead + (length if length < BRIEF_FROM else 0)
+            head = int.from_bytes(buffer[at : at + HEAD_BYTES], "big")
+            size = self._overhead + (0 if self._is_brief(head) else head >> 6 & 63)
             # a candidate that was whole at the last call was tried then
             whole = at + size <= len(buffer) and (at + size > seen or bool(frames))
             frame = self._open(buffer[at : at + size], now_us) if whole and size <= MAX_FRAME else None
@@ -134,11 +166,18 @@ class Opener:
         self.good += len(frames)
         return frames
 
+    def _is_brief(self, head: int) -> bool:
+        return (head >> 6 & 63) >= BRIEF_FROM or self._is_hold(head)
+
+    def _is_hold(self, head: int) -> bool:
+        """No key goes to the vessel."""
+        return self._pairing.is_vessel and head >> 12 == Kind.KEY and head >> 6 & 63 < BRIEF_FROM
+
     def _open(self, raw: bytes, now_us: int) -> Frame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
-        brief = (head >> 6 & 63) >= BRIEF_FROM
-        kind = Kind.ORDER if brief else _KINDS.get(head >> 12)
-        if kind is None:
+        brief = self._is_brief(head)
+        kind = self._brief_kind if brief else _KINDS.get(head >> 12)
+        if kind is None or (self._is_hold(head) and head >> 6 & 1):
             return None
         covered, tag = raw[: -self._tag_bytes], raw[-self._tag_bytes :]
         if kind is Kind.HELLO:
@@ -149,7 +188,9 @@ class Opener:
                 continue
             if self._is_right(session, kind, counter, covered, tag):
                 self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
-                body = _brief_body(head) if brief else covered[HEAD_BYTES + (kind in STOPS) :]
+                if self._is_hold(head):
+                    return Frame(Kind.SAFE, _brief_body(Kind.SAFE, head), counter, is_brief=True)
+                body = _brief_body(kind, head) if brief else covered[HEAD_BYTES + (kind in STOPS) :]
                 return Frame(kind, body, counter, brief)
         return None
 

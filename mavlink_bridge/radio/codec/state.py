@@ -1,4 +1,4 @@
-"""The vessel's state in 16 bytes (key), 4 bytes (difference to a key that the shore has). Batches are
+"""The vessel's state in 16 bytes (key), 4 bytes (difference to a key that the shore has) or 8 (with another status). Batches are
 ``batch_codec``, what goes with an answer ``brief_codec``.
 
 Steps are stated with each field. A value that cannot be told within its field's range makes a difference impossible,
@@ -8,7 +8,7 @@ else the receiver knows it from the arrival. Six bytes after a key or a differen
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from .bits import BitReader, BitsError, BitWriter
@@ -21,11 +21,13 @@ from .state_fields import (
     from_turn,
     metres_between,
     moved,
+    read_change,
     read_position,
     read_status,
     to_depth,
     to_tilt,
     to_turn,
+    write_change,
     write_position,
     write_status,
 )
@@ -35,7 +37,34 @@ KEY_BYTES: Final = 16
 TIME_BYTES: Final = 2
 """After a key that may wait aboard."""
 DELTA_BYTES: Final = 4
+CHANGE_BYTES: Final = 8
+"""A difference that brings a status with it: two steps of airtime less than a key, which an order may have to wait for."""
 _KEY_SIZES: Final = frozenset((KEY_BYTES, KEY_BYTES + TIME_BYTES, KEY_BYTES + THREAT_BYTES))
+
+
+@dataclass(frozen=True, slots=True)
+class DeltaParts:
+    """What follows the four bytes of a difference: a status, items of the plan that were reached, a threat."""
+
+    changes: bool = False
+    reached: int = 0
+    threatens: bool = False
+
+    @property
+    def size(self) -> int:
+        return (CHANGE_BYTES if self.changes else DELTA_BYTES) + self.reached + THREAT_BYTES * self.threatens
+
+
+_DELTAS: Final = {
+    parts.size: parts
+    for parts in (
+        *(DeltaParts(reached=count) for count in range(4)),
+        *(DeltaParts(changes=True, reached=count) for count in range(2)),
+        DeltaParts(threatens=True),
+        DeltaParts(changes=True, threatens=True),
+    )
+}
+"""By the length of the body: no two are equally long."""
 
 
 # ---- key ------------------------------------------------------------------------------------------------------------
@@ -77,13 +106,17 @@ def settle(state: RadioState) -> RadioState:
 # ---- difference to a key --------------------------------------------------------------------------------------------
 
 
-def encode_delta(key: RadioState, key_mark: int, state: RadioState) -> bytes | None:
-    """Four bytes against ``key`` as the shore has it (settled); None when the change does not fit or is one of status.
+def encode_delta(
+    key: RadioState, key_mark: int, state: RadioState, *, may_change: bool = False, reached: bytes = b""
+) -> bytes | None:
+    """Four bytes against ``key`` as the shore has it (settled); None when the change does not fit. Another status needs four more, and
+    is told so if it ``may_change``; of the items ``reached`` go as many as there is room for.
 
     2 bits mark of the key, 9 + 9 bits north and east in metres, 6 bits heading, 4 bits speed in 0.25 m/s, 2 bits depth step.
     """
     offset = metres_between(key, state)
-    if offset is None or state.status != key.status or state.sog_mps is None:
+    changed = state.status != key.status
+    if offset is None or (changed and not may_change) or state.sog_mps is None:
         return None
     north, east = round(offset[0]) + 256, round(offset[1]) + 256
     depth = to_depth(state.alt_m) - to_depth(key.alt_m)
@@ -101,7 +134,12 @@ def encode_delta(key: RadioState, key_mark: int, state: RadioState) -> bytes | N
     if not -1 <= depth <= 2:
         return None
     writer.put(depth + 1, 2)
-    return writer.bytes() + (b"" if state.threat is None else encode_threat(state.threat))
+    if changed:
+        write_change(writer, state)
+    if state.threat is not None:
+        return writer.bytes() + encode_threat(state.threat)
+    room = max(parts.reached for parts in _DELTAS.values() if parts.changes is changed)
+    return writer.bytes() + reached[:room]
 
 
 def mark_of(body: bytes) -> int:
@@ -109,15 +147,28 @@ def mark_of(body: bytes) -> int:
     return body[0] >> 6 if body else -1
 
 
+def delta_parts(body: bytes) -> DeltaParts:
+    """What a difference brings with it."""
+    return _DELTAS.get(len(body), DeltaParts())
+
+
+def reached_in(body: bytes) -> bytes:
+    """The items reached that a difference tells of, their low eight bits each."""
+    count = delta_parts(body).reached
+    return body[-count:] if count else b""
+
+
 def decode_delta(key: RadioState, body: bytes) -> RadioState:
     """Raises BitsError."""
-    if len(body) not in (DELTA_BYTES, DELTA_BYTES + THREAT_BYTES) or key.lat_rad is None:
+    if len(body) not in _DELTAS or key.lat_rad is None:
         raise BitsError("no key for this difference")
+    parts = _DELTAS[len(body)]
     reader = BitReader(body)
     reader.get(2)
     lat_rad, lon_rad = moved(key, reader.get(9) - 256.0, reader.get(9) - 256.0)
     psi_rad = from_turn(reader.get(6), 6)
     speed = reader.get(4) * COARSE_SPEED_STEP
     alt_m = None if key.alt_m is None else from_depth(min(max(to_depth(key.alt_m) + reader.get(2) - 1, 0), 126))
-    threat = decode_threat(body[DELTA_BYTES:]) if len(body) > DELTA_BYTES else None
+    threat = decode_threat(body[-THREAT_BYTES:]) if parts.threatens else None
+    key = read_change(reader, key) if parts.changes else key
     return replace(key, lat_rad=lat_rad, lon_rad=lon_rad, psi_rad=psi_rad, sog_mps=speed, alt_m=alt_m, threat=threat)

@@ -223,6 +223,37 @@ def read_status(reader: BitReader, state: RadioState) -> RadioState:
         raise BitsError("no such state") from None
 
 
+def write_change(writer: BitWriter, state: RadioState) -> None:
+    """Thirty bits: the status, and what of the vessel's health may forbid a start."""
+    writer.put(MODE.number(state.mode), MODE.bits)
+    writer.flag(state.armed)
+    writer.put(ACTION.number(state.action), ACTION.bits)
+    writer.put(GUARD.number(state.guard), GUARD.bits)
+    writer.put(PLAN_STATE.number(state.plan_state), PLAN_STATE.bits)
+    writer.put(state.seq % 128, 7)
+    writer.put(state.plan_hash & 0x3F, 6)
+    for flag in (state.gps_ok, state.heading_ok, state.actuators_ok, state.prearm_ok):
+        writer.flag(flag)
+
+
+def read_change(reader: BitReader, state: RadioState) -> RadioState:
+    """Raises BitsError."""
+    return replace(
+        state,
+        mode=MODE.member(reader.get(MODE.bits)),
+        armed=reader.flag(),
+        action=ACTION.member(reader.get(ACTION.bits)),
+        guard=GUARD.member(reader.get(GUARD.bits)),
+        plan_state=PLAN_STATE.member(reader.get(PLAN_STATE.bits)),
+        seq=reader.get(7),
+        plan_hash=reader.get(6),
+        gps_ok=reader.flag(),
+        heading_ok=reader.flag(),
+        actuators_ok=reader.flag(),
+        prearm_ok=reader.flag(),
+    )
+
+
 def metres_between(key: RadioState, state: RadioState) -> tuple[float, float] | None:
     """North and east from the key's position, on a plane that both ends share."""
     if key.lat_rad is None or key.lon_rad is None or state.lat_rad is None or state.lon_rad is None:

@@ -53,10 +53,13 @@ class HeardKeys:
             return None
         return decode_delta(key, frame.body)
 
-    def serves(self, frame: Frame, at_us: int) -> bool:
-        """Whether the key that a difference refers to will still serve then: the vessel sends another one when it is old."""
-        came_us = self._came_us.get(mark_of(frame.body))
-        return came_us is not None and at_us - came_us < self._key_us - _SURE_US
+    def serves_until_us(self, frame: Frame) -> int:
+        """How long the key that a difference refers to will serve: the vessel sends another one when it is old."""
+        return self._came_us.get(mark_of(frame.body), -self._key_us) + self._key_us - _SURE_US
+
+    def newest_serves_until_us(self) -> int:
+        """The same of the newest key, once the vessel has heard that it came."""
+        return 0 if self._newest is None else self._newest[1] + self._key_us - _SURE_US
 
     def to_name(self, now_us: int) -> int | None:
         """Sixteen bits of the key that the vessel may refer to; None = it has to send one."""

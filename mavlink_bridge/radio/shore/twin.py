@@ -12,7 +12,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Final
 
-from ...language.messages import ActuatorOutput, LogText, Severity
+from ...language.messages import ActuatorOutput, Severity
 from ...language.requests import (
     Arm,
     LoadPlan,
@@ -32,11 +32,12 @@ from ...mavlink.persona import Identity, ParamTable
 from ..air import RadioProfile
 from ..codec.batch import decode_batch
 from ..codec.bits import BitsError
-from ..codec.brief import STANDING_BYTES, decode_position, with_standing
+from ..codec.brief import STANDING_BYTES, decode_position, with_brief, with_standing
 from ..codec.frames import Frame
 from ..codec.info import WANTED_PLAN, Kept, Place, Wanted, decode, params_check
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
+from ..codec.state import delta_parts, reached_in
 from ..codec.state_fields import RadioState
 from ..codec.wire import SEVERITY, VERSION, Kind
 from ..link import CompactLink
@@ -48,11 +49,10 @@ from .beacon import Beacons
 from .grid import StateGrid
 from .memory import Picture, heard_us
 from .orders import covers, message_of, stops_word, submit
+from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
 
-_MAX_TEXTS: Final = 16
-_SAID_GAP_US: Final = 10_000_000
 _NO_BEACON: Final = "Armed. This radio profile has no beacon: the vessel will not notice the loss of its ground station"
 _FOREIGN: Final = (
     "Radio: the vessel speaks format {}, this gateway {}: only Hold and Disarm cross; update the older one"
@@ -110,9 +110,7 @@ class ShoreTwin:
         self._clock = VesselClock(profile.link)
         self._pending: dict[int, _Pending] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
-        self._texts: list[tuple[Severity, str]] = []
-        self._said: dict[str, int] = {}
-        self._text_number = 0
+        self._sayings = Sayings()
         self._reached: list[int] = []
         self._sync = Sync(profile, self.link)
         self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
@@ -166,7 +164,10 @@ class ShoreTwin:
 
     def take(self, now_us: int) -> bytes:
         """The next frame for the modem when the air is free."""
+        before = self.link.last_posted
         frame = self.link.take(now_us)
+        if self.link.last_posted is not None and self.link.last_posted is not before:
+            self._grid.said(self.link.last_posted[1], now_us)
         self._collect(now_us)
         return frame
 
@@ -233,7 +234,7 @@ class ShoreTwin:
 
     def snapshot(self, now_us: int, tick: int) -> Snapshot | None:
         """The vessel as last heard; None while that is too old to show. Reached items and texts are handed out once."""
-        texts = tuple(self._log_texts(now_us))
+        texts = self._sayings.logged(now_us) if self.is_fresh(now_us) else ()
         if self.state is None or self.state_us is None or not self.is_fresh(now_us):
             return None
         reached, self._reached = tuple(self._reached), []
@@ -241,28 +242,13 @@ class ShoreTwin:
         heard = max(self.state_us, 0)
         return snapshot_of(self.state, heard, tick, self._neutral, self.plans, reached=reached, texts=texts)
 
-    def say(self, severity: Severity, text: str, now_us: int, *, gap_us: int = _SAID_GAP_US) -> None:
+    def say(self, severity: Severity, text: str, now_us: int, *, gap_us: int = SAID_GAP_US) -> None:
         """Queue a text of the gateway's own; the same one at most every ``gap_us``."""
-        last_us = self._said.get(text)
-        if last_us is not None and now_us - last_us < gap_us:
-            return
-        if len(self._said) > 2 * _MAX_TEXTS:
-            self._said.pop(next(iter(self._said)))
-        self._said[text] = now_us
-        self._texts = [*self._texts[-_MAX_TEXTS:], (severity, text)]
+        self._sayings.say(severity, text, now_us, gap_us=gap_us)
 
     def texts(self) -> list[tuple[Severity, str]]:
         """Texts since the last call or snapshot, for when there is no snapshot to carry them."""
-        found, self._texts = self._texts, []
-        return found
-
-    def _log_texts(self, now_us: int) -> list[LogText]:
-        found = []
-        if self.is_fresh(now_us):
-            for severity, text in self.texts():
-                self._text_number += 1
-                found.append(LogText(self._text_number, now_us, severity, text))
-        return found
+        return self._sayings.taken()
 
     def _near_e7(self) -> tuple[int, int] | None:
         state = self.state
@@ -285,7 +271,7 @@ class ShoreTwin:
             elif frame.kind is Kind.POSITION:
                 self.state, self.state_us = decode_position(frame.body), now_us
             elif frame.kind is Kind.REPLY:
-                self._on_standing(frame.body, now_us)
+                self._on_standing(frame, now_us)
         except BitsError:
             return
         if frame.kind is Kind.EVENT and frame.body:
@@ -293,24 +279,29 @@ class ShoreTwin:
         elif frame.kind is Kind.TEXT and len(frame.body) > 1:
             self.say(SEVERITY.member(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
 
-    def _on_standing(self, body: bytes, now_us: int) -> None:
+    def _on_standing(self, frame: Frame, now_us: int) -> None:
         """What an answer tells of the vessel is shown at once; where it is comes with the next state, and keeps its age."""
-        if self.state is not None and not self.link.pairing.is_foreign and len(body) > STANDING_BYTES:
-            before, self.state, self.stood_us = self.state, with_standing(self.state, body[1:]), now_us
-            self._grid.stands(before, self.state)
+        before, body = self.state, frame.body
+        if before is None or self.link.pairing.is_foreign or len(body) <= STANDING_BYTES:
+            return
+        tells_all = not frame.is_brief
+        self.state = with_standing(before, body[1:]) if tells_all else with_brief(before, body[2:], body[1])
+        self.stood_us = now_us
+        self._grid.stands(before, self.state, now_us)
 
     def _on_key(self, frame: Frame, now_us: int) -> None:
         state = self._beacons.key(frame, now_us)
         self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
 
     def _on_delta(self, frame: Frame, now_us: int) -> None:
+        self._reached.extend(reached_in(frame.body))
         state = self._beacons.keys.apply(frame)
         if state is None:
             return
         newest = self.state
         if newest is not None:
-            # a difference is sent only while the status is its key's; of the rest a later key may have told
-            state = with_health(state, newest)
+            # a difference is sent only while the status is its key's, or brings its own; of the rest a later key may have told
+            state = with_health(state, newest, flags=not delta_parts(frame.body).changes)
         self._take_state(state, now_us, now_us)
 
     def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
@@ -386,6 +377,7 @@ class ShoreTwin:
         self._replies += [(owner, reply) for owner in pending.owners]
 
     def _accepted(self, body: RequestBody, now_us: int) -> None:
+        self._grid.ordered(now_us)
         if isinstance(body, LoadPlan):
             self._keep_plan(body.kind, body.items, now_us)
         elif isinstance(body, SetParameter):

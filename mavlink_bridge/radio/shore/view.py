@@ -194,19 +194,24 @@ def _others(state: RadioState, heard_us: int) -> TrafficPicture:
     return picture_of(state.threat, state.lat_rad, state.lon_rad, heard_us)
 
 
-def with_health(state: RadioState, newest: RadioState) -> RadioState:
-    """One state with the battery, fix, attitude and health of another."""
-    return replace(
+def with_health(state: RadioState, newest: RadioState, *, flags: bool = True) -> RadioState:
+    """One state with the battery, fix and attitude of another, and with its ``flags`` of health."""
+    state = replace(
         state,
         phi_rad=newest.phi_rad,
         theta_rad=newest.theta_rad,
         battery=newest.battery,
         fix=newest.fix,
+        satellites=newest.satellites,
+    )
+    if not flags:
+        return state
+    return replace(
+        state,
         gps_ok=newest.gps_ok,
         heading_ok=newest.heading_ok,
         actuators_ok=newest.actuators_ok,
         prearm_ok=newest.prearm_ok,
-        satellites=newest.satellites,
     )
 
 

@@ -1,0 +1,53 @@
+"""Frames that may be lost, and wait for the air: of most kinds only the newest counts, and the newest state tells all."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+from .air import Priority
+from .codec.wire import Kind
+
+STATES: Final = frozenset((Kind.KEY, Kind.DELTA))
+_REPLACES: Final = {Kind.EVENT: frozenset[Kind](), Kind.TEXT: frozenset[Kind](), **dict.fromkeys(STATES, STATES)}
+"""Whose place a frame takes where that is not its own kind's; words and items all count."""
+_MAX: Final = 16
+
+
+@dataclass(slots=True)
+class Posted:
+    """A frame that waits."""
+
+    kind: Kind
+    body: bytes
+    priority: Priority
+    order: bytes = b""
+    """Of an answer: the order without a body that it answers."""
+
+
+class PostBox:
+    """Keeps them until they go out."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[Posted] = deque(maxlen=_MAX)
+
+    def put(self, kind: Kind, body: bytes, priority: Priority) -> None:
+        """Add one; it is as urgent as those whose place it takes."""
+        replaced = _REPLACES.get(kind, frozenset((kind,)))
+        older = [item for item in self._waiting if item.kind in replaced]
+        for item in older:
+            self._waiting.remove(item)
+        self._waiting.append(Posted(kind, body, min([priority, *(item.priority for item in older)])))
+
+    def first(self) -> Posted | None:
+        """The most urgent."""
+        return min(self._waiting, key=lambda item: item.priority, default=None)
+
+    def remove(self, item: Posted) -> None:
+        """It went out."""
+        self._waiting.remove(item)
+
+    @property
+    def has_state(self) -> bool:
+        return any(item.kind in STATES for item in self._waiting)
