@@ -366,7 +366,7 @@ class Gateway:
             dialect.MAVLink_named_value_float_message(now_us // 1000 & 0xFFFFFFFF, name.encode(), value)
             for name, value in values.items()
         ]
-        bad = min(twin.link.strange_bytes, 0xFFFF)
+        bad = min(twin.link.opener.strange_bytes, 0xFFFF)
         messages.append(
             dialect.MAVLink_radio_status_message(
                 rssi=255, remrssi=255, txbuf=share, noise=255, remnoise=255, rxerrors=bad, fixed=0

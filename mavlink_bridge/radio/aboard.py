@@ -186,7 +186,7 @@ class VesselRadio:
 
     @property
     def bad_frames(self) -> int:
-        return self.link.strange_bytes
+        return self.link.opener.strange_bytes
 
     @property
     def last_heartbeat_us(self) -> int | None:

@@ -17,7 +17,7 @@ from typing import Final
 from ..language.requests import Reply, Result
 from . import memory as memory_of
 from .air import Ledger, Priority, RadioProfile
-from .air.rhythm import Rhythm
+from .air.rhythm import TOLD_LATE_US, Rhythm
 from .codec.brief import STANDING_BYTES
 from .codec.frames import STOPS, Frame, Opener, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
@@ -226,6 +226,11 @@ class CompactLink:
         self._outgoing.sort(key=lambda other: other.priority)
         return item.id
 
+    def hasten(self, number: int) -> None:
+        """Send a message of ours without the pause after an answer: the other end asked for it, and waits."""
+        for item in self._outgoing:
+            item.is_asked_for |= item.id == number
+
     def withdraw(self, numbers: Container[int], reply: Reply) -> None:
         """End messages of ours that nobody wants to arrive any more."""
         for item in [item for item in self._outgoing if item.id in numbers]:
@@ -256,10 +261,6 @@ class CompactLink:
         """What the other end's answers carry between result and reason."""
         return 0 if self._is_vessel else STANDING_BYTES
 
-    @property
-    def strange_bytes(self) -> int:  # those that belong to no authentic frame
-        return self.opener.strange_bytes
-
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
         self._expire(now_us)
@@ -286,7 +287,8 @@ class CompactLink:
             pause_us = self._patience.pause_us(len(frame))
             self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
             if self.rhythm is not None:  # what fell due while the vessel told something comes when it has its answer
-                self.rhythm.answered(now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US)
+                asked_us, heard_us = now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US
+                self.rhythm.answered(asked_us, heard_us, late_us=TOLD_LATE_US)
         return frame
 
     def _a_hello(self, now_us: int) -> bytes:
@@ -307,9 +309,10 @@ class CompactLink:
 
     def _a_message(self, now_us: int) -> bytes:
         owes = self.profile.link.batch == 1 and self._posted.has_state  # it has its time
-        if owes or now_us < max(self._listen_until_us, self.chat_until_us) or self._awaits_answer(now_us):
+        if self._awaits_answer(now_us):
             return b""
-        return self._a_transfer(self._outgoing, now_us)
+        waits = owes or now_us < max(self._listen_until_us, self.chat_until_us)
+        return self._a_transfer([item for item in self._outgoing if item.is_asked_for or not waits], now_us)
 
     def _a_transfer(self, items: list[Outgoing], now_us: int) -> bytes:
         # the other end's states wait while a long message comes
@@ -328,8 +331,9 @@ class CompactLink:
                 item.greeted, item.next_us = True, now_us + 1
                 self._greeting.introduce(now_us)
                 return b""
-            if item.kind not in STOPS and not self._is_vessel and self._ends_late(item, now_us):
-                continue
+            is_late = now_us + self.clock.span_us(item.next_size()) > item.deadline_us
+            if item.kind not in STOPS and not self._is_vessel and is_late:
+                continue  # it would be heard after it is given up here
             if item.asked:
                 if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
                     item.greeted = True
@@ -350,10 +354,6 @@ class CompactLink:
                 item.next_us = self.clock.off_us + self._patience.answer_us()
             return frame
         return b""
-
-    def _ends_late(self, item: Outgoing, now_us: int) -> bool:
-        """An order that would be heard after it is given up here must not go out any more."""
-        return now_us + self.clock.span_us(item.next_size()) > item.deadline_us
 
     def _awaits_answer(self, now_us: int) -> bool:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)

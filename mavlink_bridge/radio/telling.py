@@ -76,7 +76,7 @@ class Telling:
     def _news(self) -> Kept | Place | None:
         kept, place = kept_by(self._vehicle), self._place_now()
         told = self._place
-        news: list[Kept | Place] = [kept] * (kept != self._kept) + [place] * (told is None or not place.is_like(told))
+        news: list[Kept | Place] = [place] * (told is None or not place.is_like(told)) + [kept] * (kept != self._kept)
         # the one that was tried longer ago: a part that finds no answer must not keep the other back
         return min(news, key=lambda part: self._push_us.get(type(part), -1), default=None)
 
@@ -86,6 +86,15 @@ class Telling:
 
     def _place_now(self) -> Place:
         return Place(self._home_e7(), self._vehicle.identity.version)
+
+    def _answer(self, told: Kept | Place, now_us: int) -> None:
+        """Who asks waits for it: it goes right behind the answer, and if it is on its way already, that goes now."""
+        for number, waiting in self._pushing.items():
+            if type(waiting) is type(told):
+                self._link.hasten(number)
+                return
+        self._submit(told, now_us)
+        self._link.hasten(next(reversed(self._pushing)))
 
     def _submit(self, told: Kept | Place, now_us: int) -> None:
         number = self._link.submit(Kind.INFO, encode(told), Priority.EVENT, now_us, _PUSH_LIMIT_US)
@@ -118,8 +127,9 @@ class Telling:
         wanted = Wanted(payload[0] & 31) if payload else Wanted(0)
         try:
             if wanted & Wanted.INFO:
-                for told in (kept_by(self._vehicle), self._place_now()):
-                    self._submit(told, now_us)
+                # what differs in the second makes the shore ask again, and it should not meet the other one
+                for told in (self._place_now(), kept_by(self._vehicle)):
+                    self._answer(told, now_us)
             if wanted & Wanted.PARAMS:
                 self._submit_bulk(Kind.INFO, encode_params(self._vehicle.params), now_us)
             for kind, flag in WANTED_PLAN.items():

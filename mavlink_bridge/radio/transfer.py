@@ -64,6 +64,8 @@ class Outgoing:
     def __post_init__(self) -> None:
         self.left = len(self.parts)
 
+    is_asked_for: bool = False
+    """The other end asked for it, and waits."""
     is_whole: bool = False
     """The other end may be of a version that understands only the frozen form."""
 

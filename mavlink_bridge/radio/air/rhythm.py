@@ -11,8 +11,10 @@ _EARLY_US: Final = 10_000
 """Little: to wait for a state costs 0.7 s and a station's patience each time, to be late by a tick costs one repeat, seldom."""
 _LATE_US: Final = 15_000
 """What two clocks and a module may shift a state by; a longer wait costs the vessel's answer a tick more."""
-_HELD_LATE_US: Final = 30_000
+HELD_LATE_US: Final = 30_000
 """A state that was held back comes at the pause's end, which is a tick; its serial line may be longer than the answer's."""
+TOLD_LATE_US: Final = 65_000
+"""One that waited until the vessel had told something comes at a tick of its own choice, and has its serial line before it."""
 _FORGOTTEN: Final = 12
 """Periods without a state after which the last one means nothing."""
 
@@ -33,15 +35,17 @@ class Rhythm:
         self._late_us = _LATE_US
         self._heard_us = 0
         self._quiet_from_us = self._quiet_until_us = 0
+        self._held_late_us = HELD_LATE_US
 
-    def answered(self, asked_us: int, until_us: int) -> None:
+    def answered(self, asked_us: int, until_us: int, *, late_us: int = HELD_LATE_US) -> None:
         """An answer came to what was asked: another order may follow, and the other end keeps off the air for it. What was due since
-        it heard the question comes then.
+        it heard the question comes then, or up to ``late_us`` later.
         """
         self._settle(asked_us)
         if asked_us >= self._quiet_until_us:
             self._quiet_from_us = asked_us
-        self._quiet_until_us = until_us
+        if until_us > self._quiet_until_us:
+            self._quiet_until_us, self._held_late_us = until_us, late_us
 
     def is_quiet(self, now_us: int) -> bool:
         """Whether the other end listens for another order: nothing else should be in its way."""
@@ -88,4 +92,4 @@ class Rhythm:
         if self._last_us is None or now_us < until_us or self._last_us >= until_us:
             return
         if self._due_us(self._quiet_from_us, self.next_us) < until_us:
-            self._last_us, self._late_us = until_us, _HELD_LATE_US
+            self._last_us, self._late_us = until_us, self._held_late_us
