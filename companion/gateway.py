@@ -25,9 +25,11 @@ from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.radio.air import Priority, RadioProfile
 from mavlink_bridge.radio.codec.request import crosses
+from mavlink_bridge.radio.memory import KeptLedger
 from mavlink_bridge.radio.session import NONCE_BYTES
 from mavlink_bridge.radio.shore import ShoreTwin
 from mavlink_bridge.radio.shore.memory import Picture, read as read_picture, write as write_picture
+from mavlink_bridge.radio.shore.showing import Showing
 
 from .core.config import Config
 from .core.guard.gate import Gate, GateConfig
@@ -48,6 +50,8 @@ log = logging.getLogger(__name__)
 
 MEMORY_KEY: Final = "gateway"
 PICTURE_KEY: Final = "gateway-twin"
+HEARD_KEY: Final = "gateway-heard"
+"""Airtime of the vessel in the last hour, as heard."""
 PERIOD_US: Final = 10_000
 """An order that waits for a state on the air goes out to the hundredth of a second."""
 _SHOW_US: Final = 50_000
@@ -136,6 +140,9 @@ class Gateway:
             system_id=settings.system_id,
         )
         self.modem = modem or make_link("modem", settings.url)
+        heard = self.store.snapshot().values.get(HEARD_KEY, "")
+        theirs = KeptLedger(self.profile.hour_us, heard, self._save_heard, stop_us=self.profile.stop_us)
+        self._showing = Showing(self.twin.link, theirs)
         self._modem_open: bool | None = None
         """None: neither seen to open nor found closed; it may have been open before."""
         self._modem_missing = False
@@ -194,6 +201,9 @@ class Gateway:
     def _save(self, text: str) -> None:
         self.store.submit(SaveValue(MEMORY_KEY, text))
 
+    def _save_heard(self, text: str) -> None:
+        self.store.submit(SaveValue(HEARD_KEY, text))
+
     # ---- what the loop drives -----------------------------------------------------------------------------------
 
     @property
@@ -239,6 +249,10 @@ class Gateway:
             self.view(snapshot)
         for severity, text in self.operators.drain_texts():
             self._say(severity.value, text)
+        word = self._showing.word(now_us, self.twin.state_us)
+        if word and not self._modem_missing:
+            log.warning(word)
+            self._say(Severity.WARNING.value, word)
         self._say_freshness(snapshot is not None)
         self._note_modem(now_us)
         if self._local_us is None or now_us - self._local_us >= _LOCAL_US:

@@ -88,6 +88,7 @@ class VesselRadio:
         )
         self.link.standing = self._standing
         self._reporter = Reporter(profile, self.link)
+        self.link.voice.shows = self._shows
         self._names = name_codes(_names(vehicle))
         self._snapshot: Snapshot | None = None
         self.asked: list[Request] = []
@@ -114,6 +115,7 @@ class VesselRadio:
             # a gateway that has just started is told what the vessel keeps without being asked
             self._shore = self.link.pairing.other
             self._telling.forget()
+            self._reporter.met(now_us)
         before = self._ear.hellos
         self._ear.receive(data)
         if self._ear.hellos > before and self._warn(HEARD, now_us) and self._old_voice is not None:
@@ -138,6 +140,12 @@ class VesselRadio:
         plan = brief_plan(told, order, state) if order and told is not None else None
         self._reporter.answered(state)
         return encode_standing(state) if plan is None else bytes((plan,))
+
+    def _shows(self) -> bytes:
+        """What a HELLO brings along: where states go in batches the shore would wait long for the first."""
+        if self._snapshot is None or self.profile.link.batch == 1 or self.link.pairing.is_foreign:
+            return b""
+        return self._reporter.shown(RadioState.of(self._snapshot), self.link.tick_us)
 
     def requests(self) -> list[Request]:
         requests = self.asked.copy()
@@ -212,6 +220,8 @@ class VesselRadio:
             self._reporter.acknowledged(int.from_bytes(frame.body[1:3], "big"))
         elif self.profile.link.batch == 1:
             self._reporter.want_key()
+        else:
+            self._reporter.met(now_us)
 
     def _on_message(self, message: Message, now_us: int) -> None:
         if message.kind is Kind.INFO:

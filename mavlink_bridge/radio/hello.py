@@ -1,8 +1,10 @@
 """When to say HELLO: at the start, when greeted, and when bytes come that nobody authentic seems to have sent.
 
-It is repeated at growing intervals until a frame of the session shows that the other end heard it. Greetings that prove
-nothing (an old recording looks like one) are answered ever more seldom until one proves itself, so that they buy a
-stranger next to no airtime; the answer serves every gateway that listens, so that they do not use up somebody else's either.
+It is repeated at growing intervals until a frame of the session shows that the other end heard it. Where the hour is short the
+shore's first repeat comes soon, and any other only when it leaves the hour what an opening and the answers to two orders take: a
+HELLO into the void must not cost the answer to who comes later. Greetings that prove nothing (an old recording looks like one) are
+answered ever more seldom until one proves itself, so that they buy a stranger next to no airtime; the answer serves every gateway
+that listens, so that they do not use up somebody else's either.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import random
 from typing import Final
 
 from .air import RadioProfile
+from .codec.state import KEY_BYTES, TIME_BYTES
 from .codec.wire import OVERHEAD
 from .session import NONCE_BYTES
 
@@ -20,6 +23,8 @@ _FIRST_US: Final = 3_000_000
 _SPREAD_US: Final = 10_000_000
 """Two ends that started together must not meet on the air again and again."""
 _THRIFTY_FIRST_US: Final = 600_000_000
+_SOON_US: Final = 5_000_000
+"""Two first greetings that met: the shore says its own again, the vessel, whose answers cost more, does not."""
 _MAX_US: Final = 3_600_000_000
 _THRIFTY_HOUR_US: Final = 36_000_000
 _STRANGE_BYTES: Final = 8
@@ -35,15 +40,29 @@ HELLO_FRAME_BYTES: Final = 1 + NONCE_BYTES + 4 + OVERHEAD
 """The longer one, the vessel's."""
 
 
+SHOWN_BYTES: Final = KEY_BYTES + TIME_BYTES + OVERHEAD
+"""The state that shows the vessel to a shore that has just started; it tells its time."""
+_ORDERS: Final = 2
+
+
+def kept_us(profile: RadioProfile) -> int:
+    """What a HELLO that nobody waits for leaves in the hour: an opening, and the answers to two orders."""
+    return profile.airtime_us(HELLO_FRAME_BYTES + SHOWN_BYTES) + _ORDERS * profile.stop_us
+
+
 class Greeting:
     """Keeps the time of the next HELLO and what it has to say."""
 
-    def __init__(self, profile: RadioProfile, rng: random.Random, now_us: int = 0) -> None:
+    def __init__(self, profile: RadioProfile, rng: random.Random, now_us: int = 0, *, is_vessel: bool = False) -> None:
         self._is_thrifty = profile.hour_us is not None and profile.hour_us < _THRIFTY_HOUR_US
         self._first_us = _THRIFTY_FIRST_US if self._is_thrifty else _FIRST_US
         self._rng = rng
         self._due_us: int | None = now_us + rng.randrange(_START_US)
         self._wait_us = self._first_us
+        self._is_soon = self._is_thrifty and not is_vessel
+        """The first repeat has not been planned yet."""
+        self.is_idle = False
+        """The next one is a repeat that nobody waits for."""
         self.please = True
         self._is_answer = False
         self._strange = 0
@@ -72,6 +91,11 @@ class Greeting:
         if not self.please:
             self._due_us = None
             return
+        if self._is_soon:
+            self._is_soon = False
+            self._due_us = now_us + _SOON_US + self._rng.randrange(_SPREAD_US)
+            return
+        self.is_idle = True
         self._due_us = now_us + self._wait_us + self._rng.randrange(min(self._wait_us // 2, _SPREAD_US))
         self._wait_us = min(self._wait_us * 2, max(_MAX_US, self._first_us))
 
@@ -79,13 +103,13 @@ class Greeting:
         """An order is to go: say HELLO before it when nobody has answered ours, or after a silence when our answer may be lost."""
         if self._is_sure or (self._due_us is None and not was_silent):
             return False
-        self.please = True
+        self.please, self.is_idle = True, False
         self._due_us = now_us
         return True
 
     def introduce(self, now_us: int) -> None:
         """Prove ourselves, unasked, to who greeted last and may not have heard our answer."""
-        self._is_answer, self.please = True, False
+        self._is_answer, self.please, self.is_idle = True, False, False
         self._due_us = now_us
 
     def heard(self, now_us: int, *, please: bool, proof: bool) -> None:
@@ -94,7 +118,7 @@ class Greeting:
             self.answered()
         if not please:
             return
-        self._is_answer, self.please = True, False
+        self._is_answer, self.please, self.is_idle = True, False, False
         due_us = now_us if self._answered_us is None else max(now_us, self._answered_us + self._answer_gap_us)
         self._due_us = due_us if self._due_us is None else min(self._due_us, due_us)
 
@@ -111,7 +135,7 @@ class Greeting:
             return
         self._strange = total_bytes
         if heard_us is None or now_us - heard_us > _QUIET_US:
-            self.please, self._is_sure = True, False
+            self.please, self._is_sure, self.is_idle = True, False, False
             self._due_us = now_us + self._rng.randrange(500_000)
 
     def authentic(self, strange_bytes: int) -> None:

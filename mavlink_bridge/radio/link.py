@@ -80,7 +80,7 @@ class CompactLink:
         self._outcomes: list[Outcome] = []
         self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
         self.rhythm: Rhythm | None = None  # the other end's grid of states, where it keeps one
-        self._greeting = Greeting(profile, rng, now_us)
+        self._greeting = Greeting(profile, rng, now_us, is_vessel=self._is_vessel)
         self._turn = 0
         self._session: Session | None = None
         """The session that the answers given belong to."""

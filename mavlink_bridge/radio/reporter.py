@@ -9,6 +9,7 @@ from typing import Final
 from ..language.messages import GuardState, Severity
 from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
+from .air.profile import batch_bytes
 from .codec.batch import encode_batch
 from .codec.brief import encode_position
 from .codec.state import KEY_BYTES, delta_parts, encode_delta, encode_key, mark_of, reached_in, settle
@@ -32,6 +33,10 @@ _EVENT_US: Final = 12_000_000
 """Two states and a pause after an answer."""
 _SHORT: Final = 0.03
 """Share of the hour: some thirty states, before it is used up."""
+_BEACON_US: Final = 2_000_000
+"""The shore's first word after a HELLO takes so long at most: a state at once would meet it on the air."""
+_SHOWN_US: Final = 5_000_000
+"""A word of the shore that crossed our state on its way asks for no other one."""
 _POSITION_GAP_US: Final = 15_000_000
 """To a shore of another version: enough to find the boat by."""
 
@@ -61,7 +66,13 @@ class Reporter:
         """Low eight bits of each."""
         self._reached_us = 0
         self._text_bytes = min(_TEXT_BYTES, profile.max_frame_bytes - OVERHEAD - 1)
-        self._samples: list[RadioState] = []
+        self._samples: deque[RadioState] = deque(maxlen=profile.link.batch)
+        """The newest: a batch for which the hour has no room is told later, not of longer ago."""
+        self._batch = b""
+        """The one that is posted and has not gone out."""
+        self._show_us: int | None = None
+        """From when on a start of the shore that is new wants to be shown the vessel; when one last was:"""
+        self._shown_us: int | None = None
         self._pending: dict[bytes, tuple[RadioState, int]] = {}
         self.told: RadioState | None = None
         """Mode, armed bit, plan and readiness as the last state that told them, or the last answer, went out with them."""
@@ -86,6 +97,12 @@ class Reporter:
         self._base = None
         self._next_us = None
 
+    def met(self, now_us: int) -> None:
+        """A start of the shore has proved itself, or says that it has no state: the next batch may be half an hour away."""
+        is_answered = self._shown_us is not None and now_us - self._shown_us < _SHOWN_US
+        if self.profile.link.batch > 1 and not is_answered:
+            self._show_us = self._show_us or now_us + _BEACON_US
+
     def step(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due. Call once per tick."""
         self._collect()
@@ -98,9 +115,14 @@ class Reporter:
         if self.profile.link.batch == 1:
             self._reached.extend(seq & 0xFF for seq in snapshot.progress.reached)
         self._tell_reached(now_us)
-        if self._status_is_new(state, now_us):
+        if self._show_us is not None and now_us >= self._show_us:
+            self._show(state, now_us)
+        elif self._status_is_new(state, now_us):
             self._status_us = now_us
-            self._post_state(state, now_us, Priority.EVENT, may_change=True)
+            if self.profile.link.batch == 1:
+                self._post_state(state, now_us, Priority.EVENT, may_change=True)
+            else:
+                self._show_us = now_us
         elif self._next_us is None or now_us >= self._next_us:
             self._periodic(state, now_us)
 
@@ -112,6 +134,19 @@ class Reporter:
             self.chat_us = now_us + CHAT_GAP_US
             self._link.post(Kind.EVENT, bytes(self._reached), Priority.EVENT)
             self._reached.clear()
+
+    def _show(self, state: RadioState, now_us: int) -> None:
+        """Show the vessel as soon as the hour has room for it: the next batch pays."""
+        if self._link.voice.may_show(0, now_us):
+            self._link.post(Kind.KEY, self.shown(state, now_us), Priority.EVENT)
+
+    def shown(self, state: RadioState, now_us: int) -> bytes:
+        """The body of the state that shows the vessel to a start of the shore, now on its way."""
+        self._show_us, self._shown_us = None, now_us
+        # an answer may be brief only where it is known what the shore has
+        self._told, self.told = state, None
+        self._samples.clear()
+        return encode_key(state, timed=True)
 
     def _next_after_sent(self) -> None:
         """The next state comes a period after the last one, also when that one had to wait or came early: so the shore can tell."""
@@ -151,7 +186,7 @@ class Reporter:
         due_us = now_us if self._next_us is None else self._next_us
         self._next_us = max(due_us + self._state_us, now_us)
         if self.profile.link.batch > 1:
-            self._collect_sample(state)
+            self._collect_sample(state, now_us)
             return
         if not self._may_spend(now_us):
             return
@@ -193,19 +228,22 @@ class Reporter:
         self._health_us = now_us + _HEALTH_GAP_US
         return True
 
-    def _collect_sample(self, state: RadioState) -> None:
+    def _collect_sample(self, state: RadioState, now_us: int) -> None:
+        """Tell a batch when it is full, to somebody, and when the hour has room; one that still waits is told anew, not when it is old."""
         self._told = self._told or state
         self._samples.append(state)
-        if len(self._samples) >= self.profile.link.batch:
-            self._link.post(Kind.BATCH, encode_batch(self._samples, round(self.profile.link.state_s)), Priority.STATE)
+        size = self.profile.link.batch
+        is_due = len(self._samples) == size and self._show_us is None and bool(self._link.pairing.sessions)
+        if self._batch or (is_due and self._link.voice.may(batch_bytes(size), Priority.STATE, now_us)):
+            self._batch = encode_batch(tuple(self._samples), round(self.profile.link.state_s))
+            self._link.post(Kind.BATCH, self._batch, Priority.STATE)
             self._told = state
-            self._samples = []
 
     def _post_key(self, state: RadioState, now_us: int, priority: Priority) -> None:
         self._mark = (self._mark + 1) % 4
         if self._base is not None and self._mark == self._base[0]:
             self._mark = (self._mark + 1) % 4
-        body = encode_key(state, self._mark, timed=self.profile.link.batch > 1)
+        body = encode_key(state, self._mark)
         self._told = state
         self._pending = {body: (settle(state), now_us)}
         self._link.post(Kind.KEY, body, priority)
@@ -215,6 +253,9 @@ class Reporter:
         if self._link.last_posted is None:
             return
         counter, body = self._link.last_posted
+        if body == self._batch:
+            self._batch = b""
+            self._samples.clear()
         found = self._pending.pop(body, None)
         if found is None:
             return

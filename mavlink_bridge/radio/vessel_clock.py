@@ -35,10 +35,12 @@ class VesselClock:
         """When a state of the vessel's second ``t_s`` that has just come was true; None when a later one has come already."""
         if not self._is_needed:
             return now_us
-        if self._newest_s is not None and _signed_s(t_s - self._newest_s) < 0:
+        now_s = now_us * 1e-6
+        # after half a round of the vessel's seconds nothing older than the last state can be on its way any more
+        is_recent = now_us - self._heard_us < _HALF_S * 1e6
+        if self._newest_s is not None and is_recent and _signed_s(t_s - self._newest_s) < 0:
             return None
         self._newest_s = t_s
-        now_s = now_us * 1e-6
         if self._offset_s is None:
             self._offset_s, self._heard_us = now_s - t_s, now_us
         self._offset_s += _DRIFT * (now_us - self._heard_us) * 1e-6

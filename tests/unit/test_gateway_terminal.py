@@ -11,9 +11,12 @@ import pytest
 import config
 from companion.cli import main
 from companion.commands.status import Journal
-from companion.gateway import Gateway, GatewaySettings
+from companion.gateway import HEARD_KEY, Gateway, GatewaySettings
 from companion.io.clock import ManualClock
+from companion.io.keeping import MemoryStore
+from companion.io.keeping.content import SaveValue
 from companion.io.keeping.keys import write_key
+from companion.io.links import Received
 from companion.io.links.mem import pair
 from companion.settings.schema import EndpointSettings, load
 from mavlink_bridge.language.messages import Severity
@@ -63,6 +66,27 @@ def test_no_airtime_is_spent_on_a_modem_that_is_not_there(tmp_path: Path, caplog
         air.poll(tick * 50_000)
     assert gateway.twin.link.ledger.used_us(120_000_000) > spent_us
     assert caplog.messages[-1].startswith("modem is there: ")
+
+
+def test_who_waits_for_a_vessel_whose_hour_is_used_is_told_when_within_a_minute(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """On the original's channel; over a restart the gateway knows what it had heard of the vessel."""
+    write_key(tmp_path / "radio.key", os.urandom(32))
+    station = EndpointSettings(name="gcs", url="mem:gcs", persona="generic")
+    settings = GatewaySettings(profile="n-0.1", key_file=str(tmp_path / "radio.key"), endpoints=(station,))
+    near, far = pair("gcs")
+    store = MemoryStore()
+    store.submit(SaveValue(HEARD_KEY, "[[1800,1500000]]"))
+    store.completions()
+    gateway = Gateway(settings, modem=pair("modem")[0], make_link=lambda name, url: near, store=store)
+    heard = b""
+    for tick in range(20 * 60):
+        gateway.tick(tick * 50_000)
+        heard += b"".join(event.data for event in far.poll(tick * 50_000) if isinstance(event, Received))
+    told = "Radio: no word of the vessel. If it is on, its airtime of this hour is used: it is shown in 30 min at the latest"
+    assert told in caplog.messages
+    assert b"no word of the vessel" in heard
 
 
 def test_the_gateways_journal_has_what_the_vessel_says_over_the_air(

@@ -1,6 +1,7 @@
 """What the shore shows of the vessel after fades: right or old, never wrong and fresh."""
 
 import dataclasses
+import itertools
 import math
 
 import pytest
@@ -9,6 +10,7 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import PlanKind, SetParameter
 from mavlink_bridge.radio.codec.state_fields import CLOCK_S
 from mavlink_bridge.radio.codec.wire import Kind
+from mavlink_bridge.radio.vessel_clock import VesselClock
 from tools.benches.lora import settled, survey_items
 from tools.lora_rig import Rig, profile
 
@@ -97,9 +99,9 @@ def test_what_has_come_is_not_asked_for_again():
     }
 
 
-def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
-    rig = Rig(profile("n-0.1"), step_us=100_000)
-    true_ages_s = []
+def test_a_state_for_which_the_hour_has_no_room_is_told_later_as_the_vessel_is_then():
+    rig = Rig(profile("n-0.1"), step_us=200_000)
+    true_ages_s, came_us = [], []
     while rig.now_us < 2.5 * 3600e6:
         before_us = rig.twin.state_us
         rig.step()
@@ -109,13 +111,22 @@ def test_a_state_that_waited_for_the_hour_is_shown_with_its_age():
         if rig.twin.state_us != before_us:
             age_s = (rig.now_us // 1_000_000 - rig.twin.state.t_s) % CLOCK_S
             true_ages_s.append(age_s)
+            came_us.append(rig.now_us)
             assert rig.twin.age_s(rig.now_us) == pytest.approx(age_s, abs=3.0)
-    assert max(true_ages_s) > 600.0
-    assert min(true_ages_s) < 5.0
+    assert max(true_ages_s) < 5.0
+    assert max(later - earlier for earlier, later in itertools.pairwise(came_us)) > (30 + 10) * 60e6
+
+
+def test_a_late_state_is_as_old_as_the_vessels_clock_says_and_a_long_silence_makes_none_late():
+    clock = VesselClock(profile("n-0.1").link)
+    assert clock.made_us(4000, 1_000_000_000) == 1_000_000_000
+    assert clock.made_us(4, 1_700_000_000) == pytest.approx(1_100_000_000, abs=1e6)
+    assert clock.made_us(3, 1_701_000_000) is None
+    assert clock.made_us((4 + 3000) % CLOCK_S, 4_100_000_000) == pytest.approx(4_100_000_000, abs=2e6)
 
 
 def test_a_restarted_vessels_clock_counts_anew():
-    rig = Rig(profile("n-0.1"), step_us=100_000)
+    rig = Rig(profile("n-0.1"), step_us=200_000)
     rig.run(31 * 60.0)
     rig.start_vessel()
     began_us = rig.now_us

@@ -7,7 +7,7 @@ import pytest
 from companion.facade import Shared
 from companion.io.keeping.content import SaveValue
 from companion.io.keeping.store import MemoryStore
-from companion.radio import MEMORY_KEY, radio_conversation
+from companion.radio import MEMORY_KEY, radio_conversation, stops_of
 from companion.settings.schema import Settings
 from mavlink_bridge.language.requests import Arm, Result
 from tools.benches.lora import compiled, loiter_items
@@ -74,7 +74,9 @@ def test_five_stops_with_their_answers_are_never_spent_on_a_mission():
     while rig.ask(compiled(loiter_items()))[1].result is Result.ACCEPTED:
         rig.run(20.0)
     told = []
-    for _ in range(5):
+    stops = 0
+    while rig.twin.link.ledger.stops_left(rig.now_us):
+        stops += 1
         rig.vessel.under_way_again()
         rig.twin.texts()
         assert rig.ask(Arm(False))[1].result is Result.ACCEPTED
@@ -82,8 +84,16 @@ def test_five_stops_with_their_answers_are_never_spent_on_a_mission():
         told += [text for _, text in rig.twin.texts()]
         rig.run(11.0)
     assert any("this hour holds 1 more stop" in text for text in told)
+    assert stops >= 5
+    assert any("the last stop for " in text and "sails its plan to the end and holds there" in text for text in told)
     assert rig.pair.air.worst_hour_us("shore") <= 3_600_000
     assert rig.pair.air.worst_hour_us("vessel") <= 3_600_000
+
+
+def test_check_tells_how_many_stops_an_hour_holds():
+    assert (
+        stops_of(profile("n-0.1")) == "an hour's airtime holds 11 at most, 5 of them are never spent on anything else"
+    )
 
 
 def test_arming_tells_how_many_stops_the_hour_holds():

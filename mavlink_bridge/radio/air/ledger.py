@@ -94,6 +94,16 @@ class Ledger:
                 return end_us + HOUR_US - now_us
         return None
 
+    def surely_us(self, airtime_us: int, priority: Priority, now_us: int) -> int:
+        """Time until a class may send so much at the latest, when perhaps more was sent than is noted here: all that is allowed."""
+        cap_us = self._cap_us(priority)
+        missing_us = max(self.used_us(now_us) - cap_us, 0) + self._unsaved_us + airtime_us
+        for end_us, spent_us in self._spent:
+            missing_us -= spent_us
+            if missing_us <= 0:
+                return end_us + HOUR_US - now_us
+        return HOUR_US
+
     def refusal(self, airtime_us: int, priority: Priority, now_us: int, band: str) -> str:
         """Say in one sentence why a class may not send so much now, and when it may."""
         need = f"it takes {airtime_us / 1e6:.1f} s of airtime"

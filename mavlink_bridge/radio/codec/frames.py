@@ -13,6 +13,7 @@ says no more than "accepted": which state of the plan stands where the order sto
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -140,6 +141,8 @@ class Opener:
         """Bytes that belong to no good frame."""
         self.trials = 0
         """Tags computed and compared."""
+        self.on_good: Callable[[int, int], None] = lambda size, now_us: None
+        """Told of each good frame: its bytes, and the time."""
 
     def receive(self, data: bytes, now_us: int) -> list[Frame]:
         """Take bytes as read; return the good frames that they complete."""
@@ -157,6 +160,7 @@ class Opener:
                 at += 1
                 continue
             frames.append(frame)
+            self.on_good(size, now_us)
             self.strange_bytes += at
             buffer = buffer[at + size :]
             at = 0

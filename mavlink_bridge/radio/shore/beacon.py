@@ -18,6 +18,8 @@ _KEYS_WITHOUT_WORD: Final = 1
 """The vessel sends keys until it hears which one it may refer to: a word at once costs less air than the next two of them."""
 
 _GREET_GAP_US: Final = 1_000_000
+_SHOWN_US: Final = 12_000_000
+"""The vessel shows itself to a new start within some seconds of its first word; who waited longer says it once more."""
 
 
 class Beacons:
@@ -30,6 +32,8 @@ class Beacons:
         self._sent_us: int | None = None
         self._greeted: bytes | None = None
         """The start of the vessel that has had a word from us."""
+        self._again_us: int | None = None
+        """When the first word is said again, unless a state has come: where no later beacon would do it."""
         self._station_present = False
         self._new_keys = 0
 
@@ -38,6 +42,7 @@ class Beacons:
         is_first = self.keys.to_name(now_us) is None
         state = self.keys.take(frame, now_us)
         self._new_keys += 1
+        self._again_us = None
         if self._sent_us is not None and (is_first or self._new_keys >= _KEYS_WITHOUT_WORD):
             # a word from here lets the vessel send differences again
             self._sent_us = now_us - self._period_us
@@ -48,12 +53,15 @@ class Beacons:
         pairing = self._link.pairing
         session = pairing.current or pairing.rival
         is_new = session is not None and session.other != self._greeted and self._is_time(now_us)
+        is_again = self._again_us is not None and now_us >= self._again_us
         if session is not None and is_new:
             self._greeted = session.other
+        if is_new or is_again:
+            self._again_us = now_us + _SHOWN_US if is_new and not self._period_us else None
         is_due = self._sent_us is None or now_us - self._sent_us >= self._period_us
         changed = station_present != self._station_present
         may = self._period_us and self._link.heard_us is not None
-        if not is_new and not (may and (is_due or changed)):
+        if not is_new and not is_again and not (may and (is_due or changed)):
             return
         self._sent_us, self._station_present, self._new_keys = now_us, station_present, 0
         key = self.keys.to_name(now_us)

@@ -66,7 +66,7 @@ def stops_word(ledger: Ledger, now_us: int, *, at_most: int, spoken_for: int = 0
         return ""
     if left:
         return f"Radio: this hour holds {left} more stop{'s' * (left > 1)}"
-    wait_us = ledger.wait_us(ledger.stop_us, Priority.STOP, now_us + 1) or 0
+    wait_us = ledger.wait_us((spoken_for + 1) * ledger.stop_us, Priority.STOP, now_us) or 0
     when = f" for {math.ceil(wait_us / 60e6)} min" if wait_us else ""
     return f"Radio: the last stop{when}; the vessel sails its plan to the end and holds there, its guards stay on"
 
