@@ -24,6 +24,14 @@ _SLOWEST_ALONE = 0.02
 """Where a lone thruster turns the hull against all helm, rad/s: a turn the other way waits for more speed."""
 
 
+_Tables = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""Linear and quadratic damping, greatest yaw rate, sway over yaw rate: each over speed."""
+_KEPT: dict[VesselConfig, _Tables] = {}
+"""Of vessels with whole thrusters: at a start four parts ask for the same, and it is most of the work of a start."""
+_KEPT_MOST = 16
+"""A vessel has one file; only trials of many hulls in one process have more."""
+
+
 @dataclass(frozen=True, slots=True)
 class Authority:
     """Yaw moments in Nm that are to be had at a steady speed."""
@@ -47,19 +55,33 @@ class Handling:
         self.top_mps = top_speed_mps(vessel)
         self._speeds = [self.top_mps * k / (_POINTS - 1) for k in range(_POINTS)]
         self._per_mps = (_POINTS - 1) / self.top_mps
-        damping = [self._damping(speed) for speed in self._speeds]
-        self._linear = [linear for linear, _ in damping]
-        self._quadratic = [quadratic for _, quadratic in damping]
-        self._rates = [self._steady_turn(speed) for speed in self._speeds]
-        self._sway = [self._leeway(speed) for speed in self._speeds]
+        tables = _KEPT.get(vessel) or self._kept()
+        self._linear, self._quadratic, self._rates, self._sway = tables
         hull = vessel.hull
         self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
         """How fast the sideways slip of a turn builds up."""
 
+    def _kept(self) -> _Tables:
+        """Work the tables out, and keep them for whoever asks next."""
+        if len(_KEPT) >= _KEPT_MOST:
+            _KEPT.clear()
+        damping = [self._damping(speed) for speed in self._speeds]
+        rates, sway = (
+            [self._steady_turn(speed) for speed in self._speeds],
+            [self._leeway(speed) for speed in self._speeds],
+        )
+        tables = _KEPT[self.vessel] = (
+            tuple(one for one, _ in damping),
+            tuple(two for _, two in damping),
+            tuple(rates),
+            tuple(sway),
+        )
+        return tables
+
     def thrusters(self, shares: Shares) -> None:
         """Tabulate the turns anew for what each thruster still gives, port and starboard: those to the worse side."""
         self._shares = shares
-        self._rates = [self._steady_turn(speed) for speed in self._speeds]
+        self._rates = tuple(self._steady_turn(speed) for speed in self._speeds)
 
     def authority(self, speed_mps: float) -> Authority:
         """Return what rudders and thrusters can give at a steady speed."""
@@ -102,7 +124,7 @@ class Handling:
         """Return the radius of the tightest steady turn at a speed through the water."""
         return speed_mps / max(self.max_yaw_rate(speed_mps), 1e-3)
 
-    def _look_up(self, table: list[float], speed_mps: float) -> float:
+    def _look_up(self, table: tuple[float, ...], speed_mps: float) -> float:
         place = speed_mps * self._per_mps
         if place <= 0.0:
             return table[0]
