@@ -13,6 +13,7 @@ from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
 from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
+from mavlink_bridge.language.points import NorthEast
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 HULL = HullGeometry(beam_m=1.1)
@@ -594,22 +595,30 @@ def test_what_is_sounded_is_remembered_below_datum_where_and_when():
     off.measure(Distance(0, 6.15), at(0.0, 2.0))
 
 
-def locked_at(loops_active, config=None):
-    """Down a quiet slope of 0.1 m/s at 10 Hz: the altitude of the reading that locks a correction."""
+def locked_at(loops_active, config=None, path=None):
+    """Down a quiet slope of 0.1 m/s at 10 Hz: the altitude of the reading that locks a correction, and readings waited for in neutral."""
+    neutral = 0
     run = Run(config or DepthGuardConfig(input=RAW.model_copy(update={"sigma_m": 0.01})))
     for number in range(300):
         altitude_m = 5.0 - 0.01 * number
         state = at(0.1 * number, 1.0)
         run.guard.measure(Distance(number * 100_000, altitude_m), state)
-        out = run.guard.step(number * 100_000, state, loops_active and altitude_m < 3.95, None, stopping)
+        out = run.guard.step(number * 100_000, state, loops_active and altitude_m < 3.95, path, stopping)
+        neutral += out.neutral
         if out.state is LOCKED:
-            return altitude_m
+            return altitude_m, neutral
     raise AssertionError("never")
 
 
 def test_who_presses_on_is_locked_without_waiting_for_evidence():
-    assert locked_at(True) == pytest.approx(3.89)
-    assert locked_at(False) == pytest.approx(3.86), "the mean of 0.8 s has come there"
+    on = NorthEast((100.0, 0.0))
+    assert locked_at(True) == (pytest.approx(3.89), 0)
+    assert locked_at(True, path=lambda reach_m: (on,)) == (pytest.approx(3.89), 0)
+    assert locked_at(False) == (pytest.approx(3.86), 0), "the mean of 0.8 s has come there"
+
+
+def test_who_turns_back_and_still_closes_waits_for_evidence_in_neutral():
+    assert locked_at(True, path=lambda reach_m: (NorthEast((0.0, 0.0)),)) == (pytest.approx(3.86), 3)
 
 
 def test_a_correction_is_not_ended_by_one_low_reading_but_by_three_far_below():

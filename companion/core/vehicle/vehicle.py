@@ -170,6 +170,8 @@ class Vehicle:
                 assert_never(intent)
         slow = before.guarded.depth.slow_to_mps
         desired = course.desired
+        if before.guarded.depth.neutral and desired is not None:
+            return replace(course, desired=Desired(None, None))
         if slow is None or desired is None or desired.speed_mps is None:
             return course
         return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))

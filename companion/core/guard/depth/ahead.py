@@ -105,6 +105,14 @@ class DepthAhead:
         """Where the water was good last (north, east in m)."""
         return self._good_track[-1] if self._good_track else None
 
+    def leads_back(self, state: EstimatedState | None, path_ahead: PathAhead | None, reach_m: float) -> bool:
+        """Whether the path that is being sailed leads nearer to where the water was good last."""
+        good, path = self.last_good, () if path_ahead is None else path_ahead(reach_m)
+        if not path or good is None or state is None or state.x_m is None or state.y_m is None:
+            return False
+        north, east = path[-1][0] - state.x_m, path[-1][1] - state.y_m
+        return north * (good[0] - state.x_m) + east * (good[1] - state.y_m) > 0.0
+
     def note(self, passed: Sequence[Altitude]) -> None:
         """Take the readings that passed the gate; several at once are a confirmed jump, which starts the rate anew."""
         if len(passed) > 1:

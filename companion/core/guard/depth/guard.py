@@ -36,6 +36,8 @@ _BRAKE_US: Final = 3_000_000
 """Every shipped hull has lost its way by astern thrust within this."""
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
+_BACK_M: Final = 10.0
+"""So far along its path a correction shows whether it leads back: beyond the turn of every shipped hull."""
 _FAR_MARGINS: Final = 3.0
 """So many margins below the least altitude three readings lock at once, whatever their noise."""
 _START_S: Final = 3.0
@@ -74,6 +76,8 @@ class GuardOutput:
     abort: bool = False
     """Stop everything, now: an entry into correction or locked, or a forbidden activation."""
     slow_to_mps: float | None = None
+    neutral: bool = False
+    """No thrust for now: whether the altitude is below the lock is being found out."""
     flags: DepthFlags = field(default_factory=DepthFlags)
     closing_mps: float = 0.0
     """How fast the bottom closes, as far as proven."""
@@ -113,6 +117,8 @@ class DepthGuard:
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
         self._brake_until_us = -_BRAKE_REST_US
+        self._doubts = False
+        """A correction closes in its turn, and its soundings may mean a lock: neutral until they prove it or not."""
         self.memory = DepthMemory(config.memory, config.input.sigma_m) if config.memory.enabled else None
         """What has been sounded, now and on earlier voyages."""
         self.utc_s = 0
@@ -204,7 +210,8 @@ class DepthGuard:
             self.state, self._shallow = UNKNOWN, False
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
         texts: list[tuple[Severity, str]] = []
-        entered = self._advance(altitude_m, texts, loops_active)
+        self._doubts = False
+        entered = self._advance(altitude_m, texts, loops_active, self._ahead.leads_back(state, path_ahead, _BACK_M))
         abort = (loops_active and entered) or self._refused
         self._refused = False
         lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
@@ -229,6 +236,7 @@ class DepthGuard:
             limit_m=ahead.limit_m,
             abort=abort,
             slow_to_mps=self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
+            neutral=self._doubts,
             flags=DepthFlags(
                 depth_shallow=self._shallow and not brake,
                 depth_locked=self.state is LOCKED and not self._unlocked and not brake,
@@ -252,11 +260,13 @@ class DepthGuard:
             parts.append(f"{100.0 * config.minimum_margin_m / run_m:.1f} % at {speed_mps:g} m/s")
         return f"Depth margin {config.minimum_margin_m:g} m: correction only on slopes below {', '.join(parts)}"
 
-    def _advance(self, altitude_m: float | None, texts: list[tuple[Severity, str]], loops_active: bool) -> bool:
+    def _advance(
+        self, altitude_m: float | None, texts: list[tuple[Severity, str]], loops_active: bool, leads_back: bool
+    ) -> bool:
         """Move the state; return True when this is an entry that aborts."""
         old, min_m = self.state, self._min_m
         new = next_state(old, altitude_m, min_m, self._minimum_margin_m, self._good_margin_m)
-        if new is LOCKED and old is CORRECTION and self._waits(altitude_m, loops_active):
+        if new is LOCKED and old is CORRECTION and self._waits(altitude_m, loops_active, leads_back):
             new = CORRECTION
         if new is OK and self._shallow and not self._is_good(altitude_m):
             new = old
@@ -274,15 +284,20 @@ class DepthGuard:
             texts.append(self._text(new, altitude_m))
         return locks or corrects
 
-    def _waits(self, altitude_m: float | None, loops_active: bool) -> bool:
-        """Whether a lock waits for evidence: it ends a correction, so noise must not. Not while the vessel presses on."""
+    def _waits(self, altitude_m: float | None, loops_active: bool, leads_back: bool) -> bool:
+        """Whether a lock waits for evidence: it ends a correction, so noise must not. Not while the vessel presses on; one that
+        turns back, and closes in her turn, waits in neutral.
+        """
         assert altitude_m is not None
-        if loops_active and self._ahead.closes:
+        closes = loops_active and self._ahead.closes
+        if closes and not leads_back:
             return False
         margin_m, min_m = self._minimum_margin_m, self._min_m
-        return not self._evidence.proves(
+        waits = not self._evidence.proves(
             altitude_m, min_m - margin_m, min_m - _FAR_MARGINS * margin_m, self._config.input.sigma_m
         )
+        self._doubts = waits and closes
+        return waits
 
     def _is_good(self, altitude_m: float | None) -> bool:
         assert altitude_m is not None
