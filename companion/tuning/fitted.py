@@ -20,6 +20,8 @@ from .fit import Fit
 Array = Any
 
 _DRAWS: Final = 200
+_STOPS_FROM: Final = (0.2, 0.35, 0.5, 1.0)
+"""Shares of the top speed from which a stop is reckoned: shoals are met slowly, too."""
 _CORNER_DRAWS: Final = 6
 _CORNER: Final = 2.0
 """Corners lie two standard deviations out along each principal axis of the confidence region."""
@@ -78,9 +80,12 @@ def fitted_vessel(fit: Fit) -> VesselConfig:
 
 
 def stopping_factor(fit: Fit, found: VesselConfig) -> float:
-    """Upper bound (95 %) of the way to rest over its best estimate, at cruising and top speed."""
+    """Upper bound (95 %) of the way to rest over its best estimate, from a walk to top speed.
+
+    At the slow end the way hangs on the linear drag alone, which a record of cruising tells least of.
+    """
     best, most = Statics(found.model_copy(update={"stopping_factor": 1.0})), 1.0
-    speeds = (0.5 * best.top_mps, best.top_mps)
+    speeds = [share * best.top_mps for share in _STOPS_FROM]
     ways = np.array([[Statics(v).stopping_distance_m(speed) for speed in speeds] for v in draws(fit, _DRAWS)])
     for k, speed in enumerate(speeds):
         most = max(most, float(np.percentile(ways[:, k], 95)) / best.stopping_distance_m(speed))

@@ -101,6 +101,48 @@ def test_what_is_left_does_it_on_either_side(hull, side, share, seed):
     assert worst_of_a_stay(hull, 400.0, side=side, share=share, seed=seed) <= 40.0
 
 
+def wired(vessel, *, port=1.0, starboard=1.0, rudder=1.0, swapped=False):
+    """Rewire a simulated boat: senses of its actuators, and which lead goes where."""
+    step = vessel.step
+
+    def rewired(dt_s, thruster_port, thruster_starboard, rudder_port_rad, rudder_starboard_rad, **water):
+        leads = (thruster_starboard, thruster_port) if swapped else (thruster_port, thruster_starboard)
+        step(
+            dt_s,
+            thruster_port=port * leads[0],
+            thruster_starboard=starboard * leads[1],
+            rudder_port_rad=rudder * rudder_port_rad,
+            rudder_starboard_rad=rudder * rudder_starboard_rad,
+            **water,
+        )
+
+    vessel.step = rewired
+
+
+@pytest.mark.parametrize("water", [WATERS["calm"], BLOW], ids=["calm", "blow"])
+@pytest.mark.parametrize(
+    ("hull", "fault", "which"),
+    [
+        ("otter", {"port": -1.0}, "port"),
+        ("blueboat", {"starboard": -1.0}, "starboard"),
+        ("otter", {"rudder": -1.0}, "helm"),
+        ("blueboat", {"swapped": True}, "helm"),
+    ],
+)
+def test_what_works_the_wrong_way_is_found_within_15_s(hull, fault, which, water):
+    run = Case(HULLS[hull], water, source=SensedState).loop()
+    run.place(20.0, 0.0, math.pi / 2.0, 1.5)
+    watch = PropulsionWatch(HULLS[hull])
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0)), 1.5)
+    wired(run.vessel, **fault)
+    while not watch.flags.thruster_reversed and run.t_s < 15.0:
+        run.tick(1.5)
+        watch.step(TICK_S, run.state, run.sent)
+    assert watch.flags.thruster_reversed
+    assert watch.helm_mirrored is (which == "helm")
+    assert watch.weak == (which == "port", which == "starboard")
+
+
 def test_a_thruster_that_rests_has_not_given():
     watch, state = PropulsionWatch(HULLS["otter"]), EstimatedState(0, psi_rad=0.0, u_mps=0.9, v_mps=0.0, r_radps=0.0)
     half = ActuatorOutput(0, 0.7, 0.7, rudder_port_rad=0.0, rudder_starboard_rad=0.0, cause="")
@@ -140,6 +182,15 @@ def test_the_operator_is_told_which_side_and_the_boat_sails_on(voyage):
     assert "thruster_weak" in trip.snapshot.causes
     assert trip.snapshot.armed
     assert trip.snapshot.mode.name == "AUTO"
+
+
+def test_thrusters_changed_over_stop_the_boat_with_words(voyage):
+    trip = voyage("depth.enabled=false", "vessel='blueboat'")
+    wired(trip.world.surroundings.plant.vessel, swapped=True)
+    trip.sail(1.5, (0.0, 200.0), after_s=15.0)
+    assert trip.neutral
+    assert trip.snapshot.armed
+    assert any(text.startswith("The helm turns the boat the wrong way") for text in trip.texts)
 
 
 def test_a_hull_that_one_thruster_cannot_steer_stops_and_says_why(voyage):

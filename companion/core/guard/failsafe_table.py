@@ -39,6 +39,11 @@ def _of_others(name: str, cause: str, severity: Severity) -> Condition:
     return Condition(name, W, cause, attrgetter(f"traffic.{name}"), clear=GONE, clear_s=5.0, severity=severity)
 
 
+def _of_thrusters(name: str, cause: str) -> Condition:
+    """A row of the thrusters' watch after which nothing can be sailed but by hand."""
+    return Condition(name, S, cause, attrgetter(f"thrust.{name}"), takeover=Takeover.MANUAL)
+
+
 TABLE: Final[tuple[Condition, ...]] = (
     Condition(
         "terminate", T, "terminated by the operator", lambda f: f.stop.terminate, clear=RESTART, floor=T, delay_max_s=0
@@ -327,13 +332,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         severity=Severity.ALERT,
     ),
     Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.monitors.oscillating, clear=OPERATOR),
-    Condition(
-        "thruster_alone",
-        S,
-        "this hull cannot be steered by one thruster",
-        lambda f: f.thrust.thruster_alone,
-        takeover=Takeover.MANUAL,
-    ),
+    _of_thrusters("thruster_reversed", "a thruster pushes the wrong way"),
+    _of_thrusters("thruster_alone", "this hull cannot be steered by one thruster"),
     Condition(
         "thruster_weak",
         W,

@@ -38,6 +38,7 @@ BACK: Final = {
     "guided_lost": "set-points come again",
     "tick_very_late": "the control loop keeps its time",
     "overruns": "the control loop keeps its time",
+    "thruster_reversed": "the thrusters push as told",
     "thruster_alone": "both thrusters push again",
     "thruster_weak": "the thrusters give what they are told",
 }

@@ -19,15 +19,27 @@ from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
 from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
+from .wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""
 _GALE_MPS: Final = 10.0
 """More wind than such boats are sent out in: what it turns the hull by must never be taken for a thruster."""
+_GUSTS: Final = 1.4
+"""A gale's gusts over its mean, as long as the judgement takes: a boat that lies still leans on one thruster against them."""
+_ASKED: Final = 0.6
+"""Share of one side's moment beyond which no floor goes: what is hardly ever asked for could never be judged."""
+_STILL_MPS: Final = 0.5
+"""Slower than this over ground the boat keeps a station: what holds it against the wind is thrust, whatever the model takes for way."""
 _CLEAR: Final = 1.6
 """The moment that is missing must be this much more than what such a wind turns the hull by."""
 _SHARE, _WHOLE = 0.6, 1.4
 """So much of one side's thrust must be missing; more than all of it, and of the rudder that stands in its race, cannot be."""
+_TURNED: Final = 3.2
+"""Unless it runs the wrong way: that one is short of up to twice as much and a half, because propellers give less astern. Only
+thrust that stands clear of a gale is taken for that."""
+_AGAINST: Final = -0.35
+"""A thruster that is found to give less than this runs the wrong way: astern it gives half of what it gives ahead, or more."""
 _WAY_SHARE, _WAY_WHOLE = 0.5, 2.5
 """And so much of it must be missing in the way made, at one time or another of the last ``_WAY_S``."""
 _WAY_S: Final = 12.0
@@ -63,6 +75,8 @@ class ThrustFlags:
     """A thruster gives much less than it is told to, as far as the hull's motion shows."""
     thruster_alone: bool = False
     """And what the other one gives cannot be steered with."""
+    thruster_reversed: bool = False
+    """One pushes against what it is told, or thrusters or rudders turn the hull the wrong way."""
 
 
 class PropulsionWatch:
@@ -77,7 +91,9 @@ class PropulsionWatch:
         self._m11, self._inertia = hull.m11_kg, hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
         gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * _GALE_MPS * _GALE_MPS
         self._least_nm = max(_SMALL_NM, 0.1 * self._lateral_m * vessel.thruster.ahead_n)
-        self._most_nm = max(self._least_nm, _CLEAR * gale_nm)
+        self._clear_nm = self._most_nm = max(self._least_nm, _CLEAR * gale_nm)
+        side_nm = self._lateral_m * vessel.thruster.ahead_n
+        self._gusts_nm = max(self._clear_nm, min(_GUSTS * _GUSTS * self._clear_nm, _ASKED * side_nm))
         self._forget()
 
     def clear(self) -> bool:
@@ -96,13 +112,22 @@ class PropulsionWatch:
         """Port, starboard: this thruster gives much less than it is told to."""
         self.shares: Shares = WHOLE
         """What each is taken to give of what it is told."""
+        self._swapped, self._mirrored = WrongWay(self._clear_nm), WrongWay(self._clear_nm)
+        self.reversed = False
+        """It pushes against what it is told: nothing can be sailed with until somebody has looked at it."""
         self.alone = False
         """One gives nothing, and at no speed do the rudders hold the hull straight against the other."""
 
     @property
     def flags(self) -> ThrustFlags:
         """What the failsafe should know of the thrusters."""
-        return ThrustFlags(thruster_weak=any(self.weak), thruster_alone=self.alone)
+        reversed_ = self.reversed or self.helm_mirrored
+        return ThrustFlags(thruster_weak=any(self.weak), thruster_alone=self.alone, thruster_reversed=reversed_)
+
+    @property
+    def helm_mirrored(self) -> bool:
+        """The thrusters' difference or the rudders turn the hull the other way than they are told to."""
+        return self._swapped.found or self._mirrored.found
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak."""
@@ -128,10 +153,10 @@ class PropulsionWatch:
         hull = self._vessel.hull
         moment_nm = hull.m23_kgm * dv + hull.m33_kgm2 * dr
         held_n = port_n + starboard_n - self._statics.drag_n(water_u)
-        rudder_nm = abs(self._model.rudder_slope_nm(water_u, port_n, starboard_n) * angle)
+        helm_nm = self._model.rudder_slope_nm(water_u, port_n, starboard_n) * angle
         port_nm = self._lateral_m * port_n + self._race_nm(port_n, angle)
         starboard_nm = -self._lateral_m * starboard_n + self._race_nm(starboard_n, angle)
-        values = [r, moment_nm, port_n, starboard_n, held_n, u, rudder_nm, port_nm, starboard_nm]
+        values = [r, moment_nm, port_n, starboard_n, held_n, u, abs(helm_nm), port_nm, starboard_nm, helm_nm]
         if self._smooth is None:
             self._smooth = values
             return self.weak
@@ -140,7 +165,11 @@ class PropulsionWatch:
             smooth[k] += share * (newest - smooth[k])
         missing_nm = hull.m33_kgm2 * (r - smooth[0]) / _TAU_S - smooth[1]
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
+        self._most_nm = self._gusts_nm if -_STILL_MPS < u < _STILL_MPS else self._clear_nm
         self._judge(dt_s, missing_nm, lost_n)
+        sides_nm = (smooth[7], smooth[8])
+        self._swapped.step(dt_s, self._lateral_m * (smooth[2] - smooth[3]), sides_nm, missing_nm)
+        self._mirrored.step(dt_s, smooth[9], sides_nm, missing_nm)
         return self.weak
 
     def _race_nm(self, thrust_n: float, angle_rad: float) -> float:
@@ -170,7 +199,8 @@ class PropulsionWatch:
             way_share = lost_n * math.copysign(1.0, thrust_n) / max(abs(thrust_n), 1e-3)
             slow = _WAY_SHARE < way_share < _WAY_WHOLE and told_nm > 0.5 * floor_nm
             self._slow_s[side] = 0.0 if slow else self._slow_s[side] + dt_s
-            weak = told_nm > floor_nm and _SHARE * told_nm < lacks_nm < _WHOLE * (told_nm + smooth[6])
+            most = _TURNED if told_nm > self._most_nm else _WHOLE
+            weak = told_nm > floor_nm and _SHARE * told_nm < lacks_nm < most * (told_nm + smooth[6])
             weak = weak and self._slow_s[side] < _WAY_S
             self._held_s[side] = self._held_s[side] + dt_s if weak else max(0.0, self._held_s[side] - dt_s)
             if told_nm > floor_nm:
@@ -198,11 +228,13 @@ class PropulsionWatch:
     def _set_shares(self) -> None:
         """What the one that was found first still gives: two that give nothing leave no moment to tell by."""
         if not any(self.weak):
-            self.shares, self.alone = WHOLE, False
+            self.shares, self.alone, self.reversed = WHOLE, False, False
             return
         side = 0 if self.weak[0] and (self.shares[0] < 1.0 or not self.weak[1]) else 1
         told, both = self._fit[side]
-        old, left = self.shares[side], max(0.0, min(1.0 - both / told, _SHARE)) if told > 0.0 else 0.0
+        fitted = 1.0 - both / told if told > 0.0 else 0.0
+        self.reversed = self.reversed or fitted < _AGAINST
+        old, left = self.shares[side], max(0.0, min(fitted, _SHARE))
         new = 0.0 if left < (_SOMETHING if old == 0.0 else _NOTHING) else left
         if abs(new - old) > _STEP or new == 0.0 < old:
             self.shares = shares = (new, 1.0) if side == 0 else (1.0, new)

@@ -50,6 +50,10 @@ _COURSE_MPS: Final = 0.5
 """Slower than this the course over ground is the receiver's noise, and a course to steer is steered as a heading."""
 _ASTERN: Final = -1.0
 """The guard's braking: all that the thrusters have; the gate keeps it within the hull's limits."""
+_REVERSED: Final = "pushes against what it is told (suspected): look at its wiring and its propeller"
+_MIRRORED: Final = (
+    "The helm turns the boat the wrong way (suspected): thrusters changed over, or a rudder servo mirrored"
+)
 _WEAK: Final = "gives much less than it is told to (suspected): weed, a lost propeller, or a stuck rudder"
 
 
@@ -137,12 +141,15 @@ class Vehicle:
             if watch.clear():
                 self.controls.use_thrusters(watch.shares)
             return
+        mirrored = watch.helm_mirrored
         was, shares, now = watch.weak, watch.shares, watch.step(sensed.dt_s, sensed.state, before.output)
+        if watch.helm_mirrored and not mirrored:
+            say(Severity.CRITICAL, _MIRRORED)
         if watch.shares != shares:
             self.controls.use_thrusters(watch.shares)
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
             if weak and not was_weak:
-                say(Severity.CRITICAL, f"{side} thruster {_WEAK}")
+                say(Severity.CRITICAL, f"{side} thruster {_REVERSED if watch.reversed else _WEAK}")
                 self.parts.navigator.abandon_trial("a thruster gives too little to be measured")
             elif was_weak and not weak:
                 say(Severity.NOTICE, f"{side} thruster gives what it is told again")
