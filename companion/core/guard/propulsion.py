@@ -167,6 +167,8 @@ class PropulsionWatch:
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
         self._most_nm = self._gusts_nm if -_STILL_MPS < u < _STILL_MPS else self._clear_nm
         self._judge(dt_s, missing_nm, lost_n)
+        if any(self.weak):  # a helm is judged with thrusters that push
+            return self.weak
         sides_nm = (smooth[7], smooth[8])
         self._swapped.step(dt_s, self._lateral_m * (smooth[2] - smooth[3]), sides_nm, missing_nm)
         self._mirrored.step(dt_s, smooth[9], sides_nm, missing_nm)
@@ -233,8 +235,9 @@ class PropulsionWatch:
         side = 0 if self.weak[0] and (self.shares[0] < 1.0 or not self.weak[1]) else 1
         told, both = self._fit[side]
         fitted = 1.0 - both / told if told > 0.0 else 0.0
-        self.reversed = self.reversed or fitted < _AGAINST
         old, left = self.shares[side], max(0.0, min(fitted, _SHARE))
+        # later the boat is steered by what is left, and gusts and rudders weigh more than a thruster that pushes nothing
+        self.reversed = self.reversed or (fitted < _AGAINST and old == 1.0)
         new = 0.0 if left < (_SOMETHING if old == 0.0 else _NOTHING) else left
         if abs(new - old) > _STEP or new == 0.0 < old:
             self.shares = shares = (new, 1.0) if side == 0 else (1.0, new)
