@@ -125,7 +125,6 @@ def wired(vessel, *, port=1.0, starboard=1.0, rudder=1.0, swapped=False):
     [
         ("otter", {"port": -1.0}, "port"),
         ("blueboat", {"starboard": -1.0}, "starboard"),
-        ("otter", {"rudder": -1.0}, "helm"),
         ("blueboat", {"swapped": True}, "helm"),
     ],
 )

@@ -15,6 +15,8 @@ _HELD_S: Final = 4.0
 """As long again: a gust that happens to look like it is gone by then."""
 _TWICE: Final = (1.5, 2.8)
 """Missing over asked, both ways of the helm: 1 is a helm that does nothing, 2 one that does the opposite."""
+_ONCE: Final = 0.5
+"""A thruster that gives nothing leaves all of its own moment missing, weed half of it."""
 _EXPLAINED: Final = 0.85
 """Share of what is missing that the helm must explain."""
 
@@ -31,10 +33,9 @@ class _Fit:
         self._both -= share * (own_nm * missing_nm + self._both)
         self._missing += share * (missing_nm * missing_nm - self._missing)
 
-    @property
-    def twice(self) -> bool:
-        """What is missing is about twice this moment, and goes as it goes."""
-        about = _TWICE[0] * self.own < self._both < _TWICE[1] * self.own
+    def explains(self, least: float, most: float) -> bool:
+        """What is missing is this moment so many times over, and goes as it goes."""
+        about = least * self.own < self._both < most * self.own
         return about and self._both * self._both > _EXPLAINED * self.own * self._missing
 
 
@@ -52,7 +53,8 @@ class WrongWay:
         self._helm.step(dt_s, helm_nm, missing_nm)
         for fit, side_nm in zip(self._sides, sides_nm, strict=True):
             fit.step(dt_s, side_nm, missing_nm)
-        # a single propeller that turns the other way leaves the same, as long as the helm does not change
-        looks_so = self._helm.own > self._least and self._helm.twice and not any(fit.twice for fit in self._sides)
+        # a single propeller that is dead or turns the other way leaves the same, as long as the helm does not change
+        one_alone = any(fit.explains(_ONCE, _TWICE[1]) for fit in self._sides)
+        looks_so = self._helm.own > self._least and self._helm.explains(*_TWICE) and not one_alone
         self._held_s = self._held_s + dt_s if looks_so else 0.0
         self.found = self.found or self._held_s > _HELD_S
