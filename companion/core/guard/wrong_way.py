@@ -2,7 +2,7 @@
 
 A helm that works the wrong way leaves a moment missing that is twice what was asked, with the other sign. Wind, a file
 that is off, or a rudder that stands still leave at most as much as the helm that is held against it. Only a helm that is
-larger than a gale's moment is judged.
+larger than a gale's moment is judged, and only until it has worked for a while: wires do not change on the water.
 """
 
 from __future__ import annotations
@@ -19,6 +19,11 @@ _ONCE: Final = 0.5
 """A thruster that gives nothing leaves all of its own moment missing, weed half of it."""
 _EXPLAINED: Final = 0.85
 """Share of what is missing that the helm must explain."""
+
+
+_PROVEN_S: Final = 30.0
+"""A helm that has worked for so long in this arming is wired as it should be: nobody changes leads over on the water, and what looks
+like it later is a gale."""
 
 
 class _Fit:
@@ -45,7 +50,7 @@ class WrongWay:
     def __init__(self, least_nm: float) -> None:
         self._least = least_nm * least_nm
         self._helm, self._sides = _Fit(), (_Fit(), _Fit())
-        self._held_s = 0.0
+        self._held_s = self._right_s = 0.0
         self.found = False
 
     def step(self, dt_s: float, helm_nm: float, sides_nm: tuple[float, float], missing_nm: float) -> None:
@@ -55,6 +60,8 @@ class WrongWay:
             fit.step(dt_s, side_nm, missing_nm)
         # a single propeller that is dead or turns the other way leaves the same, as long as the helm does not change
         one_alone = any(fit.explains(_ONCE, _TWICE[1]) for fit in self._sides)
-        looks_so = self._helm.own > self._least and self._helm.explains(*_TWICE) and not one_alone
+        is_clear = self._helm.own > self._least
+        looks_so = is_clear and self._helm.explains(*_TWICE) and not one_alone
         self._held_s = self._held_s + dt_s if looks_so else 0.0
-        self.found = self.found or self._held_s > _HELD_S
+        self._right_s += dt_s if is_clear and not looks_so else 0.0
+        self.found = self.found or (self._held_s > _HELD_S and self._right_s < _PROVEN_S)
