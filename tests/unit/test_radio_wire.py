@@ -148,6 +148,30 @@ def crossing(role: Role) -> Threat:
 
 CROSSING = crossing(Role.GIVE_WAY)
 ALMOST_NORTH = math.radians(359.9)
+
+
+def test_every_order_without_a_body_says_which_one_it_is_whatever_its_number() -> None:
+    ends = acquainted()
+    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    assert shore.current is not None
+    assert vessel.current is not None
+    down, up, aboard, ashore = Sealer(shore), Sealer(vessel), Opener(vessel), Opener(shore)
+    now_us = 0
+    for number in range(256):
+        for order in wire.BRIEF_AIMS:
+            now_us += 500_000
+            (frame,) = aboard.receive(
+                down.seal(wire.Kind.ORDER, bytes((number,)) + order, now_us, shore.current), now_us
+            )
+            kind = wire.Kind.SAFE if order == wire.BRIEF_HOLD else wire.Kind.ORDER
+            assert (frame.kind, frame.body) == (kind, bytes((number & 31,)) + order)
+        for plan in range(4):
+            now_us += 500_000
+            body = bytes((number << 3 & 255, plan))
+            (frame,) = ashore.receive(up.seal(wire.Kind.REPLY, body, now_us, vessel.current), now_us)
+            assert (frame.kind, frame.body, frame.is_brief) == (wire.Kind.REPLY, body, True)
+
+
 THREATS = {
     **{role.value: crossing(role) for role in Role},
     "close astern": Threat(True, Role.OVERTAKEN, False, 265_000_001 & 0xFF, math.pi, 30.0, 0.0, 6.0, 0.0, 12.0),

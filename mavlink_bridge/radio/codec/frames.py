@@ -7,7 +7,7 @@ now, is ``session``'s. HELLO opens a session and is told by a tag of its own.
 
 The orders for which a station has the least patience, Hold among them, go without a body, one step of airtime shorter: a length that no
 body has marks them, and in the place of the kind stand the low four bits of the message's number; its fifth bit and which order it is
-stand in the length. (Hold: the kind of KEY, and five bits of the number in the length.) So goes the vessel's answer to one of them when it
+stand in the length. (Hold: the kind of a state, and the low four bits in the length.) So goes the vessel's answer to one of them when it
 says no more than "accepted": which state of the plan stands where the order stood.
 """
 
@@ -34,6 +34,8 @@ from .wire import (
 STOPS: Final = frozenset((Kind.STOP, Kind.SAFE))
 """Kinds with a count of their own instead of the clock: its upper eight bits are the first byte of the body."""
 BRIEF_REPLY_BYTES: Final = 2
+_HOLD_KINDS: Final = (Kind.KEY, Kind.DELTA)
+"""By the fifth bit of the number."""
 _KINDS: Final = {kind.value: kind for kind in Kind}
 
 
@@ -75,7 +77,7 @@ def _covered(kind: Kind, body: bytes, low: int) -> bytes:
         return _brief_head(body[0] >> 3, body[1], low)
     if is_brief(kind, body[1:]):
         if body[1:] == BRIEF_HOLD:
-            return _head(Kind.KEY, (body[0] & 31) << 1, low)
+            return _head(_HOLD_KINDS[body[0] >> 4 & 1], (body[0] & 15) << 1, low)
         return _brief_head(body[0], BRIEF_ORDERS.index(body[1:]), low)
     return _head(kind, len(body), low) + body
 
@@ -89,7 +91,7 @@ def _brief_body(kind: Kind, head: int) -> bytes:
     """The body that a frame without one stands for."""
     size = head >> 6 & 63
     if kind is Kind.SAFE:
-        return bytes((size >> 1,)) + BRIEF_HOLD
+        return bytes((size >> 1 | (head >> 12 == _HOLD_KINDS[1]) << 4,)) + BRIEF_HOLD
     number, which = head >> 12 | (size >> 2 & 1) << 4, size & 3
     return bytes((number << 3, which)) if kind is Kind.REPLY else bytes((number,)) + BRIEF_ORDERS[which]
 
@@ -174,14 +176,14 @@ class Opener:
         return (head >> 6 & 63) >= BRIEF_FROM or self._is_hold(head)
 
     def _is_hold(self, head: int) -> bool:
-        """No key goes to the vessel."""
-        return self._pairing.is_vessel and head >> 12 == Kind.KEY and head >> 6 & 63 < BRIEF_FROM
+        """No state goes to the vessel."""
+        return self._pairing.is_vessel and head >> 12 in _HOLD_KINDS and head >> 6 & 63 < BRIEF_FROM
 
     def _open(self, raw: bytes, now_us: int) -> Frame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
         brief = self._is_brief(head)
         kind = self._brief_kind if brief else _KINDS.get(head >> 12)
-        if kind is None or (self._is_hold(head) and head >> 6 & 1):
+        if kind is None or (self._is_hold(head) and head >> 6 & 33):
             return None
         covered, tag = raw[: -self._tag_bytes], raw[-self._tag_bytes :]
         if kind is Kind.HELLO:

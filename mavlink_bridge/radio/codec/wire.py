@@ -68,8 +68,8 @@ BRIEF_FROM: Final = 56
 BRIEF_ORDERS: Final = tuple(bytes.fromhex(order) for order in ("fc04ad0880", "fc04ad1800", "fc04ad1a00", "fc006c"))
 """QGroundControl's Guided, Auto, Return and arming: it waits 1.3 s for a mode and 1.5 s for an arming to show. Full."""
 BRIEF_HOLD: Final = bytes((1, 255))
-"""QGroundControl's Hold, of SAFE: its first tries go without a body too. To the vessel the kind of KEY marks it, and a number of five
-bits and a 0 stand in the place of the length.
+"""QGroundControl's Hold, of SAFE: its first tries go without a body too. To the vessel the kind of a state marks it: KEY and DELTA are
+the number's fifth bit, and a 0, its low four bits and a 0 stand in the place of the length.
 """
 BRIEF_AIMS: Final[Mapping[bytes, Mode | None]] = dict(
     zip((*BRIEF_ORDERS, BRIEF_HOLD), (Mode.GUIDED, Mode.AUTO, Mode.RTL, None, Mode.HOLD), strict=True)
