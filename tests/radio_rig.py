@@ -194,9 +194,11 @@ class RadioScreen:
         return holds()
 
 
-def connected(folder: Path, generation: Generation = Generation.V4, *, seed: int = 1) -> RadioScreen:
+def connected(
+    folder: Path, generation: Generation = Generation.V4, *, seed: int = 1, client: QgcClient | None = None
+) -> RadioScreen:
     """A station that has connected on a clean air and uploaded a loiter."""
-    screen = RadioScreen(folder, QgcClient(generation=generation), seed=seed)
+    screen = RadioScreen(folder, client or QgcClient(generation=generation), seed=seed)
     screen.run()
     screen.wait(30.0)
     assert screen.run(screen.client.upload_plan(LOITER))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.other_buttons import MavproxyButtons, MavsdkButtons
 from tests.qgc_buttons import Generation
 from tests.radio_rig import Seen, armings, campaign, connected
 
@@ -37,6 +38,27 @@ def test_armings_on_a_lossy_air_are_as_soon_as_two_tries_can_be(tmp_path):
     late, best = armings(screen, 4, 0.3)
     assert (screen.seen.false, screen.seen.differing) == ([], [])
     assert late <= best
+
+
+@pytest.mark.parametrize("client", [MavsdkButtons, MavproxyButtons])
+def test_other_clients_see_nothing_false_on_a_lossy_air(tmp_path, client):
+    seen = campaign(connected(tmp_path, client=client()), 1, 0.3)
+    assert_true(seen)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("loss", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("client", [MavsdkButtons, MavproxyButtons])
+def test_a_hundred_phases_of_other_clients(tmp_path, client, loss):
+    boxes = []
+    for first in range(0, 100, HOUR):
+        folder = tmp_path / str(first)
+        folder.mkdir()
+        seen = campaign(connected(folder, client=client()), 100, loss, only=range(first, first + HOUR))
+        assert_true(seen)
+        boxes += seen.popups
+    print(f"{client.__name__}, loss {loss}: {len(boxes)} commands failed: {boxes}")
+    assert loss or not boxes
 
 
 @pytest.mark.soak

@@ -32,20 +32,28 @@ for order, body, params in (
     ORDERS[order] = body, Origin(message.get_msgId(), payload(message), (255, 190), home_item=True)
 
 
-def sailing() -> Rig:
+@pytest.fixture(scope="module")
+def shared() -> Rig:
     rig = settled()
     assert rig.ask(compiled(survey_items(4)))[1].result is Result.ACCEPTED
-    rig.run(26.0)
     return rig
+
+
+@pytest.fixture
+def rig(shared: Rig) -> Rig:
+    """A boat that sails its plan, and a link on which no order came for a while."""
+    shared.vessel.mode, shared.vessel.armed = Mode.AUTO, True
+    shared.run(15.0)
+    shared.vessel.executed.clear()
+    return shared
 
 
 def sent_by_vessel(rig: Rig, since_us: int) -> list[int]:
     return [size for origin, size in rig.sent(since_us) if origin == "vessel"]
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_an_order_without_a_body_is_accepted_without_one_and_shown(order: bytes) -> None:
-    rig = sailing()
+@pytest.mark.parametrize("order", ORDERS, ids=bytes.hex)
+def test_an_order_without_a_body_is_accepted_without_one_and_shown(rig: Rig, order: bytes) -> None:
     rig.vessel.armed = order != ARM
     rig.run(10.0)
     since_us = rig.now_us
@@ -55,9 +63,8 @@ def test_an_order_without_a_body_is_accepted_without_one_and_shown(order: bytes)
     assert (rig.twin.state.mode, rig.twin.state.armed) == (rig.vessel.mode, True)
 
 
-def test_an_answer_tells_all_when_more_has_changed_than_was_ordered() -> None:
+def test_an_answer_tells_all_when_more_has_changed_than_was_ordered(rig: Rig) -> None:
     """The boat was disarmed a moment ago, and no state has told it: "Guided" alone would leave "armed" on the screen."""
-    rig = sailing()
     rig.ask(ORDERS[GUIDED][0], origin=ORDERS[GUIDED][1])
     rig.vessel.armed = False
     since_us = rig.now_us
@@ -67,8 +74,7 @@ def test_an_answer_tells_all_when_more_has_changed_than_was_ordered() -> None:
     assert (rig.twin.state.mode, rig.twin.state.armed) == (Mode.AUTO, False)
 
 
-def test_a_refusal_and_an_answer_to_another_order_have_a_body() -> None:
-    rig = sailing()
+def test_a_refusal_and_an_answer_to_another_order_have_a_body(rig: Rig) -> None:
     rig.vessel.refuse = "no"
     since_us = rig.now_us
     reply = rig.ask(ORDERS[GUIDED][0], origin=ORDERS[GUIDED][1])[1]
@@ -78,7 +84,7 @@ def test_a_refusal_and_an_answer_to_another_order_have_a_body() -> None:
     assert OVERHEAD not in sent_by_vessel(rig, since_us)
 
 
-@pytest.mark.parametrize("order", BRIEF_AIMS)
+@pytest.mark.parametrize("order", BRIEF_AIMS, ids=bytes.hex)
 def test_what_an_answer_without_a_body_stands_for_is_what_the_vessel_meant(order: bytes) -> None:
     told = RadioState(mode=Mode.CIRCLE, plan_state=PlanState.PAUSED, seq=3, prearm_ok=True)
     for plan in (PlanState.ACTIVE, PlanState.PAUSED, PlanState.COMPLETE):
@@ -91,9 +97,8 @@ def test_what_an_answer_without_a_body_stands_for_is_what_the_vessel_meant(order
         assert brief_plan(told, order, other) is None
 
 
-def test_after_an_order_the_state_needs_no_key() -> None:
+def test_after_an_order_the_state_needs_no_key(rig: Rig) -> None:
     """A key is 23 bytes on the air, and the next order may have to wait for it."""
-    rig = sailing()
     rig.ask(ORDERS[GUIDED][0], origin=ORDERS[GUIDED][1])
     since_us = rig.now_us
     rig.run(6.5)
@@ -104,8 +109,7 @@ def test_after_an_order_the_state_needs_no_key() -> None:
     assert min(sent_by_vessel(rig, rig.now_us - 5_000_000)) == 11
 
 
-def test_a_hold_that_finds_no_answer_is_said_in_its_frozen_form_and_carried_out_once() -> None:
-    rig = sailing()
+def test_a_hold_that_finds_no_answer_is_said_in_its_frozen_form_and_carried_out_once(rig: Rig) -> None:
     heard = rig.pair.shore.read
     rig.pair.shore.read = lambda: heard() and b""  # type: ignore[method-assign]
     since_us = rig.now_us
@@ -115,13 +119,13 @@ def test_a_hold_that_finds_no_answer_is_said_in_its_frozen_form_and_carried_out_
     rig.run(4.0)
     sizes = [size for origin, size in rig.sent(since_us) if origin == "shore"]
     assert sizes[:3] == [OVERHEAD, OVERHEAD, OVERHEAD + 4]
-    assert [body for _, body in rig.vessel.executed[1:]] == [SetMode(Mode.HOLD)]
+    assert [body for _, body in rig.vessel.executed] == [SetMode(Mode.HOLD)]
     assert [reply.result for _, owner, reply in rig.replies if owner == "hold"] == [Result.ACCEPTED]
 
 
-def test_a_hold_voids_what_was_ordered_before_it_in_either_form() -> None:
+def test_a_hold_voids_what_was_ordered_before_it_in_either_form(rig: Rig) -> None:
     """Of a number without a body five bits are known."""
-    radio = sailing().radio
+    radio = rig.radio
     assert not radio._is_overruled(Message(BRIEF_NUMBERS + 5, Kind.SAFE, HOLD), SetMode(Mode.HOLD), 0)
     for number, is_before in (
         (4, True),

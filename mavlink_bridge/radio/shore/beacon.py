@@ -48,6 +48,11 @@ class Beacons:
             self._sent_us = now_us - self._period_us
         return state
 
+    def obeyed(self, now_us: int) -> None:
+        """The vessel has accepted an order, and so knows that its commanding station is there: no beacon in the way of the next one."""
+        if self._station_present and self._sent_us is not None and now_us - self._sent_us < self._period_us:
+            self._sent_us = now_us
+
     def tick(self, now_us: int, *, station_present: bool) -> None:
         """Post what is due."""
         pairing = self._link.pairing

@@ -378,6 +378,7 @@ class ShoreTwin:
 
     def _accepted(self, body: RequestBody, now_us: int) -> None:
         self._grid.ordered(now_us)
+        self._beacons.obeyed(now_us)
         if isinstance(body, LoadPlan):
             self._keep_plan(body.kind, body.items, now_us)
         elif isinstance(body, SetParameter):
