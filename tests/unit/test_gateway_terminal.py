@@ -112,15 +112,25 @@ def test_the_gateways_journal_has_what_the_vessel_says_over_the_air(
     world.shutdown(world.now_us)
 
 
-@pytest.mark.parametrize("only", [[], ["--world-only"]])
+@pytest.mark.parametrize(("only", "instance"), [([], 40), (["--world-only"], 41)])
 def test_the_simulators_gateway_says_where_its_stations_connect(
-    only: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    only: list[str], instance: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    words = ["--duration", "0.3", "--run-dir", str(tmp_path / "run"), "--set", "endpoints=[]", "--instance", "40"]
+    words = [
+        "--duration",
+        "0.3",
+        "--run-dir",
+        str(tmp_path / "run"),
+        "--set",
+        "endpoints=[]",
+        "--instance",
+        str(instance),
+    ]
     assert main(["sim", "--gateway", *only, *words]) == 0
     said = capsys.readouterr().out
-    assert "gateway  udp://127.0.0.1:14960  (ardurover)  MAVSDK: udpin://0.0.0.0:14960" in said
+    port = 14560 + 10 * instance
+    assert f"gateway  udp://127.0.0.1:{port}  (ardurover)  MAVSDK: udpin://0.0.0.0:{port}" in said
     assert "or 'companion sim --gateway'" not in said
 
 

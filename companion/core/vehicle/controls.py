@@ -80,10 +80,10 @@ class Controls:
         """What the vessel was doing when a failsafe or the guard broke it off, until an operator's next order."""
         self._sticks = StickOwner()
         self._soundings: list[Distance] = []
+        self._shares = WHOLE
         self.standing = self._say_guard()
         """What a station that comes late should hear too."""
         self._steady_mps = math.inf
-        self._shares = WHOLE
         self._limit_speed()
 
     @property
