@@ -15,12 +15,17 @@ from xdist.scheduler import LoadScopeScheduling
 GROUPS: Final = {
     # pins and processes are watched against a clock: two of these at once would take each other's time
     "deadlines": ("test_firmware_vessel", "test_lifecycle", "test_kill_runs", "test_pty_real_time"),
-    # the tests of each share what its first one makes: an environment, parsed sources, a voyage
+    # the tests of each share what its first one makes: an environment, parsed sources, a voyage, a page on its ports
     "pypy": ("test_pypy",),
     "sources": ("test_house_rules",),
     "voyage": ("test_depth_memory_voyages",),
+    "page": ("test_page",),
 }
 """By group: the modules of its tests."""
+
+
+LONGEST: Final = ("test_gateway_story", "test_loiter_story", "test_plan_command")
+"""On the real clock: begun first, or one worker sails them alone when the others are done."""
 
 
 def group_of(nodeid: str) -> str | None:
@@ -34,6 +39,10 @@ class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc, unused-ignore]
 
     def _split_scope(self, nodeid: str) -> str:
         return group_of(nodeid) or nodeid
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.stem not in LONGEST)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> GroupScheduling | None:
