@@ -40,7 +40,7 @@ def test_a_clock_that_stands_shows_what_it_came_to():
 
 def test_silence_that_another_link_had_hidden_counts_from_where_that_one_fell_silent():
     run = Run()
-    run.step(WELL)
+    run.step(WELL, 1000.0)
     run.step(changed(WELL, gcs_age_s=5.1))
     run.step(changed(WELL, gcs_age_s=15.1), 10.0)
     run.step(changed(WELL, gcs_age_s=0.1), 0.1)

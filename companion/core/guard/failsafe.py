@@ -210,9 +210,8 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     arming = Order.ARM if flags.ground.operator_arm else None
     if ends(rule.row.name, flags.ground.operator_order) or ends(rule.row.name, arming):
         entry = replace(entry, taken=True)
-    runs = rule.then_us is not None and entry.gone_us is None and not entry.escalated
-    if runs:
-        left_us = (rule.then_us or 0) - clock_us(entry, now_us)
+    if rule.then_us is not None and entry.gone_us is None and not entry.escalated:
+        left_us = rule.then_us - clock_us(entry, now_us)
         if left_us <= 0:
             entry = replace(entry, escalated=True)
         elif left_us <= SOON_US and not entry.told_soon:
@@ -269,7 +268,7 @@ def _foretell(rule: Rule, entry: Entry, action: Action, flags: Flags, texts: lis
     end = until(rule.row, flags.helm.resume)
     if rule.then_us is not None and not entry.escalated:
         texts.append((Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}"))
-    elif end and (action > Action.WARN or rule.row.clear is not Clear.GONE):
+    elif end:
         texts.append((Severity.INFO, capital(end)))
 
 
