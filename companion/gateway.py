@@ -391,5 +391,5 @@ class Gateway:
                 for message in messages:
                     talk.send(message)
         if not twin.is_fresh(now_us):
-            for severity, text in twin.texts():
+            for severity, text in twin.drain_texts():
                 self._say(severity, text)

@@ -180,7 +180,7 @@ class Rig:
                 for console in self.consoles:
                     if console.present and (out.to is None or out.to.imc_id == console.imc_id):
                         console.inbox.append((self.now_s, out.message))
-            self.events += [(self.now_s, severity, text) for severity, text in self.desk.events()]
+            self.events += [(self.now_s, severity, text) for severity, text in self.desk.drain_texts()]
             said = self.client.take(self.now_us)
             if said:
                 self.link.write(0, said)

@@ -98,7 +98,7 @@ class Bridge:
         """Everything that people should know goes into the log book and the log."""
         for severity, text in self.client.drain_texts():
             self.book.note(severity, "vehicle", text, now_us)
-        for severity, text in (*self.desk.events(), *self.node.drain_texts()):
+        for severity, text in (*self.desk.drain_texts(), *self.node.drain_texts()):
             self.book.note(severity, "bridge", text, now_us)
             log.log(_LEVELS.get(severity, 20), "%s", text)
 

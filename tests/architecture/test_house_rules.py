@@ -228,6 +228,28 @@ def test_no_room_holds_more_than_twenty_modules() -> None:
     assert not {str(room): count for room, count in rooms.items() if count > 20}
 
 
+def hands_over_texts(method: ast.FunctionDef) -> bool:
+    """Whether this asks for nothing and gives texts for the operator: pairs of how grave and what."""
+    given = method.args
+    is_asked = [each.arg for each in given.args] == ["self"] and not given.kwonlyargs and given.vararg is None
+    gives = ast.unparse(method.returns) if method.returns is not None else ""
+    return is_asked and any(pair in gives for pair in ("tuple[Severity, str]", "tuple[int, str]", "[Text"))
+
+
+def test_texts_climb_by_one_name() -> None:
+    """With a step's result, or asked for by ``drain_texts``: a third way would be forgotten by whoever gathers them."""
+    others = {
+        f"{path}:{node.lineno} {node.name}"
+        for path, node in nodes()
+        if isinstance(node, ast.FunctionDef)
+        and not node.name.startswith("_")
+        and not node.decorator_list
+        and hands_over_texts(node)
+        and node.name != "drain_texts"
+    }
+    assert not others
+
+
 HOMES = {
     "6378137": "mavlink_bridge/language/geodesy.py",
     "6371000": "mavlink_bridge/language/geodesy.py",

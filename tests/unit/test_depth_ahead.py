@@ -75,13 +75,13 @@ def test_the_stop_names_the_good_water_behind():
     ahead.look(7, at(10.5, 1.0), 5.0, source, None, None)
     assert ahead.last_good == (10.0, 0.0), "every two metres"
     look = ahead.look(8, at(18.0, 1.0), 4.2, source, None, None)
-    (text,) = ahead.texts(True, look, at(18.0))
+    (text,) = ahead.told(True, look, at(18.0))
     assert text[1] == "Shallow water ahead (): stopping; good water 8 m off on 180"
-    ahead.texts(False, look, at(18.0))
-    (text,) = ahead.texts(True, look, at(10.5))
+    ahead.told(False, look, at(18.0))
+    (text,) = ahead.told(True, look, at(10.5))
     assert text[1].endswith("stopping"), "here is as good"
-    ahead.texts(False, look, None)
-    assert ahead.texts(True, look, None)[0][1].endswith("stopping")
+    ahead.told(False, look, None)
+    assert ahead.told(True, look, None)[0][1].endswith("stopping")
 
 
 def test_without_a_position_nothing_is_kept():

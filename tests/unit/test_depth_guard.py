@@ -547,7 +547,7 @@ def test_the_chain_takes_new_settings_too():
 
 def test_an_output_says_nothing_it_was_not_told():
     out = GuardOutput(UNKNOWN, None, None, None)
-    assert (out.abort, out.flags) == (False, DepthFlags())
+    assert (out.abort, out.neutral, out.flags) == (False, False, DepthFlags())
     assert (out.slow_to_mps, out.map_least_m, out.suggestion, out.closing_mps, out.texts) == (None, None, None, 0.0, ())
 
 
@@ -619,6 +619,44 @@ def test_who_presses_on_is_locked_without_waiting_for_evidence():
 
 def test_who_turns_back_and_still_closes_waits_for_evidence_in_neutral():
     assert locked_at(True, path=lambda reach_m: (NorthEast((0.0, 0.0)),)) == (pytest.approx(3.86), 3)
+
+
+@pytest.mark.parametrize(
+    ("out_m", "waited"), [(4.9, 3), (5.25, 0)], ids=["ten metres on it is behind her", "it is still ahead"]
+)
+def test_whether_a_path_leads_back_is_looked_at_ten_metres_on(out_m, waited):
+    """Out along the slope and straight back: she is 2 m past the good water when the lock is in question."""
+
+    def hairpin(reach_m):
+        return (NorthEast((11.2 + out_m - abs(reach_m - out_m), 0.0)),)
+
+    assert locked_at(True, path=hairpin)[1] == waited
+
+
+def test_neutral_ends_with_the_doubt():
+    run = Run(DepthGuardConfig(input=RAW.model_copy(update={"sigma_m": 0.01})))
+    seen = []
+    for number, altitude_m in enumerate([5.0 - 0.01 * step for step in range(114)] + [3.91] * 3):
+        state = at(0.1 * number, 1.0)
+        run.guard.measure(Distance(number * 100_000, altitude_m), state)
+        back = (NorthEast((0.0, 0.0)),)
+        out = run.guard.step(number * 100_000, state, altitude_m < 3.95, lambda reach_m, back=back: back, stopping)
+        seen.append((out.state, out.neutral))
+    assert seen[-6:] == [(CORRECTION, True)] * 3 + [(CORRECTION, False)] * 3
+
+
+def test_what_was_sounded_on_the_way_in_does_not_bar_a_corrections_way_out():
+    """3.92 m under the keel ahead: a stop in good water at 4.3 m, none for a correction at 3.97 m, which may use it."""
+    guard = DepthGuard(DepthGuardConfig(input=RAW, rate_look_ahead=False), HULL)
+    for _ in range(10):
+        guard.memory.note(at(4.0, 0.0), 0, 3.92, 0)
+    guard.memory.close_cell()
+    stops = []
+    for number, altitude_m in enumerate([4.3, 3.97, 3.97, 3.97]):
+        guard.measure(Distance(number * 100_000, altitude_m), None)
+        out = guard.step(number * 100_000, at(0.0, 2.0), True, None, stopping)
+        stops.append((out.state, out.flags.depth_ahead))
+    assert stops == [(OK, True)] + [(CORRECTION, False)] * 3
 
 
 def test_a_correction_is_not_ended_by_one_low_reading_but_by_three_far_below():

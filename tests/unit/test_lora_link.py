@@ -159,7 +159,7 @@ def test_an_upload_given_up_and_stored_after_all_is_told():
     texts = []
     for _ in range(200):
         rig.run(1.0)
-        texts += [text for _, text in rig.twin.texts()]
+        texts += [text for _, text in rig.twin.drain_texts()]
     assert any("stored the plan that was not confirmed" in text for text in texts)
 
 

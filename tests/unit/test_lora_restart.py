@@ -137,7 +137,7 @@ def texts_of(rig, seconds):
     found = []
     for _ in range(round(seconds)):
         rig.run(1.0)
-        found += [text for _, text in rig.twin.texts()]
+        found += [text for _, text in rig.twin.drain_texts()]
     return found
 
 

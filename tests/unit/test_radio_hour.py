@@ -78,10 +78,10 @@ def test_five_stops_with_their_answers_are_never_spent_on_a_mission():
     while rig.twin.link.ledger.stops_left(rig.now_us):
         stops += 1
         rig.vessel.under_way_again()
-        rig.twin.texts()
+        rig.twin.drain_texts()
         assert rig.ask(Arm(False))[1].result is Result.ACCEPTED
         assert rig.vessel.neutral_us is not None
-        told += [text for _, text in rig.twin.texts()]
+        told += [text for _, text in rig.twin.drain_texts()]
         rig.run(11.0)
     assert any("this hour holds 1 more stop" in text for text in told)
     assert stops >= 5
@@ -100,4 +100,4 @@ def test_arming_tells_how_many_stops_the_hour_holds():
     rig = Rig(profile("n-0.1"))
     rig.run(30.0)
     assert rig.ask(Arm(True))[1].result is Result.ACCEPTED
-    assert any("more stops" in text for _, text in rig.twin.texts())
+    assert any("more stops" in text for _, text in rig.twin.drain_texts())

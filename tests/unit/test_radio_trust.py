@@ -213,7 +213,7 @@ def test_ends_of_different_versions_know_it_and_can_stop_the_boat(newer: str) ->
     rig.radio._say = lambda severity, text: said.append(text)
     (rig.radio.link if newer == "vessel" else rig.twin.link).pairing.own_version = 3
     rig.run(60.0)
-    told = [text for _, text in rig.twin.texts()]
+    told = [text for _, text in rig.twin.drain_texts()]
     assert any("format" in text and "Hold and Disarm" in text for text in told)
     assert any("format" in text and "Hold and Disarm" in text for text in said)
     # where it is and what it does is shown, nothing else is read
@@ -249,4 +249,4 @@ def test_an_old_gateway_is_told_and_so_are_the_people_aboard() -> None:
 def test_an_old_vessel_is_told_on_shore() -> None:
     rig = Rig(profile("o-10"))
     rig.twin.receive(OldVoice(KEY, Direction.TO_SHORE, 77).say(Severity.WARNING, "x")[0], rig.now_us)
-    assert any("first release" in text for _, text in rig.twin.texts())
+    assert any("first release" in text for _, text in rig.twin.drain_texts())

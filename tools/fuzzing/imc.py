@@ -71,7 +71,7 @@ class Target:
         frames = self.frames.receive(out, now_us)
         assert self.frames.counters.skipped_bytes == 0, "half a frame for the vehicle"
         self.node.drain_texts()
-        self.desk.events()
+        self.desk.drain_texts()
         return len(sent), len(frames)
 
 

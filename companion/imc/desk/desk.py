@@ -119,7 +119,7 @@ class Desk:
         self._now_us = now_us
         return self.engine.view()
 
-    def events(self) -> list[tuple[int, str]]:
+    def drain_texts(self) -> list[tuple[int, str]]:
         """(MAV_SEVERITY, text) for logs and log book since the last call."""
         events, self._events = self._events, []
         return events

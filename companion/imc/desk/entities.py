@@ -33,7 +33,7 @@ class Parts:
         """Names of the parts in the table, in alphabetical order; they never change."""
         return sorted({section_of(info) for info in self._infos.values()})
 
-    def texts(self, section: str) -> list[tuple[str, str]]:
+    def values_of(self, section: str) -> list[tuple[str, str]]:
         """(name, value) of a part's parameters, as far as the vehicle has told them."""
         return [(name, self.text(name)) for name in sorted(self.values) if self._section(name) == section]
 

@@ -101,6 +101,6 @@ class ParamsDesk:
             self._tell(section, asker)
 
     def _tell(self, section: str, asker: Asker, names: Sequence[str] | None = None) -> None:
-        texts = [each for each in self._parts.texts(section) if names is None or each[0] in names]
+        texts = [each for each in self._parts.values_of(section) if names is None or each[0] in names]
         params = tuple(imc.EntityParameter(name=name, value=value) for name, value in texts)
         self._answer(imc.EntityParameters(name=section, params=params), asker, section)

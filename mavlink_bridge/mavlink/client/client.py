@@ -110,7 +110,7 @@ class VehicleClient:
 
     def drain_texts(self) -> list[tuple[int, str]]:
         """(MAV_SEVERITY, text) of the vehicle since the last call."""
-        return self.texts_heard.drain()
+        return self.texts_heard.drain_texts()
 
     # ---- what its user does -------------------------------------------------------------------------------------
 

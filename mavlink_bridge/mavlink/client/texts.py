@@ -38,7 +38,7 @@ class Texts:
             self._kept.append((self.count, message.severity, text))
             self._new.append((message.severity, text))
 
-    def drain(self) -> list[tuple[int, str]]:
+    def drain_texts(self) -> list[tuple[int, str]]:
         """(MAV_SEVERITY, text) since the last call, oldest first."""
         texts = list(self._new)
         self._new.clear()

@@ -28,7 +28,7 @@ class Sayings:
         self._said[text] = now_us
         self._texts = [*self._texts[-_MAX_TEXTS:], (severity, text)]
 
-    def taken(self) -> list[tuple[Severity, str]]:
+    def drain_texts(self) -> list[tuple[Severity, str]]:
         """Texts since the last call."""
         found, self._texts = self._texts, []
         return found
@@ -36,7 +36,7 @@ class Sayings:
     def logged(self, now_us: int) -> tuple[LogText, ...]:
         """The same, numbered, for a picture."""
         found = []
-        for severity, text in self.taken():
+        for severity, text in self.drain_texts():
             self._number += 1
             found.append(LogText(self._number, now_us, severity, text))
         return tuple(found)

@@ -246,9 +246,9 @@ class ShoreTwin:
         """Queue a text of the gateway's own; the same one at most every ``gap_us``."""
         self._sayings.say(severity, text, now_us, gap_us=gap_us)
 
-    def texts(self) -> list[tuple[Severity, str]]:
+    def drain_texts(self) -> list[tuple[Severity, str]]:
         """Texts since the last call or snapshot, for when there is no snapshot to carry them."""
-        return self._sayings.taken()
+        return self._sayings.drain_texts()
 
     def _near_e7(self) -> tuple[int, int] | None:
         state = self.state

@@ -176,7 +176,7 @@ class DepthAhead:
             look = self._by_map(look, self.map, state, path_ahead, reach_m)
         return look
 
-    def texts(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
+    def told(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
         """What to tell about this look: once per approach, once per stop."""
         texts = []
         if look.left_s is None or look.left_s > 1.5 * self._warn_s:

@@ -117,8 +117,8 @@ class DepthGuard:
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
         self._brake_until_us = -_BRAKE_REST_US
-        self._doubts = False
-        """A correction closes in its turn, and its soundings may mean a lock: neutral until they prove it or not."""
+        self._doubts: bool
+        """In this step: a correction closes in its turn, and its soundings may mean a lock: neutral until they prove it or not."""
         self.memory = DepthMemory(config.memory, config.input.sigma_m) if config.memory.enabled else None
         """What has been sounded, now and on earlier voyages."""
         self.utc_s = 0
@@ -225,7 +225,7 @@ class DepthGuard:
             stopping_distance_fn=stopping_distance_fn,
         )
         stop_ahead = loops_active and ahead.stop
-        texts += self._ahead.texts(stop_ahead, ahead, state)
+        texts += self._ahead.told(stop_ahead, ahead, state)
         speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
         brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
         lost = lost_s is not None
