@@ -24,7 +24,7 @@ from .settings import Settings, params
 from .settings.moved import parameter_told
 
 
-class Parameters:
+class SettingsParams:
     """The parameter table over the settings in force."""
 
     def __init__(self, settings: Settings) -> None:
@@ -117,7 +117,7 @@ class Facade:
     """The VehiclePort of ``mavlink_bridge.mavlink.persona.port``."""
 
     def __init__(self, settings: Settings, mission: Mission, identity: Identity) -> None:
-        self.params = Parameters(settings)
+        self.params = SettingsParams(settings)
         self.plans = Plans(mission)
         self.identity = identity
         self.logs: Logs | None = None

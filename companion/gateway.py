@@ -28,14 +28,14 @@ from mavlink_bridge.radio.codec.request import crosses
 from mavlink_bridge.radio.memory import KeptLedger
 from mavlink_bridge.radio.session import NONCE_BYTES
 from mavlink_bridge.radio.shore import ShoreTwin
-from mavlink_bridge.radio.shore.memory import Picture, read as read_picture, write as write_picture
+from mavlink_bridge.radio.shore.memory import ShorePicture, read as read_picture, write as write_picture
 from mavlink_bridge.radio.shore.showing import Showing
 
 from .core.config import Config
 from .core.guard.gate import Gate, GateConfig
 from .core.vehicle.config import OperatorIds
 from .core.vehicle.operators import Operators, leads
-from .facade import Parameters, software_version
+from .facade import SettingsParams, software_version
 from .io.keeping import AnyStore, MemoryStore
 from .io.keeping.content import SaveValue
 from .io.links import Link, Opened, Received, open_link
@@ -128,7 +128,7 @@ class Gateway:
         self.twin = ShoreTwin(
             profile=self.profile,
             key=read_key(settings.key_file),
-            params=Parameters(vessel),
+            params=SettingsParams(vessel),
             identity=Identity(
                 uid=0x5553_5600_0000_0000 | settings.system_id, version=software_version(), name=settings.name
             ),
@@ -160,7 +160,7 @@ class Gateway:
         self._local_us: int | None = None
         self._was_fresh = False
         self._started_utc_us = started_utc_us
-        self._kept: Picture | None = None
+        self._kept: ShorePicture | None = None
         self._kept_us = 0
         picture = read_picture(self.store.snapshot().values.get(PICTURE_KEY, ""))
         if picture is not None:

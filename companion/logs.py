@@ -15,7 +15,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.mavlink.persona.port import LOG_PIECE, LogInfo, LogLostError
 
-from .io.recording.log_archive import AnyArchive, Erase, Fetched, LogOp, Look, Read
+from .io.recording.log_archive import AnyArchive, ArchiveLook, Erase, Fetched, LogOp, Read
 
 KEPT_PIECES: Final = 32
 MAX_FETCHES: Final = 32
@@ -43,7 +43,7 @@ class Logs:
     def look(self) -> int:
         """Have the logs looked up, once for all who ask meanwhile."""
         if self._looking is None:
-            self._looking = self._order(Look())
+            self._looking = self._order(ArchiveLook())
         return self._looking
 
     def erase(self) -> None:

@@ -16,11 +16,11 @@ from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 
-from .core.ais.receiver import AisWord, Received as AisReport
+from .core.ais.receiver import AisWord, ReceivedReport as AisReport
 from .core.board import Arduino
 from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
-from .io.links.link import Guarded
+from .io.links.link import GuardedLink
 
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 MTU_BYTES = 1200
@@ -209,7 +209,7 @@ class GroundPort(_Counted):
         super().__init__(link, kind)
         self._doorstep = doorstep
         self.strangers: dict[int, Doorstep] = {}
-        if doorstep is not None and isinstance(link, Guarded):
+        if doorstep is not None and isinstance(link, GuardedLink):
             link.guard()
         self.conversations: dict[int, Conversation] = {}
         self.talks: tuple[tuple[int, Conversation], ...] = ()
@@ -250,7 +250,7 @@ class GroundPort(_Counted):
             del self.strangers[event.channel]
             talk = self._converse(event.channel, self.open_channels.get(event.channel, ""))
             self.conversations[event.channel] = talk
-            if isinstance(self.link, Guarded):
+            if isinstance(self.link, GuardedLink):
                 self.link.trust(event.channel)
             talk.receive(proof, now_us)
 

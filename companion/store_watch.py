@@ -10,7 +10,7 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Severity
 
-from .facade import Parameters
+from .facade import SettingsParams
 from .io.keeping import Completion, StoreContent
 from .io.keeping.mark import departure_refusal
 from .settings import Settings
@@ -43,7 +43,7 @@ class StoreWatch:
         trouble = f"store: {self._trouble}; mend it, or arm by force" if self._trouble and self._required else ""
         return tuple(text for text in (self._aside, trouble) if text)
 
-    def take_back(self, params: Parameters, stored: Mapping[str, float], warnings: tuple[str, ...]) -> Settings:
+    def take_back(self, params: SettingsParams, stored: Mapping[str, float], warnings: tuple[str, ...]) -> Settings:
         """Put stored parameters in force and tell what differs from the file and what no longer fits; return the settings then."""
         told = overrides(params, stored)
         self.standing = (*warnings, *told)
@@ -82,7 +82,7 @@ class StoreWatch:
         self._say(Severity.WARNING, f"Store: {self._trouble}; {then}, tried again every 30 s")
 
 
-def overrides(params: Parameters, stored: Mapping[str, float]) -> list[str]:
+def overrides(params: SettingsParams, stored: Mapping[str, float]) -> list[str]:
     """Which stored parameters differ from the configuration's, one line each."""
     lines = []
     for name, value in sorted(stored.items()):

@@ -12,7 +12,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 from mavlink_bridge.mavlink.persona import EndpointConfig
 from mavlink_bridge.mavlink.telemetry.streams import Composer
-from mavlink_bridge.mavlink.wire.signing import SigningState, Verdict
+from mavlink_bridge.mavlink.wire.signing import FrameVerdict, SigningState
 
 from .io.links import Link
 from .io.links.link import Selective
@@ -51,7 +51,7 @@ class Strangers:
             return None
 
         def receive(peer: str, invited: bool) -> Doorstep:
-            def refused(verdict: Verdict, now_us: int) -> None:
+            def refused(verdict: FrameVerdict, now_us: int) -> None:
                 self.refused(config.name, peer, verdict.value, now_us)
 
             return Doorstep(config, signing, link_id=link_id, invited=invited, composer=composer, on_refused=refused)

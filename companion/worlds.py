@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from .io.keeping import AnyStore, MemoryStore, Store, StoreContent
-from .io.keeping.content import Entry, rows_of
+from .io.keeping.content import StoredRow, rows_of
 from .io.keeping.file import make_new
 from .io.keeping.look import look
 from .io.keeping.mark import WorldKind, marks, new_vessel_id
@@ -95,7 +95,7 @@ def simulated_store(path: Path | None, content: StoreContent, writer: Writer | N
     if path.exists():
         _refuse_foreign(path)
     else:
-        rows = [Entry(section, key, body) for (section, key), body in rows_of(content).items() if section != "meta"]
+        rows = [StoredRow(section, key, body) for (section, key), body in rows_of(content).items() if section != "meta"]
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             make_new(path, [*marks(WorldKind.SIMULATED, content.vessel or new_vessel_id()), *rows])

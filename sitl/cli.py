@@ -13,7 +13,7 @@ from typing import Any, TextIO
 import config as shipped
 from companion.build import in_run_dir
 from companion.commands.numbers import positive
-from companion.commands.progress import Progress
+from companion.commands.progress import ProgressLine
 from companion.commands.run import describe
 from companion.commands.stations import places
 from companion.commands.status import StatusView, Views, Watched, airtime_of
@@ -31,7 +31,7 @@ from companion.worlds import apart, check_run_dir
 
 from . import again, cli_encounters, cli_scenario, imc, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
-from .scenario.autostart import AutoStart, PlanError, read_plan_file
+from .scenario.autostart import AutoStart, AutostartError, read_plan_file
 from .world import SimSettings, World
 from .world.instance import move_instance
 from .world.settings import STATION_SPEED, at_speed, on_this_computer
@@ -121,7 +121,7 @@ def command(arguments: argparse.Namespace) -> int:
         if not arguments.json and sys.stdout.isatty():
             driven = Watched(driven, StatusView(speed=speed, airtime=airtime))
     if speed is None and sys.stderr.isatty():
-        driven = Watched(driven, Progress("simulating", arguments.duration))
+        driven = Watched(driven, ProgressLine("simulating", arguments.duration))
     with imc.beside(bridge) if bridge else contextlib.nullcontext():
         status = run(driven, clock, stop, period_us=world.period_us, until_us=until_us)
     status = _tell_the_end(arguments, world, time.monotonic() - began, run_dir) or status
@@ -231,7 +231,7 @@ def _plan(arguments: argparse.Namespace) -> Any:
         return None
     try:
         return read_plan_file(arguments.plan)
-    except PlanError as error:
+    except AutostartError as error:
         raise ConfigError(str(arguments.plan), error.mistakes) from None
 
 

@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from companion.commands.progress import Progress
+from companion.commands.progress import ProgressLine
 from companion.io.interpreter import cores
 from companion.io.whole_file import write_whole
 from companion.settings import ConfigError
@@ -54,7 +54,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.count < 1:
         raise ConfigError("--count", [f"{arguments.count}: at least 1"])
     encounters = encounters_of(arguments.encounters, arguments.count, arguments.seed or 1)
-    with Progress("judged", None) as shown:
+    with ProgressLine("judged", None) as shown:
         verdicts = judge_all(
             encounters, min(cores(), len(encounters)), lambda count, total: shown.count(count, total, "encounters")
         )

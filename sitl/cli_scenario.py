@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import config as shipped
-from companion.commands.progress import Progress
+from companion.commands.progress import ProgressLine
 from companion.io.log_file import make_run_folder
 from companion.io.whole_file import write_whole
 from companion.settings import ConfigError
@@ -22,7 +22,7 @@ from companion.settings import ConfigError
 from .campaign import make_page, read_campaign, run_campaign
 from .campaign.campaign import Work, finished, summary
 from .campaign.work import CampaignError, over_cores
-from .scenario import Outcome, read_scenario
+from .scenario import ScenarioOutcome, read_scenario
 from .scenario.expect import Finding
 from .scenario.file import library
 from .scenario.run import run
@@ -66,7 +66,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.run_dir is not None:
         make_run_folder(arguments.run_dir)
     began = time.monotonic()
-    with Progress("simulating", scenario.text.scenario.duration_s) as shown:
+    with ProgressLine("simulating", scenario.text.scenario.duration_s) as shown:
         outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir, watch=shown.at)
     wall_s = time.monotonic() - began
     if arguments.json:
@@ -140,7 +140,7 @@ def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
         yield lambda finished, every: bar.update(task, completed=finished)
 
 
-def table(outcome: Outcome) -> list[str]:
+def table(outcome: ScenarioOutcome) -> list[str]:
     """The findings as lines; what the vessel said follows when something failed."""
     rows = [("", "expectation", "found", "limit"), *map(_row, outcome.findings)]
     widths = [max(len(row[column]) for row in rows) for column in range(4)]

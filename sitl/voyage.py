@@ -13,12 +13,12 @@ from mavlink_bridge.mavlink.missions.plan_mapping import PlanError as ItemError,
 from mavlink_bridge.plans import PlanFile
 
 from .plant import Truth
-from .scenario.autostart import AutoStart, PlanError
+from .scenario.autostart import AutoStart, AutostartError
 from .world import SimSettings, World
 
 
 @dataclass(frozen=True, slots=True)
-class Voyage:
+class VoyageOutcome:
     """What came of it."""
 
     track: tuple[Truth, ...]
@@ -32,11 +32,11 @@ class Voyage:
 
 def simulate(
     plan: PlanFile, *, duration_s: float, seed: int = 0, settings: tuple[str, ...] = (), run_dir: Path | None = None
-) -> Voyage:
+) -> VoyageOutcome:
     """Sail ``plan`` for ``duration_s`` of simulated time, with no ground station. Equal seeds give equal voyages.
 
     ``settings`` are ``key=value`` over the shipped simulator's, as with ``companion sim --set``; ``run_dir`` records the run.
-    Raises ConfigError for a bad setting, PlanError for a plan that the vessel refuses, with every mistake or its reason.
+    Raises ConfigError for a bad setting, AutostartError for a plan that the vessel refuses, with every mistake or its reason.
     """
     loaded = load(shipped.path("sim.toml"), ("operator.gcs_required=false", *settings), SimSettings)
     world = World(loaded, seed, run_dir=run_dir)
@@ -51,13 +51,13 @@ def simulate(
     finally:
         world.shutdown(world.now_us)
     if starter.failure:
-        raise PlanError([starter.failure])
-    return Voyage(tuple(track), tuple(texts), tuple(world.metrics.summary()), world.metrics.distance_m)
+        raise AutostartError([starter.failure])
+    return VoyageOutcome(tuple(track), tuple(texts), tuple(world.metrics.summary()), world.metrics.distance_m)
 
 
 def _loads(plan: PlanFile) -> list[LoadPlan]:
     loads = [load_plan(kind, items) for kind in PlanKind if (items := plan.items(kind))]
     mistakes = [f"item {load.seq}: {load.reason}" for load in loads if isinstance(load, ItemError)]
     if mistakes:
-        raise PlanError(mistakes)
+        raise AutostartError(mistakes)
     return [load for load in loads if isinstance(load, LoadPlan)]

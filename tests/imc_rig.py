@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import config
-from companion.facade import Parameters
+from companion.facade import SettingsParams
 from companion.imc.desk import Desk, DeskConfig
 from companion.io.links.link import Received
 from companion.io.links.mem import pair
@@ -128,7 +128,7 @@ class Rig:
         self.desk = Desk(
             self.config,
             self.client,
-            Parameters(self.world.settings),
+            SettingsParams(self.world.settings),
             saved=self.saved,
             save=self._save,
             utc_s=lambda now_us: UTC_S + now_us * 1e-6,

@@ -6,12 +6,12 @@ import math
 import random
 from collections.abc import Callable, Sequence
 
-from companion.core.ais.receiver import AisWord, Received
+from companion.core.ais.receiver import AisWord, ReceivedReport
 from companion.core.nmea import NmeaConfig, NmeaReader
 from companion.core.traffic import Traffic, TrafficConfig
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, Severity
-from mavlink_bridge.language.traffic import TrafficPicture, Vessel
+from mavlink_bridge.language.traffic import OtherVessel, TrafficPicture
 from sitl.traffic.target import Target, VesselText
 from sitl.traffic.transmitter import AisText, Transmitter
 
@@ -41,7 +41,7 @@ class Sea:
             for number, target in enumerate(self.targets)
         ]
         self.reader = NmeaReader(NmeaConfig())
-        self._heard: list[Received | AisWord] = []
+        self._heard: list[ReceivedReport | AisWord] = []
         self.traffic = Traffic(config or TrafficConfig())
         self.own_mps, self.own_rad = own_mps, math.radians(own_deg)
         self.north_m = self.east_m = 0.0
@@ -98,7 +98,7 @@ class Sea:
                 each()
         return self.picture
 
-    def vessel(self, number: int = 0) -> Vessel | None:
+    def vessel(self, number: int = 0) -> OtherVessel | None:
         mmsi = self.targets[number].mmsi
         return next((vessel for vessel in self.picture.vessels if vessel.mmsi == mmsi), None)
 

@@ -33,7 +33,7 @@ from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.air import RadioProfile
 from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.wire import TAG_BYTES
-from mavlink_bridge.radio.session import NONCE_BYTES, Direction, Pairing
+from mavlink_bridge.radio.session import NONCE_BYTES, Pairing, RadioDirection
 from mavlink_bridge.radio.shore import ShoreTwin
 from mavlink_bridge.radio.shore.view import CachedPlans
 from sitl.radio import RadioConfig, RadioPair
@@ -52,12 +52,12 @@ def profile(name: str, **changes: object) -> RadioProfile:
 
 def acquainted(
     *, key: bytes = KEY, system_id: int = 1, seed: int = 0, tag_bytes: int = TAG_BYTES, now_us: int = 0
-) -> dict[Direction, Pairing]:
+) -> dict[RadioDirection, Pairing]:
     """Both ends of a link that have greeted each other, by the direction in which they speak."""
     rng = random.Random(f"{seed}/acquainted")
     air = profile("o-10")
-    ends = {way: Pairing(key, system_id, way, rng.randbytes(NONCE_BYTES), air) for way in Direction}
-    vessel, shore = ends[Direction.TO_SHORE], ends[Direction.TO_VESSEL]
+    ends = {way: Pairing(key, system_id, way, rng.randbytes(NONCE_BYTES), air) for way in RadioDirection}
+    vessel, shore = ends[RadioDirection.TO_SHORE], ends[RadioDirection.TO_VESSEL]
     for speaker, listener, proof in ((shore, vessel, False), (vessel, shore, True), (shore, vessel, True)):
         body, proven = speaker.hello(now_us, please=False, proof=proof)
         frame = Sealer(speaker, tag_bytes=tag_bytes).hello(body, proven)

@@ -14,7 +14,7 @@ from typing import Any, Final, TextIO
 from ..settings import ConfigError
 from ..status.client import Client, LostError, places, reach
 from ..status.picture import NoPictureError, Picture, from_fields
-from .status.panel import Line, line
+from .status.panel import PanelLine, line
 from .status.view import Screen
 
 OLD_S: Final = 3.0
@@ -113,7 +113,7 @@ class _Shown:
         if self._drawn_s >= self._heard_s and now_s - self._drawn_s < _AGAIN_S:
             return
         self._drawn_s = now_s
-        note = Line("NO WORD", f"of {self._name} for {old_s:.0f} s: what follows is old", "red")
+        note = PanelLine("NO WORD", f"of {self._name} for {old_s:.0f} s: what follows is old", "red")
         self._screen.draw(self._picture, [note] if old_s > OLD_S else [])
 
     def _lines(self, picture: Picture) -> None:

@@ -31,7 +31,7 @@ from ..io.loop import StopFlag, run
 from ..io.writer import Writer
 from ..ports import ArduinoPort
 from ..settings import Settings, load, load_vessel
-from .bench_keys import Keys
+from .bench_keys import Keyboard
 
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
 PATIENCE_US: Final = 8_000_000
@@ -48,7 +48,7 @@ WARNING: Final = "Thrusters and rudders will move. Take the propellers off, or k
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BenchStep:
     """One position to hold. ``shares`` −1...1 in the order of CHANNELS; a question waits for its answer."""
 
     label: str
@@ -137,22 +137,22 @@ def _confirmed() -> bool:
     return input("Type yes to go on: ").strip().lower() == "yes"
 
 
-def plan(arguments: argparse.Namespace) -> Iterator[Step]:
+def plan(arguments: argparse.Namespace) -> Iterator[BenchStep]:
     """Return the positions to go through."""
     wanted = tuple(arguments.only or CHANNELS)
     if arguments.check:
         yield from questions(wanted, arguments.limit)
     elif arguments.hold is not None:
         shares = _shares(wanted, arguments.hold)
-        yield Step(f"hold {arguments.hold:+.1f}", shares, math.inf)
+        yield BenchStep(f"hold {arguments.hold:+.1f}", shares, math.inf)
     else:
         for name in wanted:
             for tenths in (*range(11), *range(9, -11, -1), *range(-9, 1)):
                 share = tenths / 10 * arguments.limit
-                yield Step(f"{name} {share:+.2f}", _shares((name,), share), arguments.period)
+                yield BenchStep(f"{name} {share:+.2f}", _shares((name,), share), arguments.period)
 
 
-def questions(wanted: Sequence[str], share: float) -> Iterator[Step]:
+def questions(wanted: Sequence[str], share: float) -> Iterator[BenchStep]:
     """Return the direction and trim check of each output."""
     for name in wanted:
         thruster = name.startswith("thruster")
@@ -163,14 +163,14 @@ def questions(wanted: Sequence[str], share: float) -> Iterator[Step]:
             else "turn the vessel to starboard (its trailing edge goes to starboard)"
         )
         key = f"actuators.board.{name}"
-        yield Step(
+        yield BenchStep(
             f"{name} at rest",
             _shares((), 0.0),
             math.inf,
             f"Does {name} {at_rest}?",
             f"{key}.trim_us: change it by a few microseconds at a time (positive = ahead, starboard)",
         )
-        yield Step(
+        yield BenchStep(
             f"{name} {share:+.2f}",
             _shares((name,), share),
             math.inf,
@@ -188,7 +188,7 @@ class Bench:
     """What the loop drives: the board's port, one step after the other, neutral before and after."""
 
     def __init__(
-        self, link: Link, config: ActuatorConfig, steps: Sequence[Step], hull: HullGeometry, period_us: int
+        self, link: Link, config: ActuatorConfig, steps: Sequence[BenchStep], hull: HullGeometry, period_us: int
     ) -> None:
         rudder_max_rad = hull.rudder_max_rad
         self.port = ArduinoPort(link, Arduino(config, rudder_max_rad, seen=True))
@@ -197,7 +197,7 @@ class Bench:
             rudder_max_rad,
             period_us,
         )
-        self.keys = Keys()
+        self.keys = Keyboard()
         self.stop = StopFlag()
         self.failure = ""
         self.findings: list[str] = []
@@ -283,7 +283,7 @@ class Bench:
             self._steps.pop(0)
             self._held_us, self._asked = 0, False
 
-    def _prompt(self, step: Step, at_rest: bool) -> None:
+    def _prompt(self, step: BenchStep, at_rest: bool) -> None:
         """Say what is wanted, once for a question and once for a whole sweep."""
         if self._asked:
             return
@@ -298,7 +298,7 @@ class Bench:
                 flush=True,
             )
 
-    def _is_over(self, step: Step, typed: str) -> bool:
+    def _is_over(self, step: BenchStep, typed: str) -> bool:
         if not step.question:
             return self._held_us >= step.seconds * 1e6
         answer = next((letter for letter in reversed(typed) if letter in "yn"), "")

@@ -21,7 +21,7 @@ REPEAT_US: Final = 350_000
 _AT_ONCE: Final = 256
 
 
-class Keys:
+class Keyboard:
     """The keyboard while a ``with`` block lasts: single characters, without echo."""
 
     def __init__(self) -> None:
@@ -32,7 +32,7 @@ class Keys:
         self._pressed_us: int | None = None
         self._repeats = False
 
-    def __enter__(self) -> Keys:
+    def __enter__(self) -> Keyboard:
         try:
             self._fd = sys.stdin.fileno()
         except (OSError, ValueError):

@@ -13,7 +13,7 @@ from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
 from ..core.guard.depth.soundings import parse
 from ..core.guard.depth.tiles import SIDE, Cell
 from ..io.keeping import StoreContent
-from ..io.keeping.content import Entry, SaveDepth, entries_of
+from ..io.keeping.content import SaveDepth, StoredRow, entries_of
 from ..io.keeping.depth_store import (
     SIGMA_M,
     Sounded,
@@ -29,7 +29,7 @@ from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from .depth_convert import add_convert
 from .numbers import number
-from .progress import Progress
+from .progress import ProgressLine
 from .store import read_store, write_store
 
 _MANY = 100_000
@@ -84,7 +84,11 @@ def _export(arguments: argparse.Namespace) -> int:
     if path is None:
         sys.stdout.writelines(lines)
         return 0
-    with Progress("soundings", None) as shown, whole_file(path) as beside, beside.open("w", encoding="utf-8") as file:
+    with (
+        ProgressLine("soundings", None) as shown,
+        whole_file(path) as beside,
+        beside.open("w", encoding="utf-8") as file,
+    ):
         for done, line in enumerate(lines):
             shown.count(done / 1e3, SIDE * SIDE * len(content.depth) / 1e3, "thousand at most")
             file.write(line)
@@ -103,7 +107,7 @@ def _import(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store) if arguments.store.is_file() else StoreContent()
     memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=_MANY), SIGMA_M)
     restore(memory, content.depth)
-    shown = Progress("soundings", None)
+    shown = ProgressLine("soundings", None)
     for done, each in enumerate(found):
         shown.count(done / 1e3, len(found) / 1e3, "thousand")
         place = memory.geometry.cell_of(math.radians(each.lat_deg), math.radians(each.lon_deg))
@@ -144,7 +148,7 @@ def _soundings(path: Path, order: Any) -> list[Sounded]:
 def _forget(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
     if arguments.all:
-        done = write_store(arguments.store, [Entry("depth", "", None)])
+        done = write_store(arguments.store, [StoredRow("depth", "", None)])
         print(f"{arguments.store}: {len(content.depth)} tiles forgotten")
         return 0 if done else 1
     lat, lon = math.radians(arguments.near[0]), math.radians(arguments.near[1])
@@ -163,7 +167,7 @@ def _distance_m(lat_rad: float, lon_rad: float, other_lat: float, other_lon: flo
     return math.hypot((other_lat - lat_rad) * per_lat, (other_lon - lon_rad) * per_lon)
 
 
-def _entries(memory: DepthMemory) -> list[Entry]:
+def _entries(memory: DepthMemory) -> list[StoredRow]:
     changed, gone = memory.take_changes(_MANY)
     cell_m = memory.geometry.cell_m
     tiles = tuple((join_key(cell_m, key), tile) for key, tile in changed)

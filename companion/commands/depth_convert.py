@@ -20,10 +20,10 @@ from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .chart.fill import Fill
-from .chart.source import METRES, Block, ChartError, Source, opened
-from .chart.tally import Tally
+from .chart.source import METRES, Block, ChartError, ChartSource, opened
+from .chart.tally import BlockTally
 from .numbers import number
-from .progress import Progress
+from .progress import ProgressLine
 
 _INTERRUPTED: Final = 130
 """Exit status of a program that Ctrl-C has ended, as shells have it."""
@@ -78,7 +78,7 @@ def _convert(arguments: argparse.Namespace) -> int:
     if arguments.out.suffix not in (".xyz", ".depth"):
         print(f"{arguments.out}: must end in .xyz or .depth", file=sys.stderr)
         return 2
-    progress = Progress("chart", None)
+    progress = ProgressLine("chart", None)
     try:
         with opened(arguments) as source:
             told = _write(arguments, source, progress)
@@ -93,10 +93,10 @@ def _convert(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _write(arguments: argparse.Namespace, source: Source, progress: Progress) -> list[str]:
+def _write(arguments: argparse.Namespace, source: ChartSource, progress: ProgressLine) -> list[str]:
     """Write what there is, and say what; nothing at all for a chart that cannot be meant. A failure leaves no half file."""
     out: Path = arguments.out
-    tally = Tally(source)
+    tally = BlockTally(source)
     with whole_file(out) as temporary:
         if out.suffix == ".depth":
             grid = Fill(source, arguments.pitch, arguments.spread)
@@ -114,7 +114,7 @@ def _write(arguments: argparse.Namespace, source: Source, progress: Progress) ->
     return [f"{out}: {made}", *tally.lines(arguments.datum)]
 
 
-def _counted(source: Source, tally: Tally, progress: Progress) -> Iterator[Block]:
+def _counted(source: ChartSource, tally: BlockTally, progress: ProgressLine) -> Iterator[Block]:
     for block in source.blocks():
         tally.add(block)
         progress.count(tally.read / 1e6, source.total / 1e6, "million cells")
@@ -122,7 +122,7 @@ def _counted(source: Source, tally: Tally, progress: Progress) -> Iterator[Block
     progress.close()
 
 
-def _xyz(arguments: argparse.Namespace, source: Source, blocks: Iterable[Block]) -> Iterator[str]:
+def _xyz(arguments: argparse.Namespace, source: ChartSource, blocks: Iterable[Block]) -> Iterator[str]:
     """Lines of a file of soundings; its head says for how much water each of them stands."""
     south, _, north, _ = source.bounds_deg()
     per_lat, per_lon = metres_per_radian(math.radians(max(abs(south), abs(north))))

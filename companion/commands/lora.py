@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from mavlink_bridge.radio.air import RadioProfile
-from mavlink_bridge.radio.air.codes import Codes, read_codes
+from mavlink_bridge.radio.air.codes import ModuleCodes, read_codes
 from mavlink_bridge.radio.air.module import ModuleError, differences, fields, wanted
 from mavlink_bridge.radio.air.module_fields import NAMES, SettingError, changed, without_key
 
@@ -143,12 +143,12 @@ def _bench(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _codes(path: Path) -> Codes:
+def _codes(path: Path) -> ModuleCodes:
     """What was learned; nothing where there is no file."""
     try:
         return read_codes(tomllib.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
-        return Codes()
+        return ModuleCodes()
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ModuleError(f"{path}: {error}") from None
 

@@ -18,7 +18,7 @@ _FIRST_S: Final = 1.0
 """Work that is done by then shows nothing."""
 
 
-class Progress:
+class ProgressLine:
     """One line that is written over. ``total_s``: seconds of voyage that there are to go through; None = not known."""
 
     def __init__(
@@ -36,7 +36,7 @@ class Progress:
         self._due_s = self._began_s + _FIRST_S
         self._width = 0
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> ProgressLine:
         return self
 
     def __exit__(

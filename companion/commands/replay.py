@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..replay import ReplayError, replay, summary
-from .progress import Progress, recorded_s
+from .progress import ProgressLine, recorded_s
 
 
 def register(subparsers: Any) -> None:
@@ -32,7 +32,7 @@ def command(arguments: argparse.Namespace) -> int:
     """Replay; exit status 0 identical, 1 different, 2 nothing to replay."""
     began = time.monotonic()
     try:
-        with Progress("replaying", recorded_s(arguments.run_dir)) as shown:
+        with ProgressLine("replaying", recorded_s(arguments.run_dir)) as shown:
             outcome = replay(
                 arguments.run_dir, changes=arguments.set, tolerant=arguments.tolerant, on_tick=shown.update
             )

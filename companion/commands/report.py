@@ -15,11 +15,11 @@ from ..report.flight import Count, Flight, uncounted
 from ..report.from_run import bytes_of, read_run
 from ..report.from_tlog import read_tlog
 from ..report.page import make_page
-from ..report.verdicts import WORDS, Limits, judge
+from ..report.verdicts import WORDS, RunLimits, judge
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .numbers import number
-from .progress import Progress
+from .progress import ProgressLine
 
 
 def register(subparsers: Any) -> None:
@@ -39,10 +39,10 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
-    with Progress("reading", None) as shown:
+    with ProgressLine("reading", None) as shown:
         flight = read(arguments.source, shown)
     output = arguments.output or default_output(arguments.source)
-    with Progress("report", None) as shown:
+    with ProgressLine("report", None) as shown:
         shown.say("drawing ...")
         text = make_page(flight, limits)
         picture = _picture(flight) if arguments.picture else None
@@ -67,7 +67,7 @@ def _picture(flight: Flight) -> bytes | None:
     return None if made is None else as_png(made)
 
 
-def _counted(shown: Progress | None, total: int) -> Count:
+def _counted(shown: ProgressLine | None, total: int) -> Count:
     """What shows how far the reading is."""
     if shown is None:
         return uncounted
@@ -81,7 +81,7 @@ def _counted(shown: Progress | None, total: int) -> Count:
     return count
 
 
-def read(source: Path, shown: Progress | None = None) -> Flight:
+def read(source: Path, shown: ProgressLine | None = None) -> Flight:
     """Read a run directory or a telemetry log. Raises ConfigError when it is neither."""
     try:
         if source.is_dir():
@@ -106,10 +106,10 @@ def default_output(source: Path) -> Path:
 
 
 def _limit_names() -> list[str]:
-    return [field.name for field in dataclasses.fields(Limits)]
+    return [field.name for field in dataclasses.fields(RunLimits)]
 
 
-def read_limits(changes: list[str]) -> Limits:
+def read_limits(changes: list[str]) -> RunLimits:
     """Apply ``name=value`` to the limits. Raises ConfigError with every mistake."""
     values: dict[str, float] = {}
     mistakes = []
@@ -123,4 +123,4 @@ def read_limits(changes: list[str]) -> Limits:
             mistakes.append(f"--limit {item}: no such limit; known: {', '.join(_limit_names())}")
     if mistakes:
         raise ConfigError("--limit", mistakes)
-    return Limits(**values)
+    return RunLimits(**values)

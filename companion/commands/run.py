@@ -27,7 +27,7 @@ from ..strangers import Lookout
 from ..worlds import STORE_NAME, apart, check_run_dir, simulated_content, simulated_store
 from .log_lines import never_waiting
 from .numbers import positive
-from .status import Journal, StatusView, View, Views, Watched, airtime_of
+from .status import Journal, SnapshotView, StatusView, Views, Watched, airtime_of
 
 log = logging.getLogger(__name__)
 SHUT_DOWN: int = 3
@@ -89,7 +89,7 @@ def command(arguments: argparse.Namespace) -> int:
     until_us = None if arguments.duration is None else clock.now_us() + round(arguments.duration * 1e6)
     driven: LoopApp = app if recording is None else recording.app(app)
     airtime = airtime_of(app.grounds)
-    view: View = StatusView(airtime=airtime) if arguments.status else Journal()
+    view: SnapshotView = StatusView(airtime=airtime) if arguments.status else Journal()
     say = app.controls.voice.say if recording is None else recording.recorder.tell
     service = serve(app, run_dir, say=say, airtime_fn=airtime)
     lookout = Lookout([port.link for port in app.grounds], say)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..io.keeping import StoreContent
-from ..io.keeping.content import SECTIONS, Entry, content_of, from_json, rows_of, to_json
+from ..io.keeping.content import SECTIONS, StoredRow, content_of, from_json, rows_of, to_json
 from ..io.keeping.file import make_new
 from ..io.keeping.look import look
 from ..io.keeping.mark import WorldKind, marks, new_vessel_id, settle
@@ -129,19 +129,19 @@ def _import(arguments: argparse.Namespace) -> int:
             str(arguments.file), [f"{wanted - len(rows)} entries are not understood; nothing was changed"]
         )
     taken = SECTIONS if data.get("meta", {}).get("world") != WorldKind.SIMULATED else _OF_A_SIMULATION
-    entries = [Entry(section, key, body) for (section, key), body in rows.items() if section in taken]
+    entries = [StoredRow(section, key, body) for (section, key), body in rows.items() if section in taken]
     entries = [entry for entry in entries if entry.section != "meta"]
     if len(taken) < len(SECTIONS):
         print(f"{arguments.file}: of a simulation: only its parameters and plans are taken", file=sys.stderr)
     if arguments.replace:
-        entries = [Entry(section, "", None) for section in SECTIONS if section != "meta"] + entries
+        entries = [StoredRow(section, "", None) for section in SECTIONS if section != "meta"] + entries
     if not write_store(arguments.store, entries):
         return 1
     print(f"{arguments.store}: {sum(entry.body is not None for entry in entries)} entries taken over")
     return 0
 
 
-def write_store(path: Path, entries: Iterable[Entry]) -> bool:
+def write_store(path: Path, entries: Iterable[StoredRow]) -> bool:
     """Write rows into a store file in one transaction; False with a message when that cannot be.
 
     Raises ConfigError when the file is no store.

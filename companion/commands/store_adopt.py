@@ -13,7 +13,7 @@ from mavlink_bridge.language.requests import PlanItem
 from mavlink_bridge.language.units import e7_to_deg
 
 from ..io.keeping import StoreContent
-from ..io.keeping.content import Entry, rows_of
+from ..io.keeping.content import StoredRow, rows_of
 from ..io.keeping.depth_store import soundings_of
 from ..io.keeping.look import look
 from ..io.keeping.mark import ASIDE, UNTRUSTED, ForeignError
@@ -51,9 +51,9 @@ def command(arguments: argparse.Namespace) -> int:
     if not arguments.yes and not arguments.forget and not _asked():
         print("left as it is")
         return 1
-    entries = [Entry("record", ASIDE, None)] if aside else []
+    entries = [StoredRow("record", ASIDE, None)] if aside else []
     entries += [] if arguments.forget else list(_taken(content))
-    entries += [Entry(section, "", None) for section in UNTRUSTED.values()]
+    entries += [StoredRow(section, "", None) for section in UNTRUSTED.values()]
     if not write_store(path, entries):
         return 1
     print(f"{path}: {'dropped' if arguments.forget else 'taken over'}")
@@ -91,13 +91,13 @@ def _box(places: Iterable[tuple[float, float]]) -> str:
     return f", {min(lats):.5f} to {max(lats):.5f} N, {min(lons):.5f} to {max(lons):.5f} E"
 
 
-def _taken(content: StoreContent) -> Iterator[Entry]:
+def _taken(content: StoreContent) -> Iterator[StoredRow]:
     """The rows that wait, where nothing newer is."""
     rows = rows_of(content)
     trusted = {old: section for section, old in UNTRUSTED.items()}
     for (section, key), body in rows.items():
         if section in trusted and (trusted[section], key) not in rows:
-            yield Entry(trusted[section], key, body)
+            yield StoredRow(trusted[section], key, body)
 
 
 def _asked() -> bool:

@@ -19,7 +19,7 @@ from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
 from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
-from .progress import Progress
+from .progress import ProgressLine
 
 SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
 """The study's speed gains for the seed's law; they are not critical."""
@@ -138,7 +138,7 @@ def gains(arguments: argparse.Namespace) -> int:
     from ..tuning.design import as_toml, seed_gains
 
     steering, vessel, _ = _chosen(arguments)
-    with Progress("gains", None) as shown:
+    with ProgressLine("gains", None) as shown:
         found = seed_gains(
             steering, vessel, arguments.delay, told=lambda done, total: shown.count(done, total, "tried")
         )
@@ -166,7 +166,7 @@ def figures(arguments: argparse.Namespace) -> int:
     else:
         loop = model_loop(steering, vessel, arguments.speed)
     title = f"{vessel.name}, {profile}, {arguments.speed:g} m/s, {arguments.delay:g} s of delay"
-    with Progress("drawing", None) as shown:
+    with ProgressLine("drawing", None) as shown:
         made = draw(
             loop,
             arguments.output,

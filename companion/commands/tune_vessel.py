@@ -14,7 +14,7 @@ from ..core.steer import SteeringConfig
 from ..io.whole_file import write_whole
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
-from .progress import Progress
+from .progress import ProgressLine
 
 EXAMPLES = """\
 examples:
@@ -55,7 +55,7 @@ def command(arguments: argparse.Namespace) -> int:
         raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
     stretches = _stretches(arguments.runs, arguments.columns)
     source = ", ".join(run.name for run in arguments.runs)
-    with Progress("fit", None) as progress:
+    with ProgressLine("fit", None) as progress:
         try:
             fit = fit_vessel(start, stretches, progress.say)
         except ValueError as error:

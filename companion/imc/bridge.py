@@ -18,7 +18,7 @@ from .desk import Desk
 from .logbook import LogBook
 from .motion import estimated_state
 from .others import Others
-from .picture import Picture
+from .picture import ImcPicture
 
 log = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ class Bridge:
     link: Link
     client: VehicleClient
     desk: Desk
-    picture: Picture
+    picture: ImcPicture
     others: Others
     book: LogBook
     utc_us: Callable[[], int | None]

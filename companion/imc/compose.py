@@ -11,7 +11,7 @@ from mavlink_bridge.imc import Node
 from mavlink_bridge.mavlink.client import ClientConfig, VehicleClient
 from mavlink_bridge.mavlink.wire.signing import SigningState
 
-from ..facade import Parameters
+from ..facade import SettingsParams
 from ..io.imc_sockets import ImcSockets
 from ..io.keeping import AnyStore, MemoryStore, Store
 from ..io.keeping.content import SaveValue
@@ -22,7 +22,7 @@ from .bridge import Bridge
 from .desk import Desk
 from .logbook import LogBook
 from .others import Others
-from .picture import STREAMS_HZ, Picture
+from .picture import STREAMS_HZ, ImcPicture
 from .settings import ImcSettings
 from .state_out import StateOut
 
@@ -44,7 +44,7 @@ def compose(
         ClientConfig(vehicle_id=settings.vehicle_id, answer_s=settings.desk.answer_s, streams_hz=STREAMS_HZ),
         _signing(settings, utc_us()),
     )
-    picture, book = Picture(), LogBook(node.utc_s)
+    picture, book = ImcPicture(), LogBook(node.utc_s)
     desk = Desk(
         settings.desk,
         client,
@@ -78,9 +78,9 @@ def compose(
     )
 
 
-def vessel_parameters(settings: ImcSettings) -> Parameters:
+def vessel_parameters(settings: ImcSettings) -> SettingsParams:
     """Names, ranges and units of the vessel's parameters."""
-    return Parameters(load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings())
+    return SettingsParams(load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings())
 
 
 def _keep(store: AnyStore, text: str) -> None:

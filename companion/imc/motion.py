@@ -23,7 +23,7 @@ from mavlink_bridge.imc import (
 from mavlink_bridge.language.units import wrap_2pi, wrap_pi
 from mavlink_bridge.mavlink.wire.mapping import degE7_to_rad
 
-from .picture import Picture
+from .picture import ImcPicture
 
 _UNKNOWN_16: Final = 0xFFFF
 _STILL_MPS: Final = 0.5
@@ -38,7 +38,7 @@ _PLAN_ACTIVE: Final = 3
 _DIFFERENTIAL: Final = frozenset((4, 5, 6))
 
 
-def heading_rad(picture: Picture, now_us: int) -> float | None:
+def heading_rad(picture: ImcPicture, now_us: int) -> float | None:
     """The bow's direction from true north, [-pi, pi); a moving vessel without a compass shows its course."""
     attitude = picture.fresh("ATTITUDE", now_us)
     if attitude is not None:
@@ -53,7 +53,7 @@ def heading_rad(picture: Picture, now_us: int) -> float | None:
     return None
 
 
-def water_m(picture: Picture, now_us: int) -> float | None:
+def water_m(picture: ImcPicture, now_us: int) -> float | None:
     """Water under the sounder or the keel; None unknown."""
     altitude = picture.fresh("ALTITUDE", now_us)
     if altitude is not None and altitude.bottom_clearance >= 0.0:
@@ -62,12 +62,12 @@ def water_m(picture: Picture, now_us: int) -> float | None:
     return None if sounding is None else sounding.current_distance * 0.01
 
 
-def _sounding(picture: Picture, now_us: int) -> Any | None:
+def _sounding(picture: ImcPicture, now_us: int) -> Any | None:
     sounding = picture.fresh("DISTANCE_SENSOR", now_us)
     return sounding if sounding is not None and sounding.orientation == _DOWNWARD else None
 
 
-def estimated_state(picture: Picture, now_us: int) -> EstimatedState | None:
+def estimated_state(picture: ImcPicture, now_us: int) -> EstimatedState | None:
     """Where the vessel is and how it moves; None without a fresh position or any idea of its heading."""
     position, psi_rad = picture.fresh("GLOBAL_POSITION_INT", now_us), heading_rad(picture, now_us)
     if position is None or psi_rad is None:
@@ -94,13 +94,13 @@ def estimated_state(picture: Picture, now_us: int) -> EstimatedState | None:
     )
 
 
-def ellipsoid_m(picture: Picture, now_us: int) -> float:
+def ellipsoid_m(picture: ImcPicture, now_us: int) -> float:
     """The receiver's height above the ellipsoid; 0, the sea's own height roughly, when it is not told."""
     fix = picture.fresh("GPS_RAW_INT", now_us)
     return fix.alt_ellipsoid * 0.001 if fix is not None else 0.0
 
 
-def euler_angles(picture: Picture, now_us: int, utc_s: float) -> EulerAngles | None:
+def euler_angles(picture: ImcPicture, now_us: int, utc_s: float) -> EulerAngles | None:
     """The attitude, with the time when it came."""
     attitude = picture.fresh("ATTITUDE", now_us)
     if attitude is None:
@@ -108,7 +108,7 @@ def euler_angles(picture: Picture, now_us: int, utc_s: float) -> EulerAngles | N
     return EulerAngles(time_s=utc_s, phi_rad=attitude.roll, theta_rad=attitude.pitch, psi_rad=wrap_pi(attitude.yaw))
 
 
-def gps_fix(picture: Picture, now_us: int) -> GpsFix | None:
+def gps_fix(picture: ImcPicture, now_us: int) -> GpsFix | None:
     """The receiver's fix; ``validity`` is empty while it has none."""
     raw = picture.fresh("GPS_RAW_INT", now_us)
     if raw is None:
@@ -158,7 +158,7 @@ def _since_midnight_s(when: datetime) -> float:
     return when.hour * 3600 + when.minute * 60 + when.second + when.microsecond * 1e-6
 
 
-def distance(picture: Picture, now_us: int) -> Distance | None:
+def distance(picture: ImcPicture, now_us: int) -> Distance | None:
     """The sounder's range; a sounder that says by WATER_DEPTH that it measures nothing is told as such."""
     sounding = _sounding(picture, now_us)
     if sounding is not None:
@@ -171,7 +171,7 @@ def distance(picture: Picture, now_us: int) -> Distance | None:
     return Distance(validity=DistanceValidity.INVALID)
 
 
-def state_report(picture: Picture, now_us: int, utc_s: float) -> StateReport | None:
+def state_report(picture: ImcPicture, now_us: int, utc_s: float) -> StateReport | None:
     """The state that crossed a radio, with the time when it was true. ``utc_s``: now."""
     state, age_s = estimated_state(picture, now_us), picture.age_s(now_us)
     if state is None or age_s is None:
@@ -194,7 +194,7 @@ def state_report(picture: Picture, now_us: int, utc_s: float) -> StateReport | N
     )
 
 
-def _under_way(picture: Picture, now_us: int) -> bool:
+def _under_way(picture: ImcPicture, now_us: int) -> bool:
     """Whether a plan is being sailed (MISSION_STATE_ACTIVE)."""
     mission = picture.fresh("MISSION_CURRENT", now_us)
     return mission is not None and getattr(mission, "mission_state", 0) == _PLAN_ACTIVE

@@ -15,7 +15,7 @@ from mavlink_bridge.language.units import mps_to_knots
 from mavlink_bridge.mavlink.wire.mapping import degE7_to_rad
 
 from .motion import estimated_state
-from .picture import Heard, Picture
+from .picture import HeardMessage, ImcPicture
 
 LABEL: Final = "AIS"
 KEPT: Final = 256
@@ -34,16 +34,16 @@ _NO_SPEED_KN: Final = 102.3
 class Others:
     """A part of the system."""
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, picture: ImcPicture) -> None:
         self._picture = picture
-        self._known: dict[int, Heard] = {}
-        self._news: dict[int, Heard] = {}
+        self._known: dict[int, HeardMessage] = {}
+        self._news: dict[int, HeardMessage] = {}
 
     def hear(self, message: Any, now_us: int) -> None:
         """Take in a decoded MAVLink message of the vehicle."""
         if message.get_type() != "AIS_VESSEL":
             return
-        heard = Heard(message, now_us)
+        heard = HeardMessage(message, now_us)
         self._known.pop(message.MMSI, None)
         self._known[message.MMSI] = self._news[message.MMSI] = heard
         if len(self._known) > KEPT:

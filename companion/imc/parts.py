@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from mavlink_bridge.imc import EntityCondition, EntityState
 
-from .picture import Picture
+from .picture import ImcPicture
 from .power import BATTERY, PORT, RUDDERS, STARBOARD
 
 VEHICLE: Final = "Vehicle Link"
@@ -44,7 +44,7 @@ LABELS: Final = (VEHICLE, CLOCK, *(part.label for part in PARTS), PORT, STARBOAR
 Told = tuple[str, EntityState]
 
 
-def parts(picture: Picture, now_us: int, skews: Sequence[str]) -> list[Told]:
+def parts(picture: ImcPicture, now_us: int, skews: Sequence[str]) -> list[Told]:
     """Every entity's state: (label, state)."""
     found = [(VEHICLE, link_state(picture, now_us)), (CLOCK, clock_state(skews))]
     status = picture.fresh("SYS_STATUS", now_us, LOST_US)
@@ -53,13 +53,13 @@ def parts(picture: Picture, now_us: int, skews: Sequence[str]) -> list[Told]:
     return found + [(part.label, _part_state(part, status, picture, now_us)) for part in PARTS]
 
 
-def is_heard(picture: Picture, now_us: int) -> bool:
+def is_heard(picture: ImcPicture, now_us: int) -> bool:
     """Whether the vehicle is there."""
     heard_us = picture.heard_us()
     return heard_us is not None and now_us - heard_us <= LOST_US
 
 
-def link_state(picture: Picture, now_us: int) -> EntityState:
+def link_state(picture: ImcPicture, now_us: int) -> EntityState:
     """The MAVLink vehicle: heard, over which way, how long ago."""
     heard_us = picture.heard_us()
     if heard_us is None:
@@ -86,7 +86,7 @@ def clock_state(skews: Sequence[str]) -> EntityState:
     return EntityState(EntityCondition.FAULT, description="; ".join(skews)[:400])
 
 
-def _part_state(part: Part, status: Any, picture: Picture, now_us: int) -> EntityState:
+def _part_state(part: Part, status: Any, picture: ImcPicture, now_us: int) -> EntityState:
     if not status.onboard_control_sensors_present & part.bit:
         return EntityState(EntityCondition.NORMAL, description="not fitted")
     healthy = bool(status.onboard_control_sensors_health & part.bit)
@@ -97,7 +97,7 @@ def _part_state(part: Part, status: Any, picture: Picture, now_us: int) -> Entit
     )
 
 
-def _more(part: Part, status: Any, picture: Picture, now_us: int) -> str:
+def _more(part: Part, status: Any, picture: ImcPicture, now_us: int) -> str:
     """What a healthy part has to say beyond that."""
     if part.label == BATTERY and status.voltage_battery != _UNKNOWN_MV:
         left = f", {status.battery_remaining} %" if status.battery_remaining >= 0 else ""

@@ -10,7 +10,7 @@ from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.mavlink.wire.mapping import degE7_to_rad
 
 from .motion import estimated_state
-from .picture import Picture
+from .picture import ImcPicture
 
 _UNKNOWN_ETA: Final = 0xFFFF
 _SAME_RAD: Final = 2e-7
@@ -25,7 +25,7 @@ class PathTeller:
         self._start = (0.0, 0.0)
         self._end: tuple[float, float] | None = None
 
-    def tell(self, picture: Picture, now_us: int) -> PathControlState | None:
+    def tell(self, picture: ImcPicture, now_us: int) -> PathControlState | None:
         """The path now; None while the vehicle makes for nothing."""
         nav, target = (
             picture.fresh("NAV_CONTROLLER_OUTPUT", now_us),

@@ -47,29 +47,29 @@ _RADIO_AGE: Final = "radio_age"
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class HeardMessage:
     """A message and when it came, by the bridge's clock."""
 
     message: Any
     at_us: int
 
 
-class Picture:
+class ImcPicture:
     """The newest of everything. Bounded by the kinds of messages."""
 
     def __init__(self) -> None:
-        self._newest: dict[str, Heard] = {}
-        self._radio_age: Heard | None = None
+        self._newest: dict[str, HeardMessage] = {}
+        self._radio_age: HeardMessage | None = None
 
     def hear(self, message: Any, now_us: int) -> None:
         """Take in a decoded MAVLink message of the vehicle."""
         name = message.get_type()
         if name in KEPT:
-            self._newest[name] = Heard(message, now_us)
+            self._newest[name] = HeardMessage(message, now_us)
         elif name == "NAMED_VALUE_FLOAT" and message.name.rstrip("\0") == _RADIO_AGE:
-            self._radio_age = Heard(message.value, now_us)
+            self._radio_age = HeardMessage(message.value, now_us)
 
-    def newest(self, name: str) -> Heard | None:
+    def newest(self, name: str) -> HeardMessage | None:
         """The newest message of a kind, however old."""
         return self._newest.get(name)
 

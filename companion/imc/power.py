@@ -7,7 +7,7 @@ from typing import Final
 
 from mavlink_bridge.imc import Current, FuelLevel, Outgoing, Rpm, SetServoPosition, SetThrusterActuation, Voltage
 
-from .picture import Picture
+from .picture import ImcPicture
 
 BATTERY: Final = "Battery"
 PORT: Final = "Thruster Port"
@@ -20,7 +20,7 @@ _LEAST_US: Final = 500
 """Shorter pulses are no pulses: 0 says that the board did not tell."""
 
 
-def battery(picture: Picture, now_us: int) -> list[Outgoing]:
+def battery(picture: ImcPicture, now_us: int) -> list[Outgoing]:
     """Voltage, current and charge, each only when it is measured."""
     status = picture.fresh("SYS_STATUS", now_us)
     if status is None:
@@ -35,7 +35,7 @@ def battery(picture: Picture, now_us: int) -> list[Outgoing]:
     return found
 
 
-def actuation(picture: Picture, now_us: int, rudder_full_rad: float) -> list[Outgoing]:
+def actuation(picture: ImcPicture, now_us: int, rudder_full_rad: float) -> list[Outgoing]:
     """What the actuators were given, by the board's own word: thrusters -1...1, rudders in rad.
 
     Outputs 1 and 2 are the thrusters, 3 and 4 the rudders (docs/ACTUATORS.md).
@@ -62,7 +62,7 @@ def _share(pulse_us: int) -> float:
     return max(-1.0, min(1.0, (pulse_us - _NEUTRAL_US) / _SPAN_US))
 
 
-def rpm(picture: Picture, now_us: int) -> list[Outgoing]:
+def rpm(picture: ImcPicture, now_us: int) -> list[Outgoing]:
     """Revolutions, of vehicles that measure them."""
     esc, plain = picture.fresh("ESC_TELEMETRY_1_TO_4", now_us), picture.fresh("RPM", now_us)
     values = list(esc.rpm[:2]) if esc is not None else [plain.rpm1, plain.rpm2] if plain is not None else []

@@ -31,7 +31,7 @@ from mavlink_bridge.imc import (
 from . import motion, power
 from .parts import LABELS, Told, is_heard, parts
 from .path import PathTeller
-from .picture import FRESH_US, Picture
+from .picture import FRESH_US, ImcPicture
 from .view import PlanView
 
 NAVIGATION: Final = "Navigation"
@@ -52,7 +52,7 @@ _UNKNOWN_16: Final = 0xFFFF
 
 
 @dataclass
-class Row:
+class StateMessage:
     """One message: what it is made of, and how often it goes out at most."""
 
     source: str
@@ -68,7 +68,7 @@ class StateOut:
 
     def __init__(
         self,
-        picture: Picture,
+        picture: ImcPicture,
         view: Callable[[int], PlanView],
         utc_s: Callable[[int], float],
         *,
@@ -89,18 +89,18 @@ class StateOut:
         self._parts_us: int | None = None
         self._state_us: int | None = None
 
-    def _table(self, state_us: int) -> list[Row]:
+    def _table(self, state_us: int) -> list[StateMessage]:
         return [
-            Row("GLOBAL_POSITION_INT", state_us, self._estimated_state),
-            Row("GPS_RAW_INT", _DETAIL_US, self._one(motion.gps_fix, "GPS")),
-            Row("ATTITUDE", _DETAIL_US, self._euler_angles),
-            Row("NAV_CONTROLLER_OUTPUT", _GRAPH_US, self._one(self._path.tell, PATH_CONTROL)),
-            Row("DISTANCE_SENSOR", _DETAIL_US, self._one(motion.distance, "Sounder")),
-            Row("WATER_DEPTH", _DETAIL_US, self._unsounded),
-            Row("SERVO_OUTPUT_RAW", _GRAPH_US, self._actuation),
-            Row("RPM", _SECOND_US, functools.partial(power.rpm, self._picture)),
-            Row("ESC_TELEMETRY_1_TO_4", _SECOND_US, functools.partial(power.rpm, self._picture)),
-            Row("SYS_STATUS", _BATTERY_US, functools.partial(power.battery, self._picture)),
+            StateMessage("GLOBAL_POSITION_INT", state_us, self._estimated_state),
+            StateMessage("GPS_RAW_INT", _DETAIL_US, self._one(motion.gps_fix, "GPS")),
+            StateMessage("ATTITUDE", _DETAIL_US, self._euler_angles),
+            StateMessage("NAV_CONTROLLER_OUTPUT", _GRAPH_US, self._one(self._path.tell, PATH_CONTROL)),
+            StateMessage("DISTANCE_SENSOR", _DETAIL_US, self._one(motion.distance, "Sounder")),
+            StateMessage("WATER_DEPTH", _DETAIL_US, self._unsounded),
+            StateMessage("SERVO_OUTPUT_RAW", _GRAPH_US, self._actuation),
+            StateMessage("RPM", _SECOND_US, functools.partial(power.rpm, self._picture)),
+            StateMessage("ESC_TELEMETRY_1_TO_4", _SECOND_US, functools.partial(power.rpm, self._picture)),
+            StateMessage("SYS_STATUS", _BATTERY_US, functools.partial(power.battery, self._picture)),
         ]
 
     # ---- a part of the system -----------------------------------------------------------------------------------
@@ -128,7 +128,7 @@ class StateOut:
                 out += row.make(now_us)
         return out
 
-    def _is_due(self, row: Row, now_us: int) -> bool:
+    def _is_due(self, row: StateMessage, now_us: int) -> bool:
         heard = self._picture.newest(row.source)
         if heard is None or heard.at_us == row.told_us or now_us - heard.at_us > FRESH_US:
             return False
@@ -139,7 +139,7 @@ class StateOut:
 
     # ---- motion -------------------------------------------------------------------------------------------------
 
-    def _one(self, make: Callable[[Picture, int], Message | None], label: str) -> Callable[[int], list[Outgoing]]:
+    def _one(self, make: Callable[[ImcPicture, int], Message | None], label: str) -> Callable[[int], list[Outgoing]]:
         def made(now_us: int) -> list[Outgoing]:
             message = make(self._picture, now_us)
             return [] if message is None else [Outgoing(message, label=label, age_s=self._picture.age_s(now_us) or 0.0)]

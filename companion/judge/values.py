@@ -8,7 +8,7 @@ from typing import Final
 
 from ..core.config import Config
 from ..core.hull import VesselConfig
-from ..core.nmea.wanted import Wanted, unknown_names
+from ..core.nmea.wanted import WantedSentences, unknown_names
 from ..settings import Settings
 from ..settings.schema import SensorConfig
 
@@ -100,7 +100,7 @@ def _rates(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
 def _sensing(sensors: Sequence[SensorConfig]) -> Iterator[str]:
     """A vessel whose settings let no position or no heading in never departs."""
     lines = [item.nmea for item in sensors]
-    allowed = [Wanted(line.sentences, line.talkers) for line in lines if not unknown_names(line.sentences)]
+    allowed = [WantedSentences(line.sentences, line.talkers) for line in lines if not unknown_names(line.sentences)]
     for kinds, what, offer in ((_POSITION, "position", "GGA"), (_HEADING, "heading", "HDT")):
         if len(allowed) == len(lines) > 0 and not any(_lets_in(wanted, kinds) for wanted in allowed):
             yield (
@@ -109,7 +109,7 @@ def _sensing(sensors: Sequence[SensorConfig]) -> Iterator[str]:
             )
 
 
-def _lets_in(wanted: Wanted, kinds: Iterable[str]) -> bool:
+def _lets_in(wanted: WantedSentences, kinds: Iterable[str]) -> bool:
     """Whether a sentence of these formatters is read, from whatever talker."""
     talkers = ("GP", "GN", "HE", "II")
     return any(wanted.allows(kind if len(kind) > 3 else talker + kind) for kind in kinds for talker in talkers)

@@ -30,7 +30,7 @@ from ..io.links import Link
 from ..io.recording import InputReader, InputsError, digests, request_json
 from ..io.recording.frame_log import FrameClock
 from ..io.recording.input_replay import Difference, ReplayLinks, ReplayStore, ReplayWitness
-from ..io.recording.inputs import Step
+from ..io.recording.inputs import InputStep
 from ..io.recording.log_archive import Fetched, ReplayArchive
 from ..io.recording.recorder import control_row
 from ..settings import ConfigError, Settings, explain
@@ -64,7 +64,7 @@ class FieldDifference:
 
 
 @dataclass(slots=True)
-class Outcome:
+class ReplayOutcome:
     """What a replay found."""
 
     steps: int = 0
@@ -100,7 +100,7 @@ def replay(
     changes: Sequence[str] = (),
     tolerant: bool = False,
     on_tick: Callable[[Snapshot], None] | None = None,
-) -> Outcome:
+) -> ReplayOutcome:
     """Replay a run directory. Raises ReplayError when there is nothing to replay.
 
     ``changes`` (key=value) to the recorded settings show what they would have done. ``tolerant``: the recording is from
@@ -141,14 +141,14 @@ class _Replay:
         self._on_tick = on_tick
         self._rows = control_rows(run_dir)
         self._row: tuple[int, bytes] | None = None
-        self._step: Step | None = None
+        self._step: InputStep | None = None
         self._links = ReplayLinks(reader)
         self._store = ReplayStore(reader)
         self._archive = ReplayArchive()
         self._clock = FrameClock()
         self._witness = ReplayWitness() if reader.meta.get("witness") else None
         self._next_link = iter(self._links.links)
-        self.outcome = Outcome(damaged=digests.damaged(run_dir))
+        self.outcome = ReplayOutcome(damaged=digests.damaged(run_dir))
         self.app = self._build(reader.meta, changes)
         self.app.recorder = self
 
@@ -187,7 +187,7 @@ class _Replay:
             )
         return link
 
-    def run(self) -> Outcome:
+    def run(self) -> ReplayOutcome:
         outcome = self.outcome
         for step in self._reader.steps():
             self._step = step
@@ -217,7 +217,7 @@ class _Replay:
             outcome.versions = self.versions
         return outcome
 
-    def _perform(self, step: Step) -> None:
+    def _perform(self, step: InputStep) -> None:
         for text in step.submitted:
             body, station = request_json.loads(text)
             self.app.submit(body, station=station)
@@ -264,13 +264,13 @@ class _Replay:
             if was != now and not (self._tolerant and nearly(name, was, now)):
                 self._note(FieldDifference(snapshot.tick, snapshot.t_us * 1e-6, name, was or "none", now or "none"))
 
-    def _take_write_differences(self, step: Step) -> None:
+    def _take_write_differences(self, step: InputStep) -> None:
         for found in self._links.differences if not self._tolerant else ():
             for what, before, after in self._told(step, found):
                 self._note(FieldDifference(self.outcome.ticks, found.now_us * 1e-6, what, before, after))
         self._links.differences.clear()
 
-    def _told(self, step: Step, found: Difference) -> list[tuple[str, str, str]]:
+    def _told(self, step: InputStep, found: Difference) -> list[tuple[str, str, str]]:
         """Say what differs in a write: for the first few on a MAVLink link, by message and field."""
         plain = [(f"written to {found.link}", found.before, found.after)]
         if found.link not in self._telemetry or len(self.outcome.differences) >= WORDED_DIFFERENCES:
@@ -348,7 +348,7 @@ def _identity(data: Mapping[str, Any]) -> Identity:
     return Identity(**fields)
 
 
-def summary(outcome: Outcome, wall_s: float) -> str:
+def summary(outcome: ReplayOutcome, wall_s: float) -> str:
     """Say in a few lines what a replay found."""
     out = io.StringIO()
     speed = outcome.duration_s / wall_s if wall_s > 0 else 0.0

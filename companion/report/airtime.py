@@ -9,7 +9,7 @@ from typing import Any
 from mavlink_bridge.radio.air.airtime import write_us
 from mavlink_bridge.radio.air.ledger import HOUR_US
 
-from ..io.recording.inputs import Step
+from ..io.recording.inputs import InputStep
 from ..radio import load_radio
 from ..settings import ConfigError
 from .flight import Flight
@@ -36,7 +36,7 @@ class Airtime:
         limit_us = self._profile.hour_us
         flight.airtime_limit_s = None if limit_us is None else limit_us * 1e-6
 
-    def take(self, step: Step) -> None:
+    def take(self, step: InputStep) -> None:
         """Count what this step wrote to the radio."""
         if self._link is None:
             return

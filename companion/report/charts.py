@@ -40,7 +40,7 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StateRow:
     """States that held one after another, each with its colour."""
 
     label: str
@@ -54,7 +54,7 @@ class Chart:
     title: str
     caption: str
     panels: tuple[Panel, ...] = ()
-    rows: tuple[Row, ...] = ()
+    rows: tuple[StateRow, ...] = ()
 
 
 def charts(flight: Flight) -> list[Chart]:
@@ -69,7 +69,7 @@ def _curves(*wanted: tuple[str, Series | None, str, str]) -> tuple[Curve, ...]:
 
 def _states(flight: Flight) -> Chart:
     kinds = [kind for kind in ("mode", "armed", "plan_state", "guard", "action") if flight.spans.get(kind)]
-    rows = tuple(Row(kind.replace("_", " "), _coloured(flight.spans[kind])) for kind in kinds)
+    rows = tuple(StateRow(kind.replace("_", " "), _coloured(flight.spans[kind])) for kind in kinds)
     return Chart("States", "What was in force when.", rows=rows)
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Final
 
-from .charts import Chart, Curve, Panel, Row, broken
+from .charts import Chart, Curve, Panel, StateRow, broken
 from .flight import Flight, Span, thin
 
 POINTS: Final = 4000
@@ -44,7 +44,7 @@ def _panel(panel: Panel) -> dict[str, Any]:
     return {"label": panel.label, "curves": curves, "bands": bands, "low": panel.low, "high": panel.high}
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: StateRow) -> dict[str, Any]:
     return {"label": row.label, "spans": [_span(span, colour) for span, colour in row.spans]}
 
 

@@ -40,7 +40,7 @@ class Series:
 
 
 @dataclass(slots=True)
-class Track:
+class FlightTrack:
     """Positions over time, degrees; only known ones."""
 
     t: list[float] = field(default_factory=list)
@@ -118,7 +118,7 @@ class Flight:
     duration_s: float = 0.0
     about: dict[str, str] = field(default_factory=dict)
     series: dict[str, Series] = field(default_factory=dict)
-    tracks: dict[str, Track] = field(default_factory=dict)
+    tracks: dict[str, FlightTrack] = field(default_factory=dict)
     spans: dict[str, list[Span]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     vessels: list[Sighting] = field(default_factory=list)

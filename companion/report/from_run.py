@@ -15,7 +15,7 @@ from ..io.log_file import parts_of
 from ..io.recording import InputReader, InputsError, request_json
 from ..io.recording.recorder import CONTROL_COLUMNS
 from .airtime import Airtime
-from .flight import Count, Event, Flight, Track, uncounted
+from .flight import Count, Event, Flight, FlightTrack, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
 from .sightings import sighting_of
 
@@ -130,7 +130,7 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
         flight.notes.append("no control.csv: nothing of the control loops is shown")
         return
     wanted = [(flight.of(name), _AT[name]) for name in _SERIES]
-    track = Track()
+    track = FlightTrack()
     last_s: float | None = None
     gap_s = 0.0
     last_states: list[str] = []
@@ -186,7 +186,7 @@ def _truth(flight: Flight, run_dir: Path, count: Count) -> None:
 
     columns = TRUTH_COLUMNS.split(",")
     at = {name: index for index, name in enumerate(columns)}
-    track = Track()
+    track = FlightTrack()
     t_s: float | None = None
     names = ("depth_m", "altitude_m", "heading_deg", "sog_mps")
     for row in _rows(parts, len(columns), count):

@@ -18,9 +18,9 @@ from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Frame
 
-from .flight import Count, Event, Flight, LinkStats, Track, uncounted
+from .flight import Count, Event, Flight, FlightTrack, LinkStats, uncounted
 
-Found = tlog.Record | tlog.Unread
+Found = tlog.TlogRecord | tlog.Unread
 LONGEST_GAP_S: Final = 86_400.0
 """A longer time between two lines or frames is damage, not a pause."""
 SET_BACK_S: Final = 1.0
@@ -35,7 +35,7 @@ def read_tlog(path: Path, *more: Path, numbered: bool = False, count: Count = un
     ``numbered``: the log is one of ours, whose stamps carry link numbers; others have noise there.
     """
     found = plausible(list(_scanned((path, *more), count)))
-    records = [record for record in found if isinstance(record, tlog.Record)]
+    records = [record for record in found if isinstance(record, tlog.TlogRecord)]
     vehicle = find_vehicle(records)
     flight = Flight(path.stem, path.name)
     if not records:
@@ -68,7 +68,7 @@ def plausible(records: list[Found]) -> list[Found]:
     return kept or records[:1]
 
 
-def find_vehicle(records: list[tlog.Record]) -> tuple[int, int] | None:
+def find_vehicle(records: list[tlog.TlogRecord]) -> tuple[int, int] | None:
     """Return (system, component) of the vehicle: heartbeats of a type that is no ground station, most often heard."""
     heard: Counter[tuple[int, int]] = Counter()
     senders: Counter[tuple[int, int]] = Counter()
@@ -164,7 +164,7 @@ class _Reader:
                 else:
                     link.lost_in += gap
 
-    def _take(self, record: tlog.Record, message: Any) -> None:
+    def _take(self, record: tlog.TlogRecord, message: Any) -> None:
         name = message.get_type()
         self._types[name] += 1
         if name.startswith("MISSION_"):
@@ -219,7 +219,7 @@ class _Reader:
     def _position(self, lat: int, lon: int) -> None:
         if (lat or lon) and abs(lat) <= 900_000_000 and self.t_s > self._last_position_s:
             self._last_position_s = self.t_s
-            self.flight.tracks.setdefault("estimate", Track()).add(self.t_s, e7_to_deg(lat), e7_to_deg(lon))
+            self.flight.tracks.setdefault("estimate", FlightTrack()).add(self.t_s, e7_to_deg(lat), e7_to_deg(lon))
 
     def _on_global_position_int(self, m: Any) -> None:
         self._position(m.lat, m.lon)

@@ -13,9 +13,9 @@ from ..core.guard.depth.config import DepthMapConfig
 from ..core.guard.depth.grid import DepthGrid
 from ..settings import ConfigError
 from .embed import differences
-from .flight import Flight, Series, Track
+from .flight import Flight, FlightTrack, Series
 from .map_plot import FLAT_M, Place, extent
-from .shapes import Shapes, plan_shapes
+from .shapes import ReportShapes, plan_shapes
 from .verdicts import offset_m
 
 _POINTS: Final = 4000
@@ -60,7 +60,7 @@ def _box(points: Sequence[tuple[float, float]]) -> tuple[float, float, float, fl
     return min(x) - room, min(y) - room, max(x) + room, max(y) + room
 
 
-def _track(name: str, track: Track, place: Place) -> dict[str, Any]:
+def _track(name: str, track: FlightTrack, place: Place) -> dict[str, Any]:
     step = max(1, len(track.t) // _POINTS)
     picks = range(0, len(track.t), step)
     points = [place(track.lat[index], track.lon[index]) for index in picks]
@@ -72,7 +72,7 @@ def _track(name: str, track: Track, place: Place) -> dict[str, Any]:
     }
 
 
-def _dots(flight: Flight, track: Track, place: Place) -> dict[str, Any] | None:
+def _dots(flight: Flight, track: FlightTrack, place: Place) -> dict[str, Any] | None:
     """Depth on the way, where the bottom is not flat."""
     truth = flight.series.get("true_depth_m")
     depth = truth or flight.series.get("altitude_m") or flight.series.get("depth_m")
@@ -84,7 +84,7 @@ def _dots(flight: Flight, track: Track, place: Place) -> dict[str, Any] | None:
     return {"name": name, "low": min(depths), "high": max(depths), "points": found}
 
 
-def _met(depth: Series, track: Track, place: Place) -> Iterator[tuple[float, float, float]]:
+def _met(depth: Series, track: FlightTrack, place: Place) -> Iterator[tuple[float, float, float]]:
     at = 0
     for index in range(0, len(track.t), max(1, len(track.t) // _DOTS)):
         while at + 1 < len(depth.t) and depth.t[at + 1] <= track.t[index]:
@@ -101,7 +101,7 @@ def _actions(flight: Flight, place: Place) -> list[Any]:
     return [[*place(*track.at(span.start)), span.value, round(span.start, 1)] for span in spans[:200]] if track else []
 
 
-def _plan(shapes: Shapes, place: Place) -> dict[str, Any]:
+def _plan(shapes: ReportShapes, place: Place) -> dict[str, Any]:
     line = [[*map(_metres, place(lat, lon)), label] for lat, lon, label in shapes.points]
     circles = [[*map(_metres, place(lat, lon)), radius, keep] for lat, lon, radius, keep in shapes.circles]
     polygons = [[[list(map(_metres, place(*corner))) for corner in polygon], keep] for polygon, keep in shapes.polygons]

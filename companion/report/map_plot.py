@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from .flight import Flight, Track
+from .flight import Flight, FlightTrack
 from .plots import figure
-from .shapes import Shapes, plan_shapes
+from .shapes import ReportShapes, plan_shapes
 from .verdicts import offset_m
 
 FLAT_M: Final = 0.3
@@ -48,7 +48,7 @@ def draw_map(flight: Flight) -> Any | None:
     return made
 
 
-def extent(flight: Flight, shapes: Shapes, place: Place) -> list[tuple[float, float]]:
+def extent(flight: Flight, shapes: ReportShapes, place: Place) -> list[tuple[float, float]]:
     """What the picture must hold, m: the track and the plan; a fence far around it may lie outside."""
     found = [place(lat, lon) for lat, lon, _ in shapes.points]
     found += [place(*point) for line in shapes.loiters for point in line]
@@ -89,7 +89,7 @@ def _draw_actions(ax: Any, flight: Flight, place: Place) -> None:
         ax.annotate(note, (x, y), textcoords="offset points", xytext=(9, -11), fontsize=8, color="#cf222e")
 
 
-def _draw_plan(ax: Any, shapes: Shapes, place: Place) -> None:
+def _draw_plan(ax: Any, shapes: ReportShapes, place: Place) -> None:
     from matplotlib.patches import Circle
 
     for polygon, inclusion in shapes.polygons:
@@ -150,7 +150,7 @@ def _draw_track(ax: Any, flight: Flight, place: Place) -> None:
         ax.plot(x[-1], y[-1], "s", color="#cf222e", markersize=7, label="end")
 
 
-def _curve(track: Track, place: Place) -> tuple[list[float], list[float]]:
+def _curve(track: FlightTrack, place: Place) -> tuple[list[float], list[float]]:
     step = max(1, len(track.t) // 4000)
     points = [place(track.lat[index], track.lon[index]) for index in range(0, len(track.t), step)]
     return [x for x, _ in points], [y for _, y in points]

@@ -16,7 +16,7 @@ from .embed import embedded
 from .flight import Event, Flight
 from .map_data import map_data
 from .story import tell, weightiest
-from .verdicts import WORDS, Limits, Verdict, clock, judge
+from .verdicts import WORDS, RunLimits, SummaryLine, clock, judge
 
 MAX_EVENTS: Final = 1500
 MAX_ORDERS: Final = 500
@@ -32,9 +32,9 @@ _TIME_BAR: Final = (
 )
 
 
-def make_page(flight: Flight, limits: Limits | None = None) -> str:
+def make_page(flight: Flight, limits: RunLimits | None = None) -> str:
     """The whole report."""
-    verdicts = judge(flight, limits or Limits())
+    verdicts = judge(flight, limits or RunLimits())
     drawn, track = charts(flight), map_data(flight)
     sections = [_summary(flight, verdicts), _story(flight.events)]
     if track is not None:
@@ -79,7 +79,7 @@ def chips(held: int, failed: int) -> str:
     return bad + good
 
 
-def _head(flight: Flight, verdicts: Sequence[Verdict]) -> str:
+def _head(flight: Flight, verdicts: Sequence[SummaryLine]) -> str:
     failed = sum(verdict.ok is False for verdict in verdicts)
     held = sum(verdict.ok is True for verdict in verdicts)
     facts = " · ".join(
@@ -104,7 +104,7 @@ def _start(flight: Flight) -> str:
     return f"simulated time {start}" if start and flight.about.get("world_kind") == "simulated" else start
 
 
-def _summary(flight: Flight, verdicts: Sequence[Verdict]) -> str:
+def _summary(flight: Flight, verdicts: Sequence[SummaryLine]) -> str:
     rows = "".join(
         f"<tr><td>{html.escape(item.name)}<td class=n>{html.escape(item.value)}<td class=n>{html.escape(item.limit)}"
         f"<td class={'pass' if item.ok else 'fail'}>{WORDS[item.ok]}"

@@ -46,7 +46,7 @@ _NAV_LAST: Final = 95
 
 
 @dataclass(slots=True)
-class Shapes:
+class ReportShapes:
     """Plan and fence in degrees and metres."""
 
     points: list[tuple[float, float, str]] = field(default_factory=list)
@@ -57,9 +57,9 @@ class Shapes:
     polygons: list[tuple[list[tuple[float, float]], bool]] = field(default_factory=list)
 
 
-def plan_shapes(flight: Flight) -> Shapes:
+def plan_shapes(flight: Flight) -> ReportShapes:
     """Turn the items of plan and fence into shapes."""
-    shapes = Shapes()
+    shapes = ReportShapes()
     for number, item in enumerate(flight.plan):
         maneuver = compile_item(number, item, DEFAULT_LIMITS)
         if (isinstance(maneuver, Goto | Loiter) or item.command < _NAV_LAST) and (item.x or item.y):

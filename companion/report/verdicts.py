@@ -19,7 +19,7 @@ _PAUSE_S: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class RunLimits:
     """What a good run keeps. Change them with ``companion report --limit name=value``."""
 
     cross_track_p95_m: float = 1.5
@@ -38,7 +38,7 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class SummaryLine:
     """One line of the summary. ``ok`` None: a figure without a limit."""
 
     name: str
@@ -47,7 +47,7 @@ class Verdict:
     ok: bool | None = None
 
 
-def judge(flight: Flight, limits: Limits) -> list[Verdict]:
+def judge(flight: Flight, limits: RunLimits) -> list[SummaryLine]:
     """Hold a flight against limits; what the source does not tell is left out."""
     return [
         *_figures(flight),
@@ -59,21 +59,21 @@ def judge(flight: Flight, limits: Limits) -> list[Verdict]:
     ]
 
 
-def _figures(flight: Flight) -> Iterator[Verdict]:
-    yield Verdict("Duration", clock(flight.duration_s))
+def _figures(flight: Flight) -> Iterator[SummaryLine]:
+    yield SummaryLine("Duration", clock(flight.duration_s))
     sailed_m = distance_m(flight)
     if sailed_m is not None:
-        yield Verdict("Distance sailed", f"{sailed_m:.0f} m")
+        yield SummaryLine("Distance sailed", f"{sailed_m:.0f} m")
     armed_s = flight.seconds_in("armed", ["armed"])
     if "armed" in flight.spans:
-        yield Verdict("Armed", clock(armed_s))
+        yield SummaryLine("Armed", clock(armed_s))
     states = flight.spans.get("plan_state")
     if states and any(span.value == "active" for span in states):
         last = states[-1].value
-        yield Verdict("Plan at the end", last, "complete", last == "complete")
+        yield SummaryLine("Plan at the end", last, "complete", last == "complete")
 
 
-def _path(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+def _path(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
     lines, circles = split_cross_track(flight)
     for name, series, limit in (
         ("Cross-track error on lines, 95 %", lines, limits.cross_track_p95_m),
@@ -99,7 +99,7 @@ def split_cross_track(flight: Flight) -> tuple[Series, Series]:
     return lines, circles
 
 
-def _control(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+def _control(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
     heading, speed = flight.series.get("heading_error_deg"), flight.series.get("speed_error_mps")
     if heading:
         yield _at_most("Heading error, RMS", rms(heading.known()), limits.heading_rms_deg, "°", 2)
@@ -110,13 +110,13 @@ def _control(flight: Flight, limits: Limits) -> Iterator[Verdict]:
         yield _at_most("Position error of the estimate, 95 %", percentile(error.v, 0.95), limits.position_p95_m, "m", 3)
 
 
-def _depth(flight: Flight) -> Iterator[Verdict]:
+def _depth(flight: Flight) -> Iterator[SummaryLine]:
     altitude, limit = flight.series.get("altitude_m"), flight.series.get("altitude_limit_m")
     if altitude and limit:
         least, kept = min(altitude.known()), percentile(limit.known(), 0.5)
-        yield Verdict("Least water under the keel", f"{least:.2f} m", f"≥ {kept:.2f} m", least >= kept)
+        yield SummaryLine("Least water under the keel", f"{least:.2f} m", f"≥ {kept:.2f} m", least >= kept)
     elif flight.series.get("depth_m"):
-        yield Verdict("Least depth", f"{least_depth_m(flight.series['depth_m']):.2f} m")
+        yield SummaryLine("Least depth", f"{least_depth_m(flight.series['depth_m']):.2f} m")
 
 
 def least_depth_m(depth: Series) -> float:
@@ -130,23 +130,23 @@ def least_depth_m(depth: Series) -> float:
     return min(statistics.median(medians[at : at + width]) for at in range(len(medians) - width + 1))
 
 
-def _actuators(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+def _actuators(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
     names = ("thruster_port", "thruster_starboard")
     found = [flight.series[name].known() for name in names if name in flight.series]
     if found:
         at_end = [abs(value) >= 0.999 for values in found for value in values]
         share = sum(at_end) / len(at_end)
         limit = limits.saturation_share
-        yield Verdict("Thrusters at their end", f"{100 * share:.1f} %", f"≤ {100 * limit:.0f} %", share <= limit)
+        yield SummaryLine("Thrusters at their end", f"{100 * share:.1f} %", f"≤ {100 * limit:.0f} %", share <= limit)
 
 
-def _health(flight: Flight, limits: Limits) -> Iterator[Verdict]:
+def _health(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
     actions = flight.spans.get("action")
     if actions:
         worst = [span.value for span in actions if span.value not in ("NONE", "WARN")]
-        yield Verdict("Failsafe actions", ", ".join(sorted(set(worst))) or "none", "none", not worst)
+        yield SummaryLine("Failsafe actions", ", ".join(sorted(set(worst))) or "none", "none", not worst)
     bad = [event for event in flight.events if event.severity in ("EMERGENCY", "ALERT", "CRITICAL", "ERROR")]
-    yield Verdict("Messages of error or worse", str(len(bad)), "0", not bad)
+    yield SummaryLine("Messages of error or worse", str(len(bad)), "0", not bad)
     if flight.gap_s is not None:
         yield _at_most("Longest time between ticks", flight.gap_s, limits.gap_s, "s", 3)
     airtime, allowed = flight.series.get("airtime_hour_s"), flight.airtime_limit_s
@@ -158,11 +158,11 @@ def _health(flight: Flight, limits: Limits) -> Iterator[Verdict]:
             share = link.lost_out / sent
             text = f"{100 * share:.2f} % of {sent}"
             limit = f"≤ {100 * limits.link_loss_share:.0f} %"
-            yield Verdict(f"Vehicle frames missing on {link.name}", text, limit, share <= limits.link_loss_share)
+            yield SummaryLine(f"Vehicle frames missing on {link.name}", text, limit, share <= limits.link_loss_share)
 
 
-def _at_most(name: str, value: float, limit: float, unit: str, digits: int) -> Verdict:
-    return Verdict(name, f"{value:.{digits}f} {unit}", f"≤ {limit:g} {unit}", value <= limit)
+def _at_most(name: str, value: float, limit: float, unit: str, digits: int) -> SummaryLine:
+    return SummaryLine(name, f"{value:.{digits}f} {unit}", f"≤ {limit:g} {unit}", value <= limit)
 
 
 def estimate_error_m(flight: Flight) -> Series:

@@ -22,7 +22,7 @@ _ALONE: Final = ParamGroup("", "")
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ParamEntry:
     """One parameter: where it lives and what it may be."""
 
     param: Param
@@ -42,7 +42,7 @@ def float32(value: float) -> float:
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
-def entries(model: type[BaseModel], path: tuple[str, ...] = (), group: ParamGroup = _ALONE) -> Iterator[Entry]:
+def entries(model: type[BaseModel], path: tuple[str, ...] = (), group: ParamGroup = _ALONE) -> Iterator[ParamEntry]:
     """Yield every parameter of a settings model, in order of declaration."""
     for name, field in model.model_fields.items():
         here = (*path, name)
@@ -57,7 +57,7 @@ def entries(model: type[BaseModel], path: tuple[str, ...] = (), group: ParamGrou
             yield from entries(field.annotation, here)
 
 
-def present(settings: BaseModel) -> Iterator[Entry]:
+def present(settings: BaseModel) -> Iterator[ParamEntry]:
     """Yield the parameters that these settings have: those of a group that is not given are not there."""
     for entry in entries(type(settings)):
         model: Any = settings
@@ -69,7 +69,7 @@ def present(settings: BaseModel) -> Iterator[Entry]:
             yield entry
 
 
-def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGroup) -> Entry:
+def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGroup) -> ParamEntry:
     low = next((item.ge for item in field.metadata if isinstance(item, annotated_types.Ge)), None)
     high = next((item.le for item in field.metadata if isinstance(item, annotated_types.Le)), None)
     kind = field.annotation if field.annotation in (bool, int) else float
@@ -77,7 +77,7 @@ def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGro
     default = None if field.is_required() or field.default is None else float(field.default)
     bounds: tuple[Any, Any] = (0.0, 1.0) if kind is bool else (low, high)
     text = field.description or ""
-    return Entry(
+    return ParamEntry(
         param=replace(mark, name=group.prefix + mark.name),
         key=".".join(path),
         path=path,
@@ -89,7 +89,7 @@ def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGro
     )
 
 
-def read(settings: BaseModel, entry: Entry) -> float:
+def read(settings: BaseModel, entry: ParamEntry) -> float:
     """Return a parameter's value as it crosses the wire; NaN for a setting that is not given."""
     value: Any = settings
     for name in entry.path:
@@ -97,7 +97,7 @@ def read(settings: BaseModel, entry: Entry) -> float:
     return float("nan") if value is None else float32(float(value))
 
 
-def write(settings: Model, entry: Entry, value: float) -> Model:
+def write(settings: Model, entry: ParamEntry, value: float) -> Model:
     """Return settings with one parameter changed; one of a group that is not given is refused.
 
     Raises ValueError with one plain sentence when the value is refused; the old settings are untouched.

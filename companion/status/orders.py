@@ -49,7 +49,7 @@ def body_of(order: PageOrder) -> RequestBody | None:
             assert_never(order)
 
 
-class Refused(NamedTuple):
+class RefusedOrder(NamedTuple):
     """An order that is not carried out, and why."""
 
     why: str
@@ -79,23 +79,23 @@ class Challenges:
         body = f"{now_us:016x}{self._random(8).hex()}"
         return body + self._mark(body)
 
-    def judge(self, order: str, nonce: str, response: str, now_us: int) -> PageOrder | Refused:
+    def judge(self, order: str, nonce: str, response: str, now_us: int) -> PageOrder | RefusedOrder:
         """Return the order when the response is right, fresh and new; else why it is refused."""
         if self.key is None:
-            return Refused("no key aboard: the page only shows")
+            return RefusedOrder("no key aboard: the page only shows")
         if len(nonce) != 64 or not hmac.compare_digest(nonce[32:].encode(), self._mark(nonce[:32]).encode()):
-            return Refused("not a challenge of this vessel's life: press again")
+            return RefusedOrder("not a challenge of this vessel's life: press again")
         if not 0 <= now_us - int(nonce[:16], 16) <= LIFE_US:
-            return Refused("too late: press again")
+            return RefusedOrder("too late: press again")
         right = tag(self.key, _ASK, self.vessel, nonce, order)
         if not hmac.compare_digest(right.encode(), response.encode()):
-            return Refused("wrong key")
+            return RefusedOrder("wrong key")
         if not self._is_new(nonce, now_us):
-            return Refused("heard before: press again")
+            return RefusedOrder("heard before: press again")
         try:
             return PageOrder(order)
         except ValueError:
-            return Refused("the page may order Hold and Disarm only")
+            return RefusedOrder("the page may order Hold and Disarm only")
 
     def answer_tag(self, nonce: str, outcome: str) -> str:
         """What proves the vessel's answer to whoever has the key."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.traffic import Danger, TrafficPicture, Vessel
+from mavlink_bridge.language.traffic import Danger, OtherVessel, TrafficPicture
 from mavlink_bridge.language.value import value
 
 from ..core.traffic.words import situation, wind_of
@@ -45,11 +45,11 @@ def others_of(picture: TrafficPicture, t_us: int) -> tuple[Other, ...]:
     return tuple(_other(each, t_us) for each in shown[:MOST])
 
 
-def _is_near(vessel: Vessel, range_m: float) -> bool:
+def _is_near(vessel: OtherVessel, range_m: float) -> bool:
     return vessel.range_m is None or vessel.range_m <= range_m
 
 
-def _other(vessel: Vessel, t_us: int) -> Other:
+def _other(vessel: OtherVessel, t_us: int) -> Other:
     way = vessel.cog_rad if vessel.heading_rad is None else vessel.heading_rad
     return Other(
         mmsi=vessel.mmsi,

@@ -41,7 +41,7 @@ class Warned:
 
 
 @value
-class Told:
+class ToldText:
     """One text for the operator."""
 
     number: int
@@ -115,7 +115,7 @@ class Picture:
     """Other vessels, the most dangerous first, then by range."""
     others_known: int = 0
     """How many are known in all."""
-    texts: tuple[Told, ...] = ()
+    texts: tuple[ToldText, ...] = ()
     """The newest, oldest first."""
     airtime: str = ""
     plan_ids: tuple[int, int] = (0, 0)
@@ -166,7 +166,7 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         links=tuple(map(_link, s.links)),
         others=others_of(s.traffic, s.t_us),
         others_known=len(s.traffic.vessels),
-        texts=tuple(Told(each.number, round(each.t_us * 1e-6, 2), each.severity.name, each.text) for each in texts),
+        texts=tuple(ToldText(each.number, round(each.t_us * 1e-6, 2), each.severity.name, each.text) for each in texts),
         airtime=airtime,
         plan_ids=(plan.mission_id, plan.fence_id),
     )

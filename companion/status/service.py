@@ -18,7 +18,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.stations import Station
 
 from ..io.local_socket import LocalPeer, LocalServer
-from .orders import Challenges, PageOrder, Refused, body_of
+from .orders import Challenges, PageOrder, RefusedOrder, body_of
 from .picture import dumps, picture_of
 
 PROTOCOL: Final = 1
@@ -167,7 +167,7 @@ class StatusService:
         words = [asked.get(name) for name in ("order", "nonce", "response", "host")]
         order, nonce, response, host = (each if isinstance(each, str) and each.isascii() else "" for each in words)
         judged = self._challenges.judge(order, nonce, response, now_us)
-        if isinstance(judged, Refused):
+        if isinstance(judged, RefusedOrder):
             self._wrong(judged, host[:_HOST_MAX], now_us)
             watcher.replies.append(_line({"id": number, "refused": judged.why}))
             return
@@ -188,7 +188,7 @@ class StatusService:
         proof = self._challenges.answer_tag(nonce, outcome)
         return _line({"id": number, "answer": {"outcome": outcome, "tag": proof, "utc_s": self._utc_s}})
 
-    def _wrong(self, refused: Refused, host: str, now_us: int) -> None:
+    def _wrong(self, refused: RefusedOrder, host: str, now_us: int) -> None:
         """Somebody tries keys: told once a minute, however many times."""
         if refused.why != "wrong key" or (self._told_us is not None and now_us - self._told_us < _TELL_AGAIN_US):
             return

@@ -16,7 +16,7 @@ from ..core.hull import VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Progress, covariance_of, solve, widened
 from .problem import TOGETHER, Noise, Problem
-from .unknowns import Unknown, unknowns_of
+from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, cut
 
@@ -127,10 +127,10 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     return Comparison(windows.count * WINDOW_S, speeds, rest, shares)
 
 
-def _free(vessel: VesselConfig, voyages: int) -> list[Unknown]:
+def _free(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
     """What may have changed since the file was made, and what belongs to the record."""
     names = [name for name in _BARS if name in TOGETHER]
-    found = [Unknown(name, 1.0, _PRIOR, True, low=-4.0, high=4.0) for name in names]
+    found = [FitUnknown(name, 1.0, _PRIOR, True, low=-4.0, high=4.0) for name in names]
     usual = unknowns_of(vessel, voyages)
     record = ("wind_", "velocity_", "place_", "heading_", "offset")
     return found + [u for u in usual if u.name in _BARS or u.name.startswith(record)]

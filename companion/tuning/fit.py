@@ -16,7 +16,7 @@ import numpy as np
 from ..core.hull import VesselConfig
 from .hull_arrays import STEP_S
 from .problem import NUISANCES, SENSED, Noise, Problem
-from .unknowns import Unknown, unknowns_of
+from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
 
@@ -47,7 +47,7 @@ class Fit:
     values: dict[str, float]
     spread: dict[str, float]
     known: dict[str, bool]
-    unknowns: list[Unknown]
+    unknowns: list[FitUnknown]
     covariance: Array
     """Of the unknowns, in widths of their priors."""
     errors: tuple[float, float, float]
@@ -55,7 +55,7 @@ class Fit:
     errors_before: tuple[float, float, float]
     """The same with the file that the fit started from."""
     seconds: float
-    untold: list[Unknown] = field(default_factory=list)
+    untold: list[FitUnknown] = field(default_factory=list)
     """What the record cannot tell: left as the file had it."""
     samples: dict[str, Any] = field(default_factory=dict)
     """Of the windows kept apart: time, measured, modelled, for pictures."""
@@ -166,7 +166,7 @@ def _going_on(windows: Windows, lag: int) -> Array:
     return np.array([k for k in range(lag, windows.count) if follows[k - lag + 1 : k + 1].all()], dtype=int)
 
 
-def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], noise: Noise, theta: Array) -> Any:
+def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise, theta: Array) -> Any:
     """RMS over standard deviation of each output on windows of which only start and drift are fitted."""
     from scipy.optimize import least_squares
 
@@ -196,7 +196,7 @@ def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], nois
     return errors, {"times": times, "measured": measured, "modelled": modelled}
 
 
-def widened(unknowns: list[Unknown], deviation: Array) -> Array:
+def widened(unknowns: list[FitUnknown], deviation: Array) -> Array:
     """Spreads, in widths of the priors, that a person may believe."""
     least = np.array([_UNSURE / u.width if u.relative else 0.0 for u in unknowns])
     late = [_UNSURE_S / (u.width * u.start if u.relative else u.width) for u in unknowns]
@@ -208,7 +208,7 @@ def widened(unknowns: list[Unknown], deviation: Array) -> Array:
 
 def _told(
     vessel: VesselConfig,
-    unknowns: list[Unknown],
+    unknowns: list[FitUnknown],
     theta: Array,
     covariance: Array,
     *,

@@ -38,7 +38,7 @@ class Nomoto:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class RunColumns:
     """Columns of a run: seconds, what steered, yaw rate in rad/s."""
 
     times_s: list[float]
@@ -47,11 +47,11 @@ class Record:
     unit: str = "input"
     """What one unit of the input is: 'rad of rudder', 'of thrust's difference', 'input'."""
 
-    def between(self, start_s: float, end_s: float) -> Record:
+    def between(self, start_s: float, end_s: float) -> RunColumns:
         """Return the part between two times."""
         kept = [k for k, t in enumerate(self.times_s) if start_s <= t <= end_s]
         times, inputs, rates = ([values[k] for k in kept] for values in (self.times_s, self.inputs, self.rates))
-        return Record(times, inputs, rates, self.unit)
+        return RunColumns(times, inputs, rates, self.unit)
 
 
 KNOWN_COLUMNS: Final = (
@@ -63,7 +63,7 @@ THRUSTERS: Final = ("t_s", "thruster_port", "thruster_starboard", "yaw_rate_dps"
 """The same of a boat that steers by its propellers."""
 
 
-def read_columns(path: Path, columns: Sequence[str] | None = None) -> Record:
+def read_columns(path: Path, columns: Sequence[str] | None = None) -> RunColumns:
     """Return a record from a CSV file; degrees are converted by the column's name.
 
     Of a run's directory it is truth.csv, or control.csv of a real vessel. Where the rudder never moves and the propellers
@@ -92,18 +92,18 @@ def read_columns(path: Path, columns: Sequence[str] | None = None) -> Record:
     return record
 
 
-def _columns(table: list[dict[str, str]], wanted: Sequence[str]) -> Record:
+def _columns(table: list[dict[str, str]], wanted: Sequence[str]) -> RunColumns:
     records = [tuple(float(row[name]) for name in wanted) for row in table if all(row[name] for name in wanted)]
     scales = [math.pi / 180.0 if name.endswith(("_deg", "_dps")) else 1.0 for name in wanted]
     times, inputs, rates = ([record[k] * scales[k] for record in records] for k in range(3))
     times = [record[0] for record in records]
-    return Record(times, inputs, rates, "rad of rudder" if wanted in KNOWN_COLUMNS else "input")
+    return RunColumns(times, inputs, rates, "rad of rudder" if wanted in KNOWN_COLUMNS else "input")
 
 
-def _difference(table: list[dict[str, str]]) -> Record | None:
+def _difference(table: list[dict[str, str]]) -> RunColumns | None:
     records = [tuple(float(row[name]) for name in THRUSTERS) for row in table if all(row[name] for name in THRUSTERS)]
     inputs = [0.5 * (port * abs(port) - starboard * abs(starboard)) for _, port, starboard, _ in records]
-    return Record([r[0] for r in records], inputs, [math.radians(r[3]) for r in records], "of thrust's difference")
+    return RunColumns([r[0] for r in records], inputs, [math.radians(r[3]) for r in records], "of thrust's difference")
 
 
 def _still(values: Sequence[float]) -> bool:

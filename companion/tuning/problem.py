@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from .hull_arrays import STEP_S, HullArrays, coefficients
-from .unknowns import Unknown
+from .unknowns import FitUnknown
 from .voyages import SMOOTH_STEPS
 from .windows import Windows
 
@@ -81,7 +81,7 @@ class Noise:
 class Problem:
     """Residuals and their slopes of one set of windows."""
 
-    def __init__(self, vessel: VesselConfig, windows: Windows, unknowns: list[Unknown], noise: Noise) -> None:
+    def __init__(self, vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise) -> None:
         self.windows, self.unknowns, self.noise = windows, unknowns, noise
         self._hull, self._base = HullArrays(vessel), coefficients(vessel)
         count, steps = windows.count, windows.measured.shape[0]

@@ -20,7 +20,7 @@ _WIDE: Final = 0.35
 
 
 @dataclass(frozen=True, slots=True)
-class Unknown:
+class FitUnknown:
     """One number of the fit, counted in widths of its prior: value = start * exp(width x), or start + width x."""
 
     name: str
@@ -46,17 +46,17 @@ class Unknown:
         return bool(deviation < _TOLD and inside and (not self.relative or self.width * deviation < _WIDE))
 
 
-def _relative(name: str, start: float, width: float) -> Unknown:
-    return Unknown(name, start, width, True, low=-3.0 / width, high=3.0 / width)
+def _relative(name: str, start: float, width: float) -> FitUnknown:
+    return FitUnknown(name, start, width, True, low=-3.0 / width, high=3.0 / width)
 
 
-def _between(name: str, start: float, width: float, low: float, high: float) -> Unknown:
-    return Unknown(
+def _between(name: str, start: float, width: float, low: float, high: float) -> FitUnknown:
+    return FitUnknown(
         name, start, width, relative=False, low=(low - start) / width - 1e-3, high=(high - start) / width + 1e-3
     )
 
 
-def unknowns_of(vessel: VesselConfig, voyages: int) -> list[Unknown]:
+def unknowns_of(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
     """Return what a fit of a vessel to so many voyages may change. Mass is not among it: motion tells forces per mass only."""
     c = coefficients(vessel)
     least = {"xu": 0.02 * c["xuu"] + 0.1, "xuu": 0.05 * c["xu"] + 0.1, "yv": 0.1, "yvv": 0.1, "nr": 0.01, "nrr": 0.01}
@@ -73,7 +73,7 @@ def unknowns_of(vessel: VesselConfig, voyages: int) -> list[Unknown]:
     return found + _propulsion(vessel, c) + _sensors(voyages)
 
 
-def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[Unknown]:
+def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
     found = [
         _relative("ahead", c["ahead"], 0.45),
         _relative("astern", c["astern"], 0.45),
@@ -92,7 +92,7 @@ def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[Unknown]:
     return found
 
 
-def _sensors(voyages: int) -> list[Unknown]:
+def _sensors(voyages: int) -> list[FitUnknown]:
     found = [_between(name, 0.0, 0.15, -0.3, 0.9) for name in ("velocity_late", "place_late", "heading_late")]
     found.append(_between("velocity_smooth", 0.15, 0.15, 0.0, 1.5))
     found.append(_between("heading_offset", 0.0, math.radians(2.5), -0.3, 0.3))

@@ -19,7 +19,7 @@ from ..settings import Settings, load
 from ..status.client import places
 from ..worlds import STORE_NAME
 from .depths import Depths
-from .http import Answer, Request
+from .http import HttpAnswer, HttpRequest
 from .page import Page, build, file_answer
 from .runs import Runs
 from .server import Handler, PageServer, orders
@@ -114,16 +114,16 @@ class DepthsBeside:
 
 
 def _routes(vessel: VesselLink, page: Page, depths: DepthsBeside, runs: Runs) -> dict[tuple[str, str], Handler]:
-    async def document(request: Request, body: bytes) -> Answer:
+    async def document(request: HttpRequest, body: bytes) -> HttpAnswer:
         return page.answer(request.headers.get("accept-encoding", ""))
 
-    async def chart(request: Request, body: bytes) -> Answer:
+    async def chart(request: HttpRequest, body: bytes) -> HttpAnswer:
         return _packed({"track": vessel.track.fields(), "drawing": vessel.drawing}, request)
 
-    async def bottom(request: Request, body: bytes) -> Answer:
+    async def bottom(request: HttpRequest, body: bytes) -> HttpAnswer:
         return _packed(depths.found, request)
 
-    async def listed(request: Request, body: bytes) -> Answer:
+    async def listed(request: HttpRequest, body: bytes) -> HttpAnswer:
         return _packed(await asyncio.to_thread(runs.listed), request)
 
     return {
@@ -135,15 +135,15 @@ def _routes(vessel: VesselLink, page: Page, depths: DepthsBeside, runs: Runs) ->
     }
 
 
-def _packed(data: Any, request: Request) -> Answer:
+def _packed(data: Any, request: HttpRequest) -> HttpAnswer:
     body = json.dumps(data, separators=(",", ":")).encode()
     if "gzip" not in request.headers.get("accept-encoding", ""):
-        return Answer(kind="application/json", body=body)
+        return HttpAnswer(kind="application/json", body=body)
     headers = {"Content-Encoding": "gzip"}
-    return Answer(kind="application/json", body=gzip.compress(body, 6, mtime=0), headers=headers)
+    return HttpAnswer(kind="application/json", body=gzip.compress(body, 6, mtime=0), headers=headers)
 
 
-def _download(runs: Runs, name: str) -> tuple[int, int, Answer] | None:
+def _download(runs: Runs, name: str) -> tuple[int, int, HttpAnswer] | None:
     run, _, file = name.partition("/")
     found = runs.open(run, file)
     return None if found is None else (*found, file_answer(file))

@@ -40,7 +40,7 @@ class BadRequestError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class HttpRequest:
     """One request."""
 
     method: str
@@ -55,7 +55,7 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class HttpAnswer:
     """One answer: whole, or a ``head`` before something that flows."""
 
     status: HTTPStatus = HTTPStatus.OK
@@ -76,10 +76,10 @@ class Answer:
         return self.head(len(self.body)) + self.body
 
 
-def as_json(data: Any, status: HTTPStatus = HTTPStatus.OK) -> Answer:
+def as_json(data: Any, status: HTTPStatus = HTTPStatus.OK) -> HttpAnswer:
     """An answer of JSON."""
     body = json.dumps(data, separators=(",", ":"), ensure_ascii=False).encode()
-    return Answer(status, "application/json", body)
+    return HttpAnswer(status, "application/json", body)
 
 
 class _Head(BaseHTTPRequestHandler):
@@ -103,7 +103,7 @@ class _Head(BaseHTTPRequestHandler):
         """Nothing is sent from here."""
 
 
-def read_head(head: bytes) -> Request:
+def read_head(head: bytes) -> HttpRequest:
     """Read a request's head, up to the empty line. Raises BadRequestError."""
     if len(head) > HEAD_MAX:
         raise BadRequestError(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
@@ -123,7 +123,7 @@ def read_head(head: bytes) -> Request:
             raise BadRequestError(HTTPStatus.BAD_REQUEST)
     if "transfer-encoding" in headers:
         raise BadRequestError(HTTPStatus.LENGTH_REQUIRED)
-    return Request(found.command, found.path.partition("?")[0], headers, _length(headers))
+    return HttpRequest(found.command, found.path.partition("?")[0], headers, _length(headers))
 
 
 def _length(headers: Mapping[str, str]) -> int:
@@ -135,7 +135,7 @@ def _length(headers: Mapping[str, str]) -> int:
     return int(text)
 
 
-def check_host(request: Request, names: tuple[str, ...]) -> None:
+def check_host(request: HttpRequest, names: tuple[str, ...]) -> None:
     """Refuse a name that somebody else's name server could have led here (DNS rebinding). Raises BadRequestError."""
     host = request.headers.get("host", "").lower()
     name = host.rpartition(":")[0] if not host.endswith("]") and ":" in host else host
@@ -152,7 +152,7 @@ def check_host(request: Request, names: tuple[str, ...]) -> None:
     )
 
 
-def check_own_page(request: Request) -> None:
+def check_own_page(request: HttpRequest) -> None:
     """Refuse an order that another site's page sends through an operator's browser. Raises BadRequestError."""
     origin = request.headers.get("origin", "")
     same = origin.partition("://")[2].lower() == request.headers.get("host", "").lower() != ""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Final
 
-from .http import Answer
+from .http import HttpAnswer
 
 _SCRIPTS: Final = ("sha256.js", "map.js", "page.js")
 _REPORT_RULES: Final = (
@@ -23,10 +23,10 @@ _REPORT_RULES: Final = (
 class Page:
     """The document, packed (RFC 1952) and plain, and what a browser may do with it."""
 
-    packed: Answer
-    plain: Answer
+    packed: HttpAnswer
+    plain: HttpAnswer
 
-    def answer(self, accepts: str) -> Answer:
+    def answer(self, accepts: str) -> HttpAnswer:
         """The document for a browser that accepts these encodings."""
         return self.packed if "gzip" in accepts else self.plain
 
@@ -45,15 +45,19 @@ def build() -> Page:
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     kind, headers = "text/html; charset=utf-8", {"Content-Security-Policy": rules, "Vary": "Accept-Encoding"}
-    packed = Answer(kind=kind, body=gzip.compress(body, 9, mtime=0), headers={**headers, "Content-Encoding": "gzip"})
-    return Page(packed, Answer(kind=kind, body=body, headers=headers))
+    packed = HttpAnswer(
+        kind=kind, body=gzip.compress(body, 9, mtime=0), headers={**headers, "Content-Encoding": "gzip"}
+    )
+    return Page(packed, HttpAnswer(kind=kind, body=body, headers=headers))
 
 
-def file_answer(name: str) -> Answer:
+def file_answer(name: str) -> HttpAnswer:
     """What is said before a run's file: a report is shown, all else is kept by the browser as a file."""
     if name.endswith(".html"):
-        return Answer(kind="text/html; charset=utf-8", headers={"Content-Security-Policy": _REPORT_RULES})
-    return Answer(kind="application/octet-stream", headers={"Content-Disposition": f'attachment; filename="{name}"'})
+        return HttpAnswer(kind="text/html; charset=utf-8", headers={"Content-Security-Policy": _REPORT_RULES})
+    return HttpAnswer(
+        kind="application/octet-stream", headers={"Content-Disposition": f'attachment; filename="{name}"'}
+    )
 
 
 def _digest(text: str) -> str:

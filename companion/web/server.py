@@ -17,8 +17,8 @@ from dataclasses import replace
 from http import HTTPStatus
 from typing import Any, Final
 
-from ..io.links.places import Place, to_leave
-from .http import HEAD_MAX, Answer, BadRequestError, Request, as_json, check_host, check_own_page, read_head
+from ..io.links.places import LinkPlace, to_leave
+from .http import HEAD_MAX, BadRequestError, HttpAnswer, HttpRequest, as_json, check_host, check_own_page, read_head
 from .live import PERIOD_US, Feed
 from .vessel import NotHeardError, VesselLink
 
@@ -37,7 +37,7 @@ _UNSENT: Final = 4096
 """Bytes of a stream that the kernel holds unsent: what a slow link has not taken is not yet history."""
 
 log = logging.getLogger(__name__)
-Handler = Callable[[Request, bytes], Awaitable[Answer]]
+Handler = Callable[[HttpRequest, bytes], Awaitable[HttpAnswer]]
 
 
 class Gone(Exception):  # noqa: N818 - no error: a browser has left
@@ -51,14 +51,14 @@ class PageServer:
         self,
         vessel: VesselLink,
         routes: dict[tuple[str, str], Handler],
-        download_fn: Callable[[str], tuple[int, int, Answer] | None],
+        download_fn: Callable[[str], tuple[int, int, HttpAnswer] | None],
         names: tuple[str, ...] = (),
     ) -> None:
         self._vessel = vessel
         self._routes = routes
         self._download = download_fn
         self._names = names
-        self._waiting: dict[asyncio.StreamWriter, Place] = {}
+        self._waiting: dict[asyncio.StreamWriter, LinkPlace] = {}
         """Connections that are no stream; a trusted place has asked and is being answered."""
         self._live: dict[asyncio.StreamWriter, str] = {}
         self._downloads = 0
@@ -89,7 +89,7 @@ class PageServer:
                 return
             self._waiting.pop(leaves)
             leaves.transport.abort()
-        self._waiting[writer] = Place(host, now_us)
+        self._waiting[writer] = LinkPlace(host, now_us)
         try:
             await self._serve(reader, writer, host)
         except (Gone, OSError, asyncio.IncompleteReadError, TimeoutError):
@@ -120,10 +120,10 @@ class PageServer:
                 raise BadRequestError(HTTPStatus.NOT_FOUND)
             answer = await handler(request, body)
         except BadRequestError as error:
-            answer = Answer(error.status, body=f"{error}\n".encode())
+            answer = HttpAnswer(error.status, body=f"{error}\n".encode())
         await self._write(writer, answer.whole())
 
-    async def _read(self, reader: asyncio.StreamReader, host: str) -> tuple[Request, bytes]:
+    async def _read(self, reader: asyncio.StreamReader, host: str) -> tuple[HttpRequest, bytes]:
         try:
             head = await reader.readuntil(b"\r\n\r\n")
         except asyncio.LimitOverrunError:
@@ -146,12 +146,14 @@ class PageServer:
             self._live.pop(old)
             old.transport.abort()
         if len(self._live) >= LIVE_MAX:
-            await self._write(writer, Answer(HTTPStatus.SERVICE_UNAVAILABLE, body=b"too many look already\n").whole())
+            await self._write(
+                writer, HttpAnswer(HTTPStatus.SERVICE_UNAVAILABLE, body=b"too many look already\n").whole()
+            )
             return
         self._live[writer] = host
         _keep_short(writer)
         writer.transport.set_write_buffer_limits(high=0)
-        writer.write(Answer(kind="text/event-stream").head(None) + b"retry: 1000\n\n")
+        writer.write(HttpAnswer(kind="text/event-stream").head(None) + b"retry: 1000\n\n")
         feed, moved_us = Feed(_now_us()), _now_us()
         while not writer.is_closing():
             now_us = _now_us()
@@ -188,7 +190,7 @@ class PageServer:
 def orders(vessel: VesselLink) -> dict[tuple[str, str], Handler]:
     """The two requests of an order; the vessel judges it, and nothing here can."""
 
-    async def handed_on(request: Request, body: bytes, ask: str, names: tuple[str, ...] = ()) -> Answer:
+    async def handed_on(request: HttpRequest, body: bytes, ask: str, names: tuple[str, ...] = ()) -> HttpAnswer:
         check_own_page(request)
         try:
             data = json.loads(body or b"{}")
@@ -203,10 +205,10 @@ def orders(vessel: VesselLink) -> dict[tuple[str, str], Handler]:
             return as_json({"not_heard": True}, HTTPStatus.GATEWAY_TIMEOUT)
         return as_json({name: found[name] for name in ("challenge", "answer", "refused") if name in found})
 
-    async def challenge(request: Request, body: bytes) -> Answer:
+    async def challenge(request: HttpRequest, body: bytes) -> HttpAnswer:
         return await handed_on(request, body, "challenge")
 
-    async def order(request: Request, body: bytes) -> Answer:
+    async def order(request: HttpRequest, body: bytes) -> HttpAnswer:
         return await handed_on(request, body, "order", ("order", "nonce", "response"))
 
     return {("POST", "/challenge"): challenge, ("POST", "/order"): order}

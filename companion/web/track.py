@@ -15,7 +15,7 @@ NO_DEPTH: Final = -1
 Point = tuple[float, float, float | None]
 
 
-class Track:
+class PageTrack:
     """Places in their order, each with the water under the keel there, m."""
 
     def __init__(self) -> None:

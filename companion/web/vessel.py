@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from ..io.local_socket import connect
 from .live import page_fields
-from .track import Track
+from .track import PageTrack
 
 AGAIN_S: Final = 1.0
 """Between two tries to reach a vessel that is not there."""
@@ -44,7 +44,7 @@ class VesselLink:
         self.hello: dict[str, Any] = {}
         self.picture: dict[str, Any] | None = None
         self.drawing: dict[str, Any] = {}
-        self.track = Track()
+        self.track = PageTrack()
 
     async def run(self) -> None:
         """Connect, read, begin again; ends when it is cancelled."""

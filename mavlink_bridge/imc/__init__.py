@@ -1,6 +1,6 @@
 """IMC, the wire protocol of LSTS' consoles and vehicles: messages, bytes, and the life of a system among others."""
 
-from .fields import NULL_MESSAGE as NULL_MESSAGE, Message as Message, Unknown as Unknown
+from .fields import NULL_MESSAGE as NULL_MESSAGE, Message as Message, UnknownMessage as UnknownMessage
 from .layout import MalformedError as MalformedError, kinds_of as kinds_of
 from .messages import *  # noqa: F403 - the table's messages and the numbers of their fields
 from .messages import TABLE as TABLE
@@ -27,7 +27,7 @@ from .system import (
     Discovery as Discovery,
     Outgoing as Outgoing,
     Place as Place,
-    Service as Service,
+    SystemPart as SystemPart,
     Tcp as Tcp,
     Udp as Udp,
 )

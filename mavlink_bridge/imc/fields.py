@@ -47,7 +47,7 @@ class Message:
 
 
 @message
-class Unknown(Message):
+class UnknownMessage(Message):
     """A message whose number the table does not have.
 
     Its length cannot be known, so ``rest`` is all that follows in the packet. Inside another message the fields behind it

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from itertools import groupby
 from typing import Final, assert_never, get_args, get_type_hints
 
-from .fields import NULL_MESSAGE, Kind, LongRaw, LongText, ManyMessages, Message, OneMessage, Scalar, Unknown
+from .fields import NULL_MESSAGE, Kind, LongRaw, LongText, ManyMessages, Message, OneMessage, Scalar, UnknownMessage
 
 MAX_DEPTH: Final = 8
 """A plan's parameter stands five deep: plan control, plan, manoeuvre, action, parameter. The rest is room."""
@@ -96,7 +96,7 @@ def _steps(message: type[Message]) -> tuple[Step, ...]:
 def write_fields(message: Message, *, big_endian: bool = False) -> bytes:
     """The fields of a message, without number and header.
 
-    Raises ValueError for a value that its field cannot hold, and for an ``Unknown`` inside another message.
+    Raises ValueError for a value that its field cannot hold, and for an ``UnknownMessage`` inside another message.
     """
     try:
         return b"".join(_pieces(message, big_endian=big_endian))
@@ -105,7 +105,7 @@ def write_fields(message: Message, *, big_endian: bool = False) -> bytes:
 
 
 def _pieces(message: Message, *, big_endian: bool) -> list[bytes]:
-    if isinstance(message, Unknown):
+    if isinstance(message, UnknownMessage):
         return [message.rest]
     found = []
     for step in steps_of(type(message)):
@@ -139,7 +139,7 @@ def _single_out(step: Single, value: object, *, big_endian: bool) -> bytes:
 def _inline_out(message: Message | None, *, big_endian: bool) -> bytes:
     if message is None:
         return _u16(NULL_MESSAGE, big_endian=big_endian)
-    if isinstance(message, Unknown):
+    if isinstance(message, UnknownMessage):
         raise ValueError(
             f"message {message.number} is not known: what follows it was not read, so it cannot be written"
         )
@@ -217,7 +217,7 @@ class _Reader:
         wanted = self._lookup(number)
         if wanted is None:
             rest, self.at = self.data[self.at :], _NOTHING
-            return Unknown(number, rest)
+            return UnknownMessage(number, rest)
         if depth >= MAX_DEPTH:
             raise MalformedError(f"more than {MAX_DEPTH} messages inside one another")
         return self.message(wanted, depth + 1)

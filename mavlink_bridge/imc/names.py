@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Final
 
-from .fields import Message, Unknown
+from .fields import Message, UnknownMessage
 from .messages import TABLE
 
 _ONLY_NAMED: Final = {
@@ -40,9 +40,9 @@ def name_of(number: int) -> str:
     return _ONLY_NAMED.get(number, f"message {number}")
 
 
-def holds_unknown(message: Message) -> Unknown | None:
+def holds_unknown(message: Message) -> UnknownMessage | None:
     """The first unknown message at any depth: what stands behind it was not read, so the whole may not be acted on."""
-    if isinstance(message, Unknown):
+    if isinstance(message, UnknownMessage):
         return message
     for field in fields(message):
         value = getattr(message, field.name)

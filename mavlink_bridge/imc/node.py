@@ -27,7 +27,7 @@ from .packet import (
 )
 from .peers import BACK_US, Peer, Peers
 from .services import services_text
-from .system import Asker, Destination, Discovery, Place, Service, Tcp, Udp
+from .system import Asker, Destination, Discovery, Place, SystemPart, Tcp, Udp
 
 ANNOUNCE_US: Final = 10_000_000
 HEARTBEAT_US: Final = 1_000_000
@@ -63,7 +63,7 @@ class Position:
 class Node:
     """The system. Its parts are given in the order in which they are asked."""
 
-    def __init__(self, config: NodeConfig, parts: Sequence[Service] = ()) -> None:
+    def __init__(self, config: NodeConfig, parts: Sequence[SystemPart] = ()) -> None:
         self.config = config
         self.parts = list(parts)
         self.peers = Peers()
@@ -87,7 +87,7 @@ class Node:
         self._texts: list[tuple[int, str]] = []
         self._conflict_told = False
 
-    def add(self, part: Service) -> None:
+    def add(self, part: SystemPart) -> None:
         """Take a part in: a process may announce itself before all of it stands."""
         self.parts.append(part)
         self._entities = self._numbered()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ..crc import arc
-from .fields import Message, Unknown
+from .fields import Message, UnknownMessage
 from .layout import MAX_LENGTH, MalformedError, read_fields, write_fields
 from .messages import TABLE
 
@@ -69,7 +69,7 @@ def encode(packet: Packet) -> bytes:
     payload = write_fields(message, big_endian=packet.big_endian)
     if len(payload) > MAX_PACKET - HEADER_BYTES - _CRC_BYTES:
         raise ValueError(f"{type(message).__name__}: {len(payload)} bytes are more than a packet holds")
-    number = message.number if isinstance(message, Unknown) else message.NUMBER
+    number = message.number if isinstance(message, UnknownMessage) else message.NUMBER
     head = (_BIG if packet.big_endian else _LITTLE).pack(
         SYNC,
         number,
@@ -120,7 +120,9 @@ def _unpack(data: bytes, *, big_endian: bool) -> Packet:
     payload = data[HEADER_BYTES:-_CRC_BYTES]
     wanted = TABLE.get(number)
     message = (
-        Unknown(number, payload) if wanted is None else read_fields(wanted, payload, TABLE.get, big_endian=big_endian)
+        UnknownMessage(number, payload)
+        if wanted is None
+        else read_fields(wanted, payload, TABLE.get, big_endian=big_endian)
     )
     return Packet(header, message, big_endian)
 
@@ -223,7 +225,7 @@ class PacketReader:
             self.counters.malformed += 1
             return len(raw)
         self.counters.packets += 1
-        self.counters.unknown += isinstance(packet.message, Unknown)
+        self.counters.unknown += isinstance(packet.message, UnknownMessage)
         packets.append(packet)
         return len(raw)
 

@@ -83,7 +83,7 @@ class Outgoing:
     """How old what it says is: a console shows that by the packet's time."""
 
 
-class Service(Protocol):
+class SystemPart(Protocol):
     """A part of the system."""
 
     def receive(self, message: Message, asker: Asker, now_us: int) -> bool:

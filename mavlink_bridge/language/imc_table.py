@@ -12,7 +12,7 @@ from typing import Final
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ImcRow:
     """One line. ``ours``: field of the vocabulary; ``mavlink``: MESSAGE.field or command; ``code``: path.function that does it."""
 
     imc: str
@@ -181,9 +181,9 @@ _ROOMS: Final = {
 """Where a row's module lives below ``mavlink_bridge/mavlink``."""
 
 
-def _row(imc: str, ours: str, mavlink: str, rule: str, code: str) -> Row:
+def _row(imc: str, ours: str, mavlink: str, rule: str, code: str) -> ImcRow:
     module, _, name = code.partition(".")
-    return Row(imc, ours, mavlink, rule, f"mavlink/{_ROOMS[module]}.{name}" if code else "")
+    return ImcRow(imc, ours, mavlink, rule, f"mavlink/{_ROOMS[module]}.{name}" if code else "")
 
 
 FIELDS: Final = tuple(_row(*line) for line in _lines(_FIELDS, 5))

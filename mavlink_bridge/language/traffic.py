@@ -63,7 +63,7 @@ class Sides:
 
 
 @value
-class Vessel:
+class OtherVessel:
     """One other vessel, as known at a time."""
 
     mmsi: int
@@ -115,7 +115,7 @@ class Vessel:
 class TrafficPicture:
     """All that is known of others, the most dangerous first, then by range."""
 
-    vessels: tuple[Vessel, ...] = ()
+    vessels: tuple[OtherVessel, ...] = ()
     heard: bool = False
     """Whether any AIS receiver has been heard."""
     silent: bool = False
@@ -131,7 +131,7 @@ class TrafficPicture:
     as_adsb: bool = True
 
     @property
-    def threats(self) -> tuple[Vessel, ...]:
+    def threats(self) -> tuple[OtherVessel, ...]:
         return tuple(vessel for vessel in self.vessels if vessel.danger is not Danger.NONE)
 
 

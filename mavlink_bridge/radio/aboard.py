@@ -29,7 +29,7 @@ from .air import Ledger, RadioProfile
 from .codec.bits import BitsError
 from .codec.brief import brief_plan, encode_standing
 from .codec.command import decode_command, is_command
-from .codec.frames import Frame
+from .codec.frames import RadioFrame
 from .codec.plan import PlanCodecError, decode_plan
 from .codec.request import OVERRULED, RequestCodecError, decode_request, name_codes
 from .codec.state_fields import RadioState
@@ -38,9 +38,9 @@ from .link import MAX_OUTGOING, CompactLink
 from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .orders import meaning_of
 from .reporter import CHAT_GAP_US, Reporter
-from .session import Direction, Pairing
+from .session import Pairing, RadioDirection
 from .telling import Telling
-from .transfer import BRIEF_NUMBERS, Message
+from .transfer import BRIEF_NUMBERS, WholeMessage
 
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
@@ -71,10 +71,10 @@ class VesselRadio:
         self._address = (system_id, 1)
         self.vehicle = vehicle
         witness = witness or Witness()
-        pairing = Pairing(key, system_id, Direction.TO_SHORE, nonce, profile, witness=witness)
-        self._ear = OldEar(key, Direction.TO_VESSEL, witness)
+        pairing = Pairing(key, system_id, RadioDirection.TO_SHORE, nonce, profile, witness=witness)
+        self._ear = OldEar(key, RadioDirection.TO_VESSEL, witness)
         counter = counter_in(memory)
-        self._old_voice = None if counter is None else OldVoice(key, Direction.TO_SHORE, counter, witness)
+        self._old_voice = None if counter is None else OldVoice(key, RadioDirection.TO_SHORE, counter, witness)
         self._to_old: list[bytes] = []
         keep = save or (lambda text: None)
         self.link = CompactLink(
@@ -121,7 +121,7 @@ class VesselRadio:
         if self._ear.hellos > before and self._warn(HEARD, now_us) and self._old_voice is not None:
             self._to_old = list(self._old_voice.say(Severity.WARNING, TELL))
         for item in items:
-            if isinstance(item, Message):
+            if isinstance(item, WholeMessage):
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
@@ -211,7 +211,7 @@ class VesselRadio:
 
     # ---- what comes ---------------------------------------------------------------------------------------------
 
-    def _on_frame(self, frame: Frame, now_us: int) -> None:
+    def _on_frame(self, frame: RadioFrame, now_us: int) -> None:
         if frame.kind is not Kind.BEACON or not frame.body:
             return
         if frame.body[0] & BEACON_COMMANDED:
@@ -223,7 +223,7 @@ class VesselRadio:
         else:
             self._reporter.met(now_us)
 
-    def _on_message(self, message: Message, now_us: int) -> None:
+    def _on_message(self, message: WholeMessage, now_us: int) -> None:
         if message.kind is Kind.INFO:
             self.link.answer(message.id, self._telling.wanted(message.payload, now_us), now_us)
             return
@@ -251,7 +251,7 @@ class VesselRadio:
         self.asked.append(Request(self._next_id, body, sender, origin=origin, proof=Proof.RADIO_KEY))
         self._next_id += 1
 
-    def _is_overruled(self, message: Message, body: RequestBody, now_us: int) -> bool:
+    def _is_overruled(self, message: WholeMessage, body: RequestBody, now_us: int) -> bool:
         """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
         if body.nature.stops:
             self._stop = message.id, self.link.pairing.other, now_us
@@ -262,7 +262,7 @@ class VesselRadio:
         cycle = 256 if max(message.id, number) < BRIEF_NUMBERS else 32
         return is_recent and 0 < (number - message.id) % cycle <= MAX_OUTGOING
 
-    def _request_in(self, message: Message) -> RequestBody | PlanError:
+    def _request_in(self, message: WholeMessage) -> RequestBody | PlanError:
         if message.kind is Kind.PLAN:
             kind, items = decode_plan(message.payload, self._near_e7())
             return load_plan(kind, items)

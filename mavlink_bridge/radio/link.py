@@ -19,14 +19,14 @@ from . import memory as memory_of
 from .air import Ledger, Priority, RadioProfile
 from .air.rhythm import TOLD_LATE_US, Rhythm
 from .codec.brief import STANDING_BYTES
-from .codec.frames import STOPS, Frame, Opener, frame_bytes
+from .codec.frames import STOPS, Opener, RadioFrame, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience
 from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
-from .transfer import Inbox, Message, Outcome, Outgoing, cut, read_reply, sizes
-from .voice import Voice
+from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, read_reply, sizes
+from .voice import RadioVoice
 
 MAX_OUTGOING: Final = 16
 _MAX_ANSWERS: Final = 16
@@ -56,7 +56,7 @@ class CompactLink:
         self.profile = profile
         self.pairing = pairing
         self.ledger = ledger or Ledger(profile.hour_us, profile.stop_us)
-        self.voice = Voice(profile, pairing, self.ledger, self._remember)
+        self.voice = RadioVoice(profile, pairing, self.ledger, self._remember)
         self.clock = self.voice.clock
         self._patience = Patience(profile, self.clock, rng)
         self.inbox = Inbox(round(profile.link.upload_s * 1e6), round(profile.link.command_s * 1e6))
@@ -74,10 +74,10 @@ class CompactLink:
         self._save = save or (lambda text: None)
         self._is_vessel = pairing.is_vessel
         self._next_id = rng.randrange(256)
-        self._outgoing: list[Outgoing] = []
+        self._outgoing: list[Transfer] = []
         self._answers: deque[Posted] = deque(maxlen=_MAX_ANSWERS)
         self._posted = PostBox()
-        self._outcomes: list[Outcome] = []
+        self._outcomes: list[TransferOutcome] = []
         self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
         self.rhythm: Rhythm | None = None  # the other end's grid of states, where it keeps one
         self._greeting = Greeting(profile, rng, now_us, is_vessel=self._is_vessel)
@@ -96,9 +96,9 @@ class CompactLink:
 
     # ---- in -----------------------------------------------------------------------------------------------------
 
-    def receive(self, data: bytes, now_us: int) -> list[Frame | Message]:
+    def receive(self, data: bytes, now_us: int) -> list[RadioFrame | WholeMessage]:
         """Take bytes as read; return new messages and the frames that need no answer. Never raises on input."""
-        found: list[Frame | Message] = []
+        found: list[RadioFrame | WholeMessage] = []
         for frame in self.opener.receive(data, now_us):
             if frame.kind is Kind.HELLO:
                 self._on_hello(Hello.read(frame.body), now_us)
@@ -131,7 +131,7 @@ class CompactLink:
             self.inbox.forget()
             self._remember(now_us)
 
-    def _sort(self, frame: Frame, now_us: int) -> Frame | Message | None:
+    def _sort(self, frame: RadioFrame, now_us: int) -> RadioFrame | WholeMessage | None:
         self._note_start(now_us)
         kind = frame.kind
         if self.pairing.is_foreign and kind not in FROZEN:
@@ -150,8 +150,8 @@ class CompactLink:
         self._other_was_talking(len(frame.body) + OVERHEAD, now_us)
         return frame
 
-    def _on_message(self, frame: Frame, now_us: int) -> Message | None:
-        message: Message | None
+    def _on_message(self, frame: RadioFrame, now_us: int) -> WholeMessage | None:
+        message: WholeMessage | None
         if frame.kind is Kind.PIECE:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
@@ -172,7 +172,7 @@ class CompactLink:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
 
-    def _on_reply(self, frame: Frame, now_us: int) -> Frame | None:
+    def _on_reply(self, frame: RadioFrame, now_us: int) -> RadioFrame | None:
         """Returns what it tells of the vessel: an answer without a body is followed by its order."""
         body, brief = frame.body, frame.is_brief
         found = read_reply(body)
@@ -218,7 +218,7 @@ class CompactLink:
         if len(self._outgoing) >= MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, self.profile.max_frame_bytes)
-        item = Outgoing(self._next_id, kind, pieces, priority, now_us + limit_us, is_whole=self.pairing.is_foreign)
+        item = Transfer(self._next_id, kind, pieces, priority, now_us + limit_us, is_whole=self.pairing.is_foreign)
         self._next_id = (self._next_id + 1) % 256
         if priority <= Priority.COMMAND:
             self._greeting.hurry(now_us, was_silent=False)
@@ -251,7 +251,7 @@ class CompactLink:
         self._listen_until_us = min(self._listen_until_us, now_us)
         self._remember(now_us)
 
-    def outcomes(self) -> list[Outcome]:
+    def outcomes(self) -> list[TransferOutcome]:
         """How messages of ours have ended since the last call."""
         found, self._outcomes = self._outcomes, []
         return found
@@ -314,7 +314,7 @@ class CompactLink:
         waits = owes or now_us < max(self._listen_until_us, self.chat_until_us)
         return self._a_transfer([item for item in self._outgoing if item.is_asked_for or not waits], now_us)
 
-    def _a_transfer(self, items: list[Outgoing], now_us: int) -> bytes:
+    def _a_transfer(self, items: list[Transfer], now_us: int) -> bytes:
         # the other end's states wait while a long message comes
         keeps_quiet = any(item.is_under_way for item in self._outgoing)
         for item in list(items):
@@ -395,6 +395,6 @@ class CompactLink:
         for item in [item for item in self._outgoing if now_us >= item.deadline_us]:
             self._finish(item, Reply(Result.FAILED, "no answer from the vessel"))
 
-    def _finish(self, item: Outgoing, reply: Reply) -> None:
+    def _finish(self, item: Transfer, reply: Reply) -> None:
         self._outgoing.remove(item)
-        self._outcomes.append(Outcome(item.id, reply))
+        self._outcomes.append(TransferOutcome(item.id, reply))

@@ -13,7 +13,7 @@ from typing import Final
 from ..language.messages import Severity
 from ..language.witness import Witness
 from .codec.wire import SEVERITY
-from .session import Direction, check_key
+from .session import RadioDirection, check_key
 
 _HELLO_BYTES: Final = 12
 _FIRST: Final = 0x01
@@ -29,7 +29,7 @@ GAP_US: Final = 600_000_000
 """Between two tellings: an old recording must not buy airtime."""
 
 
-def _tag(key: bytes, direction: Direction, counter: int, covered: bytes) -> bytes:
+def _tag(key: bytes, direction: RadioDirection, counter: int, covered: bytes) -> bytes:
     data = bytes((direction,)) + counter.to_bytes(8, "big") + covered
     return blake2s(data, digest_size=_TAG_BYTES, key=key, person=b"usvradio").digest()
 
@@ -52,7 +52,7 @@ def with_counter(memory: str, voice: OldVoice | None) -> str:
 class OldEar:
     """Counts HELLOs of the first release in a byte stream. Holds less than one of them between calls."""
 
-    def __init__(self, key: bytes, inward: Direction, witness: Witness | None = None) -> None:
+    def __init__(self, key: bytes, inward: RadioDirection, witness: Witness | None = None) -> None:
         self._key = check_key(key)
         self._inward = inward
         self._witness = witness or Witness()
@@ -79,7 +79,7 @@ class OldEar:
 class OldVoice:
     """Says one text to an end of the first release. ``counter``: above every one that it has heard from here."""
 
-    def __init__(self, key: bytes, outward: Direction, counter: int, witness: Witness | None = None) -> None:
+    def __init__(self, key: bytes, outward: RadioDirection, counter: int, witness: Witness | None = None) -> None:
         self._key = check_key(key)
         self._outward = outward
         self._witness = witness or Witness()

@@ -10,7 +10,7 @@ from .air.rhythm import Rhythm
 from .codec.brief import STANDING_BYTES
 from .codec.wire import OVERHEAD, Kind
 from .hello import HELLO_FRAME_BYTES
-from .transfer import Outgoing
+from .transfer import Transfer
 
 ANSWER_BYTES: Final = OVERHEAD + 1 + STANDING_BYTES
 """A REPLY without a reason."""
@@ -58,7 +58,7 @@ class Patience:
         """The same for the longest frame there is."""
         return self.turnaround_us + self._clock.span_us(self._longest_bytes)
 
-    def of(self, item: Outgoing) -> int:
+    def of(self, item: Transfer) -> int:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
         slowest_us = self._slowest_us[item.kind is Kind.PLAN]
         base_us = max(self.answer_us(), slowest_us)
@@ -74,7 +74,7 @@ class Patience:
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 
-    def overdue_us(self, item: Outgoing, rhythm: Rhythm | None) -> int:
+    def overdue_us(self, item: Transfer, rhythm: Rhythm | None) -> int:
         """When the answer to the question on the air is overdue. A state that begins before the vessel can answer goes first."""
         off_us = self._clock.off_us
         due_us = off_us + self.of(item)
@@ -86,7 +86,7 @@ class Patience:
         least_us = self._clock.span_us(size) + _AFTER_ANSWER_US
         return -(-least_us // _PAUSE_STEP_US) * _PAUSE_STEP_US
 
-    def learn(self, item: Outgoing, now_us: int) -> None:
+    def learn(self, item: Transfer, now_us: int) -> None:
         """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
         if item.tries == 1:
             took_us = now_us - item.off_us

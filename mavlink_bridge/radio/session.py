@@ -42,7 +42,7 @@ _BUCKET_US: Final = 600_000_000
 """The best of so long a time tells the other end's clock; two quartzes part by 0.1 s in it."""
 
 
-class Direction(IntEnum):
+class RadioDirection(IntEnum):
     """Part of the keys, so that no frame can be sent back to its sender."""
 
     TO_VESSEL = 0
@@ -147,9 +147,9 @@ class Session:
     stop_in: int = -1
     tick_out: int = -1
     stop_out: int = -1
-    _keys: dict[tuple[Direction, Purpose], bytes] = field(default_factory=dict)
+    _keys: dict[tuple[RadioDirection, Purpose], bytes] = field(default_factory=dict)
 
-    def tag(self, direction: Direction, kind: Kind, counter: int, covered: bytes, size: int) -> bytes:
+    def tag(self, direction: RadioDirection, kind: Kind, counter: int, covered: bytes, size: int) -> bytes:
         """The tag of a frame of this session."""
         which = direction, _PURPOSES.get(kind, Purpose.ORDER)
         key = self._keys.get(which)
@@ -213,7 +213,7 @@ class Pairing:
         self,
         key: bytes,
         system_id: int,
-        outward: Direction,
+        outward: RadioDirection,
         nonce: bytes,
         profile: RadioProfile,
         *,
@@ -225,7 +225,7 @@ class Pairing:
         self.witness = witness or Witness()
         self.system_id = system_id
         self.outward = outward
-        self.inward = Direction.TO_VESSEL if outward is Direction.TO_SHORE else Direction.TO_SHORE
+        self.inward = RadioDirection.TO_VESSEL if outward is RadioDirection.TO_SHORE else RadioDirection.TO_SHORE
         self.nonce = nonce
         self.own_version = VERSION
         self.current: Session | None = None
@@ -234,7 +234,7 @@ class Pairing:
 
     @property
     def is_vessel(self) -> bool:
-        return self.outward is Direction.TO_SHORE
+        return self.outward is RadioDirection.TO_SHORE
 
     @property
     def sessions(self) -> tuple[Session, ...]:
@@ -264,7 +264,7 @@ class Pairing:
         tick = now_us // TICK_US if self.is_vessel else None
         return Hello(self.nonce, please, bool(proven), tick, self.own_version).body, proven
 
-    def hello_tag(self, direction: Direction, covered: bytes, proof: bytes, size: int) -> bytes:
+    def hello_tag(self, direction: RadioDirection, covered: bytes, proof: bytes, size: int) -> bytes:
         """The tag of a HELLO, under the radio key itself. ``proof``: the other end's nonce where it answers it, else empty."""
         data = bytes((direction, self.system_id)) + proof + covered
         return blake2s(data, digest_size=size, key=self._key, person=b"usvhello").digest()

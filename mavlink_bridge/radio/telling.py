@@ -13,11 +13,11 @@ from ..language.requests import LoadPlan, PlanKind, Reply, RequestBody, Result, 
 from ..mavlink.missions.plan_rules import plan_id
 from ..mavlink.persona import VehiclePort
 from .air import Priority
-from .codec.info import WANTED_PLAN, Kept, Place, Wanted, encode, encode_params, kept_by
+from .codec.info import WANTED_PLAN, HomePlace, Kept, Wanted, encode, encode_params, kept_by
 from .codec.plan import PlanCodecError, encode_plan
 from .codec.wire import Kind
 from .link import CompactLink
-from .transfer import Outcome
+from .transfer import TransferOutcome
 
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
@@ -36,9 +36,9 @@ class Telling:
         self._home_e7 = home_e7
         self._kept: Kept | None = None
         """What the shore is known to know."""
-        self._place: Place | None = None
-        self._pushing: dict[int, Kept | Place] = {}
-        self._push_us: dict[type[Kept | Place], int] = {}
+        self._place: HomePlace | None = None
+        self._pushing: dict[int, Kept | HomePlace] = {}
+        self._push_us: dict[type[Kept | HomePlace], int] = {}
         self._checked_us: int | None = None
 
     def forget(self) -> None:
@@ -73,21 +73,23 @@ class Telling:
             return False
         return True
 
-    def _news(self) -> Kept | Place | None:
+    def _news(self) -> Kept | HomePlace | None:
         kept, place = kept_by(self._vehicle), self._place_now()
         told = self._place
-        news: list[Kept | Place] = [place] * (told is None or not place.is_like(told)) + [kept] * (kept != self._kept)
+        news: list[Kept | HomePlace] = [place] * (told is None or not place.is_like(told)) + [kept] * (
+            kept != self._kept
+        )
         # the one that was tried longer ago: a part that finds no answer must not keep the other back
         return min(news, key=lambda part: self._push_us.get(type(part), -1), default=None)
 
-    def _gap_us(self, news: Kept | Place) -> int:
-        found_home = isinstance(news, Place) and (self._place is None or self._place.home_e7 is None)
+    def _gap_us(self, news: Kept | HomePlace) -> int:
+        found_home = isinstance(news, HomePlace) and (self._place is None or self._place.home_e7 is None)
         return _HOME_GAP_US if found_home else _PUSH_GAP_US
 
-    def _place_now(self) -> Place:
-        return Place(self._home_e7(), self._vehicle.identity.version)
+    def _place_now(self) -> HomePlace:
+        return HomePlace(self._home_e7(), self._vehicle.identity.version)
 
-    def _answer(self, told: Kept | Place, now_us: int) -> None:
+    def _answer(self, told: Kept | HomePlace, now_us: int) -> None:
         """Who asks waits for it: it goes right behind the answer, and if it is on its way already, that goes now."""
         for number, waiting in self._pushing.items():
             if type(waiting) is type(told):
@@ -96,11 +98,11 @@ class Telling:
         self._submit(told, now_us)
         self._link.hasten(next(reversed(self._pushing)))
 
-    def _submit(self, told: Kept | Place, now_us: int) -> None:
+    def _submit(self, told: Kept | HomePlace, now_us: int) -> None:
         number = self._link.submit(Kind.INFO, encode(told), Priority.EVENT, now_us, _PUSH_LIMIT_US)
         self._pushing[number] = told
 
-    def ended(self, outcome: Outcome) -> None:
+    def ended(self, outcome: TransferOutcome) -> None:
         """Note how a message of the link ended."""
         told = self._pushing.pop(outcome.id, None)
         if outcome.reply.result is not Result.ACCEPTED:

@@ -1,6 +1,6 @@
 """Messages that must arrive, whole and once: cut into pieces, repeated until answered, executed a single time.
 
-The sender keeps an ``Outgoing`` until its REPLY comes or its time is over; the receiver keeps an ``Incoming`` while
+The sender keeps an ``Transfer`` until its REPLY comes or its time is over; the receiver keeps an ``Incoming`` while
 pieces arrive and remembers the answers of the last messages, so that the same message again is answered again and not
 executed again.
 """
@@ -17,7 +17,7 @@ from ..language.requests import Reply, Result
 from .air import Priority
 from .codec import erasure
 from .codec.bits import BitsError
-from .codec.frames import Frame, frame_bytes, is_brief
+from .codec.frames import RadioFrame, frame_bytes, is_brief
 from .codec.wire import BRIEF_AIMS, BRIEF_HOLD, OVERHEAD, RESULT, Kind
 
 _POLL: Final = 0x80
@@ -32,7 +32,7 @@ _BRIEF_TRIES: Final = 2
 
 
 @dataclass(slots=True)
-class Outgoing:
+class Transfer:
     """A message on its way. Long ones go as rows of an erasure code: any ``len(parts)`` of them are enough."""
 
     id: int
@@ -183,7 +183,7 @@ def sizes(kind: Kind, payload: bytes, max_frame_bytes: int) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TransferOutcome:
     """How a message of ours ended."""
 
     id: int
@@ -191,7 +191,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class WholeMessage:
     """A message that has arrived whole, for the first time."""
 
     id: int
@@ -248,13 +248,13 @@ class Inbox:
         self._coming.clear()
         self._known.clear()
 
-    def whole(self, kind: Kind, body: bytes) -> tuple[Message | None, bytes | None]:
+    def whole(self, kind: Kind, body: bytes) -> tuple[WholeMessage | None, bytes | None]:
         """Take a one-frame message: (it, None) the first time, (None, the answer) again, (None, None) while it is worked on."""
         if not body:
             return None, None
         return self._accept(body[0], kind, body[1:])
 
-    def frame(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
+    def frame(self, frame: RadioFrame, now_us: int) -> tuple[WholeMessage | None, bytes | None]:
         """Take a message that came in one frame, as ``whole`` does."""
         if frame.is_brief:
             return self._brief(frame, now_us)
@@ -265,7 +265,7 @@ class Inbox:
                 return None, known.reply
         return self.whole(frame.kind, frame.body)
 
-    def _brief(self, frame: Frame, now_us: int) -> tuple[Message | None, bytes | None]:
+    def _brief(self, frame: RadioFrame, now_us: int) -> tuple[WholeMessage | None, bytes | None]:
         """Take an order that came without a body. Five bits of its number come round soon: it is the same one only while its sender
         may still repeat it.
         """
@@ -278,7 +278,7 @@ class Inbox:
             self._known[number].came_us, self._known[number].order = now_us, message.payload
         return message, reply
 
-    def piece(self, body: bytes, now_us: int) -> tuple[Message | None, bytes | None, bytes | None]:
+    def piece(self, body: bytes, now_us: int) -> tuple[WholeMessage | None, bytes | None, bytes | None]:
         """Take a piece: (message, answer, account of the rows when asked for)."""
         if len(body) < 3:
             return None, None, None
@@ -308,7 +308,7 @@ class Inbox:
         coming.heard_us = now_us
         return coming
 
-    def _finish(self, number: int, data: bytes) -> tuple[Message | None, bytes | None, bytes | None]:
+    def _finish(self, number: int, data: bytes) -> tuple[WholeMessage | None, bytes | None, bytes | None]:
         try:
             kind = Kind(data[0])
         except (ValueError, IndexError):
@@ -318,7 +318,7 @@ class Inbox:
 
     def _accept(
         self, number: int, kind: Kind, payload: bytes, digest: int | None = None
-    ) -> tuple[Message | None, bytes | None]:
+    ) -> tuple[WholeMessage | None, bytes | None]:
         digest = crc32(bytes((kind,)) + payload) if digest is None else digest
         known = self._known.get(number)
         if known is not None and known.digest == digest:
@@ -328,7 +328,7 @@ class Inbox:
         self._known[number] = _Known(digest, is_stop=kind in (Kind.STOP, Kind.SAFE))
         while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
-        return Message(number, kind, payload), None
+        return WholeMessage(number, kind, payload), None
 
     def answered(self, number: int, reply: Reply, reason_bytes: int) -> Answer | None:
         """Note the answer to a message; None for an unknown number."""

@@ -13,7 +13,7 @@ from .hello import HELLO_FRAME_BYTES, SHOWN_BYTES, Greeting, kept_us
 from .session import Pairing, Session
 
 
-class Voice:
+class RadioVoice:
     """One end's transmitter. ``spent`` is called when the hour should be written down."""
 
     def __init__(self, profile: RadioProfile, pairing: Pairing, ledger: Ledger, spent: Callable[[int], None]) -> None:

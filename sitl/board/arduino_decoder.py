@@ -21,7 +21,7 @@ _ALL_FOUR: Final = re.compile(rb"m([0-9]{4})M([0-9]{4})l([0-9]{4})L([0-9]{4})")
 
 
 @value
-class Command:
+class PulseCommand:
     """Pulses for some of the pins (index, µs), to be applied together."""
 
     pulses: tuple[tuple[int, int], ...]
@@ -35,7 +35,7 @@ class Word:
     text: str
 
 
-def parse_checked(line: bytes) -> Command | Word | None:
+def parse_checked(line: bytes) -> PulseCommand | Word | None:
     """Return what a checked line (without its newline) says; None unless it is right to the last byte."""
     line = line.removesuffix(b"\r")
     body = line[:-3]
@@ -46,14 +46,14 @@ def parse_checked(line: bytes) -> Command | Word | None:
     return _groups(body)
 
 
-def _groups(body: bytes) -> Command | None:
+def _groups(body: bytes) -> PulseCommand | None:
     every = _ALL_FOUR.fullmatch(body)
     if every is not None:
         pulses_us = tuple(map(int, every.groups()))
         for pulse_us in pulses_us:
             if not WIRE_LOW_US <= pulse_us <= WIRE_HIGH_US:
                 return None
-        return Command(tuple(enumerate(pulses_us)), True)
+        return PulseCommand(tuple(enumerate(pulses_us)), True)
     if len(body) % 5 or not 5 <= len(body) <= 20:
         return None
     pulses: dict[int, int] = {}
@@ -62,7 +62,7 @@ def _groups(body: bytes) -> Command | None:
         if pin < 0 or pin in pulses or not digits.isdigit() or not WIRE_LOW_US <= int(digits) <= WIRE_HIGH_US:
             return None
         pulses[pin] = int(digits)
-    return Command(tuple(pulses.items()), True)
+    return PulseCommand(tuple(pulses.items()), True)
 
 
 class Decoder:
@@ -73,7 +73,7 @@ class Decoder:
         self.bad = 0
         self._last_byte_us = 0
         self._newest = b""
-        self._said: Command | Word | None = None
+        self._said: PulseCommand | Word | None = None
         """What the newest whole line on the checked level said: a vessel that holds its course repeats itself."""
         self._restart()
 
@@ -87,12 +87,12 @@ class Decoder:
         self._value = 0
         self._fraction = False
 
-    def byte(self, byte: int, now_us: int) -> Command | Word | None:
+    def byte(self, byte: int, now_us: int) -> PulseCommand | Word | None:
         """Take one byte. At most one thing is completed by it."""
         self._last_byte_us = now_us
         return self._strict_byte(byte) if self.strict else self._open_byte(byte)
 
-    def take_strict(self, data: bytes) -> list[Command | Word]:
+    def take_strict(self, data: bytes) -> list[PulseCommand | Word]:
         """Take many bytes on the checked level: the same as ``byte`` for each, only faster."""
         found = []
         pieces = data.split(b"\n")
@@ -111,7 +111,7 @@ class Decoder:
             self._extend(rest)
         return found
 
-    def _whole(self, line: bytes) -> Command | Word | None:
+    def _whole(self, line: bytes) -> PulseCommand | Word | None:
         """Read a line that came in one piece, as nearly all do."""
         if line != self._newest:
             self._newest = line
@@ -125,7 +125,7 @@ class Decoder:
         self._overflow = self._overflow or len(piece) > room
         self._line += piece[:room]
 
-    def silence(self, now_us: int) -> Command | None:
+    def silence(self, now_us: int) -> PulseCommand | None:
         """End an unfinished level-0 command when the line has been quiet for 5 ms."""
         idle = not self._line and not self._overflow
         if self.strict or idle or now_us - self._last_byte_us < SILENCE_US:
@@ -142,20 +142,20 @@ class Decoder:
         else:
             self._overflow = True
 
-    def _strict_byte(self, byte: int) -> Command | Word | None:
+    def _strict_byte(self, byte: int) -> PulseCommand | Word | None:
         if byte != 0x0A:
             self._append(byte)
             return None
         return self._finish_checked() if self._line else None
 
-    def _finish_checked(self) -> Command | Word | None:
+    def _finish_checked(self) -> PulseCommand | Word | None:
         found = None if self._overflow else parse_checked(bytes(self._line))
         self._restart()
         if found is None:
             self.bad += 1
         return found
 
-    def _open_byte(self, byte: int) -> Command | Word | None:
+    def _open_byte(self, byte: int) -> PulseCommand | Word | None:
         word = self._line[:1] == b"#"
         if byte == 0x0A:
             return self._finish_checked() if self._star or word else self._commit()
@@ -166,7 +166,7 @@ class Decoder:
             return None
         return self._open_rest(byte)
 
-    def _open_group(self, byte: int, word: bool) -> Command | None:
+    def _open_group(self, byte: int, word: bool) -> PulseCommand | None:
         done = None
         if self._star or word:
             self.bad += 1
@@ -179,7 +179,7 @@ class Decoder:
         self._pin, self._digits, self._value, self._fraction = _ID_BYTES.index(byte), 0, 0, False
         return done
 
-    def _open_rest(self, byte: int) -> Command | None:
+    def _open_rest(self, byte: int) -> PulseCommand | None:
         if 0x30 <= byte <= 0x39:
             self._append(byte)
             if self._pin >= 0 and not self._fraction:
@@ -208,9 +208,9 @@ class Decoder:
             self.bad += 1
         self._pin = -1
 
-    def _commit(self) -> Command | None:
+    def _commit(self) -> PulseCommand | None:
         """Give out what is staged as a level-0 command and begin a new line."""
         self._end_group()
         staged = dict(self._staged)
         self._restart()
-        return Command(tuple(staged.items()), checked=False) if staged else None
+        return PulseCommand(tuple(staged.items()), checked=False) if staged else None

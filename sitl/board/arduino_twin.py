@@ -13,7 +13,7 @@ from typing import Final
 from companion.core.board.actuator_map import STOP_BAND_US, STOP_US, PulseMap, pulses_to_demand
 from companion.core.board.wire import checked
 
-from .arduino_decoder import Command, Decoder, Word
+from .arduino_decoder import Decoder, PulseCommand, Word
 
 __all__ = ["ArduinoTwin", "PulseMap", "pulses_to_demand"]
 
@@ -66,7 +66,7 @@ class ArduinoTwin:
         """When the pins take up what has changed: the next frame. None: nothing has."""
         self._due_us = 0
         """Before this nothing happens by itself; 0: look at everything."""
-        self._obeyed: Command | None = None
+        self._obeyed: PulseCommand | None = None
         """The newest command, None when something else came after it."""
         self._silent_until_us: int | None = None
         self._hung_us: int | None = None
@@ -172,13 +172,13 @@ class ArduinoTwin:
             self.pulses_us = _NEUTRAL
         return False
 
-    def _take(self, found: Command | Word | None, now_us: int) -> None:
-        if isinstance(found, Command):
+    def _take(self, found: PulseCommand | Word | None, now_us: int) -> None:
+        if isinstance(found, PulseCommand):
             self._command(found, now_us)
         elif isinstance(found, Word) and self._level1:
             self._word(found.text, now_us)
 
-    def _command(self, command: Command, now_us: int) -> None:
+    def _command(self, command: PulseCommand, now_us: int) -> None:
         self._good += 1
         self._heard_us = now_us
         self._failsafe = False
@@ -195,7 +195,7 @@ class ArduinoTwin:
         if self._interlock:
             self._see_stops(command)
 
-    def _see_stops(self, command: Command) -> None:
+    def _see_stops(self, command: PulseCommand) -> None:
         """The interlock ends when both thrusters were commanded to stop since it began."""
         for pin, pulse in command.pulses:
             if pin < 2:
@@ -213,7 +213,7 @@ class ArduinoTwin:
         if text == "#VERS?":
             self._say(f"#V,1,1.0,TWIN,{self._silence_ms}")
         elif text == "#NEUTR":
-            self._command(Command(tuple((pin, STOP_US) for pin in range(4)), checked=True), now_us)
+            self._command(PulseCommand(tuple((pin, STOP_US) for pin in range(4)), checked=True), now_us)
         elif text == "#ZERO0":
             self._good = self._decoder.bad = 0
         elif text[:2] == "#T" and text[2:].isdigit() and 200 <= int(text[2:]) <= 2000:

@@ -20,9 +20,9 @@ from companion.settings.schema import unreadable
 
 from ..scenario import Scenario, read_scenario
 from ..scenario.file import find, library
-from .work import COLUMNS, Job, Row, basis_of, over_cores
+from .work import COLUMNS, Job, RunRow, basis_of, over_cores
 
-Work = Callable[[Sequence[Job]], Iterable[Row]]
+Work = Callable[[Sequence[Job]], Iterable[RunRow]]
 """Does jobs, in any order."""
 
 

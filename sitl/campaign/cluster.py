@@ -14,13 +14,13 @@ from typing import Any, Final
 from companion.commands import MissingExtraError, install_line
 from companion.settings import ConfigError
 
-from .work import CampaignError, Job, Row, program, run_job
+from .work import CampaignError, Job, RunRow, program, run_job
 
 PATIENCE_S: Final = 10.0
 """For the scheduler to answer, and for a first worker."""
 
 
-def over_cluster(jobs: Sequence[Job], address: str, patience_s: float | None = None) -> Iterator[Row]:
+def over_cluster(jobs: Sequence[Job], address: str, patience_s: float | None = None) -> Iterator[RunRow]:
     """Do the runs on the cluster whose scheduler is at ``address`` (``tcp://host:8786``), and return rows as they come in.
 
     Raises MissingExtraError, ConfigError for what is no address, and CampaignError when the cluster is not there, has no

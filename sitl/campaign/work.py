@@ -58,7 +58,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RunRow:
     """What came of one run, as the CSV has it."""
 
     scenario: str
@@ -74,7 +74,7 @@ class Row:
     """Every expectation as JSON: [[quantity, found, limit, holds], ...]."""
 
 
-COLUMNS: Final = tuple(item.name for item in fields(Row))
+COLUMNS: Final = tuple(item.name for item in fields(RunRow))
 
 
 def basis_of(scenario: Scenario) -> str:
@@ -108,14 +108,14 @@ def _modules(folder: Path) -> bytes:
     return text.digest()
 
 
-def run_job(job: Job) -> Row:
+def run_job(job: Job) -> RunRow:
     """Do one run. A run that breaks is a row that says so."""
     began = time.monotonic()
     try:
         outcome = run(job.ready, seed=job.seed)
     except Exception as error:  # a run that breaks is a result too; the others go on
         failed = " ".join(f"{type(error).__name__}: {error}".split())  # a row is a line
-        return Row(
+        return RunRow(
             scenario=job.scenario,
             vessel=job.vessel,
             seed=job.seed,
@@ -128,7 +128,7 @@ def run_job(job: Job) -> Row:
         )
     failures = [f"{item.what} = {item.found} ({item.limit})" for item in outcome.findings if not item.passed]
     findings = [[item.what, item.found, item.limit, item.passed] for item in outcome.findings]
-    return Row(
+    return RunRow(
         scenario=job.scenario,
         vessel=job.vessel,
         seed=job.seed,
@@ -145,7 +145,7 @@ def _since(began: float) -> float:
     return round(time.monotonic() - began, 2)
 
 
-def over_cores(jobs: Sequence[Job], workers: int | None = None) -> Iterator[Row]:
+def over_cores(jobs: Sequence[Job], workers: int | None = None) -> Iterator[RunRow]:
     """Do the runs on this computer, one process for each core that it may use. Raises CampaignError."""
     count = min(workers or cores(), len(jobs))
     if count <= 1:
@@ -167,13 +167,13 @@ def over_cores(jobs: Sequence[Job], workers: int | None = None) -> Iterator[Row]
         left = dict([*list(left.items())[count:], *list(left.items())[:count]])
 
 
-def _one_pool(jobs: Sequence[Job], count: int) -> Iterator[Row]:
+def _one_pool(jobs: Sequence[Job], count: int) -> Iterator[RunRow]:
     """Rows as they come in; when a worker is killed, those that are done by then."""
     others = set(multiprocessing.active_children())
     # spawned, so that a worker starts the same everywhere and inherits nothing
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(count, mp_context=context, initializer=_live_with_the_parent)
-    futures: list[Future[Row]] = []
+    futures: list[Future[RunRow]] = []
     try:
         with contextlib.suppress(BrokenProcessPool):  # a worker may die while jobs are still handed in
             futures.extend(pool.submit(run_job, job) for job in jobs)

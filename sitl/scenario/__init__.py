@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from .file import Scenario, read_scenario
-from .run import Outcome, run_scenario
+from .run import ScenarioOutcome, run_scenario
 
-__all__ = ["Outcome", "Scenario", "read_scenario", "run_scenario"]
+__all__ = ["Scenario", "ScenarioOutcome", "read_scenario", "run_scenario"]

@@ -30,7 +30,7 @@ from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 
 from ..world import World
 from .expect import Finding
-from .file import MODES, Act, GotoAct, OrbitAct, Rudders, Scenario, SteerAct, Sticks
+from .file import MODES, Act, GotoAct, OrbitAct, Rudders, Scenario, SteerAct, SticksAct
 
 _STATION: Final = 255
 _BEAT_US: Final = 1_000_000
@@ -45,7 +45,7 @@ _HEARTBEAT: Final = dialect.MAVLink_heartbeat_message(
 
 
 @dataclass(slots=True)
-class Order:
+class OperatorOrder:
     """An order of the operator and what became of it."""
 
     act: Act
@@ -74,9 +74,9 @@ class Actor:
         self._world = world
         self._acts = sorted(scenario.text.at, key=lambda act: act.t_s)
         self._next = 0
-        self._sticks: tuple[Sticks, int] | None = None
-        self._station = Station(world) if scenario.text.scenario.ground_station else None
-        self.orders: list[Order] = []
+        self._sticks: tuple[SticksAct, int] | None = None
+        self._station = HeartbeatStation(world) if scenario.text.scenario.ground_station else None
+        self.orders: list[OperatorOrder] = []
 
     def tick(self) -> None:
         """Do what is due."""
@@ -103,7 +103,7 @@ class Actor:
             _FAULTS[act.name](self, value)
             return
         for body in bodies:
-            order = Order(act)
+            order = OperatorOrder(act)
             self.orders.append(order)
             self._world.app.submit(body, order.answered)
 
@@ -148,16 +148,16 @@ class Actor:
         water = self._world.surroundings.plant.water
         water.configure(water.config.model_copy(update=change))
 
-    def _hold(self, sticks: Sticks) -> None:
+    def _hold(self, sticks: SticksAct) -> None:
         self._sticks = (sticks, self._world.now_us + round(sticks.for_s * 1e6))
 
     def _silence(self, state: str) -> None:
         if self._station is None:
-            self._station = Station(self._world)
+            self._station = HeartbeatStation(self._world)
         self._station.silent = state == "silent"
 
 
-class Station:
+class HeartbeatStation:
     """A ground station on the first endpoint that only sends heartbeats."""
 
     def __init__(self, world: World) -> None:

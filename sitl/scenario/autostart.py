@@ -22,7 +22,7 @@ PATIENCE_S = 30.0
 """Simulated time that the vessel has to pass its checks."""
 
 
-class PlanError(Exception):
+class AutostartError(Exception):
     """A plan file that cannot be sailed: every mistake."""
 
     def __init__(self, mistakes: Sequence[str]) -> None:
@@ -31,13 +31,13 @@ class PlanError(Exception):
 
 
 def read_plan_file(path: Path) -> list[LoadPlan]:
-    """Read and compile a plan file. Raises PlanError with every mistake."""
+    """Read and compile a plan file. Raises AutostartError with every mistake."""
     try:
         plan = read_plan(path.read_bytes(), path.name)
     except OSError as error:
-        raise PlanError([f"cannot be read: {error.strerror or error}"]) from None
+        raise AutostartError([f"cannot be read: {error.strerror or error}"]) from None
     except PlanFileError as error:
-        raise PlanError(error.problems) from None
+        raise AutostartError(error.problems) from None
     loads, mistakes = [], []
     for kind in PlanKind:
         items = plan.items(kind)
@@ -49,7 +49,7 @@ def read_plan_file(path: Path) -> list[LoadPlan]:
         else:
             loads.append(load)
     if mistakes or not loads:
-        raise PlanError(mistakes or ["holds no items"])
+        raise AutostartError(mistakes or ["holds no items"])
     return loads
 
 

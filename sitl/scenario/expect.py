@@ -21,7 +21,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.traffic import Danger, Role
 from mavlink_bridge.language.units import wrap_pi
 
-from .log import Logbook, Row
+from .log import Logbook, TickRow
 from .pins import Pulses, in_words
 
 Number = float | int | None
@@ -188,7 +188,7 @@ def _plain(limit: Any) -> Found:
 # ---- quantities: rows, limit, expectation -> (found, limit as shown, passed)
 
 Verdict = tuple[Found, Found, bool]
-Rows = list[Row]
+Rows = list[TickRow]
 Judge = Callable[[Rows, Any, Expect], Verdict]
 
 

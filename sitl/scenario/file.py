@@ -27,7 +27,7 @@ from ..radio import RadioConfig
 from ..sensors import SensorFaults
 from ..traffic import AisText, VesselText
 from ..world import SimSettings
-from .autostart import PlanError, read_plan_file
+from .autostart import AutostartError, read_plan_file
 from .expect import Expect
 from .plan import LoiterPlace, Place, PlanText, compile_plan
 
@@ -76,7 +76,7 @@ class OrbitAct(LoiterPlace):
     speed_mps: float | None = Field(None, gt=0, le=20)
 
 
-class Sticks(Config):
+class SticksAct(Config):
     """Manual control held for a time."""
 
     surge: float = Field(0.0, ge=-1, le=1)
@@ -114,7 +114,7 @@ class Act(Config):
     orbit: OrbitAct | None = None
     steer: SteerAct | None = None
     speed_mps: float | None = Field(None, gt=0, le=20)
-    sticks: Sticks | None = None
+    sticks: SticksAct | None = None
     param: dict[str, float] | None = None
 
     @property
@@ -236,7 +236,7 @@ def read_scenario(name: str | Path, *, base: Path | None = None, overrides: tupl
         ]
         try:
             plans = _plans(text.plan, settings, path.parent)
-        except PlanError as error:
+        except AutostartError as error:
             mistakes += [f"plan: {mistake}" for mistake in error.mistakes]
     if mistakes or text is None or settings is None:
         raise ConfigError(str(path), mistakes)

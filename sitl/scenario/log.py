@@ -21,7 +21,7 @@ STILL_US: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TickRow:
     """One tick."""
 
     t_s: float
@@ -51,7 +51,7 @@ class Logbook:
     """Rows of a run. ``keel_m`` is the keel's depth below the surface."""
 
     def __init__(self, frame: LocalFrame, keel_m: float) -> None:
-        self.rows: list[Row] = []
+        self.rows: list[TickRow] = []
         self.frame = frame
         self._keel_m = keel_m
         self._reached = self._current = -1
@@ -72,7 +72,7 @@ class Logbook:
         item = self._item(snapshot)
         loiter = item if isinstance(item, Loiter) and self._joined(item, snapshot) else None
         self.rows.append(
-            Row(
+            TickRow(
                 t_s=truth.t_us * 1e-6,
                 north_m=truth.north_m,
                 east_m=truth.east_m,

@@ -18,7 +18,7 @@ from mavlink_bridge.language.units import rad_to_e7
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import Cmd, PlanError as ItemError, load_plan
 
-from .autostart import PlanError
+from .autostart import AutostartError
 
 _GLOBAL = 3
 """MAV_FRAME_GLOBAL_RELATIVE_ALT."""
@@ -167,7 +167,7 @@ class PlanText(Config):
 
 
 def compile_plan(text: PlanText, frame: LocalFrame) -> tuple[LoadPlan, ...]:
-    """The uploads of the inline parts. Raises PlanError with every mistake."""
+    """The uploads of the inline parts. Raises AutostartError with every mistake."""
     mistakes: list[str] = []
     mission: Sequence[PlanItem] = ()
     try:
@@ -184,7 +184,7 @@ def compile_plan(text: PlanText, frame: LocalFrame) -> tuple[LoadPlan, ...]:
         elif load is not None:
             loads.append(load)
     if mistakes:
-        raise PlanError(mistakes)
+        raise AutostartError(mistakes)
     return tuple(loads)
 
 

@@ -22,7 +22,7 @@ from .log import Logbook
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ScenarioOutcome:
     """What came of a scenario."""
 
     name: str
@@ -45,7 +45,7 @@ def run_scenario(
     base: Path | None = None,
     overrides: tuple[str, ...] = (),
     watch: Callable[[float], None] | None = None,
-) -> Outcome:
+) -> ScenarioOutcome:
     """Read, run and judge a scenario, by the name of a shipped one or by its file.
 
     ``seed`` instead of the file's; ``run_dir`` records the run; ``base`` is the configuration under it (config/sim.toml),
@@ -61,7 +61,7 @@ def run(
     seed: int | None = None,
     run_dir: Path | None = None,
     watch: Callable[[float], None] | None = None,
-) -> Outcome:
+) -> ScenarioOutcome:
     """Run and judge a scenario that has been read."""
     text, settings = scenario.text, scenario.settings
     number = text.scenario.seed if seed is None else seed
@@ -84,7 +84,7 @@ def run(
     findings = actor.findings() + judge(text.expect, log)
     if starter is not None and starter.failure:
         findings = (Finding("plan starts", starter.failure, "started", False), *findings)
-    return Outcome(
+    return ScenarioOutcome(
         name=scenario.name,
         title=text.scenario.title,
         seed=number,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .config import SensorConfig, SensorFaults
+from .config import SensorFaults, SimulatedSensors
 from .talkers import SensorSuite
 
-__all__ = ["SensorConfig", "SensorFaults", "SensorSuite"]
+__all__ = ["SensorFaults", "SensorSuite", "SimulatedSensors"]

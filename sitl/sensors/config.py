@@ -88,7 +88,7 @@ CLASSES: Final[dict[str, ClassFigures]] = {
 }
 
 
-class SensorConfig(Config):
+class SimulatedSensors(Config):
     """The simulated GNSS compass and echo sounder."""
 
     grade: SensorClass = "rtk"

@@ -20,7 +20,7 @@ _POSITION: Final = "%02d%02d.%07d,%s,%03d%02d.%07d,%s"
 
 
 @value
-class FixText:
+class FixSentences:
     """What the sentences of one fix share, written once; empty = blank."""
 
     place: str
@@ -29,13 +29,13 @@ class FixText:
     course: str
 
 
-NO_FIX: Final = FixText("", "", "", "")
+NO_FIX: Final = FixSentences("", "", "", "")
 
 
-def fix_text(lat_rad: float, lon_rad: float, sog_mps: float, cog_rad: float | None) -> FixText:
+def fix_text(lat_rad: float, lon_rad: float, sog_mps: float, cog_rad: float | None) -> FixSentences:
     """A fix as its sentences show it; None: no course, as at rest."""
     knots, kmh = f"{mps_to_knots(sog_mps):.3f}", f"{sog_mps * 3.6:.3f}"
-    return FixText(position(lat_rad, lon_rad), knots, kmh, degrees(cog_rad))
+    return FixSentences(position(lat_rad, lon_rad), knots, kmh, degrees(cog_rad))
 
 
 def time_fields(utc_us: int) -> tuple[str, str, str, str, str]:
@@ -61,7 +61,7 @@ def zda(talker: str, time: tuple[str, str, str, str, str]) -> bytes:
 def gga(
     talker: str,
     hhmmss: str,
-    fix: FixText,
+    fix: FixSentences,
     quality: int,
     satellites: int,
     hdop: float,
@@ -75,7 +75,7 @@ def gga(
 
 
 def rmc(
-    talker: str, time: tuple[str, str, str, str, str], fix: FixText, variation_rad: float | None, mode: str
+    talker: str, time: tuple[str, str, str, str, str], fix: FixSentences, variation_rad: float | None, mode: str
 ) -> bytes:
     if not fix.place:
         return frame(f"{talker}RMC,{time[0]},V,,,,,,,{time[4]},,,N")
@@ -84,7 +84,7 @@ def rmc(
     )
 
 
-def vtg(talker: str, fix: FixText, mode: str) -> bytes:
+def vtg(talker: str, fix: FixSentences, mode: str) -> bytes:
     if not fix.knots:
         return frame(f"{talker}VTG,,T,,M,,N,,K,N")
     return frame(f"{talker}VTG,{fix.course},T,,M,{fix.knots},N,{fix.kmh},K,{mode}")

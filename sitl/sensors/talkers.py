@@ -18,9 +18,9 @@ from mavlink_bridge.language.value import value
 from ..plant import Truth
 from ..plant.truth import utc_us
 from . import nmea_writer as write
-from .config import CLASSES, SensorConfig, SensorFaults
+from .config import CLASSES, SensorFaults, SimulatedSensors
 
-__all__ = ["SensorConfig", "SensorFaults", "SensorSuite"]
+__all__ = ["SensorFaults", "SensorSuite", "SimulatedSensors"]
 
 _WEEK_US: Final = 7 * 86_400 * 1_000_000
 _TICK_US: Final = 50_000
@@ -103,7 +103,7 @@ class _Sample:
 class SensorSuite:
     """One vessel's GNSS compass and sounder. ``step`` in time order; ``faults`` may be changed in between."""
 
-    def __init__(self, config: SensorConfig, rng: random.Random, hull: HullGeometry = HullGeometry()) -> None:  # noqa: B008 - frozen
+    def __init__(self, config: SimulatedSensors, rng: random.Random, hull: HullGeometry = HullGeometry()) -> None:  # noqa: B008 - frozen
         """``hull``: where antenna and transducer of the first sensor link really are."""
         self.config = config
         self.faults = SensorFaults()
@@ -243,7 +243,7 @@ class SensorSuite:
         return sent
 
     def _fix_sentence(
-        self, talker: str, kind: str, fix: write.FixText, height_m: float, time: tuple[str, str, str, str, str]
+        self, talker: str, kind: str, fix: write.FixSentences, height_m: float, time: tuple[str, str, str, str, str]
     ) -> bytes:
         figures = self._figures
         quality, mode = figures.quality, figures.mode
@@ -307,7 +307,7 @@ class SensorSuite:
         return sent * faults.flood if faults.flood != 1 else sent
 
 
-def _fix_text(sample: _Sample) -> write.FixText:
+def _fix_text(sample: _Sample) -> write.FixSentences:
     sog_mps = math.hypot(sample.vn_mps, sample.ve_mps)
     at_rest = sog_mps < 0.02  # receivers blank the course then
     cog_rad = None if at_rest else math.atan2(sample.ve_mps, sample.vn_mps)

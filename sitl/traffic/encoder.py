@@ -73,7 +73,7 @@ def _turn(turn_radps: float | None) -> Field:
     return round(math.copysign(min(4.733 * math.sqrt(abs(deg_min)), 126), deg_min)), 8
 
 
-class Report:
+class StationReport:
     """What a station sends of herself at one moment."""
 
     __slots__ = (

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Final
 
 from .sets import Encounter
-from .verdict import Tally, Verdict, verdict_of
+from .verdict import EncounterTally, EncounterVerdict, verdict_of
 from .watch import sail
 
 _CHUNK: Final = 8
@@ -16,16 +16,16 @@ _CHUNK: Final = 8
 WORST: Final = 10
 
 
-def judge_one(encounter: Encounter) -> Verdict:
+def judge_one(encounter: Encounter) -> EncounterVerdict:
     """Sail an encounter and judge it: what a worker does."""
     return verdict_of(sail(encounter))
 
 
 def judge_all(
     encounters: Sequence[Encounter], workers: int, done: Callable[[int, int], None] = lambda count, total: None
-) -> list[Verdict]:
+) -> list[EncounterVerdict]:
     """Judge encounters, in their order. ``workers`` processes start once and stay to the end; 1: this one does it."""
-    found: list[Verdict] = []
+    found: list[EncounterVerdict] = []
     if workers <= 1:
         return _collected(map(judge_one, encounters), len(encounters), found, done)
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
@@ -33,32 +33,32 @@ def judge_all(
 
 
 def _collected(
-    verdicts: Iterable[Verdict], total: int, found: list[Verdict], done: Callable[[int, int], None]
-) -> list[Verdict]:
+    verdicts: Iterable[EncounterVerdict], total: int, found: list[EncounterVerdict], done: Callable[[int, int], None]
+) -> list[EncounterVerdict]:
     for verdict in verdicts:
         found.append(verdict)
         done(len(found), total)
     return found
 
 
-def tally_of(verdicts: Sequence[Verdict]) -> Tally:
+def tally_of(verdicts: Sequence[EncounterVerdict]) -> EncounterTally:
     """The sum of all."""
-    total = Tally()
+    total = EncounterTally()
     for verdict in verdicts:
         total.add(verdict.tally)
     return total
 
 
-def worst_of(verdicts: Sequence[Verdict]) -> list[Verdict]:
+def worst_of(verdicts: Sequence[EncounterVerdict]) -> list[EncounterVerdict]:
     """The ten worst: what was told wrongly first, then the least distances."""
     return sorted(verdicts, key=lambda each: (-_wrong(each.tally), each.least_m))[:WORST]
 
 
-def _wrong(tally: Tally) -> int:
+def _wrong(tally: EncounterTally) -> int:
     return tally.roles_wrong + tally.could_warn - tally.warned
 
 
-def failures(verdicts: Sequence[Verdict]) -> dict[str, list[str]]:
+def failures(verdicts: Sequence[EncounterVerdict]) -> dict[str, list[str]]:
     """Names of the encounters in which something went wrong, by what; each is sailed again by its name."""
     return {
         "hit": [each.name for each in verdicts if each.tally.collisions],
@@ -68,7 +68,7 @@ def failures(verdicts: Sequence[Verdict]) -> dict[str, list[str]]:
     }
 
 
-def lines(tally: Tally) -> list[str]:
+def lines(tally: EncounterTally) -> list[str]:
     """The tally in words."""
     return [
         f"{tally.encounters} encounters, doing nothing: {tally.collisions} collisions, {tally.under_10_m} under 10 m, "

@@ -11,8 +11,8 @@ from companion.report.page import document
 
 from .many import lines, tally_of, worst_of
 from .sets import Encounter
-from .verdict import Verdict
-from .watch import TRACK_S, Outcome, Told, sail
+from .verdict import EncounterVerdict
+from .watch import TRACK_S, EncounterOutcome, ToldVessel, sail
 
 _SIDE: Final = 460.0
 _OURS: Final = "#0969da"
@@ -26,7 +26,7 @@ Point = tuple[float, float]
 """North and east, m."""
 
 
-def make_page(title: str, verdicts: Sequence[Verdict], encounters: Sequence[Encounter]) -> str:
+def make_page(title: str, verdicts: Sequence[EncounterVerdict], encounters: Sequence[Encounter]) -> str:
     """One HTML file: the tally, and the ten worst sailed again for their pictures."""
     by_name = {each.name: each for each in encounters}
     body = [f"<h1>Encounters {html.escape(title)}</h1>"]
@@ -36,7 +36,7 @@ def make_page(title: str, verdicts: Sequence[Verdict], encounters: Sequence[Enco
     return document(f"Encounters {title}", "".join(body))
 
 
-def _section(verdict: Verdict, outcome: Outcome) -> str:
+def _section(verdict: EncounterVerdict, outcome: EncounterOutcome) -> str:
     name = html.escape(verdict.name)
     rows = "".join(_row(number, each, outcome) for number, each in enumerate(outcome.told))
     head = "<tr><th>Vessel<th>Length, speed<th>Nearest<th>Told<th>By the truth</tr>"
@@ -47,7 +47,7 @@ def _section(verdict: Verdict, outcome: Outcome) -> str:
     )
 
 
-def _row(number: int, each: Told, outcome: Outcome) -> str:
+def _row(number: int, each: ToldVessel, outcome: EncounterOutcome) -> str:
     vessel, truth = outcome.encounter.vessels[number], each.truth
     colour = _COLOURS[number % len(_COLOURS)]
     told = (
@@ -69,7 +69,7 @@ def nearest(metres: float) -> str:
     return "hit" if metres < 0.0 else f"{metres:.0f} m"
 
 
-def picture(outcome: Outcome) -> str:
+def picture(outcome: EncounterOutcome) -> str:
     """The tracks from above, north up."""
     chart = _Chart(outcome.tracks[0])
     shapes = [shape for number in range(1, len(outcome.tracks)) for shape in chart.vessel(number, outcome)]
@@ -101,7 +101,7 @@ class _Chart:
             f"<text x='{_SIDE - 34:.0f}' y='22' font-size='14' fill='#57606a'>N ↑</text>",
         ]
 
-    def vessel(self, number: int, outcome: Outcome) -> list[str]:
+    def vessel(self, number: int, outcome: EncounterOutcome) -> list[str]:
         colour = _COLOURS[(number - 1) % len(_COLOURS)]
         return self.track(outcome.tracks[number], colour, str(number), width=2.0)
 
@@ -117,7 +117,7 @@ class _Chart:
         label = f"<text x='{x + 5:.1f}' y='{y - 3:.1f}' font-size='14' font-weight='700' fill='{colour}'>{name}</text>"
         return [*found, *_arrow(drawn[max(0, last - 1)], drawn[last], colour), label]
 
-    def marks(self, number: int, outcome: Outcome) -> list[str]:
+    def marks(self, number: int, outcome: EncounterOutcome) -> list[str]:
         """Dots where both were nearest, rings where she was told."""
         each, colour = outcome.told[number], _COLOURS[number % len(_COLOURS)]
         found = []

@@ -20,7 +20,7 @@ _STEP_S: Final = 2.0
 
 
 @dataclass(slots=True)
-class Truth:
+class VesselTruth:
     """One vessel's."""
 
     wanted_m: float
@@ -60,7 +60,7 @@ class Scorer:
     def __init__(self, targets: list[Target], own_mps: float) -> None:
         self._targets = targets
         self._own_mps = own_mps
-        self.truths = [Truth(wanted_m(target)) for target in targets]
+        self.truths = [VesselTruth(wanted_m(target)) for target in targets]
         self._last: list[tuple[float, float]] = []
         self._looked_s = -math.inf
 
@@ -90,7 +90,7 @@ class Scorer:
         return min(hull_distance_m(target, target.north_m + n, target.east_m + e) for n, e in steps)
 
     def _look(
-        self, now_s: float, target: Target, truth: Truth, us: tuple[tuple[float, float], tuple[float, float]]
+        self, now_s: float, target: Target, truth: VesselTruth, us: tuple[tuple[float, float], tuple[float, float]]
     ) -> None:
         own, velocity = us
         north, east = own[0] - target.north_m, own[1] - target.east_m

@@ -103,7 +103,7 @@ class Transmitter:
         north = target.north_m + rng.gauss(0.0, 1.0) * config.position_m
         east = target.east_m + rng.gauss(0.0, 1.0) * config.position_m
         lat_rad, lon_rad = self._frame.to_geodetic(north, east)
-        report = encoder.Report(target.mmsi, lat_rad, lon_rad, utc_us // 1_000_000 % 60)
+        report = encoder.StationReport(target.mmsi, lat_rad, lon_rad, utc_us // 1_000_000 % 60)
         report.sog_mps = max(0.0, speed + rng.gauss(0.0, 1.0) * config.speed_mps * (speed > 0.0 or 0.5))
         worse = min(max(3.0 / max(speed, 0.3), 1.0), 6.0)
         report.cog_rad = target.course_rad + rng.gauss(0.0, 1.0) * math.radians(config.course_deg) * worse

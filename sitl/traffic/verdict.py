@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Final
 
-from .watch import Outcome, Told
+from .watch import EncounterOutcome, ToldVessel
 
 IN_TIME_S: Final = 60.0
 """A warning comes so long before the closest point."""
@@ -18,7 +18,7 @@ _AROUND_S: Final = 60.0
 
 
 @dataclass(slots=True)
-class Tally:
+class EncounterTally:
     """Counts over encounters, and over their vessels."""
 
     encounters: int = 0
@@ -39,7 +39,7 @@ class Tally:
     warned: int = 0
     """Of these: told 60 s before the closest point."""
 
-    def add(self, other: Tally) -> None:
+    def add(self, other: EncounterTally) -> None:
         for each in fields(self):
             setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
 
@@ -57,18 +57,18 @@ class Tally:
 
 
 @dataclass(slots=True)
-class Verdict:
+class EncounterVerdict:
     """One encounter's."""
 
     name: str
     least_m: float
-    tally: Tally
+    tally: EncounterTally
 
 
-def verdict_of(outcome: Outcome) -> Verdict:
+def verdict_of(outcome: EncounterOutcome) -> EncounterVerdict:
     """Judge what was told in an encounter."""
     truths = [each.truth for each in outcome.told]
-    tally = Tally(
+    tally = EncounterTally(
         encounters=1,
         collisions=int(outcome.collision),
         under_10_m=int(outcome.least_m < 10.0),
@@ -81,10 +81,10 @@ def verdict_of(outcome: Outcome) -> Verdict:
         if _could_warn(each):
             tally.could_warn += 1
             tally.warned += int(each.told_s is not None and each.told_s <= each.truth.least_s - IN_TIME_S)
-    return Verdict(outcome.encounter.name, outcome.least_m, tally)
+    return EncounterVerdict(outcome.encounter.name, outcome.least_m, tally)
 
 
-def _judge_told(each: Told, told_s: float, tally: Tally) -> None:
+def _judge_told(each: ToldVessel, told_s: float, tally: EncounterTally) -> None:
     tally.told += 1
     if each.grey:
         tally.roles_grey += 1
@@ -98,7 +98,7 @@ def _judge_told(each: Told, told_s: float, tally: Tally) -> None:
     tally.false_alarms += int(not near)
 
 
-def _could_warn(each: Told) -> bool:
+def _could_warn(each: ToldVessel) -> bool:
     """Whether she came within the wanted clearance, and a report said so in time."""
     truth = each.truth
     return truth.within and any(

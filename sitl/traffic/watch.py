@@ -19,7 +19,7 @@ from mavlink_bridge.language.traffic import Danger, Role
 
 from ..plant.truth import SIM_UTC_START_US
 from .fleet import Fleet
-from .score import Scorer, Truth, true_role
+from .score import Scorer, VesselTruth, true_role
 from .sets import Encounter
 from .transmitter import AisText
 
@@ -41,10 +41,10 @@ _ROLES: Final = {
 
 
 @dataclass(slots=True)
-class Told:
+class ToldVessel:
     """What the boat told of one vessel, and what was true."""
 
-    truth: Truth
+    truth: VesselTruth
     told_s: float | None = None
     role: str = ""
     true_role: str = ""
@@ -54,11 +54,11 @@ class Told:
 
 
 @dataclass(slots=True)
-class Outcome:
+class EncounterOutcome:
     """An encounter that was sailed."""
 
     encounter: Encounter
-    told: list[Told]
+    told: list[ToldVessel]
     tracks: list[list[tuple[float, float]]]
     """Places every ``TRACK_S``, ours first, m."""
 
@@ -73,12 +73,12 @@ class Outcome:
 
 def sail(
     encounter: Encounter, *, ais: AisText | None = None, config: TrafficConfig | None = None, extra_s: float = 0.0
-) -> Outcome:
+) -> EncounterOutcome:
     """Sail the leg and return what was told and what was true. ``extra_s``: go on watching after the leg."""
     frame = LocalFrame(*_ORIGIN)
     fleet = Fleet(encounter.vessels, ais or AisText(), frame, encounter.seed)
     scorer = Scorer(fleet.targets, encounter.own_mps)
-    told = [Told(truth) for truth in scorer.truths]
+    told = [ToldVessel(truth) for truth in scorer.truths]
     reader, traffic = NmeaReader(NmeaConfig()), Traffic(config or TrafficConfig())
     rng, north, yaw = random.Random(f"{encounter.seed}/own"), 0.0, 0.0
     tracks: list[list[tuple[float, float]]] = [[] for _ in range(len(told) + 1)]
@@ -108,4 +108,4 @@ def sail(
                 track.append(place)
     for each, air in zip(told, fleet.air, strict=True):
         each.heard_s = tuple(air.heard_s)
-    return Outcome(encounter, told, tracks)
+    return EncounterOutcome(encounter, told, tracks)

@@ -18,7 +18,7 @@ from ..plant import Truth
 
 
 @dataclass(slots=True)
-class Series:
+class RunningError:
     """Running RMS, mean and maximum of an error in metres."""
 
     count: int = 0
@@ -49,8 +49,8 @@ class ItemErrors:
     """One plan item's errors."""
 
     kind: str
-    truth: Series = field(default_factory=Series)
-    estimate: Series = field(default_factory=Series)
+    truth: RunningError = field(default_factory=RunningError)
+    estimate: RunningError = field(default_factory=RunningError)
 
 
 class Metrics:

@@ -14,7 +14,7 @@ from companion.settings import Settings
 from ..plant import Motion, WaterConfig
 from ..plant.bottom import BottomConfig
 from ..radio import RadioConfig
-from ..sensors import SensorConfig
+from ..sensors import SimulatedSensors
 from ..traffic import AisText, VesselText
 
 
@@ -33,7 +33,7 @@ class WorldConfig(Config):
     """The hull that is really there; empty = the one the vessel believes in."""
     arduino: Literal["twin", "firmware"] = "twin"
     """The actuator board: its Python twin, or the real AVR binary on a simulated chip."""
-    sensors: SensorConfig = SensorConfig()
+    sensors: SimulatedSensors = SimulatedSensors()
     water: WaterConfig = WaterConfig()
     bottom: BottomConfig = BottomConfig()
     radio: RadioConfig = RadioConfig()

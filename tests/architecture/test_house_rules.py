@@ -250,6 +250,21 @@ def test_texts_climb_by_one_name() -> None:
     assert not others
 
 
+WIRE_NAMES = ("mavlink_bridge", "imc", "messages")
+"""IMC's own names, as its definition spells them; the vessel's language keeps them for what means the same."""
+
+
+def test_two_things_have_two_names() -> None:
+    """Public classes; a module's own, which begin with an underscore, are nobody else's."""
+    places: dict[str, list[str]] = {}
+    for path, tree in modules():
+        if path.parts[:3] != WIRE_NAMES:
+            for node in tree.body:
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    places.setdefault(node.name, []).append(str(path))
+    assert not {name: found for name, found in places.items() if len(found) > 1}
+
+
 HOMES = {
     "6378137": "mavlink_bridge/language/geodesy.py",
     "6371000": "mavlink_bridge/language/geodesy.py",

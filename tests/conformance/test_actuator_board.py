@@ -74,7 +74,7 @@ class Line:
         return all(abs(a - b) <= TOLERANCE_US for a, b in zip(self.board.pulses_us, pulses, strict=True))
 
     def lines(self):
-        reader = wire.LineReader()
+        reader = wire.BoardLineReader()
         found = reader.receive(self.said)
         assert reader.bad == 0
         self.said = b""

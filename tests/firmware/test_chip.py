@@ -70,7 +70,7 @@ def test_hang_is_safe_within_300_ms(chip, word):
     late = [pulse for pulse in chip.take_pulses() if pulse.rise_us > now_us + 300_000]
     assert late
     assert all(abs(pulse.width_us - 1500) <= 8.0 for pulse in late)
-    banners = [line for line in wire.LineReader().receive(said) if isinstance(line, wire.Banner)]
+    banners = [line for line in wire.BoardLineReader().receive(said) if isinstance(line, wire.Banner)]
     assert [banner.reset_cause for banner in banners] == ["watchdog"]
 
 
@@ -91,7 +91,7 @@ def test_the_clock_wraps_while_stopped(chip):
     chip.step(now_us + 800_000)
     chip.poke(chip.symbol("timer0_millis"), (2**32 - 300).to_bytes(4, "little"))
     said = chip.step(now_us + 2_000_000)
-    states = {line.state for line in wire.LineReader().receive(said) if isinstance(line, wire.Status)}
+    states = {line.state for line in wire.BoardLineReader().receive(said) if isinstance(line, wire.Status)}
     assert states == {"failsafe"}
     assert chip.pulses_us == pytest.approx(NEUTRAL, abs=8)
 

@@ -42,7 +42,7 @@ def replay(board, steps):
     for _ in range(120):
         now_us += 1_000
         said += board.step(now_us)
-    lines = [line for line in wire.LineReader().receive(said) if isinstance(line, wire.Status)]
+    lines = [line for line in wire.BoardLineReader().receive(said) if isinstance(line, wire.Status)]
     return lines[-1]
 
 

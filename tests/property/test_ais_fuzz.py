@@ -12,7 +12,7 @@ import pytest
 
 from companion.core.ais import AisReceiver, PositionReport
 from companion.core.ais.assembly import SETS_MAX
-from companion.core.ais.receiver import Received, is_ais
+from companion.core.ais.receiver import ReceivedReport, is_ais
 from companion.core.nmea.line import LineReader, checksum
 from companion.core.traffic.table import TRACKS_MAX, Table
 from sitl.traffic import encoder
@@ -44,8 +44,8 @@ class Ear:
         self.lines = LineReader()
         self.receiver = AisReceiver()
 
-    def hear(self, data: bytes, now_us: int = 0) -> list[Received]:
-        found: list[Received] = []
+    def hear(self, data: bytes, now_us: int = 0) -> list[ReceivedReport]:
+        found: list[ReceivedReport] = []
         for body in self.lines.receive(data):
             fields = body.split(",")
             if is_ais(fields[0]):
@@ -53,7 +53,7 @@ class Ear:
         return found
 
 
-def positions(found: list[Received]) -> set[tuple[int, float | None, float | None]]:
+def positions(found: list[ReceivedReport]) -> set[tuple[int, float | None, float | None]]:
     return {(r.report.mmsi, r.report.lat_rad, r.report.lon_rad) for r in found if isinstance(r.report, PositionReport)}
 
 
@@ -160,7 +160,7 @@ def test_a_million_spoiled_lines() -> None:
 
 def split(number: int, rng: random.Random) -> tuple[tuple[bytes, bytes], tuple[float, float]]:
     """A ship's position in two sentences of one set, and where she is."""
-    report = encoder.Report(244_000_000 + number, rng.uniform(-1.0, 1.0), rng.uniform(-3.0, 3.0), 5)
+    report = encoder.StationReport(244_000_000 + number, rng.uniform(-1.0, 1.0), rng.uniform(-3.0, 3.0), 5)
     payload = encoder.sentences(report.class_a(), 0).split(b",")[5].decode()
     bodies = [f"AIVDM,2,{n},{number % 10},A,{part},0" for n, part in ((1, payload[:14]), (2, payload[14:]))]
     return (line(bodies[0]), line(bodies[1])), (report.lat_rad, report.lon_rad)

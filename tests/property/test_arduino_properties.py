@@ -8,7 +8,7 @@ from companion.core.board import wire
 from companion.core.board.actuator_map import ActuatorConfig, ChannelConfig, pulses_to_demand, to_pulses
 from companion.core.board.arduino import Arduino
 from mavlink_bridge.language.messages import ActuatorOutput
-from sitl.board.arduino_decoder import Command, Decoder
+from sitl.board.arduino_decoder import Decoder, PulseCommand
 from sitl.board.arduino_twin import ArduinoTwin
 
 ANY = st.floats(allow_nan=True, allow_infinity=True)
@@ -62,7 +62,7 @@ def test_the_way_back_is_the_inverse(config, limit, a, b, c, d):
 @given(st.lists(PIECES, max_size=30), st.data())
 def test_board_lines_do_not_depend_on_how_they_are_cut(pieces, data):
     stream = b"".join(pieces)
-    whole, bytewise, chunked = wire.LineReader(), wire.LineReader(), wire.LineReader()
+    whole, bytewise, chunked = wire.BoardLineReader(), wire.BoardLineReader(), wire.BoardLineReader()
     lines = whole.receive(stream)
     assert [line for byte in stream for line in bytewise.receive(bytes([byte]))] == lines
     cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=6)))
@@ -77,7 +77,7 @@ def test_row_19_the_board_never_gives_out_a_value_out_of_range(pieces, strict):
     decoder.strict = strict
     for now_us, byte in enumerate(b"".join(pieces)):
         found = decoder.byte(byte, now_us)
-        if isinstance(found, Command):
+        if isinstance(found, PulseCommand):
             assert all(0 <= pin < 4 and 1000 <= pulse <= 2000 for pin, pulse in found.pulses)
 
 
@@ -88,7 +88,7 @@ def test_what_the_companion_encodes_the_board_applies(pulses, checked, batch):
     decoder, got = Decoder(), {}
     for now_us, byte in enumerate(data):
         found = decoder.byte(byte, now_us)
-        if isinstance(found, Command):
+        if isinstance(found, PulseCommand):
             got.update(found.pulses)
     assert tuple(got[pin] for pin in range(4)) == pulses
     assert decoder.bad == 0

@@ -12,7 +12,7 @@ import pytest
 from mavlink_bridge.language import requests as ask
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import PlanItem, PlanKind, Reply, Result
-from mavlink_bridge.mavlink.client import ClientConfig, Outcome, VehicleClient
+from mavlink_bridge.mavlink.client import ClientConfig, JobOutcome, VehicleClient
 from mavlink_bridge.mavlink.client.orders import arm, disarm, set_mode, start_mission
 from mavlink_bridge.mavlink.client.parameters import fetch, put
 from mavlink_bridge.mavlink.client.transfers import download, upload
@@ -65,8 +65,8 @@ class Pair:
             if until():
                 return
 
-    def do(self, job, limit_s: float = 120.0) -> Outcome:
-        done: list[Outcome] = []
+    def do(self, job, limit_s: float = 120.0) -> JobOutcome:
+        done: list[JobOutcome] = []
         self.client.start(job, done.append, self.bench.vessel.now_us)
         self.run(limit_s, until=lambda: bool(done))
         assert done, "the job never ended"
@@ -125,7 +125,7 @@ def test_orders_arrive_and_none_is_obeyed_twice(persona, seed) -> None:
 def test_a_refusal_brings_the_vehicles_own_words() -> None:
     pair = Pair()
     pair.bench.vessel.refuse[ask.Arm] = Reply(Result.REJECTED_NOW, "no position")
-    assert pair.do(arm(pair.vehicle, **pair.options)) == Outcome(False, "No position")
+    assert pair.do(arm(pair.vehicle, **pair.options)) == JobOutcome(False, "No position")
     bad = (PlanItem(22, 3, 0.0, 0.0, 0.0, 0.0, 411_850_000, -87_060_000, 0.0),)
     outcome = pair.do(upload(pair.vehicle, PlanKind.MISSION, bad, **pair.options))
     assert not outcome.ok

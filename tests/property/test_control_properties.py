@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.guide.field import approach, triangle
-from companion.core.guide.paths import Line, Track, fillet
+from companion.core.guide.paths import Chain, Line, fillet
 from companion.core.hull.forces import ForceModel
 from companion.core.steer.allocation import Allocator
 from companion.core.steer.law import mix
@@ -60,7 +60,7 @@ def test_projection_on_a_circle_has_the_distance_and_a_tangent_course(north, eas
 @SHORT
 @given(st.lists(st.floats(-0.4, 0.6), min_size=1, max_size=60), sense)
 def test_laps_of_a_circle_are_counted_through_the_seam(steps, turn):
-    track = Track(Circle().segments((0.0, 0.0), 20.0, turn), closed=True)
+    track = Chain(Circle().segments((0.0, 0.0), 20.0, turn), closed=True)
     start = track.locate(20.0, 0.0).along_m
     swept = 0.0
     for step in steps:

@@ -7,7 +7,7 @@ import random
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.facade import Parameters
+from companion.facade import SettingsParams
 from companion.imc.desk import Desk, DeskConfig
 from companion.settings import Settings
 from mavlink_bridge import imc
@@ -45,7 +45,7 @@ class Net:
             self.saved = text
 
         self.client = VehicleClient()
-        self.desk = Desk(DeskConfig(), self.client, Parameters(Settings()), saved=self.saved, save=save)
+        self.desk = Desk(DeskConfig(), self.client, SettingsParams(Settings()), saved=self.saved, save=save)
 
     @property
     def now_us(self) -> int:

@@ -13,7 +13,7 @@ from mavlink_bridge.language.geodesy import LocalFrame, inverse
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.mavlink.wire.mapping import rad_to_degE7
 from sitl.sensors import nmea_writer as write
-from sitl.sensors.talkers import SensorConfig, SensorSuite
+from sitl.sensors.talkers import SensorSuite, SimulatedSensors
 from tools.benches.cells.sensor_rig import Motion, circle, straight, truth_at
 
 RESOLUTION_M = 2e-4
@@ -21,7 +21,7 @@ RESOLUTION_M = 2e-4
 
 
 def worst(
-    motion: Motion, frame: LocalFrame, config: SensorConfig, step_us: int, seconds: float
+    motion: Motion, frame: LocalFrame, config: SimulatedSensors, step_us: int, seconds: float
 ) -> tuple[float, float, float]:
     """Largest error of position (m), heading (rad) and velocity (m/s) once the filters have settled."""
     suite, reader = (
@@ -56,7 +56,7 @@ _places = st.tuples(st.floats(-80.0, 80.0), st.floats(-180.0, 180.0)) | st.sampl
 def test_straight_ahead_anywhere(place: tuple[float, float], speed_mps: float, course_rad: float) -> None:
     frame = LocalFrame(math.radians(place[0]), math.radians(place[1]))
     position_m, heading_rad, velocity_mps = worst(
-        straight(speed_mps, course_rad), frame, SensorConfig(grade="ideal"), 50_000, 8.0
+        straight(speed_mps, course_rad), frame, SimulatedSensors(grade="ideal"), 50_000, 8.0
     )
     assert position_m <= 0.01 + RESOLUTION_M
     assert heading_rad <= math.radians(0.01)
@@ -75,7 +75,7 @@ def test_round_a_circle_at_any_rate_and_latency(
     radius_m: float, speed_mps: float, fix_hz: float, latency_s: float, step_us: int
 ) -> None:
     frame = LocalFrame(math.radians(41.185), math.radians(-8.7062))
-    config = SensorConfig(grade="ideal", fix_hz=fix_hz, fix_latency_s=latency_s, rate_hz=20.0, heading_hz=20.0)
+    config = SimulatedSensors(grade="ideal", fix_hz=fix_hz, fix_latency_s=latency_s, rate_hz=20.0, heading_hz=20.0)
     position_m, heading_rad, _ = worst(circle(radius_m, speed_mps), frame, config, step_us, 12.0)
     assert position_m <= 0.01 + RESOLUTION_M
     assert heading_rad <= math.radians(0.05)

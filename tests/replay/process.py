@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from companion.replay import Outcome, replay
+from companion.replay import ReplayOutcome, replay
 from mavlink_bridge.language.snapshot import Snapshot
 
 RECORDINGS = Path(__file__).parent / "recordings"
@@ -27,7 +27,7 @@ def keep(name: str, run_dir: Path) -> None:
     (RECORDINGS / f"{name}.bin.xz").write_bytes(lzma.compress(data, preset=9 | lzma.PRESET_EXTREME))
 
 
-def run(name: str, folder: Path) -> tuple[str, Outcome]:
+def run(name: str, folder: Path) -> tuple[str, ReplayOutcome]:
     """Replay a recording through today's program; return the text of what it did."""
     (folder / "inputs.bin").write_bytes(lzma.decompress((RECORDINGS / f"{name}.bin.xz").read_bytes()))
     lines: list[str] = []

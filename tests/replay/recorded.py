@@ -13,7 +13,7 @@ from companion.replay import ReplayError, replay, summary
 from companion.report.flight import Flight
 from companion.report.from_run import read_run
 from companion.report.from_tlog import read_tlog
-from companion.report.verdicts import Limits, judge
+from companion.report.verdicts import RunLimits, judge
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import decode
 from mavlink_bridge.plans import PlanFile
@@ -75,7 +75,7 @@ def _flight(flight: Flight) -> Iterator[str]:
     yield f"vehicle {flight.about.get('vehicle', '-')}, {flight.duration_s:.1f} s"
     yield from (f"note    {note}" for note in flight.notes)
     yield from (f"event   {event.t_s:9.2f}  {event.kind}: {event.text}" for event in flight.events)
-    for verdict in judge(flight, Limits()):
+    for verdict in judge(flight, RunLimits()):
         yield f"verdict {verdict.name}: {verdict.value} ({verdict.limit}) {verdict.ok}"
 
 

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from companion.commands.store import write_store
-from companion.io.keeping.content import Entry, rows_of
+from companion.io.keeping.content import StoredRow, rows_of
 from companion.io.keeping.depth_store import soundings_of
 from companion.io.keeping.store import MemoryStore, Store
 from mavlink_bridge.language.messages import GuardState, Mode
@@ -44,7 +44,9 @@ def sounded(voyage, gradient, speed_mps):
 
 def from_disk(store, path):
     """What a restart finds: the content by way of a file. (In lock-step time a disk is too slow to be waited for.)"""
-    assert write_store(path, [Entry(section, key, body) for (section, key), body in rows_of(store.snapshot()).items()])
+    assert write_store(
+        path, [StoredRow(section, key, body) for (section, key), body in rows_of(store.snapshot()).items()]
+    )
     on_disk = Store(path)
     on_disk.close()
     return MemoryStore(on_disk.snapshot())

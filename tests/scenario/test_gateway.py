@@ -16,7 +16,7 @@ from mavlink_bridge.language.requests import PlanItem, PlanKind
 from mavlink_bridge.mavlink.missions.wire import item_to_message
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from mavlink_bridge.mavlink.wire.signing import Signer, SigningState
-from mavlink_bridge.radio.shore.memory import Picture, read, write
+from mavlink_bridge.radio.shore.memory import ShorePicture, read, write
 from sitl.gateway import simulation_key
 from tests.scenario.test_radio_protocols import Shore
 
@@ -111,7 +111,9 @@ def test_a_restarted_gateway_shows_what_it_knew_and_how_old_it_is(tmp_path):
 def test_what_does_not_hold_any_more_is_asked_for(tmp_path):
     shore = Shore(tmp_path)
     store = MemoryStore()
-    wrong = Picture(params={"LOIT_RADIUS": 99.0}, plans={PlanKind.RALLY: (PlanItem(5100, 3, 0, 0, 0, 0, 1, 1, 0.0),)})
+    wrong = ShorePicture(
+        params={"LOIT_RADIUS": 99.0}, plans={PlanKind.RALLY: (PlanItem(5100, 3, 0, 0, 0, 0, 1, 1, 0.0),)}
+    )
     store.submit(SaveValue(PICTURE_KEY, write(wrong)))
     store.completions()
     again = start(shore, tmp_path, store=store)

@@ -15,7 +15,7 @@ import pytest
 
 from companion.io.local_socket import LocalServer
 from companion.status.client import Client
-from companion.status.orders import LIFE_US, Challenges, Refused
+from companion.status.orders import LIFE_US, Challenges, RefusedOrder
 from companion.status.service import StatusService
 from mavlink_bridge.language.messages import Action, Mode
 from tests.scenario.test_station_lost import AUTO, SET_MODE, under_way
@@ -197,4 +197,4 @@ def test_nobody_guesses_an_order() -> None:
         )
         if tried == (nonce, right):
             continue
-        assert isinstance(vessel.judge("hold", tried[0], tried[1], now_us + 1), Refused)
+        assert isinstance(vessel.judge("hold", tried[0], tried[1], now_us + 1), RefusedOrder)

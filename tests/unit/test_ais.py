@@ -8,7 +8,7 @@ import pytest
 
 from companion.core.ais import AidToNavigation, PositionReport, SafetyText, StaticReport
 from companion.core.ais.decode import turn_of
-from companion.core.ais.identity import Station, station_of
+from companion.core.ais.identity import MmsiKind, station_of
 from companion.core.ais.reports import FixState, StationClass
 from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.units import KNOT_MPS
@@ -145,22 +145,22 @@ def test_a_tag_block_a_sentence_between_and_a_further_field_are_all_right() -> N
 @pytest.mark.parametrize(
     ("mmsi", "station"),
     [
-        (244123456, Station.SHIP),
-        (2442000, Station.COAST),
-        (24420001, Station.GROUP),
-        (111263001, Station.SAR_AIRCRAFT),
-        (992639001, Station.AID),
-        (982441234, Station.CRAFT),
-        (970263001, Station.SART),
-        (972263001, Station.MAN_OVERBOARD),
-        (974263001, Station.EPIRB),
-        (0, Station.UNKNOWN),
-        (123456789, Station.UNKNOWN),
-        (111111111, Station.UNKNOWN),
-        (12345678, Station.UNKNOWN),
+        (244123456, MmsiKind.SHIP),
+        (2442000, MmsiKind.COAST),
+        (24420001, MmsiKind.GROUP),
+        (111263001, MmsiKind.SAR_AIRCRAFT),
+        (992639001, MmsiKind.AID),
+        (982441234, MmsiKind.CRAFT),
+        (970263001, MmsiKind.SART),
+        (972263001, MmsiKind.MAN_OVERBOARD),
+        (974263001, MmsiKind.EPIRB),
+        (0, MmsiKind.UNKNOWN),
+        (123456789, MmsiKind.UNKNOWN),
+        (111111111, MmsiKind.UNKNOWN),
+        (12345678, MmsiKind.UNKNOWN),
     ],
 )
-def test_who_a_number_is(mmsi: int, station: Station) -> None:
+def test_who_a_number_is(mmsi: int, station: MmsiKind) -> None:
     assert station_of(mmsi) is station
 
 

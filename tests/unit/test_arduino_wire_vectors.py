@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from companion.core.board import wire
-from sitl.board.arduino_decoder import Command, Decoder, Word
+from sitl.board.arduino_decoder import Decoder, PulseCommand, Word
 
 VECTORS = json.loads((Path(__file__).parents[2] / "firmware" / "vectors.json").read_text())
 
@@ -40,7 +40,7 @@ def test_decode(vector):
     now_us = 0
 
     def take(found):
-        if isinstance(found, Command):
+        if isinstance(found, PulseCommand):
             decoder.strict = decoder.strict or found.checked
             for pin, pulse in found.pulses:
                 pulses[pin] = pulse
@@ -67,7 +67,7 @@ def test_silence_limit_is_bounded(limit_ms):
 
 
 def test_status_line():
-    reader = wire.LineReader()
+    reader = wire.BoardLineReader()
     line = wire.checked("#S,C,1,23,4000000000,7,1750,1250,1500,1499,W,12650")
     assert reader.receive(line) == [
         wire.Status("active-checked", True, 23, 4_000_000_000, 7, (1750, 1250, 1500, 1499), "watchdog", 12.65)
@@ -76,7 +76,7 @@ def test_status_line():
 
 def test_voltage_zero_is_unknown():
     line = wire.checked("#S,B,0,65535,0,0,1500,1500,1500,1500,P,0")
-    (status,) = wire.LineReader().receive(line)
+    (status,) = wire.BoardLineReader().receive(line)
     assert status.voltage_v is None
 
 
@@ -98,13 +98,13 @@ def test_voltage_zero_is_unknown():
     ],
 )
 def test_a_line_that_is_not_exactly_right_is_nothing(body):
-    reader = wire.LineReader()
+    reader = wire.BoardLineReader()
     assert reader.receive(wire.checked(body)) == []
     assert (reader.good, reader.bad) == (0, 1)
 
 
 def test_overlong_line_loses_only_itself():
-    reader = wire.LineReader()
+    reader = wire.BoardLineReader()
     lines = reader.receive(b"x" * 5000 + b"\n" + wire.checked("#B,1,1.0,UNO,P"))
     assert lines == [wire.Banner(1, "1.0", "UNO", "power-on")]
     assert reader.bad == 1

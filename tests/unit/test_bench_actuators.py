@@ -8,7 +8,7 @@ import itertools
 import pytest
 
 from companion.commands.bench_actuators import CHANNELS, LIMIT, Bench, plan
-from companion.commands.bench_keys import FIRST_US, REPEAT_US, Keys
+from companion.commands.bench_keys import FIRST_US, REPEAT_US, Keyboard
 from companion.core.board.actuator_map import ActuatorConfig
 from companion.core.hull.geometry import HullGeometry
 from companion.io.links.mem import MemLink
@@ -17,7 +17,7 @@ from sitl.board.arduino_twin import ArduinoTwin
 TICK_US = 50_000
 
 
-class Fingers(Keys):
+class Fingers(Keyboard):
     """Keys that a test presses."""
 
     def __init__(self) -> None:
@@ -161,7 +161,7 @@ def test_nobody_at_the_keys_ends_it():
     ("gap_us", "repeats", "held"), [(FIRST_US - 1, 1, True), (FIRST_US, 1, False), (REPEAT_US, 5, False)]
 )
 def test_a_key_counts_as_held_longer_before_it_repeats(monkeypatch, gap_us, repeats, held):
-    keys = Keys()
+    keys = Keyboard()
     monkeypatch.setattr("companion.commands.bench_keys.select.select", lambda *_: ([0], [], []))
     monkeypatch.setattr("companion.commands.bench_keys.os.read", lambda *_: b" ")
     for number in range(repeats):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from companion.commands.check.live_data import watch
 from companion.io.links.mem import MemLink
 from companion.settings.schema import SensorConfig, Settings
-from sitl.sensors.talkers import SensorConfig as SimSensors, SensorSuite
+from sitl.sensors.talkers import SensorSuite, SimulatedSensors as SimSensors
 from tools.benches.cells.sensor_rig import straight, truth_at
 
 

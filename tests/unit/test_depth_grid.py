@@ -8,7 +8,7 @@ import random
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Sounding, build, check_plan, offset
+from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, check_plan, offset
 from companion.core.guard.depth.soundings import dune_reference, parse, parse_csv, parse_dune, parse_xyz
 from companion.core.vehicle.plan_depth import plan_legs
 from companion.io.depth_map import load_depth_map
@@ -118,20 +118,22 @@ def test_no_soundings_and_too_many_cells_are_said():
 def test_the_first_item_over_the_shallow_is_named():
     grid = build([place(n, e, 3.0 if n > 90 else 20.0) for n in range(-20, 150, 5) for e in range(-20, 60, 5)])
     points = [offset(*HERE, n, e) for n, e in ((0, 0), (50, 0), (50, 40), (130, 40), (0, 40))]
-    legs = [Leg(i + 4, (points[i], points[i + 1])) for i in range(4)]
+    legs = [PlanLeg(i + 4, (points[i], points[i + 1])) for i in range(4)]
     assert check_plan(grid, legs, 4.0) == PlanProblem(6, "charted depth 3.0 m, at least 4.0 m needed")
     assert check_plan(grid, legs[:2], 4.0) is None
     assert check_plan(grid, legs, 3.0) is None
-    assert check_plan(grid, [Leg(9, (points[3],))], 4.0) == PlanProblem(9, "charted depth 3.0 m, at least 4.0 m needed")
+    assert check_plan(grid, [PlanLeg(9, (points[3],))], 4.0) == PlanProblem(
+        9, "charted depth 3.0 m, at least 4.0 m needed"
+    )
 
 
 def test_a_narrow_bank_far_along_a_leg_is_found_and_unknown_water_passes():
     grid = build([place(5000.0, e, 1.0) for e in range(-30, 31, 5)], 5.0, 5.0)
     away = (offset(*HERE, -20_000.0, 0.0), offset(*HERE, 9000.0, 0.0))
-    assert check_plan(grid, [Leg(0, away)], 4.0) is not None
-    assert check_plan(grid, [Leg(0, tuple(reversed(away)))], 4.0) is not None
-    assert check_plan(grid, [Leg(0, (offset(*HERE, 0.0, 200.0), offset(*HERE, 9000.0, 200.0)))], 4.0) is None
-    assert check_plan(grid, [Leg(0, (offset(*HERE, 0.0, -90.0), offset(*HERE, 0.0, 90.0)))], 4.0) is None
+    assert check_plan(grid, [PlanLeg(0, away)], 4.0) is not None
+    assert check_plan(grid, [PlanLeg(0, tuple(reversed(away)))], 4.0) is not None
+    assert check_plan(grid, [PlanLeg(0, (offset(*HERE, 0.0, 200.0), offset(*HERE, 9000.0, 200.0)))], 4.0) is None
+    assert check_plan(grid, [PlanLeg(0, (offset(*HERE, 0.0, -90.0), offset(*HERE, 0.0, 90.0)))], 4.0) is None
 
 
 def at(north: float, east: float) -> dict[str, float]:
@@ -139,7 +141,7 @@ def at(north: float, east: float) -> dict[str, float]:
     return {"lat_rad": lat, "lon_rad": lon}
 
 
-def metres(leg: Leg) -> list[tuple[float, float]]:
+def metres(leg: PlanLeg) -> list[tuple[float, float]]:
     frame = LocalFrame(*HERE)
     return [tuple(round(value, 1) for value in frame.to_local(*point)) for point in leg.points_rad]
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.core.guard.depth.config import DepthGuardConfig
-from companion.core.guard.depth.grid import DepthGrid, Leg, PlanProblem, Sounding, build, metres_per_radian, offset
+from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, metres_per_radian, offset
 from companion.core.guard.depth.guard import DepthFlags, DepthGuard, GuardOutput, next_state
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
@@ -469,13 +469,13 @@ def test_tide_keel_and_uncertainty_shift_the_map():
     guard = DepthGuard(config, HullGeometry(keel_m=0.5, beam_m=1.1))
     guard.set_map(chart(3.0, 60.0))
     assert guard.step(0, at(58.0, 2.0), True, None, stopping).map_least_m == pytest.approx(3.3)
-    leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
+    leg = PlanLeg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
     problem = guard.check_plan([leg])
     assert problem == PlanProblem(7, "charted depth 3.0 m, at least 3.7 m needed")
 
 
 def test_a_plan_is_held_against_the_map_only_when_there_is_one():
-    leg = Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
+    leg = PlanLeg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))
     guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
     assert guard.check_plan([leg]) is None
     guard.set_map(chart(3.0, 60.0))
@@ -684,19 +684,19 @@ def test_forgetting_takes_own_soundings_only():
     here = at(0.0, 2.0)
     assert guard.forget(here.lat_rad, here.lon_rad, 20.0) == (1, pytest.approx(1.7, abs=0.011))
     assert guard.forget(here.lat_rad, here.lon_rad, 20.0) == (0, None)
-    assert guard.check_plan([Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]) is not None
+    assert guard.check_plan([PlanLeg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]) is not None
     without = DepthGuard(DepthGuardConfig(memory=DepthMemoryConfig(enabled=False)), OTTER)
     assert without.forget(here.lat_rad, here.lon_rad, 20.0) == (0, None)
 
 
 def test_the_share_of_a_plan_in_unknown_water():
-    legs = [Leg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]
+    legs = [PlanLeg(7, (ORIGIN, offset(*ORIGIN, 80.0, 0.0)))]
     guard = DepthGuard(DepthGuardConfig(input=RAW), HULL)
     assert guard.unknown_share(legs) is None
     guard.set_map(chart(3.0, 60.0))
     assert 0.0 <= guard.unknown_share(legs) < 1.0
-    assert guard.unknown_share([Leg(7, (offset(*ORIGIN, 9e3, 0.0), offset(*ORIGIN, 9.5e3, 0.0)))]) == 1.0
-    assert guard.unknown_share([Leg(7, (ORIGIN,))]) == 0.0
+    assert guard.unknown_share([PlanLeg(7, (offset(*ORIGIN, 9e3, 0.0), offset(*ORIGIN, 9.5e3, 0.0)))]) == 1.0
+    assert guard.unknown_share([PlanLeg(7, (ORIGIN,))]) == 0.0
     off = DepthGuard(DepthGuardConfig(enabled=False), HULL)
     off.set_map(chart(3.0, 60.0))
     assert off.unknown_share(legs) is None

@@ -11,10 +11,10 @@ from companion.core.hull.geometry import HullGeometry
 from companion.core.nmea.reader import NmeaConfig
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix, Source
 from mavlink_bridge.language.units import wrap_pi
-from sitl.sensors.talkers import SensorConfig
+from sitl.sensors.talkers import SimulatedSensors
 from tools.benches.cells.sensor_rig import Motion, SensorRig, circle, straight
 
-IDEAL = SensorConfig(grade="ideal")
+IDEAL = SimulatedSensors(grade="ideal")
 
 
 def errors(made: SensorRig, seconds: float) -> list[float]:
@@ -38,7 +38,7 @@ def test_rtk_class_estimate_on_a_circle_of_20_m_at_1_5_mps() -> None:
 
 @pytest.mark.parametrize(("grade", "limit_m"), [("sbas", 2.5), ("standalone", 6.0)])
 def test_coarser_classes_add_only_their_own_wander(grade: str, limit_m: float) -> None:
-    made = SensorRig(circle(20.0, 1.5), sensors=SensorConfig(grade=grade))
+    made = SensorRig(circle(20.0, 1.5), sensors=SimulatedSensors(grade=grade))
     made.run(10.0)
     assert max(errors(made, 60.0)) < limit_m
 

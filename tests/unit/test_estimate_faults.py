@@ -10,7 +10,7 @@ import pytest
 from companion.core.estimate.estimator import EstimatorConfig
 from mavlink_bridge.language.messages import EstimatedState, FixType, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
-from sitl.sensors.talkers import SensorConfig
+from sitl.sensors.talkers import SimulatedSensors
 from tools.benches.cells.sensor_rig import SensorRig, circle, straight
 
 
@@ -55,7 +55,7 @@ def test_row_21_silent_gnss_makes_the_position_invalid_after_one_second() -> Non
 
 
 def test_row_21_a_1_hz_receiver_gets_three_seconds() -> None:
-    made = rig(sensors=SensorConfig(fix_hz=1.0))
+    made = rig(sensors=SimulatedSensors(fix_hz=1.0))
     valid = []
     made.run(20.0, lambda here: valid.append(here.state.position_valid))
     assert all(valid)
@@ -130,7 +130,7 @@ def test_row_24_a_receiver_stuck_in_time_is_frozen_too_even_at_rest() -> None:
 
 
 def test_row_24_rest_is_not_frozen() -> None:
-    made = SensorRig(straight(0.0, 0.4), sensors=SensorConfig(grade="ideal"))
+    made = SensorRig(straight(0.0, 0.4), sensors=SimulatedSensors(grade="ideal"))
     made.run(30.0)
     assert made.state.position_valid
     assert not is_frozen(made)
@@ -192,7 +192,7 @@ def test_row_30_lost_heading_at_low_speed_is_no_heading() -> None:
 
 def test_row_30_a_compass_of_1_hz_is_slow_not_lost() -> None:
     """The seed's own order at 1 Hz: one HDT per epoch, no ROT."""
-    made = SensorRig(circle(20.0, 1.5), sensors=SensorConfig(fix_hz=1.0, heading_hz=0.0, rate_hz=0.0))
+    made = SensorRig(circle(20.0, 1.5), sensors=SimulatedSensors(fix_hz=1.0, heading_hz=0.0, rate_hz=0.0))
     made.run(15.0)
     seen: list[bool] = []
     errors: list[float] = []

@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.guard.fence import Circle, Fence, FenceConfig, Polygon, build_region
+from companion.core.guard.fence import Fence, FenceConfig, FenceDisc, Polygon, build_region
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
 
@@ -46,7 +46,7 @@ def test_inside_and_outside_agree_with_another_reckoning(vertices, point):
 @settings(max_examples=200, deadline=None)
 @given(st.lists(POINT, min_size=1, max_size=8), POINT, POINT)
 def test_the_distance_changes_by_no_more_than_the_way_between(vertices, a, b):
-    polygon, circle = Polygon(vertices), Circle(vertices[0], 30.0)
+    polygon, circle = Polygon(vertices), FenceDisc(vertices[0], 30.0)
     for shape in (polygon, circle):
         assert abs(shape.inside_m(a) - shape.inside_m(b)) <= math.dist(a, b) + 1e-6
 

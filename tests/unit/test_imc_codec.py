@@ -31,7 +31,7 @@ def sealed(number: int, payload: bytes) -> bytes:
 def test_a_captured_packet_is_read_and_written_back_byte_for_byte(name):
     raw = CAPTURED[name]
     packet = imc.decode(raw)
-    assert type(packet.message) is not imc.Unknown
+    assert type(packet.message) is not imc.UnknownMessage
     assert imc.encode(packet) == raw
 
 
@@ -110,7 +110,7 @@ def test_a_head_whose_rest_never_comes_is_given_up():
 def test_a_message_that_the_table_does_not_have_is_told_and_kept():
     raw = sealed(4711, b"abc")
     packet = imc.decode(raw)
-    assert packet.message == imc.Unknown(4711, b"abc")
+    assert packet.message == imc.UnknownMessage(4711, b"abc")
     assert imc.encode(packet) == raw
 
 

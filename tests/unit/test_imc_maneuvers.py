@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from companion.imc.desk.maneuvers import Means
 from companion.imc.desk.plan import compiled
-from companion.imc.desk.refusal import RefusedError
+from companion.imc.desk.refusal import ConsoleRefusedError
 from mavlink_bridge import imc
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack
 from mavlink_bridge.language.geodesy import LocalFrame
@@ -39,7 +39,7 @@ def speeds(*maneuvers):
 
 
 def refused(spec, **options):
-    with pytest.raises(RefusedError) as refusal:
+    with pytest.raises(ConsoleRefusedError) as refusal:
         compiled(spec, options.pop("means", MEANS), **options)
     return str(refusal.value)
 
@@ -236,7 +236,7 @@ def ways(*pairs, **fields):
             dataclasses.replace(SQUARE, maneuvers=(imc.PlanManeuver(maneuver_id="Goto1"),), transitions=()),
             "Goto1: there is no manoeuvre in it",
         ),
-        (plan("p", imc.Unknown(number=487)), "ScheduledGoto"),
+        (plan("p", imc.UnknownMessage(number=487)), "ScheduledGoto"),
         (plan("p", *[goto()] * 900), "items"),
     ],
 )
@@ -284,7 +284,7 @@ def test_whatever_a_console_sends_is_compiled_or_refused_in_words(data) -> None:
     maneuver = data.draw(st.sampled_from(kinds).flatmap(messages))
     try:
         items = compiled(plan("p", maneuver), MEANS).items
-    except RefusedError as refusal:
+    except ConsoleRefusedError as refusal:
         said = str(refusal)
     else:
         said = "" if compile_items(items).errors else "sailed"

@@ -10,7 +10,7 @@ import imcpy
 import pytest
 
 from companion.imc.others import KEPT, Others
-from companion.imc.picture import Picture
+from companion.imc.picture import ImcPicture
 from mavlink_bridge import imc
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.mavlink.telemetry.traffic import ais_vessel
@@ -25,7 +25,7 @@ class Console:
     """A console on a node that tells of other vessels; packets as imcpy reads them."""
 
     def __init__(self) -> None:
-        self.node, self.picture = make_node(), Picture()
+        self.node, self.picture = make_node(), ImcPicture()
         self.others = Others(self.picture)
         self.node.add(self.others)
         self.rig = ConsoleRig(self.node)

@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 
 from companion.imc.logbook import LogBook
-from companion.imc.picture import Picture
+from companion.imc.picture import ImcPicture
 from companion.imc.state_out import StateOut
 from companion.imc.view import PlanView
 from mavlink_bridge import imc
@@ -50,7 +50,7 @@ class Boat:
 
     def __init__(self, hz=2.0):
         self.node = make_node()
-        self.picture = Picture()
+        self.picture = ImcPicture()
         self.view = PlanView()
         self.book = LogBook(self.node.utc_s)
         self.out = StateOut(

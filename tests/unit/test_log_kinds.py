@@ -11,7 +11,7 @@ import pytest
 from companion.cli import main
 from companion.io.recording.frame_log import FrameClock, FrameLog
 from companion.report.from_tlog import read_tlog
-from companion.report.verdicts import Limits, judge
+from companion.report.verdicts import RunLimits, judge
 from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 
@@ -43,7 +43,7 @@ def test_what_nobody_here_knows_is_not_called_link_loss(tmp_path):
     assert link.lost_out == 0
     assert link.frames_out == 600
     assert "54321 (150)" in " ".join(flight.notes)
-    assert all(verdict.ok for verdict in judge(flight, Limits()) if "missing" in verdict.name)
+    assert all(verdict.ok for verdict in judge(flight, RunLimits()) if "missing" in verdict.name)
 
 
 def test_what_is_missing_is_still_counted(tmp_path):
@@ -58,7 +58,7 @@ def test_damage_between_records_is_no_frame():
     raws = frames(9)
     data = log(raws)
     torn = data[:60] + data[70:]
-    assert all(isinstance(found, tlog.Record) for found in tlog.scan(torn))
+    assert all(isinstance(found, tlog.TlogRecord) for found in tlog.scan(torn))
     assert len(list(tlog.iterate(torn))) in (7, 8)
 
 

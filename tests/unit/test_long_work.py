@@ -14,7 +14,7 @@ import pytest
 
 from companion.cli import main
 from companion.commands import progress
-from companion.commands.progress import Progress
+from companion.commands.progress import ProgressLine
 
 SCENARIO = '[scenario]\ntitle = "At rest"\nduration_s = 3\n[[expect]]\nstays_neutral = true\n'
 SOUNDINGS = "".join(f"{-8.7 + k * 1e-4:.4f} 41.18 6.5\n" for k in range(40))
@@ -75,7 +75,7 @@ def chart(path):
 def terminal(monkeypatch):
     """Standard error is a terminal, and a second goes by at each look at the clock."""
     seconds = itertools.count()
-    monkeypatch.setitem(Progress.__init__.__kwdefaults__, "clock_s", lambda: float(next(seconds)))
+    monkeypatch.setitem(ProgressLine.__init__.__kwdefaults__, "clock_s", lambda: float(next(seconds)))
     monkeypatch.setattr(sys, "stderr", Terminal())
     return sys.stderr
 
@@ -108,7 +108,7 @@ def test_in_a_pipe_it_is_quiet_and_control_c_gives_one_line_and_no_half_file(wor
             raise KeyboardInterrupt
 
     for name in ("at", "count", "say", "update"):
-        monkeypatch.setattr(progress.Progress, name, pressed)
+        monkeypatch.setattr(progress.ProgressLine, name, pressed)
     found = main(said)
     told = capsys.readouterr().err
     assert not [part for file in files for part in file.parent.glob(".*.part")]

@@ -10,7 +10,7 @@ import pytest
 
 from companion.core.guard.depth.input import Altitude
 from companion.core.guard.depth.lookahead import ClosingRate, sample, slow_speed_mps, strays, way_ahead
-from companion.core.guide.paths import Line, Track, fillet
+from companion.core.guide.paths import Chain, Line, fillet
 from companion.core.hull.statics import stopping_distance_m
 from companion.core.hull.stopping import braking_distance_m
 from mavlink_bridge.language.figures import Circle, Racetrack
@@ -193,7 +193,7 @@ def walk(track, north, east, reach_m):
 
 def test_the_way_along_a_track_is_on_it_as_long_as_asked_and_ends_with_it():
     corner = fillet((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), 1.0, 3.0, 10.0)
-    legs = Track(
+    legs = Chain(
         (Line((0.0, 0.0), corner.point(0.0)), corner, Line(corner.point(corner.length_m), (20.0, 20.0))), closed=False
     )
     points, length_m = walk(legs, 10.0, 0.0, 18.0)
@@ -218,7 +218,7 @@ def test_the_way_along_a_track_is_on_it_as_long_as_asked_and_ends_with_it():
     ids=["circle", "racetrack"],
 )
 def test_the_way_round_a_closed_track_goes_on_and_on(shape):
-    track = Track(shape, closed=True)
+    track = Chain(shape, closed=True)
     start = shape[0].point(0.0)
     points, length_m = walk(track, *start, 1.5 * track.lap_m)
     assert length_m == pytest.approx(1.5 * track.lap_m, rel=0.02)

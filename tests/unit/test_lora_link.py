@@ -23,7 +23,7 @@ from mavlink_bridge.language.requests import (
 from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.request import decode_request, encode_request
 from mavlink_bridge.radio.codec.wire import Kind
-from mavlink_bridge.radio.session import Direction
+from mavlink_bridge.radio.session import RadioDirection
 from sitl.radio.air import RadioConfig
 from tools.benches.lora import compiled, loiter_items, settled, survey_items, upload
 from tools.lora_rig import Rig, acquainted, profile
@@ -213,15 +213,15 @@ def test_forged_replayed_and_flipped_frames_are_not_believed():
 def test_row_52_frames_are_found_in_noise_whole_bytewise_and_in_chunks():
     rng = random.Random(8)
     stream, sent, ends = b"", [], acquainted()
-    sealer = Sealer(ends[Direction.TO_SHORE])
+    sealer = Sealer(ends[RadioDirection.TO_SHORE])
     for _ in range(24):
         body = rng.randbytes(rng.randrange(0, 56))
         stream += rng.randbytes(rng.randrange(0, 30)) + sealer.seal(
-            Kind.TEXT, body, 0, ends[Direction.TO_SHORE].current
+            Kind.TEXT, body, 0, ends[RadioDirection.TO_SHORE].current
         )
         sent.append(body)
     for size in (len(stream), 1, 7, 61):
-        opener = Opener(acquainted()[Direction.TO_VESSEL])
+        opener = Opener(acquainted()[RadioDirection.TO_VESSEL])
         got = [
             frame.body
             for at in range(0, len(stream), size)
@@ -232,12 +232,12 @@ def test_row_52_frames_are_found_in_noise_whole_bytewise_and_in_chunks():
 
 def test_another_key_direction_or_boat_hears_nothing():
     ends = acquainted()
-    frame = Sealer(ends[Direction.TO_VESSEL]).seal(Kind.STOP, b"\0\1", 0, ends[Direction.TO_VESSEL].current)
+    frame = Sealer(ends[RadioDirection.TO_VESSEL]).seal(Kind.STOP, b"\0\1", 0, ends[RadioDirection.TO_VESSEL].current)
     other = bytes(32 - len(b"x")) + b"x"
-    assert not Opener(acquainted(key=other)[Direction.TO_SHORE]).receive(frame, 0)
-    assert not Opener(ends[Direction.TO_VESSEL]).receive(frame, 0)
-    assert not Opener(acquainted(system_id=2)[Direction.TO_SHORE]).receive(frame, 0)
-    assert Opener(ends[Direction.TO_SHORE]).receive(frame, 0)
+    assert not Opener(acquainted(key=other)[RadioDirection.TO_SHORE]).receive(frame, 0)
+    assert not Opener(ends[RadioDirection.TO_VESSEL]).receive(frame, 0)
+    assert not Opener(acquainted(system_id=2)[RadioDirection.TO_SHORE]).receive(frame, 0)
+    assert Opener(ends[RadioDirection.TO_SHORE]).receive(frame, 0)
 
 
 def test_split_and_merged_reads_do_no_harm():

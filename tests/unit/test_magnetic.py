@@ -9,7 +9,7 @@ import pytest
 from companion.core.estimate.estimator import EstimatorConfig
 from companion.core.estimate.magnetic import MagneticModel
 from mavlink_bridge.language.units import wrap_pi
-from sitl.sensors.talkers import SensorConfig
+from sitl.sensors.talkers import SimulatedSensors
 from tools.benches.cells.sensor_rig import SensorRig, circle
 
 EPOCH_US = 1_735_689_600_000_000
@@ -43,7 +43,7 @@ def test_no_variation_outside_the_models_years_or_at_the_magnetic_pole() -> None
 
 def test_a_bare_magnetic_compass_gets_its_variation_from_the_model() -> None:
     """Off Porto the model says about -0.95 degrees; the talker sends none."""
-    sensors = SensorConfig(grade="ideal", heading_sentence="HDM", sentences="ZDA, GGA, RMC, VTG")
+    sensors = SimulatedSensors(grade="ideal", heading_sentence="HDM", sentences="ZDA, GGA, RMC, VTG")
     rig = SensorRig(circle(20.0, 1.5), sensors=sensors)
     rig.run(10.0)
     shift = math.degrees(wrap_pi(rig.state.psi_rad - rig.truth.psi_rad))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from companion.core.hull.vessel_file import VesselConfig
-from companion.facade import Parameters
+from companion.facade import SettingsParams
 from companion.settings.moved import MOVES, carry_over, parameter_told
 from companion.settings.params import entries
 from companion.settings.schema import ConfigError, SensorConfig, Settings, load, load_vessel
@@ -137,6 +137,6 @@ def test_what_the_first_release_sailed_by_wins_and_contradictions_are_told() -> 
 def test_a_stored_parameter_of_old_names_its_new_home() -> None:
     assert parameter_told("KEEL_DEPTH", 0.8) == "KEEL_DEPTH = 0.8 counts no more: the hull file's keel_depth_m does"
     with pytest.raises(ValueError, match=r"GUIDED_TIMEOUT = 3 counts no more: .*failsafe\.guided_timeout_s"):
-        Parameters(Settings()).change("GUIDED_TIMEOUT", 3.0)
+        SettingsParams(Settings()).change("GUIDED_TIMEOUT", 3.0)
     with pytest.raises(ValueError, match="no parameter NEVER_WAS"):
-        Parameters(Settings()).change("NEVER_WAS", 1.0)
+        SettingsParams(Settings()).change("NEVER_WAS", 1.0)

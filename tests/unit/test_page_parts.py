@@ -20,7 +20,7 @@ from companion.status.picture import fields_of, picture_of
 from companion.web import http, page
 from companion.web.live import BUDGET_BYTES_PER_S, BURST_BYTES, Feed, page_fields
 from companion.web.runs import Runs
-from companion.web.track import POINTS_MAX, Track
+from companion.web.track import POINTS_MAX, PageTrack
 from mavlink_bridge.language.messages import LogText, Severity
 from tests.unit.test_status import snapshot
 
@@ -78,11 +78,11 @@ def test_addresses_local_names_and_named_ones_are_the_boats(host: str) -> None:
     ],
 )
 def test_an_order_of_another_sites_page_is_refused(headers: dict[str, str]) -> None:
-    request = http.Request("POST", "/order", {"host": "10.42.0.1:8080", **headers})
+    request = http.HttpRequest("POST", "/order", {"host": "10.42.0.1:8080", **headers})
     with pytest.raises(http.BadRequestError):
         http.check_own_page(request)
     own = {"host": "10.42.0.1:8080", "origin": "http://10.42.0.1:8080", "content-type": "application/json"}
-    http.check_own_page(http.Request("POST", "/order", own))
+    http.check_own_page(http.HttpRequest("POST", "/order", own))
 
 
 @settings(max_examples=300, deadline=None)
@@ -118,7 +118,7 @@ def test_a_browser_gets_what_has_changed_within_its_budget() -> None:
 
 
 def test_a_track_of_days_stays_small_and_keeps_its_ends() -> None:
-    track = Track()
+    track = PageTrack()
     for number in range(200_000):
         track.add(41.0 + number * 1e-5, -8.7, 5.0 if number % 3 else None)
     fields = track.fields()

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 from companion.commands.log_lines import NeverWaiting
 from companion.commands.status import Journal, panel
 from companion.commands.status.view import Screen
-from companion.status.picture import LinkSeen, Picture, Told, Warned, picture_of
+from companion.status.picture import LinkSeen, Picture, ToldText, Warned, picture_of
 from mavlink_bridge.language.messages import Action, LogText, Mode, Severity
 from mavlink_bridge.language.snapshot import Outlook
 from tests.unit.test_status import snapshot
@@ -25,8 +25,8 @@ links = st.builds(
 severities = st.sampled_from([each.name for each in Severity])
 
 
-def numbered(texts: list[tuple[str, str]]) -> tuple[Told, ...]:
-    return tuple(Told(number, 3600.0, severity, text) for number, (severity, text) in enumerate(texts))
+def numbered(texts: list[tuple[str, str]]) -> tuple[ToldText, ...]:
+    return tuple(ToldText(number, 3600.0, severity, text) for number, (severity, text) in enumerate(texts))
 
 
 pictures = st.builds(
@@ -46,8 +46,8 @@ pictures = st.builds(
 @settings(max_examples=150, deadline=None)
 @given(pictures, st.integers(80, 200), st.integers(24, 60), words.filter(str.strip))
 def test_every_picture_fits_and_shows_the_newest_alarm(picture: Picture, width: int, height: int, alarm: str) -> None:
-    newest = Told(1000, 7200.0, "CRITICAL", "Newest alarm")
-    chatter = tuple(Told(1001 + number, 7201.0, "INFO", alarm) for number in range(10))
+    newest = ToldText(1000, 7200.0, "CRITICAL", "Newest alarm")
+    chatter = tuple(ToldText(1001 + number, 7201.0, "INFO", alarm) for number in range(10))
     lines = panel(_with(picture, (*picture.texts, newest, *chatter)[-20:]), width, height)
     assert len(lines) <= height
     assert all(12 + len(each.text) <= width and len(each.label) <= 11 for each in lines)
@@ -55,7 +55,7 @@ def test_every_picture_fits_and_shows_the_newest_alarm(picture: Picture, width: 
     assert lines[1].label == "Now"
 
 
-def _with(picture: Picture, texts: tuple[Told, ...]) -> Picture:
+def _with(picture: Picture, texts: tuple[ToldText, ...]) -> Picture:
     picture.texts = texts
     return picture
 

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from companion import cli
-from companion.commands.progress import Progress, recorded_s
+from companion.commands.progress import ProgressLine, recorded_s
 from companion.io.whole_file import write_whole
 
 
@@ -21,7 +21,7 @@ class Terminal(io.StringIO):
 
 def test_how_far_how_fast_how_long_yet():
     now_s, out = [0.0], Terminal()
-    with Progress("simulating", 7200.0, out=out, clock_s=lambda: now_s[0]) as shown:
+    with ProgressLine("simulating", 7200.0, out=out, clock_s=lambda: now_s[0]) as shown:
         shown.at(20.0)
         assert out.getvalue() == "", "what is done at once needs no progress"
         now_s[0] = 10.0
@@ -35,7 +35,7 @@ def test_how_far_how_fast_how_long_yet():
 
 def test_nothing_in_a_pipe():
     now_s, out = [0.0], io.StringIO()
-    with Progress("replaying", None, out=out, clock_s=lambda: now_s[0]) as shown:
+    with ProgressLine("replaying", None, out=out, clock_s=lambda: now_s[0]) as shown:
         now_s[0] = 10.0
         shown.at(100.0)
         shown.say("drawing ...")
@@ -100,7 +100,7 @@ def test_control_c_while_the_program_is_still_loading_gives_one_line(tmp_path):
 
 def test_what_is_counted_is_told_with_rate_and_rest():
     now_s, out = [0.0], Terminal()
-    with Progress("reading", None, out=out, clock_s=lambda: now_s[0]) as shown:
+    with ProgressLine("reading", None, out=out, clock_s=lambda: now_s[0]) as shown:
         now_s[0] = 4.0
         shown.count(12.0, 40.0, "MB")
         assert "reading 12.0 of 40.0 MB, 3.00 MB/s, 9 s left" in out.getvalue()

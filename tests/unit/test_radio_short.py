@@ -12,11 +12,11 @@ from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.mavlink.wire.payload import payload
 from mavlink_bridge.radio.codec.brief import brief_plan, encode_standing, with_brief
 from mavlink_bridge.radio.codec.frames import frame_bytes
-from mavlink_bridge.radio.codec.info import Kept, Place, changed_params, encode, params_check
+from mavlink_bridge.radio.codec.info import HomePlace, Kept, changed_params, encode, params_check
 from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.wire import BRIEF_AIMS, OVERHEAD, Kind
 from mavlink_bridge.radio.shore.view import CachedParams
-from mavlink_bridge.radio.transfer import BRIEF_NUMBERS, Message
+from mavlink_bridge.radio.transfer import BRIEF_NUMBERS, WholeMessage
 from tools.benches.lora import compiled, settled, survey_items
 from tools.lora_rig import Rig, Table
 
@@ -126,7 +126,7 @@ def test_a_hold_that_finds_no_answer_is_said_in_its_frozen_form_and_carried_out_
 def test_a_hold_voids_what_was_ordered_before_it_in_either_form(rig: Rig) -> None:
     """Of a number without a body five bits are known."""
     radio = rig.radio
-    assert not radio._is_overruled(Message(BRIEF_NUMBERS + 5, Kind.SAFE, HOLD), SetMode(Mode.HOLD), 0)
+    assert not radio._is_overruled(WholeMessage(BRIEF_NUMBERS + 5, Kind.SAFE, HOLD), SetMode(Mode.HOLD), 0)
     for number, is_before in (
         (4, True),
         (100, True),
@@ -134,19 +134,19 @@ def test_a_hold_voids_what_was_ordered_before_it_in_either_form(rig: Rig) -> Non
         (BRIEF_NUMBERS + 4, True),
         (BRIEF_NUMBERS + 6, False),
     ):
-        assert radio._is_overruled(Message(number, Kind.ORDER, AUTO), SetMode(Mode.AUTO), 1) is is_before
+        assert radio._is_overruled(WholeMessage(number, Kind.ORDER, AUTO), SetMode(Mode.AUTO), 1) is is_before
 
 
 def test_news_of_what_is_kept_are_short() -> None:
-    for told in (Kept(1, 2, 3, 4), Place((1, 2), (0, 2, 0))):
+    for told in (Kept(1, 2, 3, 4), HomePlace((1, 2), (0, 2, 0))):
         assert frame_bytes(Kind.INFO, b"\0" + encode(told)) <= 23
 
 
 def test_a_home_that_moved_by_the_receivers_noise_is_the_same() -> None:
-    home = Place((411_850_126, -87_062_153))
-    assert home.is_like(Place((411_850_123, -87_062_157)))
-    assert not home.is_like(Place((411_850_126, -87_062_400)))
-    assert not home.is_like(Place(None))
+    home = HomePlace((411_850_126, -87_062_153))
+    assert home.is_like(HomePlace((411_850_123, -87_062_157)))
+    assert not home.is_like(HomePlace((411_850_126, -87_062_400)))
+    assert not home.is_like(HomePlace(None))
 
 
 def test_a_shore_whose_table_lacks_the_boats_own_parameters_keeps_them_all_the_same() -> None:

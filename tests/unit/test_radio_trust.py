@@ -14,7 +14,7 @@ from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.wire import MAX_BODY, OVERHEAD, TAG_BYTES, Kind
 from mavlink_bridge.radio.old_format import OldEar, OldVoice
-from mavlink_bridge.radio.session import NONCE_BYTES, SLACK_US, TICK_US, Direction
+from mavlink_bridge.radio.session import NONCE_BYTES, SLACK_US, TICK_US, RadioDirection
 from tools.benches.lora import settled
 from tools.lora_rig import KEY, Rig, acquainted, profile
 
@@ -129,7 +129,7 @@ def test_an_order_that_was_held_back_dies(body: RequestBody) -> None:
 def test_each_frame_of_an_order_dies_by_itself() -> None:
     """The latest time at which each try is still believed, while nothing newer is heard."""
     ends = acquainted()
-    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    shore, vessel = ends[RadioDirection.TO_VESSEL], ends[RadioDirection.TO_SHORE]
     frame = Sealer(shore).seal(Kind.ORDER, bytes(8), 0, shore.current)
     span_us = profile("o-10").span_us(len(frame))
     assert not Opener(vessel).receive(frame, span_us + SLACK_US + 4 * TICK_US + 1)
@@ -183,7 +183,7 @@ def test_a_forger_succeeds_as_often_as_he_tries(seed: int) -> None:
     rng = random.Random(seed)
     trials = believed = 0
     for _ in range(12):
-        opener = Opener(acquainted(seed=seed, tag_bytes=1)[Direction.TO_SHORE], tag_bytes=1)
+        opener = Opener(acquainted(seed=seed, tag_bytes=1)[RadioDirection.TO_SHORE], tag_bytes=1)
         # crafted: each byte may be the first of a short order, so that each offset costs the most trials
         stream = bytes(
             rng.choice((0x60, 0x61, 0xC0, 0xD0)) if index % 2 == 0 else rng.randrange(256) for index in range(4000)
@@ -236,10 +236,10 @@ def test_an_old_gateway_is_told_and_so_are_the_people_aboard() -> None:
     said: list[str] = []
     rig.radio._say = lambda severity, text: said.append(text)
     since_us = rig.now_us
-    rig.radio.receive(OldVoice(KEY, Direction.TO_VESSEL, 77).say(Severity.WARNING, "x")[0], rig.now_us)
+    rig.radio.receive(OldVoice(KEY, RadioDirection.TO_VESSEL, 77).say(Severity.WARNING, "x")[0], rig.now_us)
     rig.run(20.0)
     assert any("first release" in text for text in said)
-    ear = OldEar(KEY, Direction.TO_SHORE)
+    ear = OldEar(KEY, RadioDirection.TO_SHORE)
     for data in recorded(rig, since_us, "vessel"):
         ear.receive(data)
     assert ear.hellos == 1
@@ -248,5 +248,5 @@ def test_an_old_gateway_is_told_and_so_are_the_people_aboard() -> None:
 
 def test_an_old_vessel_is_told_on_shore() -> None:
     rig = Rig(profile("o-10"))
-    rig.twin.receive(OldVoice(KEY, Direction.TO_SHORE, 77).say(Severity.WARNING, "x")[0], rig.now_us)
+    rig.twin.receive(OldVoice(KEY, RadioDirection.TO_SHORE, 77).say(Severity.WARNING, "x")[0], rig.now_us)
     assert any("first release" in text for _, text in rig.twin.drain_texts())

@@ -30,13 +30,13 @@ from mavlink_bridge.radio.codec import wire
 from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
 from mavlink_bridge.radio.codec.command import decode_command
-from mavlink_bridge.radio.codec.frames import Frame, Opener, Sealer, frame_bytes
-from mavlink_bridge.radio.codec.info import Kept, Place, decode as decode_info, encode as encode_info
+from mavlink_bridge.radio.codec.frames import Opener, RadioFrame, Sealer, frame_bytes
+from mavlink_bridge.radio.codec.info import HomePlace, Kept, decode as decode_info, encode as encode_info
 from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
 from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, reached_in, settle
 from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.threat import Threat, decode_threat, encode_threat
-from mavlink_bridge.radio.session import Direction
+from mavlink_bridge.radio.session import RadioDirection
 from mavlink_bridge.radio.transfer import Inbox
 from tools.lora_rig import acquainted
 
@@ -126,7 +126,7 @@ def states() -> dict[str, bytes]:
 
 HELD = replace(STATE, mode=Mode.HOLD, plan_state=PlanState.PAUSED, seq=6, gps_ok=False)
 KEPT = Kept(0xC355_1234, 0xFE4C_0001, 0, params=0x6217)
-PLACE = Place((411_850_126, -87_062_153), (0, 2, 0))
+PLACE = HomePlace((411_850_126, -87_062_153), (0, 2, 0))
 
 
 def difference(state: RadioState, reached: bytes = b"") -> bytes:
@@ -152,7 +152,7 @@ ALMOST_NORTH = math.radians(359.9)
 
 def test_every_order_without_a_body_says_which_one_it_is_whatever_its_number() -> None:
     ends = acquainted()
-    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    shore, vessel = ends[RadioDirection.TO_VESSEL], ends[RadioDirection.TO_SHORE]
     assert shore.current is not None
     assert vessel.current is not None
     down, up, aboard, ashore = Sealer(shore), Sealer(vessel), Opener(vessel), Opener(shore)
@@ -183,7 +183,7 @@ THREATS = {
 def frames() -> dict[str, bytes]:
     """Whole frames with key, nonces and times given: the frozen ones and one of each purpose."""
     ends = acquainted()
-    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    shore, vessel = ends[RadioDirection.TO_VESSEL], ends[RadioDirection.TO_SHORE]
     assert shore.current is not None
     assert vessel.current is not None
     down, up = Sealer(shore), Sealer(vessel)
@@ -255,7 +255,7 @@ def test_a_threat_that_was_always_sent_is_read_as_it_always_was(name: str) -> No
 
 
 def test_the_frozen_stops_are_heard() -> None:
-    vessel = acquainted()[Direction.TO_SHORE]
+    vessel = acquainted()[RadioDirection.TO_SHORE]
     opener = Opener(vessel)
     for number, title in ((1, "hold"), (2, "disarm"), (3, "abort")):
         (frame,) = opener.receive(bytes.fromhex(vectors("frames")[title]), 7_000_000)
@@ -281,7 +281,7 @@ def test_a_word_without_a_number_fails_at_once_by_name() -> None:
 
 def test_a_field_that_the_page_forgets_fails_at_once_by_name() -> None:
     with pytest.raises(ValueError, match="force"):
-        wire.RequestRow(ask.Arm, (wire.Field("arm", wire.Form.FLAG),))
+        wire.RequestRow(ask.Arm, (wire.WireField("arm", wire.Form.FLAG),))
 
 
 def test_numbers_that_are_agreed_on_are_not_taken() -> None:
@@ -302,7 +302,7 @@ BOOKS = "83f5651c906b9dfc163ea0f816928c671304f030c2f8ceca144a06e0b4a4dea5"
 def test_the_orders_with_the_least_patience_go_without_a_body() -> None:
     """One step of airtime less each; read as the very order, with five bits of its number, and of no use under another head."""
     ends = acquainted()
-    shore, vessel = ends[Direction.TO_VESSEL], ends[Direction.TO_SHORE]
+    shore, vessel = ends[RadioDirection.TO_VESSEL], ends[RadioDirection.TO_SHORE]
     assert shore.current is not None
     sealer, at_us = Sealer(shore), 7_500_000
     for number in (0, 9, 21, 31, 200):
@@ -321,7 +321,7 @@ def test_the_orders_with_the_least_patience_go_without_a_body() -> None:
 
 def test_a_short_number_that_comes_round_is_a_new_order() -> None:
     inbox = Inbox(45_000_000, 12_000_000)
-    order = Frame(wire.Kind.ORDER, b"\x05" + wire.BRIEF_ORDERS[3], 7, is_brief=True)
+    order = RadioFrame(wire.Kind.ORDER, b"\x05" + wire.BRIEF_ORDERS[3], 7, is_brief=True)
     first, _ = inbox.frame(order, 0)
     assert first is not None
     inbox.answered(first.id, ask.Reply(ask.Result.ACCEPTED), 40)

@@ -15,11 +15,11 @@ import config as shipped
 from companion.cli import main
 from companion.io.clock import EARLIEST_UTC_US
 from companion.report import charts, map_plot, page, story
-from companion.report.flight import Event, Flight, Series, Track, percentile, rms, thin
+from companion.report.flight import Event, Flight, FlightTrack, Series, percentile, rms, thin
 from companion.report.from_run import bytes_of, read_run
 from companion.report.from_tlog import read_tlog
 from companion.report.shapes import plan_shapes
-from companion.report.verdicts import Limits, clock, judge, offset_m
+from companion.report.verdicts import RunLimits, clock, judge, offset_m
 from companion.settings.schema import load
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, LoiterDirection, Racetrack
 from mavlink_bridge.language.messages import Loiter
@@ -76,10 +76,10 @@ def test_how_far_the_reading_is_goes_to_the_end(run_dir):
 
 def test_verdicts_hold_figures_against_limits(run_dir):
     flight = read_run(run_dir)
-    verdicts = {verdict.name: verdict for verdict in judge(flight, Limits())}
+    verdicts = {verdict.name: verdict for verdict in judge(flight, RunLimits())}
     assert verdicts["Position error of the estimate, 95 %"].ok
     assert verdicts["Longest time between ticks"].value == "0.050 s"
-    strict = {item.name: item for item in judge(flight, Limits(position_p95_m=1e-6))}
+    strict = {item.name: item for item in judge(flight, RunLimits(position_p95_m=1e-6))}
     assert strict["Position error of the estimate, 95 %"].ok is False
 
 
@@ -189,7 +189,7 @@ def test_another_vehicles_log_gets_what_applies(tmp_path):
     assert flight.series["depth_m"].v[-1] == pytest.approx(24.0)
     assert len(flight.tracks["estimate"].t) == 20
     assert (flight.links[0].frames_out, flight.links[0].frames_in) == (80, 20)
-    assert "Track" in page.make_page(flight)
+    assert "FlightTrack" in page.make_page(flight)
 
 
 def test_an_empty_or_foreign_file_is_a_note_not_an_error(tmp_path):
@@ -237,7 +237,7 @@ def test_small_helpers():
     north, east = offset_m(41.0, -8.0, 41.001, -7.999)
     assert north == pytest.approx(111.05, abs=0.1)
     assert east == pytest.approx(84.12, abs=0.2)
-    assert dataclasses.asdict(Limits())
+    assert dataclasses.asdict(RunLimits())
 
 
 def test_a_browser_shows_it(run_dir, tmp_path):
@@ -296,7 +296,7 @@ def test_airtime_of_the_radio_is_counted_against_the_band(run_dir):
     spent = flight.series["airtime_hour_s"].known()
     assert spent == sorted(spent)
     assert 0.1 < spent[-1] < 44.0
-    verdicts = {verdict.name: verdict for verdict in judge(flight, Limits())}
+    verdicts = {verdict.name: verdict for verdict in judge(flight, RunLimits())}
     assert verdicts["Airtime in the fullest hour"].ok
     assert "<h2>Airtime</h2>" in page.make_page(flight)
 
@@ -398,7 +398,7 @@ def test_the_story_keeps_what_weighs_most_in_its_order():
 def test_the_map_shows_where_a_failsafe_acted_and_is_not_lost_in_a_wide_fence():
     flight = Flight("x", "file", 100.0)
     for second in range(100):
-        flight.tracks.setdefault("estimate", Track()).add(float(second), 41.0 + second * 1e-5, -8.0)
+        flight.tracks.setdefault("estimate", FlightTrack()).add(float(second), 41.0 + second * 1e-5, -8.0)
         flight.say("action", float(second), "NONE" if second < 50 else "STOP")
     flight.fence = (PlanItem(5003, 0, 20_000.0, 0, 0, 0, 410000000, -80000000, 0),)
     made = map_plot.draw_map(flight)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import random
 
-from companion.report.flight import Flight, Track
-from companion.report.verdicts import Limits, judge
+from companion.report.flight import Flight, FlightTrack
+from companion.report.verdicts import RunLimits, judge
 
 
 def wobbling(**series):
     """A flight at rest whose positions jitter by decimetres."""
     draw, flight = random.Random(3), Flight("rest", "test")
-    flight.tracks["estimate"] = Track()
+    flight.tracks["estimate"] = FlightTrack()
     for tick in range(4000):
         flight.tracks["estimate"].add(tick * 0.1, 41.0 + draw.gauss(0, 1e-6), -8.0 + draw.gauss(0, 1e-6))
         for name, value in series.items():
@@ -21,7 +21,7 @@ def wobbling(**series):
 
 
 def figure(flight, name):
-    return next(verdict.value for verdict in judge(flight, Limits()) if verdict.name == name)
+    return next(verdict.value for verdict in judge(flight, RunLimits()) if verdict.name == name)
 
 
 def test_a_vessel_at_rest_has_sailed_nothing():
@@ -29,7 +29,7 @@ def test_a_vessel_at_rest_has_sailed_nothing():
     assert figure(wobbling(sog_mps=lambda tick, draw: abs(draw.gauss(0, 0.03))), "Distance sailed") == "0 m"
     assert figure(wobbling(speed_mps=lambda tick, draw: 1.5 if tick < 1000 else math.nan), "Distance sailed") == "150 m"
     still = wobbling(sog_mps=lambda tick, draw: 1.5)
-    still.tracks["truth"] = Track([0.0, 100.0], [41.0, 41.0], [-8.0, -8.0])
+    still.tracks["truth"] = FlightTrack([0.0, 100.0], [41.0, 41.0], [-8.0, -8.0])
     assert figure(still, "Distance sailed") == "0 m"
 
 

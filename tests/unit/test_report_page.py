@@ -13,7 +13,7 @@ import pytest
 
 import config as shipped
 from companion.report.embed import differences
-from companion.report.flight import Flight, Track
+from companion.report.flight import Flight, FlightTrack
 from companion.report.from_run import read_run
 from companion.report.map_data import map_data
 from companion.report.page import make_page
@@ -171,7 +171,7 @@ def test_the_chart_under_the_track_is_the_owners(flight):
 
 def test_a_chart_that_is_gone_is_a_note():
     flight = Flight("x", "file", 10.0)
-    flight.tracks["estimate"] = Track([0.0, 1.0], [41.0, 41.001], [-8.0, -8.0])
+    flight.tracks["estimate"] = FlightTrack([0.0, 1.0], [41.0, 41.001], [-8.0, -8.0])
     flight.settings = {"depth": {"map": {"file": "nowhere/harbour.xyz"}}}
     text = make_page(flight)
     assert "the chart is not shown" in text

@@ -16,16 +16,16 @@ from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant.truth import SIM_UTC_START_US
-from sitl.sensors.talkers import SensorConfig, SensorFaults, SensorSuite
+from sitl.sensors.talkers import SensorFaults, SensorSuite, SimulatedSensors
 from tools.benches.cells.sensor_rig import SensorRig, circle, straight, truth_at
 
 REST = straight(0.0, 0.5)
 
 
 def lines(
-    seconds: float, config: SensorConfig | None = None, seed: int = 1, step_us: int = 10_000, **faults: object
+    seconds: float, config: SimulatedSensors | None = None, seed: int = 1, step_us: int = 10_000, **faults: object
 ) -> list[bytes]:
-    suite = SensorSuite(config or SensorConfig(), random.Random(seed), HullGeometry(transducer_m=0.2))
+    suite = SensorSuite(config or SimulatedSensors(), random.Random(seed), HullGeometry(transducer_m=0.2))
     for name, value in faults.items():
         suite.faults.set(name, value)
     sent: list[bytes] = []
@@ -56,7 +56,9 @@ def test_the_default_is_the_seeds_epoch_at_5_hz_heading_rate_and_depth_at_10() -
 
 
 def test_every_sentence_passes_a_strict_reader() -> None:
-    sent = lines(5.0, SensorConfig(attitude_sentence="PASHR", variation_deg=-3.2, sentences="ZDA,GGA,RMC,VTG,GST,HDT"))
+    sent = lines(
+        5.0, SimulatedSensors(attitude_sentence="PASHR", variation_deg=-3.2, sentences="ZDA,GGA,RMC,VTG,GST,HDT")
+    )
     assert len(LineReader().receive(b"".join(sent))) == len(sent)
     reader = NmeaReader(NmeaConfig())
     reader.receive(b"".join(sent), 0)
@@ -76,7 +78,7 @@ def test_simulated_utc_starts_at_its_fixed_date() -> None:
 
 @pytest.mark.parametrize("step_us", [1_000, 10_000, 20_000, 50_000])
 def test_positions_leave_exactly_their_latency_after_they_were_true(step_us: int) -> None:
-    suite = SensorSuite(SensorConfig(grade="ideal"), random.Random(1))
+    suite = SensorSuite(SimulatedSensors(grade="ideal"), random.Random(1))
     ages = []
     for now_us in range(step_us, 3_000_001, step_us):
         for line in suite.step(now_us, truth_at(REST, now_us)):
@@ -98,7 +100,7 @@ def test_positions_leave_exactly_their_latency_after_they_were_true(step_us: int
     ],
 )
 def test_white_noise_of_each_class(grade: str, white_m: float, heading_deg: float, fix_type: FixType) -> None:
-    found = measurements(lines(100.0, SensorConfig(grade=grade)))
+    found = measurements(lines(100.0, SimulatedSensors(grade=grade)))
     fixes = [item for item in found if isinstance(item, GpsFix)]
     assert {fix.fix_type for fix in fixes} == {fix_type}
     norths = [fix.lat_rad * 6.37e6 for fix in fixes]
@@ -119,7 +121,8 @@ def test_the_slow_wander_has_the_stated_size_and_speed() -> None:
     starts, laters = [], []
     for seed in range(150):
         suite = SensorSuite(
-            SensorConfig(grade="standalone", sentences="GGA", heading_hz=0, rate_hz=0, depth_hz=0), random.Random(seed)
+            SimulatedSensors(grade="standalone", sentences="GGA", heading_hz=0, rate_hz=0, depth_hz=0),
+            random.Random(seed),
         )
         norths = []
         for now_us in (120_000, 80_120_000):
@@ -150,7 +153,7 @@ def test_the_sounder_measures_from_the_transducer_with_drop_outs_and_false_echoe
 
 
 def test_the_sounder_reports_no_bottom_beyond_its_range_and_in_its_blanking() -> None:
-    suite = SensorSuite(SensorConfig(grade="ideal"), random.Random(1), HullGeometry(transducer_m=0.2))
+    suite = SensorSuite(SimulatedSensors(grade="ideal"), random.Random(1), HullGeometry(transducer_m=0.2))
     cases = ((150.0, None), (0.4, None), (None, None), (5.0, 4.8))
     for second, (depth_m, expected) in enumerate(cases, start=1):
         (line,) = [
@@ -191,7 +194,7 @@ def test_dead_reckoning_is_marked() -> None:
 
 def test_a_frozen_receiver_keeps_time_a_stuck_one_does_not() -> None:
     for name, times in (("frozen", 9), ("stuck", 1)):
-        suite = SensorSuite(SensorConfig(), random.Random(1))
+        suite = SensorSuite(SimulatedSensors(), random.Random(1))
         for now_us in range(10_000, 1_000_001, 10_000):
             suite.step(now_us, truth_at(circle(20, 2), now_us))
         suite.faults.set(name, True)
@@ -224,7 +227,7 @@ def test_cut_flipped_lost_and_flooded_lines() -> None:
 
 @pytest.mark.parametrize("kind", ["HDT", "THS", "HDG", "HDM"])
 def test_heading_sentences_carry_the_heading(kind: str) -> None:
-    config = SensorConfig(grade="ideal", heading_sentence=kind, variation_deg=-7.0, sentences="RMC")
+    config = SimulatedSensors(grade="ideal", heading_sentence=kind, variation_deg=-7.0, sentences="RMC")
     angles = [item for item in measurements(lines(1.0, config)) if isinstance(item, EulerAngles)][-1]
     psi = angles.psi_rad if angles.psi_rad is not None else angles.psi_magnetic_rad + angles.variation_rad
     assert wrap_pi(psi - 0.5) == pytest.approx(0.0, abs=math.radians(0.06))
@@ -232,7 +235,7 @@ def test_heading_sentences_carry_the_heading(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["PASHR", "PSAT", "PSXN"])
 def test_attitude_sentences_carry_roll_and_pitch(kind: str) -> None:
-    rig = SensorRig(straight(1.0, 0.2, roll_rad=0.1), sensors=SensorConfig(grade="ideal", attitude_sentence=kind))
+    rig = SensorRig(straight(1.0, 0.2, roll_rad=0.1), sensors=SimulatedSensors(grade="ideal", attitude_sentence=kind))
     rig.run(5.0)
     assert rig.state.phi_rad == pytest.approx(rig.truth.roll_rad, abs=1e-4)
     assert rig.state.theta_rad == pytest.approx(0.0, abs=1e-4)
@@ -240,4 +243,4 @@ def test_attitude_sentences_carry_roll_and_pitch(kind: str) -> None:
 
 def test_a_sentence_the_receiver_cannot_send_is_a_configuration_error() -> None:
     with pytest.raises(ValueError, match="sends no"):
-        lines(1.0, SensorConfig(sentences="GPXYZ"))
+        lines(1.0, SimulatedSensors(sentences="GPXYZ"))

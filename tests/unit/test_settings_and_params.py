@@ -108,7 +108,7 @@ def test_each_parameter_takes_its_range_and_nothing_beyond(name: str) -> None:
     assert before == Settings.model_validate({"steering": GAINS})
 
 
-def accepts(entry: params.Entry, value: float) -> bool:
+def accepts(entry: params.ParamEntry, value: float) -> bool:
     """Whether a value is taken and read back; a pair of settings that contradict each other may refuse it."""
     try:
         after = params.write(ALL, entry, value)

@@ -10,7 +10,7 @@ import config
 from companion.cli import main
 from companion.io.links.radio_port import SIMULATED_SET
 from companion.settings import ConfigError, load
-from mavlink_bridge.radio.air.codes import Codes, read_codes
+from mavlink_bridge.radio.air.codes import ModuleCodes, read_codes
 from mavlink_bridge.radio.air.module import ModuleError, fields
 from sitl.radio import RadioConfig, RadioPair
 from sitl.radio.module import FACTORY_BLOCK, LINE, set_up
@@ -119,6 +119,6 @@ def test_what_can_be_no_fact_is_not_written_down(fact, tmp_path, capsys):
 
 
 def test_without_codes_numbers_stay_numbers():
-    assert next(each.shown for each in fields(FACTORY_BLOCK, Codes()) if each.name == "Data Rate") == "index 0"
+    assert next(each.shown for each in fields(FACTORY_BLOCK, ModuleCodes()) if each.name == "Data Rate") == "index 0"
     with pytest.raises(ModuleError, match="0 to 9"):
         read_codes({"rates": {"12": 656}})

@@ -12,7 +12,6 @@ import pytest
 
 from companion.io.keeping.content import (
     Completion,
-    Entry,
     ForgetParams,
     ForgetRecord,
     ForgetValue,
@@ -26,6 +25,7 @@ from companion.io.keeping.content import (
     SaveStamp,
     SaveValue,
     StoreContent,
+    StoredRow,
     Together,
     from_json,
     pack_tile,
@@ -194,7 +194,7 @@ def test_a_file_of_a_newer_version_is_left_alone(tmp_path):
     fill(path)
     with sqlite3.connect(path, isolation_level=None) as connection:
         connection.execute("PRAGMA user_version=99")
-        write_entries(connection, [Entry("meta", "schema", '"99"')])
+        write_entries(connection, [StoredRow("meta", "schema", '"99"')])
     connection.close()
     before = path.read_bytes()
     store = Store(path)

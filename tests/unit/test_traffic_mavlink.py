@@ -12,14 +12,14 @@ import pytest
 
 from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState, Mode
 from mavlink_bridge.language.snapshot import Snapshot
-from mavlink_bridge.language.traffic import Danger, Sides, TrafficPicture, Vessel, VesselKind
+from mavlink_bridge.language.traffic import Danger, OtherVessel, Sides, TrafficPicture, VesselKind
 from mavlink_bridge.language.units import KNOT_MPS
 from mavlink_bridge.mavlink.persona import EndpointConfig
 from mavlink_bridge.mavlink.telemetry.outbox import Outbox
 from mavlink_bridge.mavlink.telemetry.traffic import TrafficTeller, adsb_vehicle, ais_vessel, collision
 from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 
-EXAMPLE = Vessel(
+EXAMPLE = OtherVessel(
     mmsi=244123456,
     kind=VesselKind.CLASS_A,
     t_us=10_000_000,

@@ -38,7 +38,7 @@ def read(data: bytes) -> list[dict]:
 def test_a_position_is_read_by_a_foreign_decoder_as_it_was_meant() -> None:
     rng = random.Random(1)
     for _ in range(50):
-        report = encoder.Report(
+        report = encoder.StationReport(
             rng.randrange(201_000_000, 775_999_999), rng.uniform(-1.5, 1.5), rng.uniform(-3.1, 3.1), rng.randrange(60)
         )
         report.sog_mps, report.cog_rad = rng.uniform(0, 40), rng.uniform(-3.1, 3.1)

@@ -108,7 +108,7 @@ def test_latency_is_reckoned_by_the_utc_second() -> None:
 def position(
     mmsi: int, sea: Sea, north_m: float, east_m: float, *, speed_mps: float | None = 3.0, second: int | None = None
 ) -> bytes:
-    report = encoder.Report(mmsi, *sea.frame.to_geodetic(north_m, east_m), 0)
+    report = encoder.StationReport(mmsi, *sea.frame.to_geodetic(north_m, east_m), 0)
     report.second = (START_UTC_US + sea.now_us) // 1_000_000 % 60 if second is None else second
     report.sog_mps = speed_mps
     report.cog_rad = 0.0 if speed_mps is not None else None
@@ -229,7 +229,7 @@ def test_stations_on_land_are_no_vessels_and_a_beacon_is_a_person() -> None:
     sea = Sea(own_mps=0.0)
     for mmsi in (2442000, 992442000):
         sea.hear(position(mmsi, sea, 100.0, 0.0))
-    report = encoder.Report(972263001, *sea.frame.to_geodetic(300.0, 300.0), 0)
+    report = encoder.StationReport(972263001, *sea.frame.to_geodetic(300.0, 300.0), 0)
     report.status = 14
     sea.hear(encoder.sentences(report.class_a(), 0))
     sea.run(3)
@@ -246,7 +246,7 @@ def test_stations_on_land_are_no_vessels_and_a_beacon_is_a_person() -> None:
 def test_a_beacon_in_test_alarms_nobody() -> None:
     sea = Sea(own_mps=0.0)
     sea.hear(encoder.sentences(encoder.safety(970263001, "SART TEST"), 0))
-    report = encoder.Report(970263001, *sea.frame.to_geodetic(300.0, 0.0), 0)
+    report = encoder.StationReport(970263001, *sea.frame.to_geodetic(300.0, 0.0), 0)
     report.status = 15
     sea.hear(encoder.sentences(report.class_a(), 0))
     sea.run(3)

@@ -7,7 +7,7 @@ import pytest
 
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed
 from companion.core.steer import SteeringConfig, manual_demand
-from companion.core.trial import Area, Told, Trial, TrialConfig, free_around
+from companion.core.trial import Trial, TrialArea, TrialConfig, TrialStanding, free_around
 from companion.core.trial.manoeuvres import Run
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
@@ -27,7 +27,7 @@ class Boat:
         self.hull, self.sea, self.eyes = SimVessel(vessel), Water(water, random.Random(seed)), IdealState()
         self.now_us, self.texts, self.sticks, self.config = 0, [], (0.0, 0.0), config
         self.trial = Trial(config, self.state())
-        self.furthest_m, self.told = 0.0, Told.RUNNING
+        self.furthest_m, self.told = 0.0, TrialStanding.RUNNING
 
     def state(self) -> EstimatedState:
         return self.eyes.sense(self.now_us, self.hull, None)
@@ -54,7 +54,7 @@ class Boat:
     def sail(self, seconds, until=lambda boat: False):
         for _ in range(round(seconds / TICK_S)):
             self.tick()
-            if until(self) or self.told is not Told.RUNNING:
+            if until(self) or self.told is not TrialStanding.RUNNING:
                 return
 
 
@@ -82,7 +82,7 @@ def test_a_quick_trial_is_done_within_its_circle_in_current_wind_and_waves(seed)
     boat = Boat(TrialConfig(radius_m=80.0, quick=True), seed=seed)
     boat.trial.confirm()
     boat.sail(1200.0)
-    assert boat.told is Told.DONE
+    assert boat.told is TrialStanding.DONE
     assert boat.furthest_m < 80.0
     assert boat.now_us < 720e6
     assert boat.texts[-1].startswith("Trial done")
@@ -96,7 +96,7 @@ def test_an_order_ends_it_at_once_and_for_good():
     for _ in range(200):
         boat.tick()
         assert boat.sticks == (0.0, 0.0)
-        assert boat.told is Told.ENDED
+        assert boat.told is TrialStanding.ENDED
     assert boat.texts[-1] == "Trial ended: ordered; 1 of 10 manoeuvres done"
 
 
@@ -106,10 +106,10 @@ def test_a_lost_position_is_waited_for_a_second_and_then_ends_it():
     for k in range(30):
         boat.tick(EstimatedState(boat.now_us))
         assert boat.sticks == (0.0, 0.0)
-        assert (boat.told is Told.ENDED) == (k >= 20)
+        assert (boat.told is TrialStanding.ENDED) == (k >= 20)
     assert any("position or heading lost" in text for text in boat.texts)
     boat.sail(5.0)
-    assert boat.told is Told.ENDED
+    assert boat.told is TrialStanding.ENDED
 
 
 def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_but_is_never_left():
@@ -124,7 +124,7 @@ def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_b
 def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_under_power():
     boat = Boat(TrialConfig(radius_m=40.0, quick=True), WaterConfig(current_mps=2.5))
     boat.sail(600.0)
-    assert boat.told is Told.ENDED
+    assert boat.told is TrialStanding.ENDED
     assert boat.sticks == (0.0, 0.0)
     assert any("outside its area" in text or "not reached" in text for text in boat.texts)
 
@@ -136,14 +136,14 @@ def test_a_run_that_has_settled_ends_before_its_time():
     boat.sail(20.0)
     before_mps = boat.hull.u_mps
     boat.sail(30.0)
-    assert boat.told is Told.DONE
+    assert boat.told is TrialStanding.DONE
     assert boat.now_us < 35e6
     assert before_mps == pytest.approx(throttle_to_speed(OTTER, 0.5), rel=0.01)
 
 
 def test_an_area_keeps_to_the_free_water_on_each_bearing():
     reach_m = free_around((10.0, 20.0), 80.0, lambda point: point[0] < 50.0)
-    area = Area((10.0, 20.0), reach_m)
+    area = TrialArea((10.0, 20.0), reach_m)
     assert area.room_m((49.0, 20.0)) < 0.0 < area.room_m((40.0, 20.0))
     assert area.room_m((-60.0, 20.0)) == pytest.approx(10.0)
     for k in range(720):
@@ -169,6 +169,6 @@ def test_two_hundred_trials_with_faults_stay_inside(seed):
         boat.trial.end("ordered")
     boat.sail(900.0)
     if fault == "silent" or fault == "order":
-        assert boat.told is not Told.RUNNING
+        assert boat.told is not TrialStanding.RUNNING
         assert boat.sticks == (0.0, 0.0)
     assert boat.furthest_m < boat.config.radius_m

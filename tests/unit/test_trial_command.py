@@ -6,7 +6,7 @@ import pytest
 
 from companion.cli import main
 from companion.commands.plan.link import LinkError
-from companion.commands.trial.watch import Watch
+from companion.commands.trial.watch import TrialWatch
 from mavlink_bridge.language.trials import TrialOrder
 
 
@@ -32,7 +32,7 @@ class Vessel:
 def test_the_vessels_texts_say_when_it_is_over(text, done):
     vessel = Vessel()
     vessel.heard.append("Trial done: this was the one before")
-    watch = Watch(vessel, vessel.order)
+    watch = TrialWatch(vessel, vessel.order)
     assert watch.look() is None
     vessel.heard.append(text)
     assert watch.look() is done
@@ -40,7 +40,7 @@ def test_the_vessels_texts_say_when_it_is_over(text, done):
 
 def test_what_is_typed_is_ordered_and_anything_else_is_explained(capsys):
     vessel = Vessel()
-    watch = Watch(vessel, vessel.order)
+    watch = TrialWatch(vessel, vessel.order)
     for line in ("Full\n", "\n", "faster\n"):
         watch.type(line)
     assert watch.look() is None
@@ -56,7 +56,7 @@ def test_an_order_without_answer_is_told_and_a_silent_vessel_too(capsys):
     def lost(_):
         raise LinkError("command 31012: no answer")
 
-    watch = Watch(vessel, lost)
+    watch = TrialWatch(vessel, lost)
     watch.type("full")
     vessel.is_heard = False
     assert watch.look() is None

@@ -22,7 +22,7 @@ from companion.core.vehicle.config import TickInputs
 from companion.core.vehicle.controls import Decided
 from companion.core.vehicle.flags import flags_of
 from companion.core.vehicle.operators import Ages
-from companion.core.vehicle.ticked import Course, Guarded, Sensed
+from companion.core.vehicle.ticked import Guarded, Pursuit, Sensed
 from mavlink_bridge.language.messages import (
     ActuatorStatus,
     Desired,
@@ -86,7 +86,7 @@ def gathered(
     sensed = Sensed(0, 0.05, inputs, EstimatedState(0), board=BoardReport(board or BoardFlags()))
     water = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0, flags=depth or DepthFlags())
     guarded = Guarded(water, FenceOutput(FenceStatus(), fence or FenceFlags()), seen or MonitorFlags())
-    return flags_of(vessel, sensed, Course(guided=guided), guarded)
+    return flags_of(vessel, sensed, Pursuit(guided=guided), guarded)
 
 
 FAULTS = {

@@ -30,7 +30,7 @@ from mavlink_bridge.radio.codec.plan import check_of, decode_plan, encode_plan
 from mavlink_bridge.radio.codec.wire import TAG_BYTES, Kind
 from mavlink_bridge.radio.orders import meaning_of
 from mavlink_bridge.radio.patience import ANSWER_BYTES
-from mavlink_bridge.radio.session import Direction
+from mavlink_bridge.radio.session import RadioDirection
 from sitl.radio import RadioConfig
 from tools.lora_rig import Rig, acquainted, profile
 from tools.plan_items import plan_item
@@ -253,9 +253,9 @@ def forged(count: int, seed: int = 5) -> int:
     """Random, replayed and bit-flipped frames that a receiver believes."""
     rng = random.Random(seed)
     ends = acquainted()
-    shore = ends[Direction.TO_VESSEL]
+    shore = ends[RadioDirection.TO_VESSEL]
     assert shore.current is not None
-    sealer, opener = Sealer(shore), Opener(ends[Direction.TO_SHORE])
+    sealer, opener = Sealer(shore), Opener(ends[RadioDirection.TO_SHORE])
     good = [sealer.seal(Kind.STOP, rng.randbytes(rng.randrange(2, 8)), 0, shore.current) for _ in range(32)]
     assert sum(len(opener.receive(frame, 0)) for frame in good) == len(good)
     believed = 0

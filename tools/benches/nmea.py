@@ -13,7 +13,7 @@ from typing import Any
 
 from companion.core.estimate import Estimator, EstimatorConfig
 from companion.core.nmea import NmeaConfig, NmeaReader
-from sitl.sensors import SensorConfig
+from sitl.sensors import SimulatedSensors
 from tools.benches.cells.sensor_rig import SensorRig, circle, truth_at
 
 TICK_US = 50_000
@@ -21,7 +21,7 @@ SECONDS = 20
 RUNS = 5
 
 
-def _chunks(*, flood: int = 1, config: SensorConfig | None = None) -> list[bytes]:
+def _chunks(*, flood: int = 1, config: SimulatedSensors | None = None) -> list[bytes]:
     """What the default sensors send per tick."""
     motion = circle(20.0, 1.5)
     suite = SensorRig(motion, sensors=config).suite

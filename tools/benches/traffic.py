@@ -68,7 +68,7 @@ class Harbour:
         way_m = speed * now_us * 1e-6
         north, east = north + way_m * math.cos(course), east + way_m * math.sin(course)
         lat_rad, lon_rad = HERE[0] + north / 6.37e6, HERE[1] + east / 6.37e6 / math.cos(HERE[0])
-        report = encoder.Report(244_000_001 + number, lat_rad, lon_rad, now_us // 1_000_000 % 60)
+        report = encoder.StationReport(244_000_001 + number, lat_rad, lon_rad, now_us // 1_000_000 % 60)
         report.sog_mps, report.cog_rad = speed, course
         return encoder.sentences(report.class_a(), 0)
 

@@ -24,7 +24,7 @@ from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.json_stream import JsonStream
 from mavlink_bridge.radio.codec.state_fields import RadioState
 from mavlink_bridge.radio.codec.wire import Kind
-from mavlink_bridge.radio.session import Direction
+from mavlink_bridge.radio.session import RadioDirection
 from tools.lora_rig import acquainted
 from tools.plan_items import plan_item
 
@@ -70,9 +70,9 @@ def decoders() -> list[Decoder]:
     seed = json.dumps(loiter | {"speed_kn": 3, "radius_m": 20}).encode()
     reader, board, lines = NmeaReader(NmeaConfig()), Arduino(ActuatorConfig(), 0.5), JsonStream()
     ends = acquainted(key=KEY)
-    shore = ends[Direction.TO_VESSEL]
+    shore = ends[RadioDirection.TO_VESSEL]
     assert shore.current is not None
-    opener, sealer = Opener(ends[Direction.TO_SHORE]), Sealer(shore)
+    opener, sealer = Opener(ends[RadioDirection.TO_SHORE]), Sealer(shore)
     frames = [sealer.seal(kind, b"body", 0, shore.current) for kind in (Kind.KEY, Kind.DELTA, Kind.BATCH, Kind.STOP)]
     key = state_codec.encode_key(RadioState(lat_rad=0.7, lon_rad=-0.1))
     log = b"".join(

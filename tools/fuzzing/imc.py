@@ -15,7 +15,7 @@ from typing import Final
 
 from companion.imc.desk import Desk, DeskConfig
 from companion.imc.logbook import LogBook
-from companion.imc.picture import Picture
+from companion.imc.picture import ImcPicture
 from companion.imc.state_out import StateOut
 from mavlink_bridge import imc
 from mavlink_bridge.crc import arc
@@ -51,7 +51,7 @@ class Target:
         self.node = Node(NodeConfig(BOAT, "boat", uid=1))
         self.node.utc_ahead_us = 1_790_000_000_000_000
         self.client = VehicleClient()
-        picture, book = Picture(), LogBook(self.node.utc_s)
+        picture, book = ImcPicture(), LogBook(self.node.utc_s)
         self.desk = Desk(DeskConfig(read_only=read_only), self.client, utc_s=self.node.utc_s)
         state = StateOut(
             picture, self.desk.view, self.node.utc_s, skews=self.node.skews, rudder_full_rad=0.5, state_hz=2.0

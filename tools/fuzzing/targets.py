@@ -40,7 +40,7 @@ from mavlink_bridge.radio.codec import info, plan as plan_codec, request as requ
 from mavlink_bridge.radio.codec.frames import Opener, Sealer
 from mavlink_bridge.radio.codec.wire import Kind
 from mavlink_bridge.radio.json_radio import JsonRadio
-from mavlink_bridge.radio.session import Direction, Pairing
+from mavlink_bridge.radio.session import Pairing, RadioDirection
 from mavlink_bridge.radio.shore import ShoreTwin
 from sitl.world import SimSettings
 from tools.fuzzing.decoders import BOARD_LINES, KEY, SENTENCES, decoders, read_and_judge
@@ -169,7 +169,7 @@ def _radio_vessel(data: bytes) -> None:
     """Authentic frames of the compact link, in any order and with any content, at the vessel."""
     app, snapshot = _vessel()
     radio = VesselRadio(load_radio("o-10"), KEY, app.facade, random.Random(1), nonce=b"vessel")
-    for now_us, frame in _sealed(data, Direction.TO_VESSEL, radio.link.pairing):
+    for now_us, frame in _sealed(data, RadioDirection.TO_VESSEL, radio.link.pairing):
         radio.receive(frame, now_us)
         for request in radio.requests():
             assert finite(request.body), request
@@ -185,14 +185,14 @@ def _radio_shore(data: bytes) -> None:
     twin = ShoreTwin(
         load_radio("o-10"), KEY, params, identity, neutral=snapshot.output, rng=random.Random(1), nonce=b"shore."
     )
-    for number, (now_us, frame) in enumerate(_sealed(data, Direction.TO_SHORE, twin.link.pairing)):
+    for number, (now_us, frame) in enumerate(_sealed(data, RadioDirection.TO_SHORE, twin.link.pairing)):
         twin.receive(frame, now_us)
         twin.tick(now_us, station_present=True)
         twin.snapshot(now_us, number)
         assert len(twin.take(now_us)) < 64
 
 
-def _sealed(data: bytes, direction: Direction, listener: Pairing) -> Iterator[tuple[int, bytes]]:
+def _sealed(data: bytes, direction: RadioDirection, listener: Pairing) -> Iterator[tuple[int, bytes]]:
     """What the other end of a session would send: first the HELLOs, then whatever the data say."""
     now_us = 1_000_000
     speaker = Pairing(KEY, 1, direction, b"other.", load_radio("o-10"))

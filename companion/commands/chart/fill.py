@@ -10,7 +10,7 @@ from array import array
 from typing import Any, Final
 
 from ...core.guard.depth.grid import CELLS_MAX, DEEPEST_CM, UNKNOWN_CM, DepthGrid, metres_per_radian
-from .source import Block, ChartError, Source
+from .source import Block, ChartError, ChartSource
 
 _FINEST: Final = 4
 """A grid cell is at least this share of a chart's: more says nothing new."""
@@ -23,7 +23,7 @@ _HIGH: Final = DEEPEST_CM
 class Fill:
     """A grid over what a source reads. ``add`` each block, then ``grid``."""
 
-    def __init__(self, source: Source, pitch_m: float, spread_m: float) -> None:
+    def __init__(self, source: ChartSource, pitch_m: float, spread_m: float) -> None:
         import numpy
 
         south, west, north, east = (math.radians(each) for each in source.bounds_deg())

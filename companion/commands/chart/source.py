@@ -49,7 +49,7 @@ class Block:
     """Nothing that comes after this part lies north of it."""
 
 
-class Source:
+class ChartSource:
     """An open chart. ``lat_cell_deg`` and ``lon_cell_deg``: extent of one cell, of a turned one of its box."""
 
     def __init__(self, chart: Any, arguments: argparse.Namespace) -> None:
@@ -176,7 +176,7 @@ class Source:
 
 
 @contextlib.contextmanager
-def opened(arguments: argparse.Namespace) -> Iterator[Source]:
+def opened(arguments: argparse.Namespace) -> Iterator[ChartSource]:
     """Open a chart. Raises ChartError with the reason and the mend."""
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
@@ -186,7 +186,7 @@ def opened(arguments: argparse.Namespace) -> Iterator[Source]:
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         try:
             with rasterio.Env(GDAL_CACHEMAX=_GDAL_CACHE_MB), rasterio.open(_path(rasterio, arguments)) as chart:
-                yield Source(chart, arguments)
+                yield ChartSource(chart, arguments)
         except RasterioError as error:
             raise ChartError(str(error)) from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from .source import Block, ChartError, Source
+from .source import Block, ChartError, ChartSource
 
 _SENTINELS: Final = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, 32767.0, 9999.0, 99999.0, -2147483648.0)
 """Values by which programs say 'unknown' without telling; no chart has one of them as a depth."""
@@ -18,10 +18,10 @@ Place = tuple[float, float, float]
 """Latitude and longitude in degrees, depth in m below the wanted datum."""
 
 
-class Tally:
+class BlockTally:
     """Takes every block; ``refuse`` afterwards what cannot be meant, ``lines`` for the rest."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: ChartSource) -> None:
         self._source = source
         self.read = self.known = self.kept = 0
         self._wrong_side = 0

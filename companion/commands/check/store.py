@@ -6,7 +6,7 @@ import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...facade import Parameters
+from ...facade import SettingsParams
 from ...io.keeping.look import look
 from ...io.keeping.mark import ForeignError, departure_refusal
 from ...settings import Settings
@@ -40,5 +40,10 @@ def store_lines(settings: Settings) -> Iterator[Line]:
     held = [f"{len(content.params)} parameters", plans, f"{len(content.depth)} tiles of soundings"]
     yield "store", f"{path}: {', '.join(text for text in held if text)}"
     refusal = departure_refusal(content)
-    warnings = [*found.texts, *told, *([refusal] if refusal else []), *overrides(Parameters(settings), content.params)]
+    warnings = [
+        *found.texts,
+        *told,
+        *([refusal] if refusal else []),
+        *overrides(SettingsParams(settings), content.params),
+    ]
     yield from (("WARNING", text) for text in warnings)

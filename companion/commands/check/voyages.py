@@ -8,7 +8,7 @@ from pathlib import Path
 from ...core.hull import VesselConfig
 from ...settings import ConfigError
 from .. import MissingExtraError, install_line
-from ..progress import Progress
+from ..progress import ProgressLine
 
 
 def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
@@ -24,7 +24,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
             found += read_voyage(run)
         except (OSError, ValueError) as error:
             raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
-    with Progress("voyages", None) as progress:
+    with ProgressLine("voyages", None) as progress:
         try:
             compared = compare(vessel, found, progress.say)
         except ValueError as error:

@@ -34,7 +34,7 @@ from .draw import ascii_map, svg_map
 from .explain import explain, far_legs, refusals
 from .json import send_json
 from .log import params_from_tlog, plan_from_run, plan_from_tlog
-from .water import Water, water_of
+from .water import ChartedWater, water_of
 
 _OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
 _WPL: Final = (".txt", ".waypoints", ".wpl")
@@ -181,7 +181,7 @@ def _check(arguments: argparse.Namespace) -> int:
     )
     for note in plan.notes:
         print(f"  note: {note}")
-    water = Water() if arguments.config is None else water_of(plan, _settings(arguments.config))
+    water = ChartedWater() if arguments.config is None else water_of(plan, _settings(arguments.config))
     print(ascii_map(plan, water.unknown_rad))
     for line in explain(plan, limits):
         print(line)

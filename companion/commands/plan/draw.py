@@ -23,7 +23,7 @@ Points = list[tuple[float, float]]
 Put = Callable[[tuple[float, float], str], None]
 
 
-class Shapes:
+class PlanShapes:
     """What is to be drawn, in metres about the first position."""
 
     def __init__(self, plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -> None:
@@ -72,7 +72,7 @@ def ascii_map(plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -
     """The way with letters: digits are items (their last digit), dots the legs, ? where the chart
     knows no depth, o circles, # fence, R rally points.
     """
-    shapes = Shapes(plan, unknown_rad)
+    shapes = PlanShapes(plan, unknown_rad)
     points = shapes.all_points
     if not points:
         return "  (nothing to draw)"
@@ -118,7 +118,7 @@ def _line(put: Put, points: Points, metres: float, letter: str) -> None:
 
 def svg_map(plan: PlanFile, unknown_rad: Sequence[tuple[float, float]] = ()) -> str:
     """The same as a picture of 800 units' width."""
-    shapes = Shapes(plan, unknown_rad)
+    shapes = PlanShapes(plan, unknown_rad)
     points = shapes.all_points or [(0.0, 0.0)]
     south, north = min(p[0] for p in points), max(p[0] for p in points)
     west, east = min(p[1] for p in points), max(p[1] for p in points)

@@ -66,15 +66,15 @@ def with_vessel(urls: Sequence[str], wait_s: float, action: Callable[[Vessel], N
     return 0
 
 
-def find(urls: Sequence[str], wait_s: float, opened: Callable[[str], Place] | None = None) -> Vessel:
+def find(urls: Sequence[str], wait_s: float, opened: Callable[[str], VesselSearch] | None = None) -> Vessel:
     """The vessel at the first place where one is heard; each is listened at in turn until ``wait_s`` is over. Raises LinkError.
 
     One after the other and not all at once: a station on both of the vessel's faces is told to close one.
     """
-    opened = opened or Place
+    opened = opened or VesselSearch
     until_s = time.monotonic() + wait_s
     tried: dict[str, str] = {}
-    kept: dict[str, Place] = {}
+    kept: dict[str, VesselSearch] = {}
     first = True
     while first or time.monotonic() < until_s:
         for url in urls:
@@ -109,7 +109,7 @@ def _knock(url: str) -> None:
             raise LinkError(f"nothing answers there: {error.strerror or error}") from None
 
 
-class Place:
+class VesselSearch:
     """A connection where a vessel may be heard. Raises LinkError when it cannot be opened."""
 
     def __init__(self, url: str) -> None:

@@ -11,7 +11,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.plans import PlanFile
 
 from ...configuration import depth_map
-from ...core.guard.depth.grid import DepthGrid, Leg, check_plan, metres_per_radian, unknown_share
+from ...core.guard.depth.grid import DepthGrid, PlanLeg, check_plan, metres_per_radian, unknown_share
 from ...core.vehicle.plan_depth import plan_legs
 from ...settings import Settings, load_vessel
 
@@ -20,7 +20,7 @@ _DRAWN: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Water:
+class ChartedWater:
     """What the chart says of a plan."""
 
     refused: tuple[str, ...] = ()
@@ -29,19 +29,19 @@ class Water:
     """Places on the way, latitude and longitude, whose depth the chart does not know."""
 
 
-def water_of(plan: PlanFile, settings: Settings) -> Water:
+def water_of(plan: PlanFile, settings: Settings) -> ChartedWater:
     """Hold a plan against the chart of the settings. Raises ConfigError for a chart that cannot be read."""
     depth = settings.depth
     grid = depth_map(depth.map) if depth.enabled else None
     if grid is None:
-        return Water()
+        return ChartedWater()
     legs = plan_legs(compile_items(plan.mission).plan.maneuvers, None, settings.guidance.loiter_radius_m)
     keel_m = load_vessel(settings.vessel).keel_depth_m
     shallow = check_plan(grid, legs, depth.min_altitude_m - depth.map_offset_m(keel_m))
     refused = () if shallow is None else (f"item {shallow.seq}: {shallow.reason}",)
     share = unknown_share(grid, legs)
     told = (f"chart {depth.map.file}: {grid_words(grid)}", unknown_words(share))
-    return Water(refused, told, tuple(_unknown(grid, legs)))
+    return ChartedWater(refused, told, tuple(_unknown(grid, legs)))
 
 
 def unknown_words(share: float) -> str:
@@ -62,7 +62,7 @@ def grid_words(grid: DepthGrid) -> str:
     return f"{north_m / 1000.0:.1f} x {east_m / 1000.0:.1f} km, cells of {grid.pitch_m:.1f} m, {_percent(grid.known_share())} known"
 
 
-def _unknown(grid: DepthGrid, legs: list[Leg]) -> list[tuple[float, float]]:
+def _unknown(grid: DepthGrid, legs: list[PlanLeg]) -> list[tuple[float, float]]:
     found = []
     for leg in legs:
         for start, end in itertools.pairwise(leg.points_rad):

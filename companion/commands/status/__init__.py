@@ -2,6 +2,6 @@
 
 from .journal import Journal, LinkNotes
 from .panel import line, panel
-from .view import StatusView, View, Views, Watched, airtime_of
+from .view import SnapshotView, StatusView, Views, Watched, airtime_of
 
-__all__ = ["Journal", "LinkNotes", "StatusView", "View", "Views", "Watched", "airtime_of", "line", "panel"]
+__all__ = ["Journal", "LinkNotes", "SnapshotView", "StatusView", "Views", "Watched", "airtime_of", "line", "panel"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from ...status.others import where
-from ...status.picture import LinkSeen, Picture, Told
+from ...status.picture import LinkSeen, Picture, ToldText
 
 _NONE: Final = "–"
 _LABEL: Final = 11
@@ -23,7 +23,7 @@ _ALARMS_KEPT: Final = 3
 """The newest alarms stay in sight however many other texts come after them."""
 
 
-class Line(NamedTuple):
+class PanelLine(NamedTuple):
     """One line of the screen: a label, a text, a colour ("" = the terminal's own)."""
 
     label: str
@@ -31,7 +31,7 @@ class Line(NamedTuple):
     colour: str = ""
 
 
-def panel(p: Picture, width: int = 80, height: int = 24) -> list[Line]:
+def panel(p: Picture, width: int = 80, height: int = 24) -> list[PanelLine]:
     """Return at most ``height`` lines of at most ``width`` columns."""
     urgent = _head(p) + _failsafes(p, width)
     room = height - len(urgent)
@@ -41,67 +41,70 @@ def panel(p: Picture, width: int = 80, height: int = 24) -> list[Line]:
     return [_cut(each, width) for each in [*urgent, *rows, *texts][:height]]
 
 
-def _head(p: Picture) -> list[Line]:
+def _head(p: Picture) -> list[PanelLine]:
     colour = "red" if p.action not in ("NONE", "WARN") else "green" if p.armed else "yellow"
-    found = [Line(_time(p.t_s), f"{p.mode}, {'armed' if p.armed else 'disarmed'}", colour), Line("Now", p.now, colour)]
-    return found + [Line("Next" if not number else "", text, "yellow") for number, text in enumerate(p.next[:3])]
+    found = [
+        PanelLine(_time(p.t_s), f"{p.mode}, {'armed' if p.armed else 'disarmed'}", colour),
+        PanelLine("Now", p.now, colour),
+    ]
+    return found + [PanelLine("Next" if not number else "", text, "yellow") for number, text in enumerate(p.next[:3])]
 
 
-def _failsafes(p: Picture, width: int) -> list[Line]:
+def _failsafes(p: Picture, width: int) -> list[PanelLine]:
     if not p.failsafes:
-        return [Line("Failsafe", "none", "green")]
+        return [PanelLine("Failsafe", "none", "green")]
     found = []
     for number, each in enumerate(p.failsafes):
         colour = "yellow" if each.doing in ("", "warning") else "red"
         lines = textwrap.wrap(each.sentence, width - _LABEL - 1, max_lines=_SENTENCE_LINES, placeholder=" …")
         if number >= 2:  # the first two in full; of the rest that they are there
             lines = lines[:1]
-        found += [Line("" if place or number else "Failsafe", text, colour) for place, text in enumerate(lines)]
+        found += [PanelLine("" if place or number else "Failsafe", text, colour) for place, text in enumerate(lines)]
     return found[:8]
 
 
-def _rows(p: Picture, width: int) -> list[Line]:
+def _rows(p: Picture, width: int) -> list[PanelLine]:
     """What fits of these is shown, from the top."""
     lost = "" if p.lat_deg is not None else "red"
     found = []
     if p.not_ready:
         lines = textwrap.wrap("; ".join(p.not_ready), width - _LABEL - 1, max_lines=2, placeholder=" …")
-        found += [Line("" if place else "Not ready", text, "yellow") for place, text in enumerate(lines)]
+        found += [PanelLine("" if place else "Not ready", text, "yellow") for place, text in enumerate(lines)]
     found += [
-        Line("Position", f"{position(p)}   {p.receiver}", lost),
-        Line("Motion", _motion(p), "" if p.heading_deg is not None else "red"),
-        Line("Depth", _depth(p), {"ok": "green", "correction": "yellow", "locked": "red"}.get(p.guard, "")),
+        PanelLine("Position", f"{position(p)}   {p.receiver}", lost),
+        PanelLine("Motion", _motion(p), "" if p.heading_deg is not None else "red"),
+        PanelLine("Depth", _depth(p), {"ok": "green", "correction": "yellow", "locked": "red"}.get(p.guard, "")),
         *_traffic(p),
-        Line("Plan", _plan(p), "green" if p.plan == "active" else ""),
-        Line("Actuators", _actuators(p), "" if p.actuators_ok else "red"),
+        PanelLine("Plan", _plan(p), "green" if p.plan == "active" else ""),
+        PanelLine("Actuators", _actuators(p), "" if p.actuators_ok else "red"),
     ]
     found += [_link(link) for link in p.links if not link.is_open and link.kind in ("nmea", "actuators", "radio")]
-    found.append(Line("Errors", _errors(p)))
+    found.append(PanelLine("Errors", _errors(p)))
     if p.fence_on:
-        found.append(Line("Fence", f"{_number(p.fence_m, 'm', 0)} to the nearest edge"))
+        found.append(PanelLine("Fence", f"{_number(p.fence_m, 'm', 0)} to the nearest edge"))
     if p.airtime:
-        found.append(Line("Airtime", p.airtime))
+        found.append(PanelLine("Airtime", p.airtime))
     return found
 
 
-def _traffic(p: Picture) -> list[Line]:
+def _traffic(p: Picture) -> list[PanelLine]:
     """Each vessel with risk and what we owe her; without any, how many there are and the nearest."""
     risks = [each for each in p.others if each.sentence][:_RISKS_SHOWN]
     if risks:
         colours = ["red" if each.danger == "close" else "yellow" for each in risks]
         lines = [f"{each.sentence}; now {where(each)}" for each in risks]
         return [
-            Line("" if n else "Traffic", text, colour)
+            PanelLine("" if n else "Traffic", text, colour)
             for n, (text, colour) in enumerate(zip(lines, colours, strict=True))
         ]
     if not p.others_known:
         return []
     nearest = min(p.others, key=lambda each: math.inf if each.range_m is None else each.range_m, default=None)
     rest = "none near" if nearest is None else f"nearest {nearest.title}, {where(nearest)}"
-    return [Line("Traffic", f"{p.others_known} known, {rest}")]
+    return [PanelLine("Traffic", f"{p.others_known} known, {rest}")]
 
 
-def _links(p: Picture, room: int) -> list[Line]:
+def _links(p: Picture, room: int) -> list[PanelLine]:
     """Each link where there is room, else one line for all."""
     rest = [link for link in p.links if link.is_open or link.kind not in ("nmea", "actuators", "radio")]
     if not rest or room <= 0:
@@ -109,10 +112,10 @@ def _links(p: Picture, room: int) -> list[Line]:
     if len(rest) <= room:
         return [_link(link) for link in rest]
     is_open = [link.name for link in rest if link.is_open]
-    return [Line("Links", f"{len(is_open)} of {len(p.links)} open: {', '.join(is_open)}")]
+    return [PanelLine("Links", f"{len(is_open)} of {len(p.links)} open: {', '.join(is_open)}")]
 
 
-def _texts(p: Picture, width: int, count: int) -> list[Line]:
+def _texts(p: Picture, width: int, count: int) -> list[PanelLine]:
     """The newest texts in so many lines, the newest alarms among them and in full."""
     chosen = {each.number for each in p.texts[-count:]}
     alarms = [each for each in p.texts if each.severity in _ALARMS][-_ALARMS_KEPT:]
@@ -127,14 +130,14 @@ def _texts(p: Picture, width: int, count: int) -> list[Line]:
     return [each for _, lines in shown for each in lines]
 
 
-def _text(told: Told, width: int) -> list[Line]:
+def _text(told: ToldText, width: int) -> list[PanelLine]:
     """An alarm in up to two lines, any other text in one."""
     if told.severity not in _ALARMS:
-        return [Line(_time(told.t_s), told.text, "dim")]
+        return [PanelLine(_time(told.t_s), told.text, "dim")]
     colour = "red" if told.severity in _RED else "yellow"
     text = f"{told.severity}: {told.text}"
     lines = textwrap.wrap(text, width - _LABEL - 1, max_lines=2, placeholder=" …")
-    return [Line("" if place else _time(told.t_s), each, colour) for place, each in enumerate(lines)]
+    return [PanelLine("" if place else _time(told.t_s), each, colour) for place, each in enumerate(lines)]
 
 
 def line(p: Picture) -> str:
@@ -192,10 +195,10 @@ def _errors(p: Picture) -> str:
     return f"cross-track {_number(p.cross_track_m, 'm', 2)}, heading {heading}, speed {_number(p.speed_error_mps, 'm/s', 2)}"
 
 
-def _link(link: LinkSeen) -> Line:
+def _link(link: LinkSeen) -> PanelLine:
     age = _NONE if link.age_s is None else f"{link.age_s:.1f} s ago"
     text = f"{link.text or link.kind}, in {_bytes(link.bytes_in)} ({age}), out {_bytes(link.bytes_out)}"
-    return Line(link.name[:_LABEL], text, "green" if link.is_open else "red" if link.kind != "endpoint" else "dim")
+    return PanelLine(link.name[:_LABEL], text, "green" if link.is_open else "red" if link.kind != "endpoint" else "dim")
 
 
 def _bytes(count: int) -> str:
@@ -217,7 +220,7 @@ def _time(t_s: float) -> str:
     return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
-def _cut(each: Line, width: int) -> Line:
+def _cut(each: PanelLine, width: int) -> PanelLine:
     room = width - _LABEL - 1
     return each if len(each.text) <= room else each._replace(text=each.text[: room - 1] + "…")
 
@@ -225,6 +228,6 @@ def _cut(each: Line, width: int) -> Line:
 _COLOURS: Final = {"red": "31;1", "yellow": "33", "green": "32", "dim": "2", "": "0"}
 
 
-def coloured(lines: Sequence[Line]) -> list[str]:
+def coloured(lines: Sequence[PanelLine]) -> list[str]:
     """Lines for a terminal (ECMA-48 colours)."""
     return [f"\x1b[2m{each.label:<{_LABEL}}\x1b[0m \x1b[{_COLOURS[each.colour]}m{each.text}\x1b[0m" for each in lines]

@@ -17,13 +17,13 @@ from ...ports import GroundPort
 from ...status.picture import Picture, picture_of
 from ...status.service import TEXTS_KEPT
 from .journal import LinkNotes
-from .panel import Line, coloured, line, panel
+from .panel import PanelLine, coloured, line, panel
 
 SCREEN_PERIOD_US: Final = 250_000
 LINE_PERIOD_US: Final = 5_000_000
 
 
-class View(Protocol):
+class SnapshotView(Protocol):
     """What looks at each snapshot."""
 
     def update(self, snapshot: Snapshot) -> None: ...
@@ -33,7 +33,7 @@ class View(Protocol):
 class Views:
     """Several that look at the same."""
 
-    def __init__(self, *views: View) -> None:
+    def __init__(self, *views: SnapshotView) -> None:
         self._views = views
 
     def update(self, snapshot: Snapshot) -> None:
@@ -62,7 +62,7 @@ class Screen:
             return 80, 24
         return (found.columns or 80), (found.lines or 24)
 
-    def draw(self, picture: Picture, more: Sequence[Line] = ()) -> None:
+    def draw(self, picture: Picture, more: Sequence[PanelLine] = ()) -> None:
         """Draw a picture, with lines of one's own above it. Raises OSError, ValueError when nobody reads any more."""
         width, height = self.size()
         lines = [*more, *panel(picture, width, height - 1 - len(more))]
@@ -152,7 +152,7 @@ def airtime_of(grounds: Sequence[GroundPort]) -> Callable[[int], str]:
 class Watched:
     """An app (or a world) whose every tick is shown."""
 
-    def __init__(self, app: LoopApp, view: View) -> None:
+    def __init__(self, app: LoopApp, view: SnapshotView) -> None:
         self._app = app
         self._view = view
 

@@ -19,7 +19,7 @@ from ...core.trial.manoeuvres import about_s, words_of
 from ..numbers import number
 from ..plan.command import add_action, vessel_action
 from ..plan.link import LinkError
-from .watch import Watch
+from .watch import TrialWatch
 
 _RADIUS_M: Final = 80.0
 
@@ -83,7 +83,7 @@ def _start(vessel: Any, arguments: argparse.Namespace) -> None:
     print(
         f"begun: about {minutes:.0f} minutes. 'full' and Enter: the whole throttle; 'stop' and Enter, or Ctrl-C: end it"
     )
-    watch = Watch(vessel, lambda order: _order(vessel, order))
+    watch = TrialWatch(vessel, lambda order: _order(vessel, order))
     if not watch.stay(sys.stdin):
         raise LinkError("the trial ended before it was done; what was sailed can be fitted, it may be too little")
     print("done; fit it: companion tune vessel RUN --vessel FILE, with the run's folder from the vessel")

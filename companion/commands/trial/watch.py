@@ -23,7 +23,7 @@ _DONE: Final = "Trial done"
 _ENDED: Final = ("trial ended", "no sea trial is under way")
 
 
-class Heard(Protocol):
+class WatchedVessel(Protocol):
     """What of a vessel is watched."""
 
     heard: list[str]
@@ -33,10 +33,10 @@ class Heard(Protocol):
     def is_heard(self) -> bool: ...
 
 
-class Watch:
+class TrialWatch:
     """One trial's."""
 
-    def __init__(self, vessel: Heard, order: Callable[[TrialOrder], None]) -> None:
+    def __init__(self, vessel: WatchedVessel, order: Callable[[TrialOrder], None]) -> None:
         """``order`` gives an order to the vessel; raises LinkError."""
         self._vessel, self._order = vessel, order
         self._seen = len(vessel.heard)

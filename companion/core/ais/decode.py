@@ -13,7 +13,7 @@ from typing import Final
 from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.units import KNOT_MPS
 
-from .identity import Station, station_of
+from .identity import MmsiKind, station_of
 from .reports import (
     AidToNavigation,
     AisReport,
@@ -268,7 +268,7 @@ def _static_b(bits: Bits) -> tuple[AisReport, ...]:
         return (StaticReport(mmsi, repeat, kind=24, name=bits.text(40, 120), class_b=True),)
     if part != 1 or bits.size < 168:
         return ()
-    craft = station_of(mmsi) is Station.CRAFT
+    craft = station_of(mmsi) is MmsiKind.CRAFT
     return (
         StaticReport(
             mmsi=mmsi,

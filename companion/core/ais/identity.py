@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Final
 
 
-class Station(Enum):
+class MmsiKind(Enum):
     """What an MMSI's digits say."""
 
     SHIP = "ship"
@@ -22,18 +22,18 @@ class Station(Enum):
     """Numbers that nobody was given (8 digits, 0, 123456789): somebody is there all the same."""
 
 
-DISTRESS: Final = frozenset((Station.SART, Station.MAN_OVERBOARD, Station.EPIRB))
+DISTRESS: Final = frozenset((MmsiKind.SART, MmsiKind.MAN_OVERBOARD, MmsiKind.EPIRB))
 """Where one of these is, people are: never a vessel to deal with, always somebody to tell of."""
-_LAND: Final = frozenset((Station.COAST, Station.GROUP, Station.AID, Station.SAR_AIRCRAFT))
+_LAND: Final = frozenset((MmsiKind.COAST, MmsiKind.GROUP, MmsiKind.AID, MmsiKind.SAR_AIRCRAFT))
 _BY_PREFIX: Final = (
-    ("970", Station.SART),
-    ("972", Station.MAN_OVERBOARD),
-    ("974", Station.EPIRB),
-    ("111", Station.SAR_AIRCRAFT),
-    ("99", Station.AID),
-    ("98", Station.CRAFT),
-    ("00", Station.COAST),
-    ("0", Station.GROUP),
+    ("970", MmsiKind.SART),
+    ("972", MmsiKind.MAN_OVERBOARD),
+    ("974", MmsiKind.EPIRB),
+    ("111", MmsiKind.SAR_AIRCRAFT),
+    ("99", MmsiKind.AID),
+    ("98", MmsiKind.CRAFT),
+    ("00", MmsiKind.COAST),
+    ("0", MmsiKind.GROUP),
 )
 """Looked through in this order, the longest first."""
 _MID: Final = range(201, 776)
@@ -41,14 +41,14 @@ _MID: Final = range(201, 776)
 _MADE_UP: Final = frozenset((0, 1, 111_111_111, 123_456_789))
 
 
-def station_of(mmsi: int) -> Station:
+def station_of(mmsi: int) -> MmsiKind:
     """Return what kind of station a number is given to."""
     if mmsi in _MADE_UP or not 0 <= mmsi <= 999_999_999:
-        return Station.UNKNOWN
+        return MmsiKind.UNKNOWN
     digits = f"{mmsi:09d}"
     if digits[:3] in ("000",) or (digits[0] == "0" and digits[1] != "0" and int(digits[1:4]) not in _MID):
-        return Station.UNKNOWN
+        return MmsiKind.UNKNOWN
     for prefix, station in _BY_PREFIX:
         if digits.startswith(prefix):
             return station
-    return Station.SHIP if int(digits[:3]) in _MID else Station.UNKNOWN
+    return MmsiKind.SHIP if int(digits[:3]) in _MID else MmsiKind.UNKNOWN

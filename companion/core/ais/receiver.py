@@ -8,11 +8,11 @@ from .assembly import Assembler, is_ais
 from .decode import WrongLengthError, decode
 from .reports import AisReport
 
-__all__ = ["AisReceiver", "AisWord", "Received", "is_ais"]
+__all__ = ["AisReceiver", "AisWord", "ReceivedReport", "is_ais"]
 
 
 @value
-class Received:
+class ReceivedReport:
     """One report as it came."""
 
     t_us: int
@@ -54,7 +54,7 @@ class AisReceiver:
         """Messages that wait for a part."""
         return self._assembler.open_sets
 
-    def sentence(self, fields: list[str], now_us: int) -> tuple[Received, ...]:
+    def sentence(self, fields: list[str], now_us: int) -> tuple[ReceivedReport, ...]:
         """Take the fields of one VDM or VDO sentence with a good checksum, the address first."""
         self.sentences += 1
         payload = self._assembler.receive(fields, now_us)
@@ -66,4 +66,4 @@ class AisReceiver:
             self.wrong_length += 1
             return ()
         self.reports += len(reports)
-        return tuple(Received(now_us, payload.own, report) for report in reports)
+        return tuple(ReceivedReport(now_us, payload.own, report) for report in reports)

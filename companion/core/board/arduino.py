@@ -24,14 +24,14 @@ from .wire import Microseconds
 __all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "PulseMap", "pulses_to_demand"]
 
 
-class Phase(Enum):
+class BoardPhase(Enum):
     CLOSED = "closed"
     STARTING = "starting"
     ASKING = "asking"
     RUNNING = "running"
 
 
-CLOSED, STARTING, ASKING, RUNNING = Phase.CLOSED, Phase.STARTING, Phase.ASKING, Phase.RUNNING
+CLOSED, STARTING, ASKING, RUNNING = BoardPhase.CLOSED, BoardPhase.STARTING, BoardPhase.ASKING, BoardPhase.RUNNING
 _CHECKED: Final = wire.STATE_NAMES["C"]
 _READY: Final = (True, "")
 
@@ -55,7 +55,7 @@ class Arduino:
     def _down(self) -> None:
         self._phase = CLOSED
         self._since_us = 0
-        self._reader = wire.LineReader()
+        self._reader = wire.BoardLineReader()
         self._quality = LineQuality()
         self._agreement = Agreement()
         self._level: int | None = None

@@ -130,7 +130,7 @@ def encode_level1(pulses_us: Sequence[int], *, batch: bool = True) -> bytes:
     return checked("".join(groups)) if batch else b"".join(checked(item) for item in groups)
 
 
-class LineReader:
+class BoardLineReader:
     """Turns the board's bytes into lines that passed their check. Bounded; never raises.
 
     ``good`` and ``bad`` count lines, ``odd_bytes`` bytes that no text holds (a wrong baud rate makes many).

@@ -26,7 +26,7 @@ from .drift import DriftFilter, FixText
 from .flags import PlaceFlags
 from .heading import HeadingTrack
 from .magnetic import MagneticModel
-from .position import Heading, Motion, PositionTrack
+from .position import Attitude, Motion, PositionTrack
 from .sources import Choice, FixChoice, degrees, degrees_a_second
 
 __all__ = ["Estimator", "EstimatorConfig"]
@@ -375,13 +375,13 @@ class Estimator:
             return None
         return math.atan2(motion[3], motion[2])
 
-    def _attitude_at(self, t_us: int) -> Heading:
+    def _attitude_at(self, t_us: int) -> Attitude:
         track = self._heading
         if not track.valid(t_us) and not track.bridged(t_us):
-            return Heading()
+            return Attitude()
         phi_rad = 0.0 if self._phi is None else self._fresh(self._phi, t_us) or 0.0
         theta_rad = 0.0 if self._theta is None else self._fresh(self._theta, t_us) or 0.0
-        return Heading(track.at(t_us), track.r_radps, phi_rad, theta_rad)
+        return Attitude(track.at(t_us), track.r_radps, phi_rad, theta_rad)
 
     def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
         if value is None or now_us - value[1] > self._attitude_timeout_us:

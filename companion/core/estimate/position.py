@@ -103,7 +103,7 @@ class FrozenWatch:
 
 
 @value
-class Heading:
+class Attitude:
     """What the position track needs to know of the attitude at one moment. psi None = unknown."""
 
     psi_rad: float | None = None
@@ -172,7 +172,7 @@ class PositionTrack:
         return self._aligner.align(fix.t_us, fix.utc_us)
 
     def update(
-        self, fix: GpsFix, t_us: int, heading: Heading, moving: bool, antenna: Arm, *, anew: bool = False
+        self, fix: GpsFix, t_us: int, heading: Attitude, moving: bool, antenna: Arm, *, anew: bool = False
     ) -> None:
         """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm.
 
@@ -223,7 +223,7 @@ class PositionTrack:
         self._frozen_out = same_s > self._invalid_s
 
     @staticmethod
-    def _lever(antenna: Arm, heading: Heading, psi_rad: float) -> tuple[float, float]:
+    def _lever(antenna: Arm, heading: Attitude, psi_rad: float) -> tuple[float, float]:
         """Antenna position, north and east of the reference point."""
         x, y, z = antenna
         sin_phi, cos_phi = math.sin(heading.phi_rad), math.cos(heading.phi_rad)
@@ -239,7 +239,7 @@ class PositionTrack:
         t_us: int,
         at: tuple[float, float],
         velocity: tuple[float, float] | None,
-        heading: Heading,
+        heading: Attitude,
     ) -> None:
         sigma = POSITION_SIGMA_M[fix.fix_type]
         speed_sigma = self.config.velocity_sigma_mps if velocity else self.config.speed_max_mps
@@ -276,7 +276,7 @@ class PositionTrack:
             water_n * sine + water_e * cosine + drift_e,
         )
 
-    def _advance(self, t_us: int, heading: Heading) -> None:
+    def _advance(self, t_us: int, heading: Attitude) -> None:
         dt_s = (t_us - self._filter_us) * 1e-6
         if dt_s <= 0.0:
             return
@@ -292,7 +292,7 @@ class PositionTrack:
         since_us: int,
         at: tuple[float, float],
         velocity: tuple[float, float] | None,
-        heading: Heading,
+        heading: Attitude,
     ) -> bool:
         off_m = math.hypot(at[0] - self._north_m, at[1] - self._east_m)
         gate_m = self._jump_m + self._speed_max_mps * (since_us if since_us > 0 else 0) * 1e-6
@@ -321,7 +321,7 @@ class PositionTrack:
         off_m: float,
         gate_m: float,
         velocity: tuple[float, float] | None,
-        heading: Heading,
+        heading: Attitude,
     ) -> None:
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us

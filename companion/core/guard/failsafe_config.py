@@ -77,9 +77,9 @@ class FailsafeConfig(Config):
         return tuple(self._rule(condition) for condition in TABLE)
 
     @cached_property
-    def watch(self) -> Watch:
+    def watch(self) -> QuietWatch:
         """The short cut for a quiet tick."""
-        return Watch(self.rules)
+        return QuietWatch(self.rules)
 
     def _rule(self, row: Condition) -> Rule:
         over = self.conditions.get(row.name, _NO_OVERRIDE)
@@ -150,7 +150,7 @@ class Rule:
     """An age from which on what has acted counts as there again: half of the delay where outages add up."""
 
 
-class Watch:
+class QuietWatch:
     """Whether anything at all is up, in one look: most ticks of a good day end here."""
 
     __slots__ = ("_young",)

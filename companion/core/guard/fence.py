@@ -75,7 +75,7 @@ class FenceOutput:
     texts: tuple[tuple[Severity, str], ...] = ()
 
 
-class Circle:
+class FenceDisc:
     """A disc in the plane."""
 
     def __init__(self, centre: NorthEast, radius_m: float) -> None:
@@ -117,7 +117,7 @@ class Polygon:
         return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
 
 
-Shape = Circle | Polygon
+Shape = FenceDisc | Polygon
 
 
 class Region:
@@ -145,7 +145,7 @@ def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = Fa
     exclusions: list[Shape] = []
     for area in areas:
         if area.centre_rad is not None:
-            shape: Shape = Circle(frame.to_local(*area.centre_rad), area.radius_m or 0.0)
+            shape: Shape = FenceDisc(frame.to_local(*area.centre_rad), area.radius_m or 0.0)
         else:
             shape = Polygon([frame.to_local(lat, lon) for lat, lon in area.vertices_rad])
         (inclusions if area.inclusion else exclusions).append(shape)

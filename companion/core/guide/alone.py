@@ -16,7 +16,7 @@ from mavlink_bridge.language.points import NorthEast
 
 from ..hull import VesselConfig
 from ..hull.left import Shares, straight_mps
-from .paths import Track
+from .paths import Chain
 
 _CALM_MPS: Final = 0.3
 """Water and wind that carry the boat slower than this let it rest and sail back: the steerage way is thrice as much."""
@@ -35,20 +35,20 @@ class Alone:
         """Steady speeds through the water at which rudders hold it straight."""
         self.sense = -1 if shares[0] < shares[1] else 1
         """1 clockwise: the side to which the lone thruster turns it."""
-        self._round: Track | None = None
+        self._round: Chain | None = None
 
     def begin(self) -> None:
         """Another point."""
         self._round = None
 
-    def way_round(self, state: EstimatedState, point: NorthEast, tightest_m: float) -> tuple[Track | None, str]:
+    def way_round(self, state: EstimatedState, point: NorthEast, tightest_m: float) -> tuple[Chain | None, str]:
         """Return the circle to sail about the point, None where nothing pushes; and what to tell when it begins."""
         drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         if drift_mps <= (_CALM_MPS if self._round is None else 0.5 * _CALM_MPS):
             self._round = None
         elif self._round is None:
             radius_m = max(_ROUND_M, tightest_m)
-            self._round = Track(Circle().segments(point, radius_m, self.sense), closed=True)
+            self._round = Chain(Circle().segments(point, radius_m, self.sense), closed=True)
             self._round.nearest(state.x_m or 0.0, state.y_m or 0.0)
             return self._round, f"one thruster: circling the point at {radius_m:.0f} m, it cannot be held"
         return self._round, ""

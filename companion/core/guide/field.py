@@ -59,7 +59,7 @@ class Integrator:
 
 
 @value
-class Heading:
+class SteeredHeading:
     """The triangle of velocities, solved."""
 
     psi_rad: float
@@ -76,7 +76,7 @@ class Heading:
 
 def triangle(
     course_rad: float, speed_mps: float, drift: tuple[float, float], top_mps: float, now_mps: float
-) -> Heading:
+) -> SteeredHeading:
     """Return the heading that makes good a course over ground at a speed in a drift (NED, m/s).
 
     ``top_mps`` is the greatest speed through the water; ``now_mps`` the present one, which decides the angle until
@@ -99,4 +99,4 @@ def triangle(
     angle = math.asin(clamp(across / reference, -0.97, 0.97))
     cosine = math.cos(angle)
     factor = clamp(1.0 + along / (reference * cosine), 0.2, 3.0) if abs(cosine) > 0.2 else 1.0
-    return Heading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)
+    return SteeredHeading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)

@@ -11,7 +11,7 @@ from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
 from .field import Integrator, approach, triangle
-from .paths import Projection, Track
+from .paths import Chain, Projection
 from .swing import STRONG, EarlySwing, Wish
 
 
@@ -114,7 +114,7 @@ class Follower:
         self._bend_speeds: dict[float, float] = {}
 
     def step(
-        self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float, end_speed_mps: float | None
+        self, dt_s: float, state: EstimatedState, track: Chain, speed_mps: float, end_speed_mps: float | None
     ) -> Followed:
         """Return what to steer. ``end_speed_mps`` is the speed at the end of an open track, None = keep on."""
         motion = self.motion
@@ -130,7 +130,7 @@ class Follower:
         return desired, here, planned, possible
 
     def _plan(
-        self, track: Track, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
+        self, track: Chain, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
     ) -> float:
         """Speed that lets the vessel slow down in time for every bend within sight and for the end."""
         double = self._double
@@ -150,7 +150,7 @@ class Follower:
         return planned
 
     def _course(
-        self, dt_s: float, track: Track, here: Projection, now_mps: float, planned: float
+        self, dt_s: float, track: Chain, here: Projection, now_mps: float, planned: float
     ) -> tuple[float, float]:
         speed = now_mps if now_mps >= 0.5 * planned else 0.5 * planned
         look_ahead = self._look_ahead_s * speed
@@ -166,7 +166,7 @@ class Follower:
         bend = track.ahead(here.along_m, self._preview_s * speed) / (inside if inside > 0.2 else 0.2)
         return wrap_pi(path - angle), bend * along - slope * across
 
-    def _settled(self, dt_s: float, track: Track, curvature: float) -> bool:
+    def _settled(self, dt_s: float, track: Chain, curvature: float) -> bool:
         """False in a corner and for a while after it: its transient is no standing error, and must not be integrated."""
         corner = curvature != 0.0 and not track.closed
         self._straight_s = 0.0 if corner else self._straight_s + dt_s
@@ -204,7 +204,7 @@ class Follower:
     def _swing(
         self,
         state: EstimatedState,
-        track: Track,
+        track: Chain,
         here: Projection,
         speed_mps: float,
         planned: float,

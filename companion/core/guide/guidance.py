@@ -31,7 +31,7 @@ from ..hull import Handling, VesselConfig
 from ..hull.left import Shares
 from .alone import Alone
 from .follow import FollowConfig, Follower
-from .paths import Arc, Line, Projection, Track, fillet, straight_on
+from .paths import Arc, Chain, Line, Projection, fillet, straight_on
 from .station import StationConfig, StationKeeper
 from .tight import TightWatch
 
@@ -98,7 +98,7 @@ class Guidance:
         self._about_it = False
         """It is a circle about its point."""
         self._target = NorthEast((0.0, 0.0))
-        self._track: Track | None = None
+        self._track: Chain | None = None
         self._onward: NorthEast | None = None
         self._eight: tuple[float, float, float] | None = None
         self._goal_m = math.inf
@@ -239,7 +239,7 @@ class Guidance:
             segments += [Line(begin, arc.point(0.0)), arc]
             self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
             self._corner = (self._target, arc)
-        self._track = Track(tuple(segments), closed=False)
+        self._track = Chain(tuple(segments), closed=False)
         self._follower.integrator.z_m *= 1.0 if entry else 0.0
 
     def _begin_figure(self, state: EstimatedState, figure: Round) -> None:
@@ -254,7 +254,7 @@ class Guidance:
         sense = self._sense(state, figure.direction)
         if isinstance(figure, FigureEight):
             self._eight = (sense * radius, figure.length_m or 2.0 * radius, figure.bearing_rad or 0.0)
-        self._track = Track(figure.segments(self._target, radius, sense), closed=True)
+        self._track = Chain(figure.segments(self._target, radius, sense), closed=True)
         self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
         self._follower.integrator.z_m = 0.0
 
@@ -273,7 +273,7 @@ class Guidance:
         # the centre to starboard of where it wants to go: clockwise
         return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
 
-    def _follow(self, dt_s: float, state: EstimatedState, track: Track, speed_mps: float) -> GuidanceOutput:
+    def _follow(self, dt_s: float, state: EstimatedState, track: Chain, speed_mps: float) -> GuidanceOutput:
         desired, here, planned_mps, possible = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
         if self._loiter is None:
             path = self._progress_of_leg(track, here, state)
@@ -328,7 +328,7 @@ class Guidance:
     def _turns(self) -> float:
         return self._sailed_m / self._track.lap_m if self._track is not None and self._track.closed else 0.0
 
-    def _progress_of_leg(self, track: Track, here: Projection, state: EstimatedState) -> PathControlState:
+    def _progress_of_leg(self, track: Chain, here: Projection, state: EstimatedState) -> PathControlState:
         """Arrival by radius or by passing abeam."""
         maneuver, target = self._maneuver, self._target
         assert isinstance(maneuver, Goto)
@@ -348,7 +348,7 @@ class Guidance:
             on_path=on_path,
         )
 
-    def _progress_of_loiter(self, track: Track, here: Projection, state: EstimatedState) -> None:
+    def _progress_of_loiter(self, track: Chain, here: Projection, state: EstimatedState) -> None:
         """Laps from the first touch of the path."""
         if not self._on_path:
             course = state.cog_rad if state.cog_rad is not None else state.psi_rad or 0.0
@@ -362,7 +362,7 @@ class Guidance:
             self._sailed_m += step - lap * round(step / lap)
         self._last_run_m = run
 
-    def _orbit_state(self, loiter: Loiter, state: EstimatedState, track: Track, here: Projection) -> PathControlState:
+    def _orbit_state(self, loiter: Loiter, state: EstimatedState, track: Chain, here: Projection) -> PathControlState:
         about_it, segment = self._about_it, track.segment
         return PathControlState(
             cross_track_m=here.cross_m,

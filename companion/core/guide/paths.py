@@ -45,7 +45,7 @@ def fillet(
     return Arc(centre, radius, wrap_pi(to_centre + math.pi), sense, abs(turn))
 
 
-class Track:
+class Chain:
     """A chain of segments being sailed, once or round and round; remembers which one is under the keel."""
 
     def __init__(self, segments: tuple[Segment, ...], *, closed: bool, index: int = 0) -> None:

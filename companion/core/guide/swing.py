@@ -14,7 +14,7 @@ from mavlink_bridge.language.units import wrap_pi
 
 from ..estimate import SmoothMotion
 from .field import triangle
-from .paths import Arc, Projection, Track
+from .paths import Arc, Chain, Projection
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class EarlySwing:
     def __init__(self) -> None:
         self._begun: Arc | None = None
 
-    def step(self, track: Track, here: Projection, motion: SmoothMotion, psi_rad: float, wish: Wish) -> Swing | None:
+    def step(self, track: Chain, here: Projection, motion: SmoothMotion, psi_rad: float, wish: Wish) -> Swing | None:
         """Return the heading to steer when the coming corner needs more time than is left, else None.
 
         To be asked only in a current of at least ``STRONG`` times the speed wanted.
@@ -74,7 +74,7 @@ class EarlySwing:
         return Swing(psi, arc.sense * wish.rate_radps if turn < 1.6 * math.pi else 0.0)
 
 
-def _corner(track: Track, here: Projection) -> tuple[Arc, float] | None:
+def _corner(track: Chain, here: Projection) -> tuple[Arc, float] | None:
     """The corner under the keel or next ahead on an open track, and the way to its end."""
     if track.closed:
         return None

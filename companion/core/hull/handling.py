@@ -33,7 +33,7 @@ _KEPT_MOST = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Authority:
+class YawAuthority:
     """Yaw moments in Nm that are to be had at a steady speed."""
 
     rudder_nm: float
@@ -83,7 +83,7 @@ class Handling:
         self._shares = shares
         self._rates = tuple(self._steady_turn(speed) for speed in self._speeds)
 
-    def authority(self, speed_mps: float) -> Authority:
+    def authority(self, speed_mps: float) -> YawAuthority:
         """Return what rudders and thrusters can give at a steady speed."""
         vessel, law = self.vessel, self._law
         most_n = law.ahead_n * (1.0 - law.loss * speed_mps) if law.loss else law.ahead_n
@@ -91,7 +91,7 @@ class Handling:
         slope = self.model.rudder_slope_nm(speed_mps, each_n, each_n)
         rudder = 0.5 * slope * math.sin(2.0 * vessel.rudder.max_rad) if vessel.rudder.count else 0.0
         spare_n = min(most_n - each_n, law.astern_n + each_n)
-        return Authority(rudder, 2.0 * self.model.lateral_m * spare_n)
+        return YawAuthority(rudder, 2.0 * self.model.lateral_m * spare_n)
 
     def yaw_damping(self, speed_mps: float) -> tuple[float, float]:
         """Return (linear, quadratic) damping of the steadily turning hull, Nm/(rad/s) and Nm/(rad/s)²."""

@@ -1,6 +1,6 @@
 """Fields of NMEA sentences: blank = unknown, strict numbers with bounds, and the typed parts that sentences become.
 
-A field that is present but cannot be true raises ``MalformedError``: the sentence is then refused whole, so that half a
+A field that is present but cannot be true raises ``BadFieldError``: the sentence is then refused whole, so that half a
 lie never enters an epoch. pynmea2 says which field is where; what a field may hold is decided here.
 """
 
@@ -27,7 +27,7 @@ _KMH_MPS: Final = 1.0 / 3.6
 # The sentences of one epoch repeat time, date and position: three small memories save a third of the decoding.
 
 
-class MalformedError(ValueError):
+class BadFieldError(ValueError):
     """A field that is present but cannot be true."""
 
 
@@ -80,9 +80,9 @@ def number(value: Any, low: float, high: float) -> float | None:
     try:
         result = float(value)
     except ValueError:
-        raise MalformedError("not a number") from None
+        raise BadFieldError("not a number") from None
     if not low <= result <= high:
-        raise MalformedError("out of bounds")
+        raise BadFieldError("out of bounds")
     return result
 
 
@@ -94,11 +94,11 @@ def time_of_day_us(text: str) -> int | None:
     whole, _, digits = text.partition(".")
     digits = digits[:6]
     if len(whole) != 6 or not whole.isdigit() or (digits and not digits.isdigit()):
-        raise MalformedError("time")
+        raise BadFieldError("time")
     clock = int(whole)
     hours, minutes, seconds = clock // 10_000, clock // 100 % 100, clock % 100
     if hours > 23 or minutes > 59 or seconds > 60:
-        raise MalformedError("time")
+        raise BadFieldError("time")
     fraction_us = int(digits.ljust(6, "0")) if digits else 0
     return ((hours * 60 + minutes) * 60 + seconds) * SECOND_US + fraction_us
 
@@ -107,7 +107,7 @@ def time_of_day_us(text: str) -> int | None:
 def day_number(year: int, month: int, day: int) -> int:
     """Days from 1970-01-01 to a date of the Gregorian calendar; malformed when there is no such date."""
     if not (1 <= month <= 12 and 1 <= day <= _month_length(year, month) and 1900 <= year <= 2200):
-        raise MalformedError("date")
+        raise BadFieldError("date")
     # Counting years from March puts the leap day last.
     shifted_year = year - (month <= 2)
     day_of_year = (153 * (month + (-3 if month > 2 else 9)) + 2) // 5 + day - 1
@@ -127,18 +127,18 @@ def coordinate_rad(text: str, hemisphere: str, positive: str, negative: str, lim
         return None
     whole, _, decimals = text.partition(".")
     if len(whole) < 3 or not whole.isdigit() or (decimals and not decimals.isdigit()):
-        raise MalformedError("coordinate")
+        raise BadFieldError("coordinate")
     degrees = int(whole[:-2])
     minutes = float(text[len(whole) - 2 :])
     if minutes >= 60.0:
-        raise MalformedError("minutes of arc")
+        raise BadFieldError("minutes of arc")
     value = degrees + minutes / 60.0
     if value > limit_deg:
-        raise MalformedError("coordinate")
+        raise BadFieldError("coordinate")
     if hemisphere == negative:
         return -math.radians(value)
     if hemisphere != positive:
-        raise MalformedError("hemisphere")
+        raise BadFieldError("hemisphere")
     return math.radians(value)
 
 
@@ -155,7 +155,7 @@ def signed_rad(value: str, letter: str, low_deg: float = 0.0, high_deg: float = 
     if letter == "W":
         degrees = -degrees
     elif letter not in ("E", ""):
-        raise MalformedError("E or W")
+        raise BadFieldError("E or W")
     return math.radians(degrees)
 
 
@@ -182,7 +182,7 @@ def full_year(two_digits: int) -> int:
 def date_day(text: str) -> int:
     """``ddmmyy`` to days from 1970-01-01."""
     if len(text) != 6 or not text.isdigit():
-        raise MalformedError("date")
+        raise BadFieldError("date")
     return day_number(full_year(int(text[4:])), int(text[2:4]), int(text[:2]))
 
 

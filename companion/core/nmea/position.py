@@ -9,8 +9,8 @@ from mavlink_bridge.language.messages import FixType
 from mavlink_bridge.language.units import NAUTICAL_MILE_M
 
 from .fields import (
+    BadFieldError,
     EpochPart,
-    MalformedError,
     angle_rad,
     coordinate_rad,
     count,
@@ -101,7 +101,7 @@ def gns(talker: str, fields: tuple[str, ...]) -> EpochPart:
     time, lat, lat_letter, lon, lon_letter, letters, satellites, hdop, height, separation = fields
     part = EpochPart("GNS", talker, time_of_day_us(time))
     if letters.strip(_MODE_RANK):
-        raise MalformedError("mode")
+        raise BadFieldError("mode")
     _mode(part, max(letters, key=_MODE_RANK.index, default="N"))
     if part.fix_type is FixType.FIX_2D and not part.dead_reckoning and height:
         part.fix_type = FixType.FIX_3D
@@ -144,7 +144,7 @@ def vtg(talker: str, fields: tuple[str, ...]) -> EpochPart:
     course, unit, knots, kmh, mode = fields
     part = EpochPart("VTG", talker)
     if unit not in ("T", ""):
-        raise MalformedError("course unit")
+        raise BadFieldError("course unit")
     if mode == "N":
         return part
     part.cog_rad = angle_rad(course)

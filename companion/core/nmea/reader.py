@@ -11,18 +11,18 @@ from pydantic import Field, field_validator
 
 from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
 
-from ..ais.receiver import AisReceiver, AisWord, Received, is_ais
+from ..ais.receiver import AisReceiver, AisWord, ReceivedReport, is_ais
 from ..config import Config, param
 from .epoch import BODY_KINDS, Calendar, EpochBuilder
-from .fields import EpochPart, MalformedError, Measurement, PassedOverError, day_number
+from .fields import BadFieldError, EpochPart, Measurement, PassedOverError, day_number
 from .line import LineReader, frame
 from .receivers import Receivers
 from .sentences import DEPTH_KINDS, EPOCH_KINDS, decoder_of, kind_of
-from .wanted import Wanted
-from .watch import NmeaWatch, Rhythm
+from .wanted import WantedSentences
+from .watch import NmeaWatch, SentenceRhythm
 
 _Take = Callable[[Any, int, list[Measurement]], None]
-_Route = tuple[Callable[[list[str], int], Any], int, Rhythm, _Take]
+_Route = tuple[Callable[[list[str], int], Any], int, SentenceRhythm, _Take]
 """What decodes the sentences of one address and how old they are, what counts them, and what looks at what they say."""
 
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
@@ -96,7 +96,7 @@ class NmeaReader:
         self._bytes = 0
         self._relay: list[bytes] = []
         self._ais: AisReceiver | None = None
-        self.ais_found: list[Received | AisWord] = []
+        self.ais_found: list[ReceivedReport | AisWord] = []
         """What AIS receivers have brought since ``take_ais``."""
         self._checked_us = -_CHECK_US
         self._variation: tuple[float, int] | None = None
@@ -106,7 +106,7 @@ class NmeaReader:
         """Take new settings; an epoch being collected is dropped."""
         self.config = config
         self._line.checksum_required = config.checksum_required
-        self._wanted = Wanted(config.sentences, config.talkers)
+        self._wanted = WantedSentences(config.sentences, config.talkers)
         self._routes.clear()
         self._receivers = Receivers(self._wanted, self.name, self._builder)
         self._heading_latency_us = round(config.heading_latency_s * 1e6)
@@ -138,7 +138,7 @@ class NmeaReader:
         kept, self._relay = self._relay, []
         return b"".join(kept)
 
-    def take_ais(self) -> list[Received | AisWord]:
+    def take_ais(self) -> list[ReceivedReport | AisWord]:
         """What AIS receivers on this line have brought since the last call."""
         found, self.ais_found = self.ais_found, []
         return found
@@ -213,9 +213,9 @@ class NmeaReader:
         decode, age_us, rhythm, take = route
         try:
             if "_" in body:
-                raise MalformedError("underscore")  # Python would take 1_0 for a number
+                raise BadFieldError("underscore")  # Python would take 1_0 for a number
             part = decode(fields, now_us - age_us)
-        except MalformedError:
+        except BadFieldError:
             self._dropped["malformed"] += 1
             return
         except PassedOverError:

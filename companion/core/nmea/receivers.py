@@ -14,7 +14,7 @@ from mavlink_bridge.language.messages import Source
 
 from .epoch import SAME_MOMENT_US, EpochBuilder
 from .fields import DAY_US, EpochPart
-from .wanted import Wanted
+from .wanted import WantedSentences
 
 _HALF_DAY_US: Final = DAY_US // 2
 """Farther apart, two times of the day have midnight between them."""
@@ -76,7 +76,7 @@ class Receiver:
 class Receivers:
     """The receivers of one line. ``of`` each position, speed or time sentence in the order received."""
 
-    def __init__(self, wanted: Wanted, link: str, make: Callable[[], EpochBuilder]) -> None:
+    def __init__(self, wanted: WantedSentences, link: str, make: Callable[[], EpochBuilder]) -> None:
         """``make`` gives each receiver what collects its epochs."""
         self._wanted = wanted
         self._link = link

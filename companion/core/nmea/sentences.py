@@ -76,7 +76,7 @@ def decoder_of(address: str) -> Decoder | None:
     """Return the function that decodes an address's fields (its own first) measured at a time; None when unknown.
 
     The function may add blank fields. It returns None when nothing is measured, and raises PassedOverError for a sentence
-    that says nothing here, MalformedError for an impossible field.
+    that says nothing here, BadFieldError for an impossible field.
     """
     talker, kind = kind_of(address)
     if not talker:
@@ -128,7 +128,7 @@ def _proprietary(address: str) -> Decoder:
 
 
 def parse(body: str) -> Part | None:
-    """Decode one checked body. None when it is unknown or says nothing here; raises MalformedError."""
+    """Decode one checked body. None when it is unknown or says nothing here; raises BadFieldError."""
     fields = body.split(",")
     decode = decoder_of(fields[0])
     try:

@@ -40,7 +40,7 @@ def _split(entries: Iterable[str]) -> tuple[list[str], frozenset[str]]:
     return [name for name in names if name[0] != "-"], frozenset(name[1:].strip() for name in names if name[0] == "-")
 
 
-class Wanted:
+class WantedSentences:
     """What a line's ``sentences`` (names or formatters) and ``talkers`` allow and prefer."""
 
     def __init__(self, sentences: str, talkers: Iterable[str]) -> None:

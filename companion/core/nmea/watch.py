@@ -24,7 +24,7 @@ _NAMES_MAX: Final = 64
 """A line that invents sentences fills no memory."""
 
 
-class Rhythm:
+class SentenceRhythm:
     """How often one sentence has come, when last, and how regularly."""
 
     __slots__ = ("count", "group", "last_us", "period_us", "silent")
@@ -51,7 +51,7 @@ class NmeaWatch:
     def __init__(self, name: str) -> None:
         self.name = name
         self.texts: list[tuple[Severity, str]] = []
-        self._rhythms: dict[str, Rhythm] = {}
+        self._rhythms: dict[str, SentenceRhythm] = {}
         self._conditions: dict[str, bool] = {}
         self._any_silent = False
         self._away_us: int | None = None
@@ -61,11 +61,11 @@ class NmeaWatch:
         self._bad_before = 0
         self._bytes_before = 0
 
-    def rhythm(self, address: str) -> Rhythm:
+    def rhythm(self, address: str) -> SentenceRhythm:
         """The rhythm of an address, e.g. ``GPGGA``; more than 64 addresses are not followed."""
         rhythm = self._rhythms.get(address)
         if rhythm is None:
-            rhythm = Rhythm(address[2:] if address[2:] in EPOCH_KINDS else address)
+            rhythm = SentenceRhythm(address[2:] if address[2:] in EPOCH_KINDS else address)
             # A stranger could invent addresses for ever.
             if len(self._rhythms) < _NAMES_MAX:
                 self._rhythms[address] = rhythm

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.language.traffic import Vessel, VesselKind
+from mavlink_bridge.language.traffic import OtherVessel, VesselKind
 
 from ..ais.reports import AidToNavigation
 from .words import Text
@@ -51,10 +51,10 @@ class Aids:
         del self._aids[mmsi]
         self._off.discard(mmsi)
 
-    def vessels(self) -> list[Vessel]:
+    def vessels(self) -> list[OtherVessel]:
         """Those with a place, as everybody is shown them."""
         return [
-            Vessel(
+            OtherVessel(
                 mmsi=mmsi,
                 kind=VesselKind.VIRTUAL_AID if report.virtual else VesselKind.AID,
                 t_us=at_us,

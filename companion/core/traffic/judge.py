@@ -98,7 +98,7 @@ NO_DEALING: Final = Dealing()
 
 
 @value
-class Look:
+class TrafficLook:
     """What one look at a vessel gives."""
 
     dealing: Dealing
@@ -124,7 +124,7 @@ def wanted_m(hull: Hull, config: TrafficConfig) -> float:
     return config.ship_distance_m if hull.length_m >= SHIP_LENGTH_M else config.small_distance_m
 
 
-def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int, config: TrafficConfig) -> Look:
+def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int, config: TrafficConfig) -> TrafficLook:
     """Judge one vessel."""
     age_s = track.age_s(now_us)
     moved = track.moved_m(age_s)
@@ -137,7 +137,7 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
     opening = north * closing[0] + east * closing[1] >= 0.0
     bearing = math.atan2(east, north)
     if range_m > FAR_M and before.danger is Danger.NONE:
-        return Look(before, range_m, bearing, opening, None)
+        return TrafficLook(before, range_m, bearing, opening, None)
     hull, axis_rad = hull_and_axis(track, static)
     closest = clearance(north, east, closing, (hull, axis_rad), config.look_ahead_s)
     shown = closest
@@ -154,10 +154,10 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
         clear = closest.time_s <= 0.0 and closest.distance_m > wanted
         danger = Danger.NONE if clear else Danger.RISK
     if danger is Danger.NONE:
-        return Look(NO_DEALING, range_m, bearing, opening, shown)
+        return TrafficLook(NO_DEALING, range_m, bearing, opening, shown)
     role = before.role if before.danger is not Danger.NONE else _role(track, (north, east), own, (vn, ve))
     lost = age_s > _SILENT * track.interval_s() + _SLACK_S
-    return Look(Dealing(role, danger, lost), range_m, bearing, opening, shown)
+    return TrafficLook(Dealing(role, danger, lost), range_m, bearing, opening, shown)
 
 
 def _doubt(time_s: float) -> float:

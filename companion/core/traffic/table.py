@@ -56,7 +56,7 @@ class Static:
 NO_STATIC: Final = Static()
 
 
-class Entry:
+class JudgedTrack:
     """A track with what the judge last saw of it."""
 
     __slots__ = ("confirmed", "due_us", "opening", "range_m", "since_other", "track")
@@ -78,18 +78,18 @@ class Table:
 
     def __init__(self, life_s: float) -> None:
         self.life_s = life_s
-        self._entries: dict[int, list[Entry]] = {}
+        self._entries: dict[int, list[JudgedTrack]] = {}
         self._statics: dict[int, Static] = {}
         self.repeats = 0
         self.dropped = 0
         """Vessels for which there was no room."""
         self.count = 0
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[JudgedTrack]:
         for mmsi in sorted(self._entries):
             yield from self._entries[mmsi]
 
-    def of(self, mmsi: int) -> list[Entry]:
+    def of(self, mmsi: int) -> list[JudgedTrack]:
         return self._entries.get(mmsi, [])
 
     def static_of(self, mmsi: int) -> Static:
@@ -111,7 +111,7 @@ class Table:
 
     def take_position(
         self, report: PositionReport, now_us: int, utc_us: int | None, own: tuple[float, float] | None
-    ) -> Entry | None:
+    ) -> JudgedTrack | None:
         """Take a report with a position; return whose it is, None when it is no news or there is no room.
 
         ``utc_us``: UTC now, if known; ``own``: our latitude and longitude, rad, for who is dropped in a flood.
@@ -136,10 +136,10 @@ class Table:
 
     def _begin(
         self, report: PositionReport, t_us: int, own: tuple[float, float] | None, *, timed: bool
-    ) -> Entry | None:
+    ) -> JudgedTrack | None:
         """Open a track at a place where none is; the weaker of two gives way to a third."""
         entries = self._entries.setdefault(report.mmsi, [])
-        fresh = Entry(Track(report, t_us, timed=timed))
+        fresh = JudgedTrack(Track(report, t_us, timed=timed))
         if own is not None:
             assert report.lat_rad is not None
             assert report.lon_rad is not None
@@ -158,7 +158,7 @@ class Table:
         self.count += 1
         return fresh
 
-    def _make_room(self, fresh: Entry) -> bool:
+    def _make_room(self, fresh: JudgedTrack) -> bool:
         """Drop the farthest that opens, else the farthest; False when the new one is farther than all."""
         worst = max(
             (entry for each in self._entries.values() for entry in each),
@@ -170,7 +170,7 @@ class Table:
         self.dropped += 1
         return True
 
-    def _agree(self, mmsi: int, entry: Entry) -> None:
+    def _agree(self, mmsi: int, entry: JudgedTrack) -> None:
         """Let three reports in a row decide between two places."""
         others = [other for other in self._entries[mmsi] if other is not entry]
         entry.since_other += 1
@@ -181,7 +181,7 @@ class Table:
         if entry.track.reports >= _AGREE:
             entry.confirmed = True
 
-    def drop(self, entry: Entry) -> None:
+    def drop(self, entry: JudgedTrack) -> None:
         """Forget a track."""
         entries = self._entries[entry.track.mmsi]
         entries.remove(entry)
@@ -193,7 +193,7 @@ class Table:
         """Forget all under a number."""
         self.count -= len(self._entries.pop(mmsi, []))
 
-    def is_over(self, entry: Entry, now_us: int) -> bool:
+    def is_over(self, entry: JudgedTrack, now_us: int) -> bool:
         """Whether a track has not been heard of for so long that it is none."""
         track = entry.track
         life_s = max(self.life_s, _LIFE_INTERVALS * track.interval_s())

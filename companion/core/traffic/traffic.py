@@ -12,20 +12,20 @@ from operator import itemgetter
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState, Severity
-from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, TrafficPicture, Vessel, VesselKind
+from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, OtherVessel, TrafficPicture, VesselKind
 from mavlink_bridge.language.units import wrap_pi
 
-from ..ais.identity import DISTRESS, Station, station_of
-from ..ais.receiver import AisWord, Received
+from ..ais.identity import DISTRESS, MmsiKind, station_of
+from ..ais.receiver import AisWord, ReceivedReport
 from ..ais.reports import AidToNavigation, PositionReport, SafetyText, StaticReport, StationClass
 from . import words
 from .aids import Aids
 from .config import TrafficConfig
 from .flags import TrafficFlags, flags_of
 from .health import ReceiverHealth
-from .judge import NO_DEALING, Dealing, Look, Own, look, own_of
+from .judge import NO_DEALING, Dealing, Own, TrafficLook, look, own_of
 from .own import OwnNumbers
-from .table import Entry, Table
+from .table import JudgedTrack, Table
 from .track import Track
 from .words import Text
 
@@ -45,7 +45,7 @@ _Key = tuple[int, float, int]
 """Danger, range and number: the picture's order."""
 
 
-def _key(vessel: Vessel) -> _Key:
+def _key(vessel: OtherVessel) -> _Key:
     return _RANK[vessel.danger], math.inf if vessel.range_m is None else vessel.range_m, vessel.mmsi
 
 
@@ -61,7 +61,7 @@ class Traffic:
         self.picture: TrafficPicture = NO_TRAFFIC
         self.flags = TrafficFlags()
         """What the failsafe warns of."""
-        self._seen: dict[Entry, tuple[Dealing, Vessel, _Key]] = {}
+        self._seen: dict[JudgedTrack, tuple[Dealing, OtherVessel, _Key]] = {}
         """What the last look at each gave, with her place in the picture's order."""
         self._tests: dict[int, bool] = {}
         self._told: dict[int, bool] = {}
@@ -87,7 +87,7 @@ class Traffic:
 
     # ---- in
 
-    def _receive(self, received: Sequence[Received | AisWord], own: Own | None, utc_us: int | None) -> None:
+    def _receive(self, received: Sequence[ReceivedReport | AisWord], own: Own | None, utc_us: int | None) -> None:
         """Take reports as they came, with our own state and UTC."""
         for item in received:
             if isinstance(item, AisWord):
@@ -107,7 +107,7 @@ class Traffic:
             return report.mmsi not in self.own_numbers
         return False
 
-    def _take(self, item: Received, own: Own | None, utc_us: int | None) -> None:
+    def _take(self, item: ReceivedReport, own: Own | None, utc_us: int | None) -> None:
         match item.report:
             case PositionReport() as report:
                 self._take_position(report, item.t_us, own, utc_us)
@@ -125,7 +125,7 @@ class Traffic:
 
     def _take_position(self, report: PositionReport, now_us: int, own: Own | None, utc_us: int | None) -> None:
         station = station_of(report.mmsi)
-        if not report.has_position or station in (Station.COAST, Station.GROUP, Station.AID):
+        if not report.has_position or station in (MmsiKind.COAST, MmsiKind.GROUP, MmsiKind.AID):
             return
         if own is not None and station not in DISTRESS and self._compare(report, own, now_us):
             self.table.forget_number(report.mmsi)
@@ -159,7 +159,7 @@ class Traffic:
         now_us: int,
         state: EstimatedState,
         utc_us: int | None = None,
-        received: Sequence[Received | AisWord] = (),
+        received: Sequence[ReceivedReport | AisWord] = (),
         *,
         line_alive: bool = False,
     ) -> TrafficPicture:
@@ -205,13 +205,13 @@ class Traffic:
             else:
                 self._look_at(entry, own, now_us)
 
-    def _forget(self, entry: Entry) -> None:
+    def _forget(self, entry: JudgedTrack) -> None:
         self.table.drop(entry)
         seen = self._seen.pop(entry, None)
         if seen is not None and seen[1].danger is not Danger.NONE:
             self._speak(words.gone(seen[1]), seen[1].t_us)
 
-    def _look_at(self, entry: Entry, own: Own | None, now_us: int) -> None:
+    def _look_at(self, entry: JudgedTrack, own: Own | None, now_us: int) -> None:
         track = entry.track
         before = self._seen[entry][0] if entry in self._seen else NO_DEALING
         kind = self._kind(track)
@@ -222,13 +222,13 @@ class Traffic:
         static = self.table.static_of(track.mmsi)
         seen = look(before, track, static, own=own, now_us=now_us, config=self.config)
         if kind not in (VesselKind.CLASS_A, VesselKind.CLASS_B):
-            seen = Look(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
+            seen = TrafficLook(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
         entry.range_m, entry.opening = seen.range_m, seen.opening
         vessel = self._vessel(entry, kind, seen, now_us)
         self._seen[entry] = seen.dealing, vessel, _key(vessel)
         self._tell(before, seen.dealing, vessel, now_us)
 
-    def _tell(self, before: Dealing, dealing: Dealing, vessel: Vessel, now_us: int) -> None:
+    def _tell(self, before: Dealing, dealing: Dealing, vessel: OtherVessel, now_us: int) -> None:
         if vessel.kind in (VesselKind.PERSON, VesselKind.BEACON_TEST):
             test = vessel.kind is VesselKind.BEACON_TEST
             if self._told.get(vessel.mmsi) is not test:
@@ -264,7 +264,7 @@ class Traffic:
             case StationClass.LONG_RANGE:
                 return VesselKind.LONG_RANGE
 
-    def _vessel(self, entry: Entry, kind: VesselKind, seen: Look | None, now_us: int) -> Vessel:
+    def _vessel(self, entry: JudgedTrack, kind: VesselKind, seen: TrafficLook | None, now_us: int) -> OtherVessel:
         track, report = entry.track, entry.track.report
         static = self.table.static_of(track.mmsi)
         lat_rad, lon_rad = track.place(now_us)
@@ -272,7 +272,7 @@ class Traffic:
         assert report.lon_rad is not None
         closest = None if seen is None else seen.closest
         dealing = NO_DEALING if seen is None else seen.dealing
-        return Vessel(
+        return OtherVessel(
             mmsi=track.mmsi,
             kind=kind,
             t_us=now_us,
@@ -304,7 +304,7 @@ class Traffic:
         )
 
     def _compose(self) -> TrafficPicture:
-        nearest: dict[int, tuple[_Key, Vessel]] = {}
+        nearest: dict[int, tuple[_Key, OtherVessel]] = {}
         lost = False
         for entry in self.table:
             seen = self._seen.get(entry)

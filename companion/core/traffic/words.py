@@ -6,7 +6,7 @@ import math
 from typing import Final, assert_never
 
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.language.traffic import Danger, Role, Vessel
+from mavlink_bridge.language.traffic import Danger, OtherVessel, Role
 from mavlink_bridge.language.units import wrap_2pi
 
 from .sectors import Duty, duty_of
@@ -56,45 +56,45 @@ def owed(role: Role) -> str:
             assert_never(duty)
 
 
-def _closest(vessel: Vessel) -> str:
+def _closest(vessel: OtherVessel) -> str:
     distance = max(0.0, vessel.cpa_m or 0.0)
     return f"CPA {distance:.0f} m in {vessel.tcpa_s or 0.0:.0f} s"
 
 
-def situation(vessel: Vessel) -> str:
+def situation(vessel: OtherVessel) -> str:
     """How we meet, the closest point and what we owe her."""
     duty = owed(vessel.role)
     rest = f"; {duty}" if duty else ""
     return f"{vessel.title[:_NAME_MAX]} {how(vessel.role)}, {_closest(vessel)}{rest}"
 
 
-def begun(vessel: Vessel) -> Text:
+def begun(vessel: OtherVessel) -> Text:
     """Risk has begun."""
     return Severity.WARNING, f"Traffic: {situation(vessel)}"
 
 
-def close(vessel: Vessel) -> Text:
+def close(vessel: OtherVessel) -> Text:
     """She is within half of the wanted clearance, or is about to be."""
     return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {_closest(vessel)}"
 
 
-def clear(vessel: Vessel) -> Text:
+def clear(vessel: OtherVessel) -> Text:
     """She is past and clear."""
     return Severity.INFO, f"Traffic: {vessel.title[:_NAME_MAX]} past and clear"
 
 
-def lost(vessel: Vessel, now_us: int) -> Text:
+def lost(vessel: OtherVessel, now_us: int) -> Text:
     """A vessel with risk has fallen silent."""
     where = "" if vessel.range_m is None else f", was {vessel.range_m:.0f} m away"
     return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} not heard for {vessel.age_s(now_us):.0f} s{where}"
 
 
-def gone(vessel: Vessel) -> Text:
+def gone(vessel: OtherVessel) -> Text:
     """A track with risk has ended without being past and clear."""
     return Severity.WARNING, f"Traffic: {vessel.title[:_NAME_MAX]} lost: not heard any more"
 
 
-def change(before: Danger, vessel: Vessel) -> Text | None:
+def change(before: Danger, vessel: OtherVessel) -> Text | None:
     """The text for a change of danger; None when there is none worth it."""
     match vessel.danger:
         case Danger.NONE:
@@ -107,7 +107,7 @@ def change(before: Danger, vessel: Vessel) -> Text | None:
             assert_never(danger)
 
 
-def beacon(vessel: Vessel, *, test: bool) -> Text:
+def beacon(vessel: OtherVessel, *, test: bool) -> Text:
     """A beacon of a person, a liferaft or a vessel in distress."""
     what = {"970": "SART", "972": "MOB", "974": "EPIRB"}.get(f"{vessel.mmsi:09d}"[:3], "Distress")
     where = "position unknown here"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from .area import Area, free_around
-from .sequence import LEAST_RADIUS_M, MOST_RADIUS_M, Told, Trial, TrialConfig, TrialOutput, manoeuvres_of
+from .area import TrialArea, free_around
+from .sequence import LEAST_RADIUS_M, MOST_RADIUS_M, Trial, TrialConfig, TrialOutput, TrialStanding, manoeuvres_of
 
 __all__ = [
     "LEAST_RADIUS_M",
     "MOST_RADIUS_M",
-    "Area",
-    "Told",
     "Trial",
+    "TrialArea",
     "TrialConfig",
     "TrialOutput",
+    "TrialStanding",
     "free_around",
     "manoeuvres_of",
 ]

@@ -19,7 +19,7 @@ _STEP_SHARE: Final = 0.05
 """Share of the radius by which a bearing is looked along."""
 
 
-class Area:
+class TrialArea:
     """Where one trial may be sailed."""
 
     def __init__(self, centre: NorthEast, reach_m: tuple[float, ...]) -> None:
@@ -52,7 +52,7 @@ class Area:
 
 
 def free_around(centre: NorthEast, radius_m: float, is_free: Callable[[NorthEast], bool]) -> tuple[float, ...]:
-    """Look along every bearing as far as the water is free, up to ``radius_m``; return the reaches of an ``Area``."""
+    """Look along every bearing as far as the water is free, up to ``radius_m``; return the reaches of an ``TrialArea``."""
     step_m = _STEP_SHARE * radius_m
     steps = round(1.0 / _STEP_SHARE)
     found = []

@@ -14,7 +14,7 @@ from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import clamp, wrap_pi
 
-from .area import Area
+from .area import TrialArea
 from .manoeuvres import towards
 
 _LOOK_S: Final = 2.0
@@ -55,7 +55,7 @@ _CENTRED: Final = 0.15
 class Homing:
     """Looks after one way back; ``begin`` for each."""
 
-    def __init__(self, area: Area, now_us: int) -> None:
+    def __init__(self, area: TrialArea, now_us: int) -> None:
         self._area = area
         self.by_hand = False
         """The law has not brought the vessel nearer: the sticks do."""

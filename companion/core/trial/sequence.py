@@ -19,7 +19,7 @@ from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
 
 from ..config import Config
-from .area import Area
+from .area import TrialArea
 from .homing import MIDDLE, Homing
 from .manoeuvres import QUICK, WHOLE, Manoeuvre, Sailing, Seen, about_s, towards, words_of
 
@@ -51,7 +51,7 @@ class TrialConfig(Config):
     """About 8 minutes instead of 20."""
 
 
-class Told(enum.Enum):
+class TrialStanding(enum.Enum):
     """How a trial stands."""
 
     RUNNING = "running"
@@ -71,7 +71,7 @@ class TrialOutput:
 
     surge: float
     yaw: float
-    told: Told
+    told: TrialStanding
     texts: tuple[str, ...] = ()
     home: bool = False
     """To the middle, or about it: whoever has a law of its own may do that by it, better than these sticks do."""
@@ -82,12 +82,12 @@ class TrialOutput:
 class Trial:
     """One trial, valid where and when it was begun. ``step`` once per tick."""
 
-    def __init__(self, config: TrialConfig, start: EstimatedState, area: Area | None = None) -> None:
+    def __init__(self, config: TrialConfig, start: EstimatedState, area: TrialArea | None = None) -> None:
         """``start`` holds position and heading: the area lies around it, the first run goes along its heading."""
         assert start.x_m is not None
         assert start.y_m is not None
         self.config = config
-        self.area = area or Area(NorthEast((start.x_m, start.y_m)), (config.radius_m,))
+        self.area = area or TrialArea(NorthEast((start.x_m, start.y_m)), (config.radius_m,))
         self.manoeuvres = manoeuvres_of(quick=config.quick)
         self.confirmed = False
         self._heading = start.psi_rad or 0.0
@@ -97,12 +97,12 @@ class Trial:
         self._sailing: Sailing | None = None
         self._seen_us = self._stepped_us = start.t_us
         self._texts: list[str] = []
-        self._told = Told.RUNNING
+        self._told = TrialStanding.RUNNING
         self.skipped: list[str] = []
         """Manoeuvres that were disturbed too often."""
 
     @property
-    def told(self) -> Told:
+    def told(self) -> TrialStanding:
         """How it stands."""
         return self._told
 
@@ -120,8 +120,8 @@ class Trial:
 
     def abandon(self, why: str) -> None:
         """End it, for good; the vessel is still kept about the middle as long as it is stepped."""
-        if self._told is Told.RUNNING:
-            self._told = Told.ENDED
+        if self._told is TrialStanding.RUNNING:
+            self._told = TrialStanding.ENDED
             self._texts.append(f"Trial ended: {why}; {self._next} of {len(self.manoeuvres)} manoeuvres done")
 
     @property
@@ -133,7 +133,7 @@ class Trial:
     def standing(self) -> str:
         """Say what is done, what is being done and what is left."""
         done, total = self.progress
-        if self._told is not Told.RUNNING:
+        if self._told is not TrialStanding.RUNNING:
             return f"Trial {self._told.value}: {done} of {total} manoeuvres done{self._left_out()}"
         doing = {
             _Phase.BACK: "on the way back to the middle, next",
@@ -151,12 +151,12 @@ class Trial:
         if (now_us - self._stepped_us) * 1e-6 > _BLIND_S:
             self.abandon("interrupted; a trial never goes on by itself")
         self._stepped_us = now_us
-        if self._told is Told.RUNNING:
+        if self._told is TrialStanding.RUNNING:
             sticks = self._run(now_us, state, stopping_m)
-        if self._told is not Told.RUNNING:
+        if self._told is not TrialStanding.RUNNING:
             sticks = self._keep(now_us, state)
         texts, self._texts = tuple(self._texts), []
-        back = self._told is not Told.RUNNING or self._phase is _Phase.BACK
+        back = self._told is not TrialStanding.RUNNING or self._phase is _Phase.BACK
         by_hand = back and self._homing.by_hand
         return TrialOutput(*sticks, self._told, texts, back and not by_hand, by_hand and self._homing.by_rudders)
 
@@ -218,7 +218,7 @@ class Trial:
         self._next, self._repeats, self._sailing = self._next + 1, 0, None
         self._enter(_Phase.BACK, now_us)
         if self._next == len(self.manoeuvres):
-            self._told = Told.DONE
+            self._told = TrialStanding.DONE
             self._texts.append(f"Trial done{self._left_out()}: fit it with companion tune vessel")
 
     def _disturbed(self, now_us: int, why: str) -> None:

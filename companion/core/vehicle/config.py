@@ -13,7 +13,7 @@ from mavlink_bridge.language.snapshot import LinkHealth
 from mavlink_bridge.language.stations import Heard
 from mavlink_bridge.language.value import value
 
-from ..ais.receiver import AisWord, Received
+from ..ais.receiver import AisWord, ReceivedReport
 from ..config import Config, param
 from ..estimate import EstimatorConfig
 from ..guard.depth.guard import DepthGuardConfig
@@ -104,7 +104,7 @@ class TickInputs:
 
     measurements: Sequence[tuple[Measurement, int]] = ()
     """Each with the number of its sensor link; the lowest one alive leads."""
-    ais: Sequence[Received | AisWord] = ()
+    ais: Sequence[ReceivedReport | AisWord] = ()
     """What AIS receivers have brought."""
     ais_alive: bool = False
     """A line that carries AIS has brought a byte since the last tick."""

@@ -9,13 +9,13 @@ from mavlink_bridge.language.messages import Mode
 from ..guard.failsafe import Flags
 from ..guard.failsafe_flags import GroundFlags, HelmFlags, PlanFlags, StopFlags
 from .controls import Controls
-from .ticked import Course, Guarded, Sensed
+from .ticked import Guarded, Pursuit, Sensed
 
 _SOUND: Final = PlanFlags()
 _INVALID: Final = PlanFlags(plan_invalid=True)
 
 
-def flags_of(controls: Controls, sensed: Sensed, course: Course, guarded: Guarded) -> Flags:
+def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded) -> Flags:
     """Return this tick's flags."""
     parts = controls.parts
     return Flags(

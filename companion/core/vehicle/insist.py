@@ -22,7 +22,7 @@ NEVER: Final = "cannot be insisted on"
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Refusal:
     """One refusal."""
 
     asked: str
@@ -36,41 +36,43 @@ class Row:
 
 _NOT_THEN: Final = "not asked: only what the gate needs"
 TABLE: Final = (
-    Row("arming", "terminated", "refuses", f"{NEVER}: restart"),
-    Row("arming", "actuator board not open, mute, silent, or its emergency stop pressed", "refuses", NEVER),
-    Row("arming", "store: another world's was set aside, or cannot be written", _NOT_THEN, FORCE),
-    Row("arming", "no ground station heard", _NOT_THEN, FORCE),
-    Row("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
-    Row("arming", "position sources disagree; no position, no heading (where it would steer itself)", _NOT_THEN, FORCE),
-    Row("arming", "depth guard locked; water depth unknown and required", _NOT_THEN, FORCE),
-    Row("arming", "outside the fence", _NOT_THEN, FORCE),
-    Row("arming in Auto", "no plan loaded; the plan leaves the fence", _NOT_THEN, FORCE),
-    Row("arming", "a failsafe's cause still stands", _NOT_THEN, FORCE),
-    Row("Auto, start, go on", "an item, or the way there, lies outside the fence", "refuses", FENCE),
-    Row(
+    Refusal("arming", "terminated", "refuses", f"{NEVER}: restart"),
+    Refusal("arming", "actuator board not open, mute, silent, or its emergency stop pressed", "refuses", NEVER),
+    Refusal("arming", "store: another world's was set aside, or cannot be written", _NOT_THEN, FORCE),
+    Refusal("arming", "no ground station heard", _NOT_THEN, FORCE),
+    Refusal("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
+    Refusal(
+        "arming", "position sources disagree; no position, no heading (where it would steer itself)", _NOT_THEN, FORCE
+    ),
+    Refusal("arming", "depth guard locked; water depth unknown and required", _NOT_THEN, FORCE),
+    Refusal("arming", "outside the fence", _NOT_THEN, FORCE),
+    Refusal("arming in Auto", "no plan loaded; the plan leaves the fence", _NOT_THEN, FORCE),
+    Refusal("arming", "a failsafe's cause still stands", _NOT_THEN, FORCE),
+    Refusal("Auto, start, go on", "an item, or the way there, lies outside the fence", "refuses", FENCE),
+    Refusal(
         "Auto, start",
         "the plan lies far away or has a long leg",
         "a plan that has begun goes on; items nearer home pass",
         FAR,
     ),
-    Row(
+    Refusal(
         "Auto, Return, Guided, Circle",
         "no position; no plan; no home",
         "refuses",
         f"{NEVER}: there is nothing to sail by; {MANUAL}",
     ),
-    Row("go-to, orbit", "the target lies outside the fence", "refuses", FENCE),
-    Row("go-to, orbit", "the target is charted too shallow", "a target nearer home passes", CHART),
-    Row("any order to move", "the depth guard is locked", "refuses", UNLOCK),
-    Row("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
-    Row("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
-    Row("any order to move", "a failsafe holds or stops it, and its cause stands", "refuses", MANUAL),
-    Row("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
-    Row("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
-    Row("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
-    Row("sticks", "another station has them", "refuses", "take Manual; free after OWNER_TIMEOUT"),
-    Row("restart", "armed", "refuses", "disarm first"),
-    Row("shutdown", "by radio; armed; not where it was started", "refuses", f"{NEVER}: a restart is obeyed"),
+    Refusal("go-to, orbit", "the target lies outside the fence", "refuses", FENCE),
+    Refusal("go-to, orbit", "the target is charted too shallow", "a target nearer home passes", CHART),
+    Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
+    Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
+    Refusal("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
+    Refusal("any order to move", "a failsafe holds or stops it, and its cause stands", "refuses", MANUAL),
+    Refusal("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
+    Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
+    Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
+    Refusal("sticks", "another station has them", "refuses", "take Manual; free after OWNER_TIMEOUT"),
+    Refusal("restart", "armed", "refuses", "disarm first"),
+    Refusal("shutdown", "by radio; armed; not where it was started", "refuses", f"{NEVER}: a restart is obeyed"),
 )
 
 

@@ -64,7 +64,7 @@ class MissionConfig(Config):
     """The vessel's text names it. It counts for that plan only, and is 0 again as soon as another plan is loaded."""
 
 
-class Report(Protocol):
+class GuidanceReport(Protocol):
     """What guidance says after a step."""
 
     @property
@@ -224,7 +224,7 @@ class Mission:
             self._next_leg(now_us, state)
         return self._leg
 
-    def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
+    def advance(self, now_us: int, state: EstimatedState, report: GuidanceReport) -> None:
         """Take guidance's report on the active leg; finish the item when its condition holds."""
         leg = self._leg
         if leg is None or self.state is not _ACTIVE:
@@ -323,7 +323,7 @@ class Mission:
                 return None
         return None
 
-    def _done(self, now_us: int, state: EstimatedState, leg: Leg, report: Report) -> bool:
+    def _done(self, now_us: int, state: EstimatedState, leg: Leg, report: GuidanceReport) -> bool:
         item = leg.maneuver
         if isinstance(item, Goto):
             if self._arrived_us is not None:

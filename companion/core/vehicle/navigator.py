@@ -18,8 +18,8 @@ from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, Manual
 from mavlink_bridge.language.trials import SeaTrial
 
 from ..config import Config, param
-from ..trial import Area, Told, Trial, TrialConfig
-from .mission import Leg, Mission, Report, nearest
+from ..trial import Trial, TrialArea, TrialConfig, TrialStanding
+from .mission import GuidanceReport, Leg, Mission, nearest
 
 _MANUAL: Final = Mode.MANUAL
 _AUTO: Final = Mode.AUTO
@@ -192,7 +192,7 @@ class Navigator:
         self._steer_us = now_us
         return ""
 
-    def begin_trial(self, request: SeaTrial, state: EstimatedState, area: Area) -> str:
+    def begin_trial(self, request: SeaTrial, state: EstimatedState, area: TrialArea) -> str:
         """Begin a sea trial here. Return a refusal or an empty string."""
         refusal = self.enter(Mode.GUIDED, state)
         if not refusal:
@@ -203,7 +203,7 @@ class Navigator:
 
     def confirm_trial(self) -> str:
         """A person allows the whole throttle. Return a refusal or an empty string."""
-        if self._trial is None or self._trial.told is not Told.RUNNING:
+        if self._trial is None or self._trial.told is not TrialStanding.RUNNING:
             return _NO_TRIAL
         self._trial.confirm()
         return ""
@@ -282,7 +282,7 @@ class Navigator:
             return self._steer
         return self._leg or self._station(state)
 
-    def advance(self, now_us: int, state: EstimatedState, report: Report) -> None:
+    def advance(self, now_us: int, state: EstimatedState, report: GuidanceReport) -> None:
         """Take guidance's report: the plan moves on, a guided go-to ends in station keeping."""
         if self.mode is _AUTO:
             self.mission.advance(now_us, state, report)

@@ -10,25 +10,25 @@ from mavlink_bridge.language.messages import Goto, Loiter, Maneuver
 from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.units import wrap_pi
 
-from ..guard.depth.grid import Leg, offset
+from ..guard.depth.grid import PlanLeg, offset
 
 
-def plan_legs(maneuvers: Sequence[Maneuver], start_rad: LatLon | None, loiter_radius_m: float) -> list[Leg]:
+def plan_legs(maneuvers: Sequence[Maneuver], start_rad: LatLon | None, loiter_radius_m: float) -> list[PlanLeg]:
     """Lay out every item that has a place: the leg that leads there, and a loiter's whole figure from where it is joined.
 
     ``start_rad``: where the vessel is; without it the first leg is its end point alone. So is one behind a loiter that may
     be left anywhere on its figure. Jumps lead over legs that are laid out anyway, but for the leg back; that one is added.
     """
-    legs: list[Leg] = []
+    legs: list[PlanLeg] = []
     last = start_rad
     for item in maneuvers:
         if isinstance(item, Goto | Loiter):
             way = _way(item, last, loiter_radius_m)
-            legs.append(Leg(item.seq, way if last is None else (last, *way)))
+            legs.append(PlanLeg(item.seq, way if last is None else (last, *way)))
             last = _end(item, way)
         target = _jump_target(item, maneuvers)
         if target is not None and last is not None:
-            legs.append(Leg(item.seq, (last, _way(target, last, loiter_radius_m)[0])))
+            legs.append(PlanLeg(item.seq, (last, _way(target, last, loiter_radius_m)[0])))
     return legs
 
 

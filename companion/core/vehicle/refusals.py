@@ -16,10 +16,10 @@ from mavlink_bridge.language.requests import LoadPlan
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 
 from ..guard import failsafe
-from ..guard.depth.grid import Leg
+from ..guard.depth.grid import PlanLeg
 from ..guard.failsafe_orders import Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
-from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, Area, free_around
+from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, TrialArea, free_around
 from . import arming, insist
 from .controls import Controls
 from .plan_depth import plan_legs
@@ -94,7 +94,7 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     """Return why a guided target is refused (outside the fence, charted too shallow), or an empty string."""
     if lat_rad is None or lon_rad is None:
         return ""
-    shallow = controls.parts.guard.check_plan([Leg(0, ((lat_rad, lon_rad),))])
+    shallow = controls.parts.guard.check_plan([PlanLeg(0, ((lat_rad, lon_rad),))])
     if shallow is not None and not _leads_home(controls, LatLon((lat_rad, lon_rad))):
         return f"the target: {shallow.reason}; {insist.CHART}"
     if not controls.parts.fence.enabled or controls.parts.estimator.origin is None:
@@ -114,7 +114,7 @@ _STOP_SHARE: Final = 0.4
 """Share of the way to the edge that this stop may take: a run before it, and the look ahead, need the rest."""
 
 
-def trial_area(controls: Controls, body: SeaTrial) -> Area | str:
+def trial_area(controls: Controls, body: SeaTrial) -> TrialArea | str:
     """Return the area of a sea trial that begins here, or why none may."""
     refusal = _unready(controls, body)
     if refusal:
@@ -124,12 +124,12 @@ def trial_area(controls: Controls, body: SeaTrial) -> Area | str:
     assert state.y_m is not None
     here, refused = NorthEast((state.x_m, state.y_m)), _looks_at(controls)
     if body.fitted:
-        area = Area(here, free_around(here, body.radius_m, lambda point: not refused(point)))
+        area = TrialArea(here, free_around(here, body.radius_m, lambda point: not refused(point)))
         if area.least_m < LEAST_RADIUS_M:
             why = f"only {area.least_m:.0f} m are free on one side of here"
             return f"{why}, a sea trial needs {LEAST_RADIUS_M:.0f}: begin in the middle of the free water"
     else:
-        area = Area(here, (body.radius_m,))
+        area = TrialArea(here, (body.radius_m,))
         refusal = _first_refusal(here, body.radius_m, refused)
         if refusal:
             return (
@@ -168,7 +168,7 @@ def _first_refusal(here: NorthEast, radius_m: float, refused: Callable[[NorthEas
     return ""
 
 
-def _no_way_to_stop(controls: Controls, area: Area) -> str:
+def _no_way_to_stop(controls: Controls, area: TrialArea) -> str:
     """Why the vessel's way to stop does not fit into an area, or an empty string."""
     speed_mps = throttle_to_speed(controls.parts.vessel, _THROTTLE)
     stop_m = controls.stopping_distance_m(speed_mps)

@@ -47,7 +47,7 @@ class Sensed:
 
 
 @value
-class Course:
+class Pursuit:
     """What the mode in force wants."""
 
     intent: Intent = None
@@ -79,7 +79,7 @@ class Guarded:
 
 
 @value
-class Verdict:
+class FailsafeVerdict:
     """What the failsafe makes of it."""
 
     result: FailsafeResult
@@ -93,10 +93,10 @@ class Ticked:
     number: int
     """Ticks so far, this one with them; 0 = before the first."""
     sensed: Sensed
-    course: Course
+    course: Pursuit
     demand: Demand
     guarded: Guarded
-    verdict: Verdict
+    verdict: FailsafeVerdict
     output: ActuatorOutput
     """What the gate let pass."""
 
@@ -106,9 +106,9 @@ def before_the_first(output: ActuatorOutput) -> Ticked:
     return Ticked(
         number=0,
         sensed=Sensed(0, 0.0, TickInputs(), EstimatedState(0)),
-        course=Course(),
+        course=Pursuit(),
         demand=Demand(),
         guarded=Guarded(GuardOutput(GuardState.UNKNOWN, None, None, None), FenceOutput(FenceStatus())),
-        verdict=Verdict(FailsafeResult(FailsafeMemory(), Action.NONE)),
+        verdict=FailsafeVerdict(FailsafeResult(FailsafeMemory(), Action.NONE)),
         output=output,
     )

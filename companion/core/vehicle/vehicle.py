@@ -41,7 +41,7 @@ from .navigator import Intent, Measured, Steer, Sticks
 from .orders import Orders
 from .parts import make_parts
 from .plan_reach import plan_number
-from .ticked import Course, Demand, Guarded, Sensed, Ticked, Verdict
+from .ticked import Demand, FailsafeVerdict, Guarded, Pursuit, Sensed, Ticked
 from .view import View
 
 _GROUND_LINK: Final = 99
@@ -164,13 +164,13 @@ class Vehicle:
         may_move = controls.armed and before.verdict.result.action < Action.STOP
         return parts.navigator.intent(sensed.now_us, sensed.state) if may_move else None
 
-    def _steer_for(self, sensed: Sensed, intent: Intent, before: Ticked) -> Course:
+    def _steer_for(self, sensed: Sensed, intent: Intent, before: Ticked) -> Pursuit:
         """Turn the intent into a heading and a speed; sticks and nothing have neither."""
         match intent:
             case None | Sticks() | Measured():
-                return Course(intent)
+                return Pursuit(intent)
             case Steer():
-                course = Course(intent, _heading(sensed, intent))
+                course = Pursuit(intent, _heading(sensed, intent))
             case Leg():
                 course = self._sail(sensed, intent, before)
             case _:
@@ -183,19 +183,19 @@ class Vehicle:
             return course
         return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
 
-    def _sail(self, sensed: Sensed, leg: Leg, before: Ticked) -> Course:
+    def _sail(self, sensed: Sensed, leg: Leg, before: Ticked) -> Pursuit:
         """Let guidance sail a leg; one that is new begins here, once the position is known."""
         guidance, state, speed_mps = self.parts.guidance, sensed.state, self.parts.navigator.speed_mps
         if leg.generation != before.course.generation:
             if not state.position_valid:
-                return Course(leg, Desired(None, None), generation=before.course.generation)
+                return Pursuit(leg, Desired(None, None), generation=before.course.generation)
             guidance.begin(
                 sensed.now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
             )
         guided = guidance.step(sensed.now_us, sensed.dt_s, state, speed_mps, before.output)
-        return Course(leg, guided.desired, guided, leg.generation)
+        return Pursuit(leg, guided.desired, guided, leg.generation)
 
-    def _demand(self, sensed: Sensed, course: Course, before: Ticked) -> Demand:
+    def _demand(self, sensed: Sensed, course: Pursuit, before: Ticked) -> Demand:
         """Turn the course into a demand; None where there is none (and the gate makes neutral of it)."""
         controller, desired, intent = self.parts.controller, course.desired, course.intent
         if desired is None or (desired.psi_rad is None and desired.speed_mps is None):
@@ -210,7 +210,7 @@ class Vehicle:
 
     # ---- guarded, verdict, output
 
-    def _guard(self, sensed: Sensed, course: Course, before: Ticked) -> Guarded:
+    def _guard(self, sensed: Sensed, course: Pursuit, before: Ticked) -> Guarded:
         """Let those look who may stop the vessel, and say what they have to say."""
         controls, parts, state = self.controls, self.parts, sensed.state
         depth = parts.guard.step(
@@ -242,19 +242,21 @@ class Vehicle:
         )
         return Guarded(depth, fence, monitors)
 
-    def _judge(self, sensed: Sensed, course: Course, guarded: Guarded, before: Ticked) -> Verdict:
+    def _judge(self, sensed: Sensed, course: Pursuit, guarded: Guarded, before: Ticked) -> FailsafeVerdict:
         """Let the failsafe judge, and change mode as it asks."""
         controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
         flags = flags_of(controls, sensed, course, guarded)
         result = failsafe.step(before.verdict.result.memory, flags, now_us, config)
-        verdict = Verdict(result, outlook(result.memory, flags, now_us, config) if result.memory.entries else ())
+        verdict = FailsafeVerdict(
+            result, outlook(result.memory, flags, now_us, config) if result.memory.entries else ()
+        )
         controls.voice.say_all(result.texts)
         controls.decided = Decided()
         if result.action > Action.WARN:
             self._react(verdict, before.verdict.result.action)
         return verdict
 
-    def _react(self, verdict: Verdict, before: Action) -> None:
+    def _react(self, verdict: FailsafeVerdict, before: Action) -> None:
         """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
         controls, action = self.controls, verdict.result.action
         if action >= Action.DISARM and controls.armed:
@@ -268,7 +270,7 @@ class Vehicle:
             # Once only: a vessel that has come home holds there.
             controls.break_off(Mode.RTL)
 
-    def _decide(self, sensed: Sensed, course: Course, demand: Demand, verdict: Verdict) -> ActuatorOutput:
+    def _decide(self, sensed: Sensed, course: Pursuit, demand: Demand, verdict: FailsafeVerdict) -> ActuatorOutput:
         """Ask the gate."""
         inputs, result, manual = sensed.inputs, verdict.result, isinstance(course.intent, Sticks)
         if result.action >= Action.STOP:
@@ -322,7 +324,7 @@ class Vehicle:
                 assert_never(effect)
 
 
-def _braked(sensed: Sensed, course: Course, demand: Demand, guarded: Guarded) -> Demand:
+def _braked(sensed: Sensed, course: Pursuit, demand: Demand, guarded: Guarded) -> Demand:
     """The depth guard may take the way off with astern thrust; sticks stay the operator's."""
     if not guarded.depth.flags.depth_braking or isinstance(course.intent, Sticks):
         return demand
@@ -337,7 +339,7 @@ def _heading(sensed: Sensed, intent: Steer) -> Desired:
     return Desired(psi_rad, intent.speed_mps)
 
 
-def _straight_m(course: Course) -> float | None:
+def _straight_m(course: Pursuit) -> float | None:
     """How far the vessel is going to keep its course: to the next point of a leg; None on a figure."""
     if course.guided is None:
         return math.inf

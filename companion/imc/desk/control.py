@@ -6,20 +6,20 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from mavlink_bridge import imc
-from mavlink_bridge.mavlink.client import Autopilot, Outcome, VehicleClient
+from mavlink_bridge.mavlink.client import Autopilot, JobOutcome, VehicleClient
 
 from ..desk_config import DeskConfig
-from .engine import Abort, Engine, Phase
+from .engine import DeskPhase, Engine, StandingAbort
 from .limits_desk import LimitsDesk
 from .maneuvers import Means
 from .params_desk import ParamsDesk
 from .plan import Plan, compiled
-from .refusal import RefusedError
+from .refusal import ConsoleRefusedError
 
 _NOT_HEARD: Final = "the vessel is not heard"
 
 
-class Answer(Protocol):
+class AnswerTaker(Protocol):
     """Takes the one answer to a request."""
 
     def __call__(self, kind: imc.ReplyType, info: str, arg: imc.Message | None = None) -> None: ...
@@ -55,18 +55,18 @@ class Control:
             try:
                 self._engine.plan = self._compiled(spec)
                 self._engine.plan_name = spec.plan_id
-            except RefusedError:
+            except ConsoleRefusedError:
                 pass
         if isinstance(aborted, str) and aborted:
-            self._engine.aborted = Abort(aborted, 0)
+            self._engine.aborted = StandingAbort(aborted, 0)
 
     def judge(self, spec: imc.PlanSpecification) -> str:
-        """What of a plan is passed over, in words. Raises RefusedError for one that START would refuse."""
+        """What of a plan is passed over, in words. Raises ConsoleRefusedError for one that START would refuse."""
         if not self._is_by_hand(spec):
             return self._compiled(spec).remark
         return ""
 
-    def obey(self, request: imc.PlanControl, answered: Answer, now_us: int) -> imc.PlanSpecification | None:
+    def obey(self, request: imc.PlanControl, answered: AnswerTaker, now_us: int) -> imc.PlanSpecification | None:
         """Carry a request out; returns the plan that came with it, when one did."""
         match request.op:
             case imc.PlanControlOp.START:
@@ -77,7 +77,7 @@ class Control:
                 self._stop(answered, now_us)
             case imc.PlanControlOp.GET:
                 plan = self._engine.plan
-                if plan is None or self._engine.phase is Phase.IDLE:
+                if plan is None or self._engine.phase is DeskPhase.IDLE:
                     answered(imc.ReplyType.FAILURE, "no plan is running")
                 else:
                     answered(imc.ReplyType.SUCCESS, "OK", plan.spec)
@@ -88,7 +88,7 @@ class Control:
     # ---- inside -------------------------------------------------------------------------------------------------
 
     def _begin(
-        self, request: imc.PlanControl, answered: Answer, now_us: int, *, sail: bool
+        self, request: imc.PlanControl, answered: AnswerTaker, now_us: int, *, sail: bool
     ) -> imc.PlanSpecification | None:
         refusal = self._standing(request)
         spec = self._spec(request)
@@ -103,7 +103,7 @@ class Control:
             return given
         try:
             plan = self._compiled(spec)
-        except RefusedError as error:
+        except ConsoleRefusedError as error:
             answered(imc.ReplyType.FAILURE, str(error))
             return given
         remark = f"; {plan.remark}" if plan.remark else ""
@@ -113,7 +113,7 @@ class Control:
             self._engine.load(plan, self._once(answered, "plan loaded", remark), now_us)
         return given
 
-    def _by_hand(self, request: imc.PlanControl, answered: Answer, now_us: int, *, sail: bool) -> None:
+    def _by_hand(self, request: imc.PlanControl, answered: AnswerTaker, now_us: int, *, sail: bool) -> None:
         vehicle = self._client.vehicle
         if vehicle is not None and vehicle.by_radio:
             answered(imc.ReplyType.FAILURE, "sticks do not cross the radio: teleoperation needs a direct link")
@@ -123,7 +123,7 @@ class Control:
         else:
             answered(imc.ReplyType.FAILURE, "teleoperation is started, not loaded")
 
-    def _stop(self, answered: Answer, now_us: int) -> None:
+    def _stop(self, answered: AnswerTaker, now_us: int) -> None:
         engine, vehicle = self._engine, self._client.vehicle
         if engine.aborted is not None:
             if engine.lift(now_us):
@@ -132,7 +132,7 @@ class Control:
                 answered(imc.ReplyType.SUCCESS, "stopped by the abort before; STOP again lifts it")
         elif vehicle is None or not self._client.is_heard(now_us):
             answered(imc.ReplyType.FAILURE, _NOT_HEARD)
-        elif engine.phase is Phase.IDLE and not vehicle.armed:
+        elif engine.phase is DeskPhase.IDLE and not vehicle.armed:
             answered(imc.ReplyType.FAILURE, "no plan is running, request ignored")
         else:
             engine.stop(self._once(answered, "OK: it keeps station", ""), now_us)
@@ -169,11 +169,11 @@ class Control:
             self._params.sections,
         )
 
-    def _once(self, answered: Answer, info: str, remark: str) -> Callable[[Outcome], None]:
+    def _once(self, answered: AnswerTaker, info: str, remark: str) -> Callable[[JobOutcome], None]:
         vehicle = self._client.vehicle
         was_armed = vehicle is not None and vehicle.armed
 
-        def done(outcome: Outcome) -> None:
+        def done(outcome: JobOutcome) -> None:
             if not outcome.ok:
                 answered(imc.ReplyType.FAILURE, outcome.reason)
                 return
@@ -185,4 +185,4 @@ class Control:
 
 
 def _number(message: imc.Message) -> int:
-    return message.number if isinstance(message, imc.Unknown) else message.NUMBER
+    return message.number if isinstance(message, imc.UnknownMessage) else message.NUMBER

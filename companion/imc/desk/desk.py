@@ -21,7 +21,7 @@ from ..view import PlanView
 from .authority import Authority, Console
 from .control import Control
 from .engine import Engine
-from .entities import Parts
+from .entities import ParamSections
 from .limits import restored
 from .limits_desk import LimitsDesk
 from .orders import Helm
@@ -65,7 +65,7 @@ class Desk:
         self._repeats = Repeats(kept.get("orders"))
         self._shelf = Shelf(config.max_plans, kept.get("plans"))
         self._helm = helm = Helm(client, answer_s=config.answer_s, may_arm=config.may_arm)
-        self._params = ParamsDesk(client, helm, Parts(params), self._answer, self.say)
+        self._params = ParamsDesk(client, helm, ParamSections(params), self._answer, self.say)
         self._limits = LimitsDesk(
             client, helm, self._params, restored(kept.get("limits")), answer=self._answer, say=self.say, keep=self.keep
         )

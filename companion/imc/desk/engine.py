@@ -14,7 +14,7 @@ from typing import Final, assert_never
 
 from mavlink_bridge import imc
 from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.mavlink.client import Job, Outcome, Vehicle, VehicleClient
+from mavlink_bridge.mavlink.client import HeardVehicle, Job, JobOutcome, VehicleClient
 from mavlink_bridge.mavlink.client.orders import manual_control
 from mavlink_bridge.mavlink.client.vehicle import COMPLETE
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
@@ -22,7 +22,7 @@ from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from ..view import PlanView
 from .orders import Helm, Values
 from .plan import Plan, Setting, Stage
-from .remote import Sticks
+from .remote import RemoteSticks
 
 TELEOPERATION: Final = imc.Teleoperation.NUMBER
 LIFT_AFTER_US: Final = 1_000_000
@@ -34,10 +34,10 @@ _ACTIVE: Final = 3
 _ABORT_US: Final = 2_000_000
 """An abort that was not obeyed is ordered again this often."""
 
-Done = Callable[[Outcome], None]
+Done = Callable[[JobOutcome], None]
 
 
-class Phase(Enum):
+class DeskPhase(Enum):
     """What the desk is at."""
 
     IDLE = "idle"
@@ -47,7 +47,7 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Abort:
+class StandingAbort:
     """An Abort that stands."""
 
     words: str
@@ -71,12 +71,12 @@ class Engine:
         self._values = values
         self._say = say
         self._stick_hold_us = stick_hold_us
-        self.phase = Phase.IDLE
+        self.phase = DeskPhase.IDLE
         self.plan: Plan | None = None
         """The plan that sails, or did last."""
         self.plan_name = ""
-        self.aborted: Abort | None = None
-        self.sticks: Sticks | None = None
+        self.aborted: StandingAbort | None = None
+        self.sticks: RemoteSticks | None = None
         self._stage: Stage | None = None
         self._stage_us: int | None = None
         self._outcome = imc.Outcome.NONE
@@ -98,12 +98,12 @@ class Engine:
     def start(self, plan: Plan, done: Done, now_us: int) -> None:
         """Sail a plan; ``done`` hears what became of the order."""
         self._now_us = now_us
-        self.phase, self.plan, self.plan_name, self.sticks = Phase.STARTING, plan, plan.name, None
+        self.phase, self.plan, self.plan_name, self.sticks = DeskPhase.STARTING, plan, plan.name, None
         self._stage, self._outcome = None, imc.Outcome.NONE
 
-        def started(outcome: Outcome) -> None:
+        def started(outcome: JobOutcome) -> None:
             if outcome.ok:
-                self.phase = Phase.SAILING
+                self.phase = DeskPhase.SAILING
                 self._enter(plan.stages[0])
             else:
                 self._end(imc.Outcome.FAILURE, outcome.reason)
@@ -119,13 +119,13 @@ class Engine:
     def steer_by_hand(self, name: str, done: Done, now_us: int) -> None:
         """Hand the sticks to a console."""
         self._now_us = now_us
-        self.phase, self.plan, self.plan_name, self._stage = Phase.STARTING, None, name, None
+        self.phase, self.plan, self.plan_name, self._stage = DeskPhase.STARTING, None, name, None
         self._outcome, self.sticks = imc.Outcome.NONE, None
 
-        def taken(outcome: Outcome) -> None:
+        def taken(outcome: JobOutcome) -> None:
             if outcome.ok:
-                self.phase, self._stage_us = Phase.BY_HAND, self._now_us
-                self.sticks = Sticks(self._stick_hold_us, self._now_us)
+                self.phase, self._stage_us = DeskPhase.BY_HAND, self._now_us
+                self.sticks = RemoteSticks(self._stick_hold_us, self._now_us)
                 self._begin()
             else:
                 self._end(imc.Outcome.FAILURE, outcome.reason)
@@ -135,9 +135,9 @@ class Engine:
     def stop(self, done: Done, now_us: int, *, success: bool = False) -> None:
         """Keep station; ``success``: what ran has come to its own end."""
         self._now_us = now_us
-        was_running = self.phase is not Phase.IDLE
+        was_running = self.phase is not DeskPhase.IDLE
 
-        def stopped(outcome: Outcome) -> None:
+        def stopped(outcome: JobOutcome) -> None:
             if was_running and outcome.ok:
                 self._end(imc.Outcome.SUCCESS if success else imc.Outcome.FAILURE, "")
 
@@ -147,7 +147,7 @@ class Engine:
     def abort(self, words: str, now_us: int) -> None:
         """Everything off at once, and nothing more until the Abort is lifted."""
         self._now_us = now_us
-        self.aborted, self._job, self.sticks = Abort(words, now_us), None, None
+        self.aborted, self._job, self.sticks = StandingAbort(words, now_us), None, None
         self._client.give_up(words)
         self._end(imc.Outcome.FAILURE, words)
         self._is_disarming, self._is_acknowledged = True, False
@@ -171,13 +171,13 @@ class Engine:
         if self._is_disarming and now_us >= self._disarm_us:
             self._disarm(now_us)
         match self.phase:
-            case Phase.IDLE:
+            case DeskPhase.IDLE:
                 self._look_for_mine(vehicle)
-            case Phase.SAILING:
+            case DeskPhase.SAILING:
                 self._follow(vehicle)
-            case Phase.BY_HAND:
+            case DeskPhase.BY_HAND:
                 self._pass_on(vehicle, now_us, is_present=is_present)
-            case Phase.STARTING:
+            case DeskPhase.STARTING:
                 pass
             case _:
                 assert_never(self.phase)
@@ -192,12 +192,12 @@ class Engine:
             self._is_disarming = False
             return
 
-        def obeyed(outcome: Outcome) -> None:
+        def obeyed(outcome: JobOutcome) -> None:
             self._is_acknowledged = self._is_acknowledged or outcome.ok
 
         self._client.start(self._helm.disarm(force=True), obeyed, now_us)
 
-    def _look_for_mine(self, vehicle: Vehicle) -> None:
+    def _look_for_mine(self, vehicle: HeardVehicle) -> None:
         """A plan of ours that sails without our order: after a restart, or because another station let it go on."""
         plan = self.plan
         if plan is None or self.aborted is not None or not _sails(vehicle) or vehicle.mission_state != _ACTIVE:
@@ -205,10 +205,10 @@ class Engine:
         if self._ended_us is not None and self._now_us - self._ended_us < _SETTLE_US:
             return
         if vehicle.mission_id == plan_id(plan.items):
-            self.phase, self._has_been_active, self._outcome = Phase.SAILING, True, imc.Outcome.NONE
+            self.phase, self._has_been_active, self._outcome = DeskPhase.SAILING, True, imc.Outcome.NONE
             self._say(6, f"{plan.name} sails on")
 
-    def _follow(self, vehicle: Vehicle) -> None:
+    def _follow(self, vehicle: HeardVehicle) -> None:
         plan = self.plan
         assert plan is not None
         settled = self._now_us - self._begun_us > _SETTLE_US
@@ -226,7 +226,7 @@ class Engine:
         else:
             self._enter(plan.stage_of(vehicle.item))
 
-    def _may_be_old(self, vehicle: Vehicle) -> bool:
+    def _may_be_old(self, vehicle: HeardVehicle) -> bool:
         """Whether the vessel's word that it does not sail may be older than its answer to the order: a radio brings them in any order."""
         if _sails(vehicle):
             self._astray_us = None
@@ -240,7 +240,7 @@ class Engine:
         before, self._stage, self._stage_us = self._stage, stage, self._now_us
         self._set((before.on_end if before is not None else ()) + stage.on_start)
 
-    def _pass_on(self, vehicle: Vehicle, now_us: int, *, is_present: bool) -> None:
+    def _pass_on(self, vehicle: HeardVehicle, now_us: int, *, is_present: bool) -> None:
         steers = vehicle.armed and vehicle.mode is Mode.MANUAL
         self._has_been_active = self._has_been_active or steers or now_us - self._begun_us > _SETTLE_US
         if not steers and self._has_been_active:
@@ -257,7 +257,7 @@ class Engine:
         """Begin a job in place of the one before. ``settle``: what follows for the state, unless a newer order decides by then."""
         before, self._job = self._job, job
 
-        def ended(outcome: Outcome) -> None:
+        def ended(outcome: JobOutcome) -> None:
             if self._job is job:
                 self._job = None
                 settle(outcome)
@@ -272,9 +272,9 @@ class Engine:
 
     def _end(self, outcome: imc.Outcome, error: str) -> None:
         """Nothing runs any more."""
-        if self.phase is Phase.SAILING and self.plan is not None and outcome is imc.Outcome.SUCCESS:
+        if self.phase is DeskPhase.SAILING and self.plan is not None and outcome is imc.Outcome.SUCCESS:
             self._set((self._stage.on_end if self._stage is not None else ()) + self.plan.on_end)
-        self.phase, self._stage, self._stage_us = Phase.IDLE, None, None
+        self.phase, self._stage, self._stage_us = DeskPhase.IDLE, None, None
         self._outcome, self._ended_us = outcome, self._now_us
         if error:
             self._error, self._error_us = error, self._now_us
@@ -289,7 +289,7 @@ class Engine:
         if values:
             self._client.start(self._helm.put(values), self._complain, self._now_us)
 
-    def _complain(self, outcome: Outcome) -> None:
+    def _complain(self, outcome: JobOutcome) -> None:
         if not outcome.ok:
             self._say(4, outcome.reason)
 
@@ -301,15 +301,15 @@ class Engine:
         """What the state messages tell."""
         plan, stage = self.plan, self._stage
         state, operation = self._states()
-        number = stage.number if stage is not None else TELEOPERATION if self.phase is Phase.BY_HAND else 0xFFFF
+        number = stage.number if stage is not None else TELEOPERATION if self.phase is DeskPhase.BY_HAND else 0xFFFF
         return PlanView(
             state=state,
             plan_id=self.plan_name,
-            maneuver_id=stage.name if stage is not None else "Teleoperation" if self.phase is Phase.BY_HAND else "",
+            maneuver_id=stage.name if stage is not None else "Teleoperation" if self.phase is DeskPhase.BY_HAND else "",
             maneuver_type=number,
             maneuver_started_us=self._stage_us,
             progress_pct=100.0 * plan.stages.index(stage) / len(plan.stages) if plan and stage else None,
-            maneuver_done=self.phase is Phase.IDLE and self._outcome is imc.Outcome.SUCCESS,
+            maneuver_done=self.phase is DeskPhase.IDLE and self._outcome is imc.Outcome.SUCCESS,
             last_outcome=self._outcome,
             operation=operation,
             last_error=self._error,
@@ -320,22 +320,22 @@ class Engine:
         if self.aborted is not None:
             return imc.PlanState.BLOCKED, imc.OpMode.ERROR
         match self.phase:
-            case Phase.IDLE:
+            case DeskPhase.IDLE:
                 ready = self._client.is_heard(self._now_us)
                 return imc.PlanState.READY if ready else imc.PlanState.BLOCKED, imc.OpMode.SERVICE
-            case Phase.STARTING:
+            case DeskPhase.STARTING:
                 return imc.PlanState.INITIALIZING, imc.OpMode.SERVICE
-            case Phase.SAILING | Phase.BY_HAND:
+            case DeskPhase.SAILING | DeskPhase.BY_HAND:
                 return imc.PlanState.EXECUTING, imc.OpMode.MANEUVER
             case _:
                 assert_never(self.phase)
 
 
-def _sails(vehicle: Vehicle) -> bool:
+def _sails(vehicle: HeardVehicle) -> bool:
     return vehicle.armed and vehicle.mode is Mode.AUTO
 
 
-def _is_complete(vehicle: Vehicle, plan: Plan) -> bool:
+def _is_complete(vehicle: HeardVehicle, plan: Plan) -> bool:
     """By its own word, or for a vehicle that says none, because it left Auto after the last item."""
     if vehicle.mission_state == COMPLETE:
         return True

@@ -16,7 +16,7 @@ from mavlink_bridge.mavlink.persona import ParamInfo, ParamTable
 _TRUE: Final = {"true": 1.0, "false": 0.0}
 
 
-class Parts:
+class ParamSections:
     """Sections and their parameters. ``table``: our settings' parameters; None for a foreign vehicle."""
 
     def __init__(self, table: ParamTable | None) -> None:

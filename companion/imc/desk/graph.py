@@ -9,23 +9,23 @@ from typing import Final
 
 from mavlink_bridge import imc
 
-from .refusal import RefusedError
+from .refusal import ConsoleRefusedError
 
 _DONE: Final = frozenset({"", "ManeuverIsDone"})
 """The one condition that consoles write: the manoeuvre is over."""
 
 
 def in_order(spec: imc.PlanSpecification) -> list[imc.PlanManeuver]:
-    """The manoeuvres in the order in which they are sailed. Raises RefusedError."""
+    """The manoeuvres in the order in which they are sailed. Raises ConsoleRefusedError."""
     unknown = imc.holds_unknown(spec)
     if unknown is not None:
-        raise RefusedError(f"it holds {imc.name_of(unknown.number)}, which is not read here", _holder(spec))
+        raise ConsoleRefusedError(f"it holds {imc.name_of(unknown.number)}, which is not read here", _holder(spec))
     nodes = {node.maneuver_id: node for node in spec.maneuvers}
     if not nodes:
-        raise RefusedError("the plan is empty")
+        raise ConsoleRefusedError("the plan is empty")
     if len(nodes) < len(spec.maneuvers):
         names = [node.maneuver_id for node in spec.maneuvers]
-        raise RefusedError("there are two manoeuvres of this name", next(n for n in names if names.count(n) > 1))
+        raise ConsoleRefusedError("there are two manoeuvres of this name", next(n for n in names if names.count(n) > 1))
     following = _following(spec, nodes)
     return _walk(spec.start_man_id, nodes, following)
 
@@ -41,32 +41,34 @@ def _following(spec: imc.PlanSpecification, nodes: dict[str, imc.PlanManeuver]) 
     for transition in spec.transitions:
         source, target = transition.source_man, transition.dest_man
         if source not in nodes:
-            raise RefusedError(f"a transition leads from it to {target}, but it is not in the plan", source)
+            raise ConsoleRefusedError(f"a transition leads from it to {target}, but it is not in the plan", source)
         if target not in nodes:
-            raise RefusedError(f"it leads to {target}, which is not in the plan", source)
+            raise ConsoleRefusedError(f"it leads to {target}, which is not in the plan", source)
         if transition.conditions.strip() not in _DONE:
-            raise RefusedError(f'it goes on to {target} on "{transition.conditions}": only on its end is known', source)
+            raise ConsoleRefusedError(
+                f'it goes on to {target} on "{transition.conditions}": only on its end is known', source
+            )
         if transition.actions:
-            raise RefusedError(f"its way to {target} has actions: put them to the manoeuvre's end", source)
+            raise ConsoleRefusedError(f"its way to {target} has actions: put them to the manoeuvre's end", source)
         if following.get(source, target) != target:
-            raise RefusedError(f"it has two successors, {following[source]} and {target}", source)
+            raise ConsoleRefusedError(f"it has two successors, {following[source]} and {target}", source)
         following[source] = target
     return following
 
 
 def _walk(start: str, nodes: dict[str, imc.PlanManeuver], following: dict[str, str]) -> list[imc.PlanManeuver]:
     if start not in nodes:
-        raise RefusedError(f'the plan starts with "{start}", which is not in it')
+        raise ConsoleRefusedError(f'the plan starts with "{start}", which is not in it')
     order: list[imc.PlanManeuver] = []
     seen: set[str] = set()
     name: str | None = start
     while name is not None:
         if name in seen:
-            raise RefusedError(f"it goes back to {name}: a loop has no end", order[-1].maneuver_id)
+            raise ConsoleRefusedError(f"it goes back to {name}: a loop has no end", order[-1].maneuver_id)
         seen.add(name)
         order.append(nodes[name])
         name = following.get(name)
     for left in nodes:
         if left not in seen:
-            raise RefusedError("it is never reached from the plan's start", left)
+            raise ConsoleRefusedError("it is never reached from the plan's start", left)
     return order

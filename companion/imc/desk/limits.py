@@ -24,7 +24,7 @@ _LONGEST_M: Final = 100_000.0
 
 
 @dataclass(frozen=True, slots=True)
-class Area:
+class LimitArea:
     """A rectangle about its centre; ``length_m`` lies along ``orientation_rad`` from north."""
 
     lat_rad: float
@@ -65,11 +65,11 @@ def _vertex(lat_rad: float, lon_rad: float) -> PlanItem:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ConsoleLimits:
     """What a console has set and the vessel has taken. None = not set."""
 
     max_speed_mps: float | None = None
-    area: Area | None = None
+    area: LimitArea | None = None
 
     def message(self, min_altitude_m: float | None) -> imc.OperationalLimits:
         """As consoles read it."""
@@ -98,18 +98,18 @@ class Limits:
         return {"max_speed_mps": self.max_speed_mps, "area": kept}
 
 
-def restored(saved: object) -> Limits:
+def restored(saved: object) -> ConsoleLimits:
     """Limits out of the store; none from what is none."""
     try:
         speed, area = saved["max_speed_mps"], saved["area"]  # type: ignore[index]
         numbers = [float(value) for value in area] if area is not None else []
-        found = Area(*numbers) if area is not None else None
-        return Limits(None if speed is None else float(speed), found)
+        found = LimitArea(*numbers) if area is not None else None
+        return ConsoleLimits(None if speed is None else float(speed), found)
     except (KeyError, TypeError, ValueError):
-        return Limits()
+        return ConsoleLimits()
 
 
-def area_of(message: imc.OperationalLimits) -> Area | None:
+def area_of(message: imc.OperationalLimits) -> LimitArea | None:
     """The area of a console's limits; None when it sets none. Raises ValueError for what is no area."""
     if not message.mask & _Mask.AREA:
         return None
@@ -124,7 +124,7 @@ def area_of(message: imc.OperationalLimits) -> Area | None:
         raise ValueError("the area's centre is not on the globe")
     if not (0.0 < message.width_m <= _LONGEST_M and 0.0 < message.length_m <= _LONGEST_M):
         raise ValueError(f"the area is {message.length_m:g} by {message.width_m:g} m")
-    return Area(*numbers)
+    return LimitArea(*numbers)
 
 
 def unknown_limits(mask: int) -> str:

@@ -8,11 +8,11 @@ from dataclasses import replace
 from mavlink_bridge import imc
 from mavlink_bridge.imc.system import Asker
 from mavlink_bridge.language.requests import PlanKind
-from mavlink_bridge.mavlink.client import Job, Outcome, Vehicle, VehicleClient
+from mavlink_bridge.mavlink.client import HeardVehicle, Job, JobOutcome, VehicleClient
 from mavlink_bridge.mavlink.client.exchange import DONE
 from mavlink_bridge.mavlink.client.transfers import upload
 
-from .limits import MIN_ALTITUDE, Limits, area_of, unknown_limits
+from .limits import MIN_ALTITUDE, ConsoleLimits, area_of, unknown_limits
 from .orders import Helm
 from .params_desk import ParamsDesk, Tell
 
@@ -25,7 +25,7 @@ class LimitsDesk:
         client: VehicleClient,
         helm: Helm,
         params: ParamsDesk,
-        limits: Limits,
+        limits: ConsoleLimits,
         *,
         answer: Tell,
         say: Callable[[int, str], None],
@@ -60,9 +60,9 @@ class LimitsDesk:
             self.tell(asker, label)
             return
         has_speed = bool(message.mask & imc.LimitsMask.MAX_SPEED) and message.max_speed_mps > 0.0
-        wanted = Limits(message.max_speed_mps if has_speed else None, area)
+        wanted = ConsoleLimits(message.max_speed_mps if has_speed else None, area)
 
-        def done(outcome: Outcome) -> None:
+        def done(outcome: JobOutcome) -> None:
             if outcome.ok:
                 self.limits = wanted
                 if message.mask & imc.LimitsMask.MIN_ALT:
@@ -74,7 +74,7 @@ class LimitsDesk:
 
         self._client.start(self._carried_out(vehicle, message, wanted), done, now_us)
 
-    def _carried_out(self, vehicle: Vehicle, message: imc.OperationalLimits, wanted: Limits) -> Job:
+    def _carried_out(self, vehicle: HeardVehicle, message: imc.OperationalLimits, wanted: ConsoleLimits) -> Job:
         if wanted.area != self.limits.area:
             items = wanted.area.fence() if wanted.area is not None else ()
             outcome = yield from upload(

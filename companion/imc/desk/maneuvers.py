@@ -17,8 +17,8 @@ from mavlink_bridge.language import messages as ours
 from mavlink_bridge.language.figures import Circle, Figure, FigureEight, Hover, LoiterDirection, Racetrack
 from mavlink_bridge.language.geodesy import direct
 
-from .patterns import Field, Point, rows
-from .refusal import RefusedError
+from .patterns import CoverageField, Point, rows
+from .refusal import ConsoleRefusedError
 
 MOST_POINTS: Final = 800
 """About what a vehicle has room for; the vehicle's own limit is told by itself."""
@@ -50,13 +50,13 @@ class Means:
 
 
 def sailed(maneuver: imc.Message | None, means: Means) -> Sailed:
-    """Read one manoeuvre. Raises RefusedError with the reason."""
+    """Read one manoeuvre. Raises ConsoleRefusedError with the reason."""
     if maneuver is None:
-        raise RefusedError("there is no manoeuvre in it")
+        raise ConsoleRefusedError("there is no manoeuvre in it")
     reader = _READERS.get(type(maneuver))
     if reader is None:
-        number = maneuver.number if isinstance(maneuver, imc.Unknown) else maneuver.NUMBER
-        raise RefusedError(f"{imc.name_of(number)} is not one of this vessel's manoeuvres")
+        number = maneuver.number if isinstance(maneuver, imc.UnknownMessage) else maneuver.NUMBER
+        raise ConsoleRefusedError(f"{imc.name_of(number)} is not one of this vessel's manoeuvres")
     return reader(maneuver, means)
 
 
@@ -67,18 +67,18 @@ def _place(maneuver: Any) -> tuple[float, float]:
     lat_rad, lon_rad = maneuver.lat_rad, maneuver.lon_rad
     fits = math.isfinite(lat_rad) and math.isfinite(lon_rad) and abs(lat_rad) <= _QUARTER and abs(lon_rad) <= math.pi
     if not fits:
-        raise RefusedError("its position is not on the globe")
+        raise ConsoleRefusedError("its position is not on the globe")
     if lat_rad == 0.0 and lon_rad == 0.0:
-        raise RefusedError("its position 0, 0 means not set")
+        raise ConsoleRefusedError("its position 0, 0 means not set")
     return lat_rad, lon_rad
 
 
 def _surface(z_m: float, units: int) -> None:
-    """Raises RefusedError for what only a diving or flying vehicle can hold."""
+    """Raises ConsoleRefusedError for what only a diving or flying vehicle can hold."""
     if units == imc.ZUnits.NONE or (z_m == 0.0 and units in (imc.ZUnits.DEPTH, imc.ZUnits.HEIGHT)):
         return
     name = imc.ZUnits(units).name.lower() if units in imc.ZUnits.__members__.values() else f"z of unit {units}"
-    raise RefusedError(f"{name} {z_m:g} m: a surface vessel keeps the surface (set z to 0, depth)")
+    raise ConsoleRefusedError(f"{name} {z_m:g} m: a surface vessel keeps the surface (set z to 0, depth)")
 
 
 def _speed(maneuver: Any, means: Means) -> float:
@@ -89,26 +89,28 @@ def _speed(maneuver: Any, means: Means) -> float:
             speed_mps = speed
         case imc.SpeedUnits.PERCENTAGE:
             if means.full_speed_mps is None:
-                raise RefusedError(f"speed {speed:g} %: the full speed is not known here (full_speed_mps); use m/s")
+                raise ConsoleRefusedError(
+                    f"speed {speed:g} %: the full speed is not known here (full_speed_mps); use m/s"
+                )
             speed_mps = 0.01 * speed * means.full_speed_mps
         case imc.SpeedUnits.RPM:
-            raise RefusedError(f"speed {speed:g} RPM: no shaft speed is measured; use m/s")
+            raise ConsoleRefusedError(f"speed {speed:g} RPM: no shaft speed is measured; use m/s")
         case _:
-            raise RefusedError(f"speed of unit {units} is not known")
+            raise ConsoleRefusedError(f"speed of unit {units} is not known")
     if not 0.0 < speed_mps <= _FASTEST_MPS:
-        raise RefusedError(f"speed {speed_mps:g} m/s is not above 0 and up to {_FASTEST_MPS:g}")
+        raise ConsoleRefusedError(f"speed {speed_mps:g} m/s is not above 0 and up to {_FASTEST_MPS:g}")
     return speed_mps
 
 
 def _length(value_m: float, what: str) -> float:
     if not 0.0 < value_m <= _FARTHEST_M:
-        raise RefusedError(f"{what} {value_m:g} m is not above 0 and up to {_FARTHEST_M:g}")
+        raise ConsoleRefusedError(f"{what} {value_m:g} m is not above 0 and up to {_FARTHEST_M:g}")
     return value_m
 
 
 def _angle(value_rad: float, what: str) -> float:
     if not math.isfinite(value_rad) or abs(value_rad) > 4.0 * math.pi:
-        raise RefusedError(f"{what} {value_rad:g} rad is no direction")
+        raise ConsoleRefusedError(f"{what} {value_rad:g} rad is no direction")
     return math.remainder(value_rad, math.tau)
 
 
@@ -151,13 +153,13 @@ def _figure(loiter: imc.Loiter) -> Figure:
         case imc.LoiterType.HOVER:
             return Hover()
         case _:
-            raise RefusedError(f"loiter type {loiter.type} is not known")
+            raise ConsoleRefusedError(f"loiter type {loiter.type} is not known")
 
 
 def _direction(loiter: imc.Loiter) -> LoiterDirection:
     found = _DIRECTIONS.get(imc.Direction(loiter.direction)) if loiter.direction in _DIRECTIONS else None
     if found is None:
-        raise RefusedError(f"loiter direction {loiter.direction} is not known")
+        raise ConsoleRefusedError(f"loiter direction {loiter.direction} is not known")
     return found
 
 
@@ -165,7 +167,7 @@ def _either_way(loiter: imc.Loiter, what: str) -> LoiterDirection:
     """For figures whose direction has to be said: the vessel's choice is clockwise."""
     direction = _direction(loiter)
     if direction is LoiterDirection.INTO_DRIFT:
-        raise RefusedError(f"a {what} goes clockwise or counter-clockwise, not into wind or current")
+        raise ConsoleRefusedError(f"a {what} goes clockwise or counter-clockwise, not into wind or current")
     return LoiterDirection.CW if direction is LoiterDirection.VESSEL else direction
 
 
@@ -191,7 +193,7 @@ def _follow_path(maneuver: imc.FollowPath, means: Means) -> Sailed:
     _surface(maneuver.z_m, maneuver.z_units)
     speed_mps = _speed(maneuver, means)
     if not maneuver.points:
-        raise RefusedError("its path has no points")
+        raise ConsoleRefusedError("its path has no points")
     for point in maneuver.points:
         _surface(point.z_m, imc.ZUnits.DEPTH if maneuver.z_units else imc.ZUnits.NONE)
     return _track((lat_rad, lon_rad), [(point.x_m, point.y_m) for point in maneuver.points], speed_mps)
@@ -201,8 +203,8 @@ def _rows(maneuver: imc.Rows, means: Means) -> Sailed:
     start = _place(maneuver)
     _surface(maneuver.z_m, maneuver.z_units)
     if maneuver.alternation_pct > 100:
-        raise RefusedError(f"alternation {maneuver.alternation_pct} % is above 100")
-    field = Field(
+        raise ConsoleRefusedError(f"alternation {maneuver.alternation_pct} % is above 100")
+    field = CoverageField(
         bearing_rad=_angle(maneuver.bearing_rad, "bearing"),
         cross_angle_rad=_angle(maneuver.cross_angle_rad, "cross angle"),
         width_m=_length(maneuver.width_m, "width"),
@@ -214,19 +216,19 @@ def _rows(maneuver: imc.Rows, means: Means) -> Sailed:
         right=bool(maneuver.flags & imc.RowsFlags.CURVE_RIGHT),
     )
     if 2 * field.count > MOST_POINTS:
-        raise RefusedError(f"{field.count} rows: {MOST_POINTS // 2} fit")
+        raise ConsoleRefusedError(f"{field.count} rows: {MOST_POINTS // 2} fit")
     return _track(start, rows(field), _speed(maneuver, means))
 
 
 def _track(start: Point, points: list[Point], speed_mps: float) -> Sailed:
     """Points north and east of a place, m, as points to sail to one after the other."""
     if len(points) > MOST_POINTS:
-        raise RefusedError(f"{len(points)} points: {MOST_POINTS} fit")
+        raise ConsoleRefusedError(f"{len(points)} points: {MOST_POINTS} fit")
     gotos = []
     for north_m, east_m in points:
         distance_m = math.hypot(north_m, east_m)
         if not distance_m <= _FARTHEST_M:
-            raise RefusedError(f"a point lies {distance_m:g} m away: {_FARTHEST_M:g} is the most")
+            raise ConsoleRefusedError(f"a point lies {distance_m:g} m away: {_FARTHEST_M:g} is the most")
         lat_rad, lon_rad = direct(*start, math.atan2(east_m, north_m), distance_m)
         gotos.append(ours.Goto(0, lat_rad, lon_rad, speed_mps=speed_mps))
     return Sailed(tuple(gotos))

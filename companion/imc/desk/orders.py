@@ -11,7 +11,16 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import PlanKind
-from mavlink_bridge.mavlink.client import Autopilot, Job, Outcome, Vehicle, VehicleClient, orders, parameters, transfers
+from mavlink_bridge.mavlink.client import (
+    Autopilot,
+    HeardVehicle,
+    Job,
+    JobOutcome,
+    VehicleClient,
+    orders,
+    parameters,
+    transfers,
+)
 from mavlink_bridge.mavlink.client.exchange import DONE, Step
 from mavlink_bridge.mavlink.client.texts import Texts
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
@@ -35,7 +44,7 @@ class Helm:
         """A plan is on its way to a vessel that is not armed: nobody needs a sign of life, and a radio has the air for the plan."""
 
     @property
-    def vehicle(self) -> Vehicle | None:
+    def vehicle(self) -> HeardVehicle | None:
         return self._client.vehicle
 
     def start(self, plan: Plan, values: Values, begun: Callable[[], None]) -> Job:
@@ -65,7 +74,7 @@ class Helm:
     def _arm_and_sail(self, begun: Callable[[], None]) -> Job:
         """Both orders go out together: behind a radio each round trip is a second. A start that comes before the arming is said again."""
         self._client.present()
-        started: list[Outcome] = []
+        started: list[JobOutcome] = []
         sail = self._sail()
         if self._may_arm:
             begun()
@@ -127,14 +136,14 @@ class Helm:
         if self._there().armed:
             return DONE
         if not self._may_arm:
-            return Outcome(False, "the vessel is not armed, and orders by IMC may not arm it (may_arm)")
+            return JobOutcome(False, "the vessel is not armed, and orders by IMC may not arm it (may_arm)")
         return (yield from orders.arm(self._there(), texts=self._texts, answer_s=self.answer_s))
 
     @property
     def _texts(self) -> Texts:
         return self._client.texts_heard
 
-    def _there(self) -> Vehicle:
+    def _there(self) -> HeardVehicle:
         vehicle = self._client.vehicle
         assert vehicle is not None, "orders are made for a vehicle that was heard"
         return vehicle

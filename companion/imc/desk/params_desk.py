@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 
 from mavlink_bridge import imc
 from mavlink_bridge.imc.system import Asker
-from mavlink_bridge.mavlink.client import Outcome, VehicleClient
+from mavlink_bridge.mavlink.client import JobOutcome, VehicleClient
 from mavlink_bridge.mavlink.client.parameters import fetch
 
-from .entities import Parts
+from .entities import ParamSections
 from .orders import Helm, Values
 from .plan import Setting
 
@@ -25,7 +25,7 @@ class ParamsDesk:
     """``answer`` sends a message to an asker under a label; ``say`` takes what an operator should read."""
 
     def __init__(
-        self, client: VehicleClient, helm: Helm, parts: Parts, answer: Tell, say: Callable[[int, str], None]
+        self, client: VehicleClient, helm: Helm, parts: ParamSections, answer: Tell, say: Callable[[int, str], None]
     ) -> None:
         self._client = client
         self._helm = helm
@@ -70,7 +70,7 @@ class ParamsDesk:
             return
         wanted = self.values_of(tuple(Setting(message.name, each.name, each.value) for each in message.params))
 
-        def done(outcome: Outcome) -> None:
+        def done(outcome: JobOutcome) -> None:
             if outcome.ok:
                 for name, value in wanted:
                     self.heard(name, value)
@@ -92,7 +92,7 @@ class ParamsDesk:
                 values.append((each.name, wanted))
         return values
 
-    def _fetched(self, outcome: Outcome) -> None:
+    def _fetched(self, outcome: JobOutcome) -> None:
         self._is_fetching = False
         if not outcome.ok:
             self._say(4, outcome.reason)

@@ -17,7 +17,7 @@ Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class CoverageField:
     """What is covered. Lengths in m, angles in rad; ``alternation`` 0...1."""
 
     bearing_rad: float
@@ -36,7 +36,7 @@ class Field:
         return math.floor(self.width_m / self.hstep_m + 1e-9) + 1
 
 
-def rows(field: Field) -> list[Point]:
+def rows(field: CoverageField) -> list[Point]:
     """The corners to sail, the lead-in first."""
     side = 1.0 if field.right else -1.0
     across_rad = field.bearing_rad + side * (0.5 * math.pi + field.cross_angle_rad)
@@ -45,7 +45,7 @@ def rows(field: Field) -> list[Point]:
     return [(x * along[0] + y * across[0], x * along[1] + y * across[1]) for x, y in _corners(field)]
 
 
-def _corners(field: Field) -> Iterator[Point]:
+def _corners(field: CoverageField) -> Iterator[Point]:
     """Corners along and across, in the field's own axes."""
     yield -field.overshoot_m, 0.0
     for number in range(field.count):
@@ -57,7 +57,7 @@ def _corners(field: Field) -> Iterator[Point]:
             yield turn, _row_at(field, number + 1)
 
 
-def _row_at(field: Field, number: int) -> float:
+def _row_at(field: CoverageField, number: int) -> float:
     """How far across a row lies."""
     shift = field.hstep_m * (1.0 - field.alternation) if number % 2 else 0.0
     return number * field.hstep_m - shift

@@ -22,7 +22,7 @@ from mavlink_bridge.mavlink.wire.cmd import Cmd
 
 from .graph import in_order
 from .maneuvers import Means, sailed
-from .refusal import RefusedError
+from .refusal import ConsoleRefusedError
 
 Task = ours.Goto | ours.Loiter
 _NOTES_SAID: Final = 3
@@ -83,7 +83,7 @@ def compiled(
     max_speed_mps: float | None = None,
     sections: Sequence[str] = (),
 ) -> Plan:
-    """Read a whole plan. ``sections``: the parts that have parameters here. Raises RefusedError with node and reason."""
+    """Read a whole plan. ``sections``: the parts that have parameters here. Raises ConsoleRefusedError with node and reason."""
     notes: list[str] = []
     tasks: list[Task] = []
     spans: list[tuple[imc.PlanManeuver, int]] = []
@@ -94,9 +94,9 @@ def compiled(
     try:
         items = items_from_maneuvers(tasks)
     except InexpressibleError as error:
-        raise RefusedError(str(error)) from None
+        raise ConsoleRefusedError(str(error)) from None
     if len(items) > MAX_ITEMS:
-        raise RefusedError(f"{len(items)} items: {MAX_ITEMS} fit")
+        raise ConsoleRefusedError(f"{len(items)} items: {MAX_ITEMS} fit")
     if spec.variables:
         notes.append(f"{len(spec.variables)} variables are not looked at")
     stages = _stages(items, spans, sections, notes)
@@ -123,11 +123,13 @@ def _tasks(
         found = sailed(node.data, means)
         notes += [f"{node.maneuver_id}: {note}" for note in found.notes]
         tasks = [_fitted(task, autopilot, node.maneuver_id, notes) for task in found.maneuvers]
-    except RefusedError as refusal:
-        raise RefusedError(refusal.reason, node.maneuver_id) from None
+    except ConsoleRefusedError as refusal:
+        raise ConsoleRefusedError(refusal.reason, node.maneuver_id) from None
     for task in tasks:
         if max_speed_mps is not None and (task.speed_mps or 0.0) > max_speed_mps + 1e-6:
-            raise RefusedError(f"speed {task.speed_mps:g} m/s is above the limit {max_speed_mps:g}", node.maneuver_id)
+            raise ConsoleRefusedError(
+                f"speed {task.speed_mps:g} m/s is above the limit {max_speed_mps:g}", node.maneuver_id
+            )
         if isinstance(task, ours.Loiter) and task.duration_s is None and task.turns is None:
             notes.append(f"{node.maneuver_id} has no duration: it lasts until STOP")
     return tasks
@@ -137,14 +139,14 @@ def _read_back(items: Sequence[PlanItem], stages: Sequence[Stage]) -> None:
     """Refuse here, by the manoeuvre's name, what the vessel would refuse by an item's number."""
     for error in compile_items(items).errors:
         node = next((stage.name for stage in stages if error.seq <= stage.last), "")
-        raise RefusedError(error.reason, node)
+        raise ConsoleRefusedError(error.reason, node)
 
 
 # What the autopilot can sail
 
 
 def _fitted(task: Task, autopilot: Autopilot, node: str, notes: list[str]) -> Task:
-    """A task as this autopilot sails it. Raises RefusedError for what it would sail otherwise."""
+    """A task as this autopilot sails it. Raises ConsoleRefusedError for what it would sail otherwise."""
     if isinstance(task, ours.Goto):
         return task
     match autopilot:
@@ -155,7 +157,7 @@ def _fitted(task: Task, autopilot: Autopilot, node: str, notes: list[str]) -> Ta
         case Autopilot.PX4 | Autopilot.OTHER:
             if isinstance(task.figure, Hover):
                 return task
-            raise RefusedError(f"a {task.figure.name} loiter is not one of {autopilot.value}'s boat manoeuvres")
+            raise ConsoleRefusedError(f"a {task.figure.name} loiter is not one of {autopilot.value}'s boat manoeuvres")
         case _:
             assert_never(autopilot)
 
@@ -164,11 +166,11 @@ def _in_turns(task: ours.Loiter, node: str, notes: list[str]) -> ours.Loiter:
     """ArduPilot's boats go round by turns, not by time, and clockwise or back only."""
     circle = task.figure
     if not isinstance(circle, Circle):
-        raise RefusedError(f"a {circle.name} loiter is not one of ArduPilot's boat manoeuvres")
+        raise ConsoleRefusedError(f"a {circle.name} loiter is not one of ArduPilot's boat manoeuvres")
     if circle.direction is LoiterDirection.INTO_DRIFT:
-        raise RefusedError("ArduPilot's boats do not choose a circle's direction by wind or current")
+        raise ConsoleRefusedError("ArduPilot's boats do not choose a circle's direction by wind or current")
     if task.duration_s is None or task.speed_mps is None or circle.radius_m is None:
-        raise RefusedError("ArduPilot's boats do not circle without end: give it a duration")
+        raise ConsoleRefusedError("ArduPilot's boats do not circle without end: give it a duration")
     turns = max(1.0, round(task.speed_mps * task.duration_s / (6.283185307179586 * circle.radius_m)))
     notes.append(f"{node}: {task.duration_s:g} s are sailed as {turns:g} turns")
     direction = LoiterDirection.CCW if circle.direction is LoiterDirection.CCW else LoiterDirection.CW

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 from mavlink_bridge import imc
 
-from .refusal import RefusedError
-from .shelf import Kept, Shelf
+from .refusal import ConsoleRefusedError
+from .shelf import Shelf, ShelvedPlan
 
 _Op = imc.PlanDBOp
 
 
 class PlanDatabase:
-    """``judge`` tells what of a plan is passed over, or raises RefusedError; ``changed`` is called after each change."""
+    """``judge`` tells what of a plan is passed over, or raises ConsoleRefusedError; ``changed`` is called after each change."""
 
     def __init__(
         self, shelf: Shelf, judge: Callable[[imc.PlanSpecification], str], changed: Callable[[], None]
@@ -68,7 +68,7 @@ class PlanDatabase:
         if unknown is not None:
             return _failure(request, f"it holds {imc.name_of(unknown.number)}, which is not read here")
         was_there = request.plan_id in self._shelf
-        refusal = self._shelf.put(spec.plan_id, Kept(imc.fields_bytes(spec), utc_s, asker, name))
+        refusal = self._shelf.put(spec.plan_id, ShelvedPlan(imc.fields_bytes(spec), utc_s, asker, name))
         if refusal:
             return _failure(request, refusal)
         self._changed()
@@ -78,7 +78,7 @@ class PlanDatabase:
     def _remark(self, spec: imc.PlanSpecification) -> str:
         try:
             remark = self._judge(spec)
-        except RefusedError as refusal:
+        except ConsoleRefusedError as refusal:
             return f", but START will refuse it: {refusal}"
         return f"; {remark}" if remark else ""
 

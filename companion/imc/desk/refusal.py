@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class RefusedError(Exception):
+class ConsoleRefusedError(Exception):
     """``node``: name of the manoeuvre as the console shows it, "" for the plan as a whole."""
 
     def __init__(self, reason: str, node: str = "") -> None:

@@ -22,7 +22,7 @@ _REPEAT_US: Final = 200_000
 """Twice within the vessel's 0.5 s."""
 
 
-class Sticks:
+class RemoteSticks:
     """The newest sticks of one teleoperation. ``hold_us``: how long they hold without being repeated."""
 
     def __init__(self, hold_us: int, now_us: int) -> None:

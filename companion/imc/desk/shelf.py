@@ -20,7 +20,7 @@ MAX_BYTES: Final = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class ShelvedPlan:
     """One plan as it came."""
 
     data: bytes
@@ -45,21 +45,21 @@ class Shelf:
 
     def __init__(self, max_plans: int, saved: object = None) -> None:
         self._max_plans = max_plans
-        self._plans: dict[str, Kept] = {}
-        self.last: Kept | None = None
+        self._plans: dict[str, ShelvedPlan] = {}
+        self.last: ShelvedPlan | None = None
         """The newest change."""
         for name, row in saved.items() if isinstance(saved, dict) else ():
             kept = _read(row)
             if kept is not None and len(self._plans) < max_plans:
                 self._plans[str(name)] = kept
 
-    def get(self, name: str) -> Kept | None:
+    def get(self, name: str) -> ShelvedPlan | None:
         return self._plans.get(name)
 
     def __contains__(self, name: str) -> bool:
         return name in self._plans
 
-    def put(self, name: str, kept: Kept) -> str:
+    def put(self, name: str, kept: ShelvedPlan) -> str:
         """Keep a plan; returns why not, or ""."""
         others = sum(len(each.data) for other, each in self._plans.items() if other != name)
         if others + len(kept.data) > MAX_BYTES:
@@ -114,12 +114,12 @@ class Shelf:
         }
 
 
-def _read(row: object) -> Kept | None:
+def _read(row: object) -> ShelvedPlan | None:
     """A kept plan out of the store; None for what is none, or cannot be read any more."""
     try:
         saved: list[Any] = list(row)  # type: ignore[call-overload]
         data = base64.b64decode(saved[0], validate=True)
-        kept = Kept(data, changed_utc_s=float(saved[1]), changed_by=int(saved[2]), changed_name=str(saved[3]))
+        kept = ShelvedPlan(data, changed_utc_s=float(saved[1]), changed_by=int(saved[2]), changed_name=str(saved[3]))
         kept.spec()
     except (TypeError, ValueError, IndexError, binascii.Error, imc.MalformedError):
         return None

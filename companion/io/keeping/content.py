@@ -174,7 +174,7 @@ class Completion(NamedTuple):
     text: str
 
 
-class Entry(NamedTuple):
+class StoredRow(NamedTuple):
     """One row as stored; ``body`` None deletes. An empty key with body None deletes the whole section."""
 
     section: str
@@ -182,35 +182,35 @@ class Entry(NamedTuple):
     body: str | None
 
 
-def entries_of(op: StoreOp) -> list[Entry]:
+def entries_of(op: StoreOp) -> list[StoredRow]:
     """Turn a change into rows."""
     if isinstance(op, SavePlan):
-        return [Entry("plan", op.kind.name, _items_text(op.items))]
+        return [StoredRow("plan", op.kind.name, _items_text(op.items))]
     if isinstance(op, SaveParam):
-        return [Entry("param", op.name, json.dumps(op.value))]
+        return [StoredRow("param", op.name, json.dumps(op.value))]
     if isinstance(op, ForgetParams):
-        return [Entry("param", name, None) for name in op.names or ("",)]
+        return [StoredRow("param", name, None) for name in op.names or ("",)]
     if isinstance(op, SaveLedger):
-        return [Entry("ledger", op.radio, json.dumps(op.entries))]
+        return [StoredRow("ledger", op.radio, json.dumps(op.entries))]
     if isinstance(op, SaveStamp):
-        return [Entry("stamp", op.stream, json.dumps(op.stamp))]
+        return [StoredRow("stamp", op.stream, json.dumps(op.stamp))]
     if isinstance(op, SaveCounter):
-        return [Entry("counter", op.name, json.dumps(op.value))]
+        return [StoredRow("counter", op.name, json.dumps(op.value))]
     if isinstance(op, SaveValue):
-        return [Entry("value", op.key, json.dumps(op.text))]
+        return [StoredRow("value", op.key, json.dumps(op.text))]
     if isinstance(op, ForgetValue):
-        return [Entry("value", op.key, None)]
+        return [StoredRow("value", op.key, None)]
     if isinstance(op, SaveRecord):
-        return [Entry("record", op.name, json.dumps([op.version, op.data]))]
+        return [StoredRow("record", op.name, json.dumps([op.version, op.data]))]
     if isinstance(op, ForgetRecord):
-        return [Entry("record", op.name, None)]
+        return [StoredRow("record", op.name, None)]
     if isinstance(op, SaveDepth):
-        tiles = [Entry("depth", key, json.dumps(pack_tile(tile))) for key, tile in op.tiles]
-        return [*tiles, *(Entry("depth", key, None) for key in op.gone)]
+        tiles = [StoredRow("depth", key, json.dumps(pack_tile(tile))) for key, tile in op.tiles]
+        return [*tiles, *(StoredRow("depth", key, None) for key in op.gone)]
     return [entry for part in op.ops for entry in entries_of(part)]
 
 
-def apply_entries(rows: dict[tuple[str, str], str], entries: list[Entry]) -> None:
+def apply_entries(rows: dict[tuple[str, str], str], entries: list[StoredRow]) -> None:
     """Make a change to rows held in memory."""
     for section, key, body in entries:
         if body is not None:

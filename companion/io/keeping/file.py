@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..log_file import sync_folder
-from .content import Entry
+from .content import StoredRow
 
 MIGRATIONS: Final[tuple[str, ...]] = (
     """
@@ -130,7 +130,7 @@ def _shown(name: object) -> str:
     return name if isinstance(name, str) and name.isascii() and name.isprintable() else ascii(name)
 
 
-def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> None:
+def write_entries(connection: sqlite3.Connection, entries: Iterable[StoredRow]) -> None:
     """Write rows in one transaction; each keeps one older generation."""
     connection.execute("BEGIN IMMEDIATE")
     for section, key, body in entries:
@@ -156,7 +156,7 @@ def write_entries(connection: sqlite3.Connection, entries: Iterable[Entry]) -> N
     connection.execute("COMMIT")
 
 
-def make_new(path: Path, entries: Iterable[Entry]) -> None:
+def make_new(path: Path, entries: Iterable[StoredRow]) -> None:
     """Make a store that holds ``entries`` from its first moment: written beside, synced, then named.
 
     A file that is found empty later was therefore emptied by somebody else. Raises OSError, sqlite3.Error.
@@ -169,14 +169,14 @@ def make_new(path: Path, entries: Iterable[Entry]) -> None:
     sync_folder(path.parent)
 
 
-def _make(path: Path, entries: Iterable[Entry]) -> None:
+def _make(path: Path, entries: Iterable[StoredRow]) -> None:
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
         connection.execute("PRAGMA synchronous=FULL")
         migrate(connection)
         write_entries(connection, entries)
 
 
-def replace(path: Path, entries: Iterable[Entry], why: str) -> Path:
+def replace(path: Path, entries: Iterable[StoredRow], why: str) -> Path:
     """Put a new file with ``entries`` in the place of one that is set aside (``free_name``); return where that is now.
 
     Nothing is moved before the new file is whole on the disk. Raises OSError, sqlite3.Error.

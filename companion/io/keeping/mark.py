@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Final
 
-from .content import Entry, StoreContent
+from .content import StoreContent, StoredRow
 from .file import MIGRATIONS
 
 Rows = Mapping[tuple[str, str], str]
@@ -40,13 +40,15 @@ def new_vessel_id() -> str:
     return secrets.token_hex(16)
 
 
-def marks(world: WorldKind, vessel: str) -> list[Entry]:
+def marks(world: WorldKind, vessel: str) -> list[StoredRow]:
     """The rows that say whose a store is, and in what form."""
     found = {"world": world.value, "vessel": vessel, "schema": str(len(MIGRATIONS))}
-    return [Entry("meta", key, json.dumps(text)) for key, text in found.items()]
+    return [StoredRow("meta", key, json.dumps(text)) for key, text in found.items()]
 
 
-def settle(rows: Rows, world: WorldKind, new_id: Callable[[], str] = new_vessel_id) -> tuple[list[Entry], list[str]]:
+def settle(
+    rows: Rows, world: WorldKind, new_id: Callable[[], str] = new_vessel_id
+) -> tuple[list[StoredRow], list[str]]:
     """Return the changes that make rows this world's store, and what to tell of them.
 
     Raises ForeignError when they are another world's, or unmarked while this is a simulation: a boat's, for all one knows.
@@ -60,8 +62,8 @@ def settle(rows: Rows, world: WorldKind, new_id: Callable[[], str] = new_vessel_
     if world is WorldKind.SIMULATED and rows:
         raise ForeignError("without the mark of a simulation")
     waiting = [(section, key, body) for (section, key), body in rows.items() if section in UNTRUSTED]
-    changes = [Entry(UNTRUSTED[section], key, body) for section, key, body in waiting]
-    changes += [Entry(section, key, None) for section, key, _ in waiting]
+    changes = [StoredRow(UNTRUSTED[section], key, body) for section, key, body in waiting]
+    changes += [StoredRow(section, key, None) for section, key, _ in waiting]
     counted = Counter(section for section, _, body in waiting if body != "[]")
     texts = []
     if counted:

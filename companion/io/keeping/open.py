@@ -10,7 +10,7 @@ import sqlite3
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from .content import Entry, SaveRecord, apply_entries, entries_of
+from .content import SaveRecord, StoredRow, apply_entries, entries_of
 from .file import (
     DAMAGE,
     MIGRATIONS,
@@ -37,7 +37,7 @@ _SMALLEST: Final = 512
 """No database of SQLite is smaller than its smallest page."""
 
 
-class Opened(NamedTuple):
+class OpenedStore(NamedTuple):
     """A store's file, opened as far as it goes."""
 
     connection: sqlite3.Connection | None
@@ -47,14 +47,14 @@ class Opened(NamedTuple):
     """Why it cannot be written; empty when it can."""
 
 
-def open_store(path: Path, world: WorldKind, *, again: bool = False) -> Opened:
+def open_store(path: Path, world: WorldKind, *, again: bool = False) -> OpenedStore:
     """Open for writing, or read what can be read. ``again``: while the vessel runs; another world's file is then left where it is."""
     texts: list[str] = []
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         finish_replacing(path)
         connection, rows = _open_writable(path, world, texts)
-        return Opened(connection, rows, texts, "")
+        return OpenedStore(connection, rows, texts, "")
     except ForeignError as error:
         return _foreign(path, world, texts, str(error), again=again)
     except NotOursError as error:
@@ -107,10 +107,10 @@ def _find_or_make(path: Path, world: WorldKind, texts: list[str]) -> None:
     make_new(path, marks(world, new_vessel_id()))
 
 
-def _foreign(path: Path, world: WorldKind, texts: list[str], why: str, *, again: bool) -> Opened:
+def _foreign(path: Path, world: WorldKind, texts: list[str], why: str, *, again: bool) -> OpenedStore:
     """Another world's store: a boat sets a simulation's aside, unharmed, and begins anew; a simulation leaves a boat's alone."""
     if world is WorldKind.SIMULATED or again:
-        return Opened(None, {}, [f"Store {path.name}: {why}, left alone; changes are kept in memory only"], why)
+        return OpenedStore(None, {}, [f"Store {path.name}: {why}, left alone; changes are kept in memory only"], why)
     try:
         barred = entries_of(SaveRecord(ASIDE, 1, free_name(path, WorldKind.SIMULATED.value).name))
         aside = replace(path, [*marks(world, new_vessel_id()), *barred], WorldKind.SIMULATED.value)
@@ -119,8 +119,8 @@ def _foreign(path: Path, world: WorldKind, texts: list[str], why: str, *, again:
     except (OSError, *DAMAGE) as error:
         reason = error.strerror or str(error) if isinstance(error, OSError) else plain(error)
         texts.append(f"Store {path.name}: {why}, not used; {reason}")
-        return Opened(None, _barred(path), texts, reason)
-    return Opened(connection, rows, texts, "")
+        return OpenedStore(None, _barred(path), texts, reason)
+    return OpenedStore(connection, rows, texts, "")
 
 
 def _barred(path: Path) -> Rows:
@@ -129,7 +129,7 @@ def _barred(path: Path) -> Rows:
     return rows
 
 
-def _read_only(path: Path, world: WorldKind, texts: list[str], reason: str) -> Opened:
+def _read_only(path: Path, world: WorldKind, texts: list[str], reason: str) -> OpenedStore:
     """Read what is there; nothing can be written."""
     texts.append(f"Store {path.name}: {reason}")
     if path.is_file():
@@ -138,28 +138,28 @@ def _read_only(path: Path, world: WorldKind, texts: list[str], reason: str) -> O
             with contextlib.suppress(*DAMAGE), contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
                 rows, damaged = read_entries(connection)
                 return _settled(path, world, [*texts, *(f"Store: {text}" for text in damaged)], reason, rows)
-    return Opened(None, {}, texts, reason)
+    return OpenedStore(None, {}, texts, reason)
 
 
-def _settled(path: Path, world: WorldKind, texts: list[str], reason: str, rows: Rows) -> Opened:
+def _settled(path: Path, world: WorldKind, texts: list[str], reason: str, rows: Rows) -> OpenedStore:
     """Rows that stay in memory, as this world may use them."""
     try:
         changes, told = settle(rows, world)
     except ForeignError as error:
         barred = _barred(path) if world is WorldKind.REAL else {}
-        return Opened(None, barred, [*texts, f"Store {path.name}: {error}, not used"], reason)
+        return OpenedStore(None, barred, [*texts, f"Store {path.name}: {error}, not used"], reason)
     apply_entries(rows, changes)
-    return Opened(None, rows, [*texts, *told], reason)
+    return OpenedStore(None, rows, [*texts, *told], reason)
 
 
-def _start_afresh(path: Path, world: WorldKind, texts: list[str], reason: str) -> Opened:
+def _start_afresh(path: Path, world: WorldKind, texts: list[str], reason: str) -> OpenedStore:
     """Begin a new file with what the damaged one still gives, and keep that one beside it."""
     rescued = rescue(path)
     found = f"Store {path.name} is damaged ({reason}), {len(rescued)} entries rescued"
     try:
         if rescued:
             settle(rescued, world)
-        aside = replace(path, [Entry(section, key, body) for (section, key), body in rescued.items()], "damaged")
+        aside = replace(path, [StoredRow(section, key, body) for (section, key), body in rescued.items()], "damaged")
         texts.append(f"{found}; moved to {aside.name}")
         connection, rows = _open_writable(path, world, texts)
     except ForeignError as error:
@@ -168,10 +168,10 @@ def _start_afresh(path: Path, world: WorldKind, texts: list[str], reason: str) -
         why = error.strerror or str(error) if isinstance(error, OSError) else plain(error)
         texts.append(f"{found}; {why}")
         return _settled(path, world, texts, why, rescued)
-    return Opened(connection, rows, texts, "")
+    return OpenedStore(connection, rows, texts, "")
 
 
-def in_one_transaction(connection: sqlite3.Connection, entries: list[Entry]) -> None:
+def in_one_transaction(connection: sqlite3.Connection, entries: list[StoredRow]) -> None:
     """Write rows, all or none. Raises what SQLite raises, with nothing written."""
     try:
         write_entries(connection, entries)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from ..writer import Writer
-from .content import Completion, Entry, StoreContent, StoreOp, apply_entries, content_of, entries_of, rows_of
+from .content import Completion, StoreContent, StoredRow, StoreOp, apply_entries, content_of, entries_of, rows_of
 from .file import DAMAGE, MIGRATIONS, check, migrate, plain, read_entries, stays_usable, write_entries
 from .mark import WorldKind
 from .open import in_one_transaction, open_store
@@ -117,7 +117,7 @@ class Store:
         """Plans and parameters as the vessel has them."""
         self._stale = ""
         self._closed = False
-        self._unwritten: dict[tuple[str, str], Entry] = {}
+        self._unwritten: dict[tuple[str, str], StoredRow] = {}
         """What waits for the disk, the newest of each."""
         self._own_writer = None if writer else Writer()
         self._writer = writer or self._own_writer
@@ -183,12 +183,12 @@ class Store:
             with contextlib.suppress(sqlite3.Error):
                 connection.close()
 
-    def _perform(self, ticket: int, entries: list[Entry]) -> None:
+    def _perform(self, ticket: int, entries: list[StoredRow]) -> None:
         with self._lock:
             self._done.append(self._written(ticket, entries))
             self._tell()
 
-    def _written(self, ticket: int, entries: list[Entry]) -> Completion:
+    def _written(self, ticket: int, entries: list[StoredRow]) -> Completion:
         if self._connection is None and self._clock_s() - self._tried_s >= _AT_ONCE_S:
             self._reopen()
         why, is_kept = self._write([*self._unwritten.values(), *entries])
@@ -203,7 +203,7 @@ class Store:
                 self._unwritten[entry[:2]] = entry
         return Completion(ticket, self._memory_ok, f"kept in memory only: {why}" if self._memory_ok else why)
 
-    def _write(self, entries: list[Entry]) -> tuple[str, bool]:
+    def _write(self, entries: list[StoredRow]) -> tuple[str, bool]:
         """Write rows; return why not, and whether that is the disk's fault, so that another trial may succeed."""
         if self._connection is None:
             return self._trouble or "closed", True
@@ -242,7 +242,7 @@ class Store:
         there = {name: body for name, body in rows.items() if name[0] in IN_FORCE}
         if not there:
             self._unwritten |= {
-                name: Entry(*name, body) for name, body in self._rows.items() if name not in self._unwritten
+                name: StoredRow(*name, body) for name, body in self._rows.items() if name not in self._unwritten
             }
         elif there != self._rows:
             self._stale = f"holds {len(there)} parameters and plans that are not in force: restart to use them"
@@ -257,11 +257,11 @@ class Store:
             self._done.append(Completion(0, not status, status))
 
 
-_PROBE: Final = Entry("meta", "probe", "0")
+_PROBE: Final = StoredRow("meta", "probe", "0")
 """A write that changes nothing anybody reads, to know whether the disk takes one."""
 
 
-def _is_older(entry: Entry, rows: Mapping[tuple[str, str], str]) -> bool:
+def _is_older(entry: StoredRow, rows: Mapping[tuple[str, str], str]) -> bool:
     """Whether the disk has a newer time stamp. "clean" is none: it says how the last run ended, and this one has not."""
     there = rows.get(entry[:2])
     return entry.key != "clean" and there is not None and entry.body is not None and int(there) > int(entry.body)

@@ -67,7 +67,7 @@ class Link(Protocol):
 
 
 @runtime_checkable
-class Guarded(Protocol):
+class GuardedLink(Protocol):
     """A link that anybody may speak to, and whose places strangers could fill."""
 
     def guard(self) -> None:

@@ -17,7 +17,7 @@ NEWCOMERS_AT_ONCE: Final = 100.0
 
 
 @dataclass(slots=True)
-class Place:
+class LinkPlace:
     """One occupied place."""
 
     host: str
@@ -28,7 +28,7 @@ class Place:
 Key = TypeVar("Key", bound=Hashable)
 
 
-def to_leave(places: Iterable[tuple[Key, Place]], now_us: int) -> Key | None:
+def to_leave(places: Iterable[tuple[Key, LinkPlace]], now_us: int) -> Key | None:
     """The stranger who goes when another comes: the oldest of the host that has most of them. None: nobody may be sent away.
 
     One host cannot drive out the strangers of others, among whom the operator's new computer is; and whoever came just now has

@@ -8,7 +8,7 @@ import socket
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
-from .places import Place, room_for_strangers, to_leave
+from .places import LinkPlace, room_for_strangers, to_leave
 from .resolve import Resolver
 from .stream import StreamLink, explain, read_some
 from .url import LinkConfigError, LinkUrl
@@ -161,7 +161,7 @@ class TcpServerLink:
         self._max_clients = max_clients
         self._clients: dict[int, _Sender] = {}
         self._guarded = False
-        self._places: dict[int, Place] = {}
+        self._places: dict[int, LinkPlace] = {}
         self._next = 0
         self._paused_until_us = 0
         self._accepting = True
@@ -258,7 +258,7 @@ class TcpServerLink:
                 continue
             _prepare(sock)
             self._clients[self._next] = _Sender(sock)
-            self._places[self._next] = Place(str(address[0]), now_us)
+            self._places[self._next] = LinkPlace(str(address[0]), now_us)
             events.append(Opened(self._next, f"{address[0]}:{address[1]}"))
             self._next += 1
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
-from .places import NEWCOMERS_AT_ONCE, NEWCOMERS_PER_S, STRANGER_IDLE_US, Place, room_for_strangers, to_leave
+from .places import NEWCOMERS_AT_ONCE, NEWCOMERS_PER_S, STRANGER_IDLE_US, LinkPlace, room_for_strangers, to_leave
 from .resolve import Address, Resolver
 from .stream import Backoff, explain
 from .url import LinkConfigError, LinkUrl
@@ -63,7 +63,7 @@ class _Peer:
     address: Address
     heard_us: int
     flood: Flood
-    place: Place
+    place: LinkPlace
 
 
 def check_target(url: LinkUrl) -> None:
@@ -218,7 +218,7 @@ class UdpLink:
     def _learn(self, address: Address, now_us: int, events: list[LinkEvent]) -> _Peer | None:
         if not self._has_room(now_us, events):
             return None
-        peer = _Peer(self._next, address, now_us, Flood(filled_us=now_us), Place(str(address[0]), now_us))
+        peer = _Peer(self._next, address, now_us, Flood(filled_us=now_us), LinkPlace(str(address[0]), now_us))
         self._next += 1
         self._peers[address] = self._by_channel[peer.channel] = peer
         events.append(Opened(peer.channel, f"{address[0]}:{address[1]}"))

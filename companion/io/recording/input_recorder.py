@@ -11,7 +11,7 @@ from mavlink_bridge.language.witness import Witness
 
 from ..keeping import AnyStore, Completion, StoreContent, StoreOp
 from ..links import Link, LinkEvent, Opened, Received
-from ..links.link import Guarded, Selective
+from ..links.link import GuardedLink, Selective
 from .frame_log import FrameLog
 from .inputs import (
     CLOSED,
@@ -185,11 +185,11 @@ class RecordingLink:
         return accepted
 
     def guard(self) -> None:
-        if isinstance(self._link, Guarded):
+        if isinstance(self._link, GuardedLink):
             self._link.guard()
 
     def trust(self, channel: int) -> None:
-        if isinstance(self._link, Guarded):
+        if isinstance(self._link, GuardedLink):
             self._link.trust(channel)
 
     def take_stranger(self) -> str:

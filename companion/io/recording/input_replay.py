@@ -12,7 +12,7 @@ from mavlink_bridge.language.witness import PLACEHOLDER, Witness
 from ..keeping import Completion, StoreContent, StoreOp
 from ..keeping.content import from_json
 from ..links import LinkEvent
-from .inputs import InputReader, Step, Write
+from .inputs import InputReader, InputStep, Write
 
 
 class ReplayWitness(Witness):
@@ -26,7 +26,7 @@ class ReplayWitness(Witness):
         self._verdicts: deque[bool] = deque()
         self._made: deque[bytes] = deque()
 
-    def load(self, step: Step) -> None:
+    def load(self, step: InputStep) -> None:
         self._verdicts, self._made = deque(step.verdicts), deque(step.made)
 
     def verdict(self, check: Callable[[], bool]) -> bool:
@@ -47,7 +47,7 @@ class ReplayStore:
         self._tickets = 0
         self._done: list[Completion] = []
 
-    def load(self, step: Step) -> None:
+    def load(self, step: InputStep) -> None:
         self._done = [Completion(*found) for found in step.completions]
 
     def snapshot(self) -> StoreContent:
@@ -88,13 +88,13 @@ class ReplayLink:
         self.name = name
         self.datagrams = datagrams
         self._differs = on_difference
-        self._step: Step | None = None
+        self._step: InputStep | None = None
         self._polls: dict[int, list[LinkEvent]] = {}
         self._poll_number = 0
         self._writes: list[Write] = []
         self._write_number = 0
 
-    def load(self, step: Step, index: int) -> None:
+    def load(self, step: InputStep, index: int) -> None:
         """Take over what the recording has for this link in ``step``."""
         self._step = step
         self._polls = step.polls.get(index, {})
@@ -162,7 +162,7 @@ class ReplayLinks:
         if len(self.differences) < 1000:
             self.differences.append(difference)
 
-    def load(self, step: Step) -> None:
+    def load(self, step: InputStep) -> None:
         for index, link in enumerate(self.links):
             link.load(step, index)
 

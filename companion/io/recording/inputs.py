@@ -54,7 +54,7 @@ class Write:
 
 
 @dataclass(slots=True)
-class Step:
+class InputStep:
     """One call of the app with all that came from outside during it."""
 
     kind: StepKind
@@ -143,7 +143,7 @@ class InputReader:
         """How many bytes of the file are read."""
         return self._file.tell()
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[InputStep]:
         """Yield the steps up to the end or the cut."""
         expected = 0
         while (record := self._record()) is not None:
@@ -163,10 +163,10 @@ class InputReader:
         self._file.close()
 
 
-def unpack_step(body: bytes) -> Step:
+def unpack_step(body: bytes) -> InputStep:
     """Read the body of a step whose CRC was right."""
     kind, now_us, utc_us, load, late_s, number = STEP_HEAD.unpack_from(body)
-    step = Step(
+    step = InputStep(
         kind=KINDS[kind], now_us=now_us, number=number, utc_us=None if utc_us < 0 else utc_us, load=load, late_s=late_s
     )
     at = STEP_HEAD.size

@@ -27,7 +27,7 @@ _STAMP: Final = struct.Struct(">Q")
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class ArchiveLook:
     """Look the logs up; comes back as JSON: [name, size, UTC in seconds] for each, oldest first."""
 
 
@@ -45,7 +45,7 @@ class Erase:
     """Delete the logs of earlier runs; comes back with how many, as text."""
 
 
-LogOp = Look | Read | Erase
+LogOp = ArchiveLook | Read | Erase
 
 
 class Fetched(NamedTuple):
@@ -100,7 +100,7 @@ class LogArchive:
             self._done.append(Fetched(ticket, False, (error.strerror or str(error)).encode()))
 
     def _carry_out(self, op: LogOp) -> bytes:
-        if isinstance(op, Look):
+        if isinstance(op, ArchiveLook):
             return json.dumps(self._look()).encode()
         if isinstance(op, Read):
             return zlib.compress(self._read(op), 1)

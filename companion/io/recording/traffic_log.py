@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from mavlink_bridge.language.snapshot import Snapshot
-from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, TrafficPicture, Vessel
+from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, OtherVessel, TrafficPicture
 
 _EVERY_US: Final = 5_000_000
 _MOST: Final = 16
@@ -40,7 +40,7 @@ class TrafficLog:
             del self._kept[mmsi]
 
 
-def _fields(vessel: Vessel, snapshot: Snapshot) -> dict[str, Any]:
+def _fields(vessel: OtherVessel, snapshot: Snapshot) -> dict[str, Any]:
     state, sides = snapshot.state, vessel.sides
     own = None if state.lat_rad is None or state.lon_rad is None else [_deg(state.lat_rad), _deg(state.lon_rad)]
     return {

@@ -5,7 +5,7 @@ than MAVLink. ``VehicleClient`` is its face.
 """
 
 from .client import ClientConfig, VehicleClient
-from .exchange import Job, Outcome, Step
-from .vehicle import Autopilot, Vehicle
+from .exchange import Job, JobOutcome, Step
+from .vehicle import Autopilot, HeardVehicle
 
-__all__ = ["Autopilot", "ClientConfig", "Job", "Outcome", "Step", "Vehicle", "VehicleClient"]
+__all__ = ["Autopilot", "ClientConfig", "HeardVehicle", "Job", "JobOutcome", "Step", "VehicleClient"]

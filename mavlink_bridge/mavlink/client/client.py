@@ -16,9 +16,9 @@ from ..wire.codec import Codec, decode, dialect
 from ..wire.framing import Deframer, DuplicateFilter, Frame
 from ..wire.signing import SIGNED, TRUSTED, Signer, SigningState, Verifier
 from . import orders
-from .exchange import Exchange, Job, Outcome
+from .exchange import Exchange, Job, JobOutcome
 from .texts import Texts
-from .vehicle import Vehicle, hear
+from .vehicle import HeardVehicle, hear
 
 BEAT_US: Final = 950_000
 """A user who beats once a second, with the network's jitter, is passed on beat for beat."""
@@ -57,7 +57,7 @@ class VehicleClient:
         self, config: ClientConfig | None = None, signing: SigningState | None = None, *, link_id: int = 0
     ) -> None:
         self.config = config or ClientConfig()
-        self.vehicle: Vehicle | None = None
+        self.vehicle: HeardVehicle | None = None
         self.texts_heard = Texts()
         self.now_us = 0
         """Of the newest call."""
@@ -118,7 +118,7 @@ class VehicleClient:
         """The user was just heard: one beat is his."""
         self._is_present = True
 
-    def start(self, job: Job, done: Callable[[Outcome], None], now_us: int) -> None:
+    def start(self, job: Job, done: Callable[[JobOutcome], None], now_us: int) -> None:
         """Begin a job of this room's; ``done`` gets what became of it."""
         self._exchange.start(job, done, now_us)
 
@@ -157,7 +157,7 @@ class VehicleClient:
 
     def _take_in(self, message: Any, now_us: int) -> None:
         if self.vehicle is None:
-            self.vehicle = Vehicle(message.get_srcSystem(), message.get_srcComponent(), message.autopilot)
+            self.vehicle = HeardVehicle(message.get_srcSystem(), message.get_srcComponent(), message.autopilot)
         self.vehicle = hear(self.vehicle, message)
         match message.get_type():
             case "HEARTBEAT":
@@ -174,7 +174,7 @@ class VehicleClient:
             self._meet(self.vehicle, now_us)
         self._queue += self._exchange.poll(now_us)
 
-    def _meet(self, vehicle: Vehicle, now_us: int) -> None:
+    def _meet(self, vehicle: HeardVehicle, now_us: int) -> None:
         """Ask a new vehicle who it is, and one that streams nothing by itself for what is needed."""
         if vehicle.vendor is None and self._asked_often < WHO_TRIES and now_us >= self._ask_us:
             self._asked_often += 1

@@ -1,7 +1,7 @@
 """Conversations with a vehicle: what is said, what it waits for, when it is said again, when it is given up.
 
 A ``Job`` is a generator. It yields ``Step``s and gets the message that it waited for, or None when all tries are over; what it
-returns is its ``Outcome``. Jobs run side by side; a message goes to every job that wants it.
+returns is its ``JobOutcome``. Jobs run side by side; a message goes to every job that wants it.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ _NOTHING: Final[tuple[Any, ...]] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class JobOutcome:
     """What became of a job. ``reason``: one sentence for the operator, empty when it worked."""
 
     ok: bool
     reason: str = ""
 
 
-DONE: Final = Outcome(True)
+DONE: Final = JobOutcome(True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,13 @@ class Step:
     tries: int = 1
 
 
-Job = Generator[Step, Any, Outcome]
+Job = Generator[Step, Any, JobOutcome]
 
 
 @dataclass(slots=True, eq=False)
 class _Running:
     job: Job
-    done: Callable[[Outcome], None]
+    done: Callable[[JobOutcome], None]
     step: Step
     tried: int = 0
     due_us: int = 0
@@ -59,12 +59,12 @@ class Exchange:
     def busy(self) -> bool:
         return bool(self._running)
 
-    def start(self, job: Job, done: Callable[[Outcome], None], now_us: int) -> None:
+    def start(self, job: Job, done: Callable[[JobOutcome], None], now_us: int) -> None:
         """Begin a job; ``done`` gets its outcome, perhaps before this returns."""
         self._now_us = now_us
         if len(self._running) >= MAX_JOBS:
             job.close()
-            done(Outcome(False, "too many orders under way"))
+            done(JobOutcome(False, "too many orders under way"))
             return
         running = _Running(job, done, Step(lambda _: _NOTHING, lambda _: False, 0.0))
         self._running.append(running)
@@ -97,7 +97,7 @@ class Exchange:
         self._running = [running for running in self._running if running not in ended]
         for running in ended:
             running.job.close()
-            running.done(Outcome(False, reason))
+            running.done(JobOutcome(False, reason))
 
     def _advance(self, running: _Running, message: Any) -> None:
         """Hand a job what it waited for. Its next step is said at the next ``poll``."""

@@ -14,9 +14,9 @@ from ..commands.command import ACCEPTED, IN_PROGRESS
 from ..persona import modes
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
-from .exchange import DONE, Job, Outcome, Step
+from .exchange import DONE, Job, JobOutcome, Step
 from .texts import Texts
-from .vehicle import SAFETY_ARMED, Vehicle
+from .vehicle import SAFETY_ARMED, HeardVehicle
 
 REPEAT_S: Final = 0.5
 """Longer than a tick and its answer; six repeats fall into the 3 s for which a vehicle of ours remembers a command."""
@@ -39,7 +39,7 @@ def is_ack(message: Any, number: int) -> bool:
 
 
 def command(
-    vehicle: Vehicle,
+    vehicle: HeardVehicle,
     number: int,
     *params: float,
     texts: Texts,
@@ -74,7 +74,7 @@ def command(
     while answer is not None and is_ack(answer, number) and answer.result == IN_PROGRESS:
         answer = yield Step(lambda _: (), answers, answer_s)
     if answer is None:
-        return Outcome(False, "the vehicle does not answer")
+        return JobOutcome(False, "the vehicle does not answer")
     if not is_ack(answer, number) or answer.result == ACCEPTED:
         return DONE
     return (yield from _refused(answer.result, texts, since))
@@ -84,28 +84,28 @@ def _refused(result: int, texts: Texts, since: int) -> Job:
     """Wait a moment for the vehicle's own words."""
     yield Step(lambda _: (), lambda _: False, REASON_S)
     words = texts.reasons(since)
-    return Outcome(False, words or _RESULTS.get(result, f"result {result}"))
+    return JobOutcome(False, words or _RESULTS.get(result, f"result {result}"))
 
 
-def set_mode(vehicle: Vehicle, mode: Mode, *, texts: Texts, answer_s: float) -> Job:
+def set_mode(vehicle: HeardVehicle, mode: Mode, *, texts: Texts, answer_s: float) -> Job:
     """Only the answer counts: the mode may be shown already by a state that is older than the order."""
     main, sub = vehicle.numbers_of(mode)
     return command(vehicle, Cmd.DO_SET_MODE, 1.0, main, sub, texts=texts, answer_s=answer_s)
 
 
-def arm(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+def arm(vehicle: HeardVehicle, *, texts: Texts, answer_s: float) -> Job:
     def shows(message: Any) -> bool:
         return not vehicle.by_radio and message.get_type() == "HEARTBEAT" and bool(message.base_mode & SAFETY_ARMED)
 
     return command(vehicle, Cmd.COMPONENT_ARM_DISARM, 1.0, texts=texts, answer_s=answer_s, shows=shows)
 
 
-def disarm(vehicle: Vehicle, *, force: bool, texts: Texts, answer_s: float) -> Job:
+def disarm(vehicle: HeardVehicle, *, force: bool, texts: Texts, answer_s: float) -> Job:
     """``force``: the emergency stop, whatever it is doing."""
     return command(vehicle, Cmd.COMPONENT_ARM_DISARM, 0.0, _FORCE if force else 0.0, texts=texts, answer_s=answer_s)
 
 
-def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+def start_mission(vehicle: HeardVehicle, *, texts: Texts, answer_s: float) -> Job:
     """Sail the plan from its first item. The vehicle must not be in Auto already."""
 
     def shows(message: Any) -> bool:
@@ -116,16 +116,16 @@ def start_mission(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
     return command(vehicle, Cmd.MISSION_START, texts=texts, answer_s=answer_s, shows=shows)
 
 
-def to_first_item(vehicle: Vehicle, *, texts: Texts, answer_s: float) -> Job:
+def to_first_item(vehicle: HeardVehicle, *, texts: Texts, answer_s: float) -> Job:
     """Forget how far the plan had come."""
     return command(vehicle, Cmd.DO_SET_MISSION_CURRENT, float(vehicle.home_item), 1.0, texts=texts, answer_s=answer_s)
 
 
-def request_message(vehicle: Vehicle, number: int, *, texts: Texts, answer_s: float) -> Job:
+def request_message(vehicle: HeardVehicle, number: int, *, texts: Texts, answer_s: float) -> Job:
     return command(vehicle, Cmd.REQUEST_MESSAGE, float(number), texts=texts, answer_s=answer_s)
 
 
-def set_interval(vehicle: Vehicle, number: int, rate_hz: float, *, texts: Texts, answer_s: float) -> Job:
+def set_interval(vehicle: HeardVehicle, number: int, rate_hz: float, *, texts: Texts, answer_s: float) -> Job:
     """Ask an autopilot that streams nothing by itself for a message."""
     return command(vehicle, Cmd.SET_MESSAGE_INTERVAL, float(number), 1e6 / rate_hz, texts=texts, answer_s=answer_s)
 
@@ -137,7 +137,7 @@ def heartbeat() -> Any:
     )
 
 
-def manual_control(vehicle: Vehicle, surge: float, yaw: float) -> Any:
+def manual_control(vehicle: HeardVehicle, surge: float, yaw: float) -> Any:
     """Sticks, -1...1 each: ahead and to starboard positive."""
     return dialect.MAVLink_manual_control_message(
         target=vehicle.system, x=0, y=_thousandths(yaw), z=_thousandths(surge), r=0, buttons=0

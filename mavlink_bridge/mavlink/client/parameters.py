@@ -7,10 +7,10 @@ from typing import Any, Final
 
 from ..files.params import REAL32, real32
 from ..wire.codec import dialect
-from .exchange import DONE, Job, Outcome, Step
+from .exchange import DONE, Job, JobOutcome, Step
 from .orders import REASON_S
 from .texts import Texts
-from .vehicle import Vehicle
+from .vehicle import HeardVehicle
 
 LIST_S: Final = 3.0
 LIST_TRIES: Final = 5
@@ -23,13 +23,13 @@ _ERRORS: Final = {1: "there is no such parameter", 2: "out of range", 3: "not no
 """MAV_PARAM_ERROR, for a vehicle that gives no reason."""
 
 
-def fetch(vehicle: Vehicle, into: dict[str, float]) -> Job:
+def fetch(vehicle: HeardVehicle, into: dict[str, float]) -> Job:
     """Read all parameters ``into`` a dict; the vehicle's own list wins over what was there."""
     to = {"target_system": vehicle.system, "target_component": vehicle.component}
     asked = dialect.MAVLink_param_request_list_message(**to)
     first = yield Step(lambda _: (asked,), _is_listed, LIST_S, LIST_TRIES)
     if first is None:
-        return Outcome(False, "the vehicle does not tell its parameters")
+        return JobOutcome(False, "the vehicle does not tell its parameters")
     count = min(first.param_count, MOST)
     heard = {first.param_index: first}
     for _ in range(_FILL_TRIES * math.ceil(count / _AT_ONCE)):
@@ -46,14 +46,16 @@ def fetch(vehicle: Vehicle, into: dict[str, float]) -> Job:
         if value is not None:
             heard[value.param_index] = value
     into.update({value.param_id: float(value.param_value) for value in heard.values()})
-    return DONE if len(heard) >= count else Outcome(False, f"{count - len(heard)} of {count} parameters did not come")
+    return (
+        DONE if len(heard) >= count else JobOutcome(False, f"{count - len(heard)} of {count} parameters did not come")
+    )
 
 
 def _is_listed(message: Any) -> bool:
     return bool(message.get_type() == "PARAM_VALUE" and message.param_index < MOST)
 
 
-def put(vehicle: Vehicle, name: str, value: float, *, texts: Texts, answer_s: float) -> Job:
+def put(vehicle: HeardVehicle, name: str, value: float, *, texts: Texts, answer_s: float) -> Job:
     """Set one parameter and wait for the value that the vehicle has taken."""
     message = dialect.MAVLink_param_set_message(
         target_system=vehicle.system,
@@ -69,12 +71,12 @@ def put(vehicle: Vehicle, name: str, value: float, *, texts: Texts, answer_s: fl
 
     echo = yield Step(lambda _: (message,), wants, SET_S, max(1, round(answer_s / SET_S)))
     if echo is None:
-        return Outcome(False, f"{name}: the vehicle does not answer")
+        return JobOutcome(False, f"{name}: the vehicle does not answer")
     if echo.get_type() == "PARAM_VALUE" and echo.param_value == real32(value):
         return DONE
     yield Step(lambda _: (), lambda _: False, REASON_S)
     if texts.reasons(since):
-        return Outcome(False, texts.reasons(since))
+        return JobOutcome(False, texts.reasons(since))
     if echo.get_type() == "PARAM_ERROR":
-        return Outcome(False, f"{name}: {_ERRORS.get(echo.error, f'error {echo.error}')}")
-    return Outcome(False, f"{name}: the vehicle keeps {echo.param_value:g}")
+        return JobOutcome(False, f"{name}: {_ERRORS.get(echo.error, f'error {echo.error}')}")
+    return JobOutcome(False, f"{name}: the vehicle keeps {echo.param_value:g}")

@@ -13,10 +13,10 @@ from ...language.requests import PlanItem, PlanKind
 from ..missions.plan_rules import MissionResult
 from ..missions.wire import item_from_message, item_to_message, with_home, without_home
 from ..wire.codec import dialect
-from .exchange import DONE, Job, Outcome, Step
+from .exchange import DONE, Job, JobOutcome, Step
 from .orders import REASON_S
 from .texts import Texts
-from .vehicle import Vehicle
+from .vehicle import HeardVehicle
 
 COUNT_S: Final = 1.0
 COUNT_TRIES: Final = 12
@@ -27,7 +27,7 @@ REQUEST_TRIES: Final = 20
 
 
 def upload(
-    vehicle: Vehicle,
+    vehicle: HeardVehicle,
     kind: PlanKind,
     items: Sequence[PlanItem],
     home_rad: tuple[float, float] | None = None,
@@ -46,7 +46,7 @@ def upload(
     while True:
         answer = yield Step(_saying(last), lambda message: _is_about(message, kind), wait_s, allowed)
         if answer is None:
-            return Outcome(False, "the vehicle does not take the plan: no answer")
+            return JobOutcome(False, "the vehicle does not take the plan: no answer")
         if answer.get_type() == "MISSION_ACK":
             return (yield from _ended(answer.type, texts, since))
         if answer.seq < len(content):
@@ -68,23 +68,23 @@ def _ended(result: int, texts: Texts, since: int) -> Job:
         return DONE
     yield Step(lambda _: (), lambda _: False, REASON_S)
     known = {each.value: each.name.replace("_", " ").lower() for each in MissionResult}
-    return Outcome(False, texts.reasons(since) or f"plan refused: {known.get(result, f'result {result}')}")
+    return JobOutcome(False, texts.reasons(since) or f"plan refused: {known.get(result, f'result {result}')}")
 
 
-def download(vehicle: Vehicle, kind: PlanKind, into: list[PlanItem]) -> Job:
+def download(vehicle: HeardVehicle, kind: PlanKind, into: list[PlanItem]) -> Job:
     """Fetch a plan's canonical items ``into`` a list, which is emptied first."""
     into.clear()
     to = {"target_system": vehicle.system, "target_component": vehicle.component, "mission_type": kind.value}
     asked = dialect.MAVLink_mission_request_list_message(**to)
     count = yield Step(_saying(asked), lambda message: _is_count(message, kind), COUNT_S, COUNT_TRIES)
     if count is None:
-        return Outcome(False, "the vehicle does not say what plan it has")
+        return JobOutcome(False, "the vehicle does not say what plan it has")
     items: list[PlanItem] = []
     for seq in range(count.count):
         wanted = dialect.MAVLink_mission_request_int_message(seq=seq, **to)
         item = yield Step(_saying(wanted), _item_of(kind, seq), REQUEST_S, REQUEST_TRIES)
         if item is None:
-            return Outcome(False, f"item {seq} of the vehicle's plan did not come")
+            return JobOutcome(False, f"item {seq} of the vehicle's plan did not come")
         items.append(item_from_message(item))
     yield Step(_saying(dialect.MAVLink_mission_ack_message(type=0, **to)), lambda _: False, 0.0)
     strip = kind is PlanKind.MISSION and vehicle.home_item

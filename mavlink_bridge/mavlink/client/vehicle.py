@@ -32,7 +32,7 @@ class Autopilot(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Vehicle:
+class HeardVehicle:
     """The vehicle as heard. None = not heard yet."""
 
     system: int
@@ -86,7 +86,7 @@ class Vehicle:
         return float(face.px4 >> 16 & 0xFF), float(face.px4 >> 24)
 
 
-def hear(vehicle: Vehicle, message: Any) -> Vehicle:
+def hear(vehicle: HeardVehicle, message: Any) -> HeardVehicle:
     """The vehicle after one of its messages."""
     match message.get_type():
         case "HEARTBEAT":

@@ -73,7 +73,7 @@ class _Case:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CommandOutcome:
     """What follows from one message: acknowledgements, and what to ask of the vessel."""
 
     messages: list[Any]
@@ -104,7 +104,7 @@ class CommandServer:
                 case.seen = _holds(case.aim, self._state)
             self._unseen = [case for case in self._unseen if not case.seen and now_us - case.answered_us < SEEN_US]
 
-    def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> Outcome | None:
+    def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> CommandOutcome | None:
         """Answer a copy of a command that was taken up before; None for one that is to be carried out.
 
         ``confirmation``: above 0 the station itself says that it repeats; what makes the boat stop is obeyed even so.
@@ -115,14 +115,14 @@ class CommandServer:
             return None
         if case.result is None:
             self.copies += 1
-            return Outcome([ack(command, IN_PROGRESS)] if _bears_progress(command) else [])
+            return CommandOutcome([ack(command, IN_PROGRESS)] if _bears_progress(command) else [])
         later = [other for other in self._cases if other.order > case.order]
         if self._is_new(case, later, sequence, now_us, is_repeat=confirmation > 0):
             return None
         self.copies += 1
         if case.result == ACCEPTED and self._is_undone(case, later, now_us):
-            return Outcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
-        return Outcome([ack(command, case.result)])
+            return CommandOutcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
+        return CommandOutcome([ack(command, case.result)])
 
     def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
         own = [other for other in later if other.command.sender == case.command.sender]
@@ -145,7 +145,7 @@ class CommandServer:
         shows = case.seen or now_us - case.answered_us >= SEEN_US
         return shows and self._state is not None and not _holds(case.aim, self._state)
 
-    def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> Outcome:
+    def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> CommandOutcome:
         """Understand a new vehicle command: what to ask of the vessel, or the answer at once."""
         case = self._open(command, sequence, now_us)
         try:
@@ -155,12 +155,12 @@ class CommandServer:
             body = meaning(command, context)
         except Refused as refusal:
             self._close(case, refusal.result, now_us)
-            return Outcome([ack(command, refusal.result)], reason=refusal.reason)
+            return CommandOutcome([ack(command, refusal.result)], reason=refusal.reason)
         case.body = body
         if body is None:
             self._close(case, ACCEPTED, now_us)
-            return Outcome([ack(command, ACCEPTED)])
-        return Outcome([], body, case=case)
+            return CommandOutcome([ack(command, ACCEPTED)])
+        return CommandOutcome([], body, case=case)
 
     def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
         """Record the answer to a command that the endpoint itself carried out."""
@@ -189,14 +189,14 @@ class CommandServer:
         """Remember under which number the vessel was asked."""
         case.request_id = request_id
 
-    def reply(self, request_id: int, reply: Reply, now_us: int) -> Outcome | None:
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> CommandOutcome | None:
         """The vessel's answer; None for a request that was not a command."""
         case = next((case for case in self._cases if case.request_id == request_id and case.result is None), None)
         if case is None:
             return None
         result = _RESULT[reply.result]
         self._close(case, result, now_us)
-        return Outcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
+        return CommandOutcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
 
     def poll(self, now_us: int) -> list[Any]:
         """Say IN_PROGRESS of commands whose answer is late, and FAILED of those whose answer never came."""

@@ -277,7 +277,7 @@ def _sea_trial(command: Command, _: Context) -> ask.RequestBody:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class CommandRow:
     """One command, whole: what it is called, what it means now, what it asks of the vessel. All other tables are derived from these."""
 
     number: int
@@ -298,45 +298,47 @@ class Row:
 
 
 _WITH_MEANINGS: Final = (
-    Row(Cmd.LOITER_UNLIM, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True),
-    Row(Cmd.RETURN_TO_LAUNCH, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
-    Row(Cmd.DO_ORBIT, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
-    Row(Cmd.DO_FIGURE_EIGHT, "DO_FIGURE_EIGHT", _figure_eight, (ask.Orbit,), planned=True),
-    Row(Cmd.CONDITION_YAW, "CONDITION_YAW", _condition_yaw, (ask.GuidedHeading,)),
-    Row(Cmd.DO_SET_MODE, "DO_SET_MODE", _set_mode, (ask.SetMode,), stops=True, progress=False),
-    Row(Cmd.DO_CHANGE_SPEED, "DO_CHANGE_SPEED", _change_speed, (ask.SetSpeed,), planned=True),
-    Row(Cmd.DO_SET_HOME, "DO_SET_HOME", _set_home, (ask.SetHomePosition,), planned=True),
-    Row(Cmd.DO_FLIGHTTERMINATION, "DO_FLIGHTTERMINATION", _terminate, (ask.Terminate,), stops=True),
-    Row(Cmd.DO_REPOSITION, "DO_REPOSITION", _reposition, (ask.Reposition,), stops=True),
-    Row(Cmd.DO_PAUSE_CONTINUE, "DO_PAUSE_CONTINUE", _pause, (ask.PausePlan,), stops=True),
-    Row(Cmd.DO_FENCE_ENABLE, "DO_FENCE_ENABLE", _fence_enable, (ask.EnableFence,), planned=True),
-    Row(Cmd.DO_SET_MISSION_CURRENT, "DO_SET_MISSION_CURRENT", _set_current, (ask.SetCurrent,)),
-    Row(Cmd.PREFLIGHT_STORAGE, "PREFLIGHT_STORAGE", _storage, ()),
-    Row(Cmd.PREFLIGHT_REBOOT_SHUTDOWN, "PREFLIGHT_REBOOT_SHUTDOWN", _reboot, (ask.Reboot,)),
-    Row(Cmd.DO_SET_STANDARD_MODE, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
-    Row(Cmd.MISSION_START, "MISSION_START", _start, (ask.StartPlan,), progress=False),
-    Row(Cmd.COMPONENT_ARM_DISARM, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
-    Row(Cmd.SEA_TRIAL, "USER_3", _sea_trial, (SeaTrial,)),
-    Row(Cmd.REQUEST_OPERATOR_CONTROL, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
-    Row(Cmd.GUIDED_CHANGE_SPEED, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
-    Row(Cmd.GUIDED_CHANGE_HEADING, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
+    CommandRow(
+        Cmd.LOITER_UNLIM, "NAV_LOITER_UNLIM", _loiter_unlimited, (ask.SetMode, ask.Orbit), stops=True, planned=True
+    ),
+    CommandRow(Cmd.RETURN_TO_LAUNCH, "NAV_RETURN_TO_LAUNCH", _return_to_launch, (ask.SetMode,), planned=True),
+    CommandRow(Cmd.DO_ORBIT, "DO_ORBIT", _orbit, (ask.Orbit,), planned=True),
+    CommandRow(Cmd.DO_FIGURE_EIGHT, "DO_FIGURE_EIGHT", _figure_eight, (ask.Orbit,), planned=True),
+    CommandRow(Cmd.CONDITION_YAW, "CONDITION_YAW", _condition_yaw, (ask.GuidedHeading,)),
+    CommandRow(Cmd.DO_SET_MODE, "DO_SET_MODE", _set_mode, (ask.SetMode,), stops=True, progress=False),
+    CommandRow(Cmd.DO_CHANGE_SPEED, "DO_CHANGE_SPEED", _change_speed, (ask.SetSpeed,), planned=True),
+    CommandRow(Cmd.DO_SET_HOME, "DO_SET_HOME", _set_home, (ask.SetHomePosition,), planned=True),
+    CommandRow(Cmd.DO_FLIGHTTERMINATION, "DO_FLIGHTTERMINATION", _terminate, (ask.Terminate,), stops=True),
+    CommandRow(Cmd.DO_REPOSITION, "DO_REPOSITION", _reposition, (ask.Reposition,), stops=True),
+    CommandRow(Cmd.DO_PAUSE_CONTINUE, "DO_PAUSE_CONTINUE", _pause, (ask.PausePlan,), stops=True),
+    CommandRow(Cmd.DO_FENCE_ENABLE, "DO_FENCE_ENABLE", _fence_enable, (ask.EnableFence,), planned=True),
+    CommandRow(Cmd.DO_SET_MISSION_CURRENT, "DO_SET_MISSION_CURRENT", _set_current, (ask.SetCurrent,)),
+    CommandRow(Cmd.PREFLIGHT_STORAGE, "PREFLIGHT_STORAGE", _storage, ()),
+    CommandRow(Cmd.PREFLIGHT_REBOOT_SHUTDOWN, "PREFLIGHT_REBOOT_SHUTDOWN", _reboot, (ask.Reboot,)),
+    CommandRow(Cmd.DO_SET_STANDARD_MODE, "DO_SET_STANDARD_MODE", _set_standard_mode, (ask.SetMode,)),
+    CommandRow(Cmd.MISSION_START, "MISSION_START", _start, (ask.StartPlan,), progress=False),
+    CommandRow(Cmd.COMPONENT_ARM_DISARM, "COMPONENT_ARM_DISARM", _arm, (ask.Arm,), stops=True),
+    CommandRow(Cmd.SEA_TRIAL, "USER_3", _sea_trial, (SeaTrial,)),
+    CommandRow(Cmd.REQUEST_OPERATOR_CONTROL, "REQUEST_OPERATOR_CONTROL", _take_command, (ask.TakeCommand,), own=True),
+    CommandRow(Cmd.GUIDED_CHANGE_SPEED, "GUIDED_CHANGE_SPEED", _guided_speed, (ask.SetSpeed,)),
+    CommandRow(Cmd.GUIDED_CHANGE_HEADING, "GUIDED_CHANGE_HEADING", _guided_heading, (ask.GuidedHeading,)),
 )
 
 
-def _plain_row(kind: type[ask.RequestBody], spoken: Spoken) -> Row:
+def _plain_row(kind: type[ask.RequestBody], spoken: Spoken) -> CommandRow:
     """The row of a request that says itself how it is asked for. Raises KeyError: the dialect knows no such command."""
 
     def meaning(command: Command, _: Context) -> ask.RequestBody:
         return kind(**fields_of(spoken, command))
 
-    return Row(NUMBERS[spoken.command], spoken.command, meaning, (kind,), stops=spoken.stops)
+    return CommandRow(NUMBERS[spoken.command], spoken.command, meaning, (kind,), stops=spoken.stops)
 
 
 BODIES: Final[tuple[type[ask.RequestBody], ...]] = typing.get_args(ask.RequestBody)
 ROWS: Final = (*_WITH_MEANINGS, *(_plain_row(kind, kind.spoken) for kind in BODIES if kind.spoken is not None))
 
 
-def flaws(rows: Sequence[Row], requests: Sequence[type] = tuple(Ask.__subclasses__())) -> list[str]:
+def flaws(rows: Sequence[CommandRow], requests: Sequence[type] = tuple(Ask.__subclasses__())) -> list[str]:
     """What is missing or wrong: a number twice, a name that the dialect does not give it, a request that is none of the union."""
     bodies = {body.__name__ for body in BODIES}
     left_out = dict.fromkeys(kind.__name__ for kind in requests if kind.__name__ not in bodies)

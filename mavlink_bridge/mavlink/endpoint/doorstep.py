@@ -17,7 +17,7 @@ from ..telemetry.outbox import TokenBucket
 from ..telemetry.streams import HEARTBEAT, Composer
 from ..wire.codec import Codec
 from ..wire.framing import SIGNATURE_LEN, Deframer
-from ..wire.signing import Signer, SigningState, Verdict, judge
+from ..wire.signing import FrameVerdict, Signer, SigningState, judge
 
 HEARTBEAT_US: Final = 1_000_000
 """Stations call a link alive that brings one HEARTBEAT a second."""
@@ -43,7 +43,7 @@ class Doorstep:
         link_id: int,
         invited: bool,
         composer: Composer | None = None,
-        on_refused: Callable[[Verdict, int], None] = lambda verdict, now_us: None,
+        on_refused: Callable[[FrameVerdict, int], None] = lambda verdict, now_us: None,
     ) -> None:
         signer = None if signing.key is None else Signer(signing, link_id)
         self._codec = Codec(config.system_id, config.component_id, link_id, signer)
@@ -69,7 +69,7 @@ class Doorstep:
         self._kept = (self._kept + data)[-max(KEPT_BYTES, len(data)) :]
         for frame in self._deframer.receive(data, now_us):
             verdict = judge(self._signing, frame)
-            if verdict is Verdict.ACCEPTED:
+            if verdict is FrameVerdict.ACCEPTED:
                 return self._kept
             self._on_refused(verdict, now_us)
         return b""

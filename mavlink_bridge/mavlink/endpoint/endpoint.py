@@ -30,7 +30,7 @@ from ..services import (
 )
 from ..services.asking import is_stream
 from ..services.service import Handler
-from ..services.stations import Peer
+from ..services.stations import PeerStation
 from ..telemetry.numbering import stations_numbers
 from ..telemetry.outbox import MakeOutbox, Outbox
 from ..telemetry.speaker import Speaker
@@ -192,7 +192,7 @@ class Endpoint:
         return self._inbound.bad_frames + self._brought.refused
 
     @property
-    def peers(self) -> dict[int, Peer]:
+    def peers(self) -> dict[int, PeerStation]:
         """Stations heard here, by system id."""
         return self._presence.stations.peers
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ...language.requests import PlanItem, PlanKind
+from ..persona.port import PlanStore
 from ..wire.codec import dialect
-from .store import PlanStore, Sender
+from .store import Sender
 from .wire import item_to_message, with_home
 
 _MAX_DOWNLOADS: Final = 16

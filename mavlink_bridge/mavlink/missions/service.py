@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from ...language.messages import Severity
 from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
+from ..persona.port import PlanStore
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from ..wire.mapping import degE7_to_rad
@@ -21,7 +22,7 @@ from .acks import Acks
 from .download import Downloads
 from .plan_mapping import compile_item, load_plan
 from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here
-from .store import MissionTiming, Pending, PlanStore, Sender, Session, UploadLocks
+from .store import MissionTiming, Pending, Sender, UploadLocks, UploadSession
 from .upload import Upload
 from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
 
@@ -53,7 +54,7 @@ class MissionServer:
         self.timing = timing or MissionTiming()
         self._ids = (system_id, component_id)
         self._locks = locks or UploadLocks()
-        self._uploads: dict[tuple[Sender, PlanKind], Session] = {}
+        self._uploads: dict[tuple[Sender, PlanKind], UploadSession] = {}
         self._downloads = Downloads(store, home_item=home_item)
         self._acks = Acks()
         self._stores: dict[int, Pending] = {}
@@ -144,7 +145,7 @@ class MissionServer:
         final = self._ack(pending.sender, pending.mission_type, MISSION_RESULT[outcome.result], now_us, plan_id)
         return [*self._last_again(pending.session), final]
 
-    def _last_again(self, session: Session | None) -> Messages:
+    def _last_again(self, session: UploadSession | None) -> Messages:
         """After holding, a station that believes itself at the last item but one calls an acknowledgement a mistake (MAVSDK)."""
         if session is None or session.held_us in (0, session.storing_us):
             return []
@@ -204,7 +205,7 @@ class MissionServer:
             retries=self.timing.retries,
             window=self.timing.window,
         )
-        session = Session(sender, kind, upload, base)
+        session = UploadSession(sender, kind, upload, base)
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
             return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
@@ -248,7 +249,7 @@ class MissionServer:
         result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
         return result if isinstance(result, PlanError) else None
 
-    def _complete(self, session: Session, now_us: int) -> Messages:
+    def _complete(self, session: UploadSession, now_us: int) -> Messages:
         received = [session.upload.items[seq] for seq in sorted(session.upload.items)]
         first = session.upload.first
         items = (*session.base[:first], *received, *session.base[first + len(received) :])
@@ -262,12 +263,12 @@ class MissionServer:
         self._hand_over(load, Pending(session.sender, kind.value, session=session, kind=kind))
         return []
 
-    def _refuse(self, session: Session, error: PlanError, now_us: int) -> Messages:
+    def _refuse(self, session: UploadSession, error: PlanError, now_us: int) -> Messages:
         shift = self.offset if session.kind is PlanKind.MISSION else 0
         item = session.upload.items.get(error.seq + shift)
         return self._fail(session, error.result, describe(error, item, shift), now_us)
 
-    def _fail(self, session: Session, result: MissionResult, reason: str, now_us: int) -> Messages:
+    def _fail(self, session: UploadSession, result: MissionResult, reason: str, now_us: int) -> Messages:
         self._drop(session)
         self._say(Severity.WARNING, f"{_NAMES[session.kind]} refused: {reason}")
         return [self._ack(session.sender, session.kind.value, result, now_us)]
@@ -277,7 +278,7 @@ class MissionServer:
         self._loads.append((self._next_handle, load))
         self._next_handle += 1
 
-    def _drop(self, session: Session) -> bool:
+    def _drop(self, session: UploadSession) -> bool:
         """End a session; False when it had ended before."""
         self._locks.release(session.kind, session)
         if self._uploads.get((session.sender, session.kind)) is not session:
@@ -285,7 +286,7 @@ class MissionServer:
         del self._uploads[session.sender, session.kind]
         return True
 
-    def _poll_receiving(self, session: Session, now_us: int) -> Messages:
+    def _poll_receiving(self, session: UploadSession, now_us: int) -> Messages:
         if not self._locks.held(session.kind, session):
             return self._fail(session, MissionResult.DENIED, "another upload took over", now_us)
         late = session.upload.overdue(now_us)
@@ -295,7 +296,7 @@ class MissionServer:
             return self._fail(session, MissionResult.OPERATION_CANCELLED, reason, now_us)
         return self._ask(session, late)
 
-    def _poll_storing(self, session: Session, now_us: int) -> Messages:
+    def _poll_storing(self, session: UploadSession, now_us: int) -> Messages:
         assert session.storing_us is not None
         self._locks.claim(session.kind, session, now_us, 2 * self.timing.retry_us)
         waited_us = now_us - session.storing_us
@@ -313,7 +314,7 @@ class MissionServer:
         session.held_seq = asked
         return self._ask(session, [asked])
 
-    def _ask(self, session: Session, numbers: Sequence[int]) -> Messages:
+    def _ask(self, session: UploadSession, numbers: Sequence[int]) -> Messages:
         system, component = session.sender
         return [
             dialect.MAVLink_mission_request_int_message(system, component, seq, session.kind.value) for seq in numbers

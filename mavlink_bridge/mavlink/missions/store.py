@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from ...language.requests import PlanItem, PlanKind, Reply
 from .upload import MAX_WINDOW, Upload
 
 Sender = tuple[int, int]
 """System and component id of a ground station."""
-
-
-class PlanStore(Protocol):
-    """The plans that are in force, in canonical form; read only."""
-
-    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]: ...
-
-    def plan_id(self, kind: PlanKind) -> int: ...
-
-    @property
-    def home(self) -> tuple[float, float] | None:
-        """Latitude and longitude in rad."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +52,7 @@ class UploadLocks:
 
 
 @dataclass(slots=True, eq=False)
-class Session:
+class UploadSession:
     """An upload from its first message until its MISSION_ACK."""
 
     sender: Sender
@@ -88,6 +74,6 @@ class Pending:
     sender: Sender
     mission_type: int
     waiting: int = 1
-    session: Session | None = None
+    session: UploadSession | None = None
     failed: Reply | None = None
     kind: PlanKind = PlanKind.MISSION

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from ...language.requests import DistanceInput, Origin, Reply, Request, RequestBody, Result, RtcmData
 from ...language.stations import Proof
-from ..wire.signing import Verdict
+from ..wire.signing import FrameVerdict
 
 MAX_ORDERS: Final = 256
 MAX_PIECES: Final = 32
@@ -32,7 +32,7 @@ class Asking:
     def serve(self, message: Any) -> None:
         """A message is being served: what is asked next is asked by its sender."""
         self._system, self._component = message.get_srcSystem(), message.get_srcComponent()
-        self._proof = Proof.SIGNED if message.verdict is Verdict.ACCEPTED else Proof.UNSIGNED
+        self._proof = Proof.SIGNED if message.verdict is FrameVerdict.ACCEPTED else Proof.UNSIGNED
 
     def number(self) -> int:
         """A number for the next request."""

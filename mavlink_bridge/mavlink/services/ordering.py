@@ -11,7 +11,7 @@ from ...language.requests import Origin, Reply
 from ...language.snapshot import Snapshot
 from ..commands.command import Command
 from ..commands.local import LOCAL, answer
-from ..commands.service import CommandServer, Outcome
+from ..commands.service import CommandOutcome, CommandServer
 from ..persona.modes import foreign_name, from_custom_mode
 from .channel import Channel
 from .service import Handler, Service
@@ -44,7 +44,7 @@ class Ordering(Service):
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         self._server.see(snapshot.mode, snapshot.armed, now_us)
 
-    def _finish(self, outcome: Outcome) -> None:
+    def _finish(self, outcome: CommandOutcome) -> None:
         self._channel.answer(outcome.messages, urgent=True)
         if outcome.reason:
             self._channel.explain(outcome.reason)

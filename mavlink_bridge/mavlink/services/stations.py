@@ -12,7 +12,7 @@ _MAX_PEERS: Final = 32
 
 
 @dataclass(slots=True)
-class Peer:
+class PeerStation:
     """A station heard on this link."""
 
     system_id: int
@@ -26,7 +26,7 @@ class Stations:
         self._own_id = own_id
         self._welcome = welcome
         self._complain = complain
-        self.peers: dict[int, Peer] = {}
+        self.peers: dict[int, PeerStation] = {}
         self.heard: dict[tuple[int, int], int] = {}
         """Newest HEARTBEAT of each station by system and component: a forwarder has often the ids of whom it forwards, but for one."""
 
@@ -45,7 +45,7 @@ class Stations:
             return
         if len(self.peers) >= _MAX_PEERS:
             self.peers.pop(min(self.peers.values(), key=lambda other: other.last_heartbeat_us).system_id)
-        self.peers[system] = Peer(system, now_us)
+        self.peers[system] = PeerStation(system, now_us)
         self._welcome(system)
 
     def _note(self, who: tuple[int, int], now_us: int) -> None:

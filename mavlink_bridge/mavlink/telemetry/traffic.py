@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 from ...language.snapshot import Snapshot
-from ...language.traffic import Danger, TrafficPicture, Vessel, VesselKind
+from ...language.traffic import Danger, OtherVessel, TrafficPicture, VesselKind
 from ...language.units import wrap_2pi
 from ..persona import EndpointConfig
 from ..wire.codec import dialect
@@ -67,7 +67,7 @@ _REPORT: Final = 1
 """MAV_COLLISION_ACTION_REPORT: it is told, nothing is done."""
 
 
-def ais_vessel(vessel: Vessel, now_us: int) -> Packed:
+def ais_vessel(vessel: OtherVessel, now_us: int) -> Packed:
     """AIS_VESSEL: the place as reported, ``tslc`` its age."""
     flags, sides = _ais_flags(vessel)
     turn = vessel.turn_sign if vessel.turn_radps is None else max(-118, min(118, round(vessel.turn_radps * _DDEG_S)))
@@ -94,7 +94,7 @@ def ais_vessel(vessel: Vessel, now_us: int) -> Packed:
     )
 
 
-def _ais_flags(vessel: Vessel) -> tuple[int, tuple[int, int, int, int]]:
+def _ais_flags(vessel: OtherVessel) -> tuple[int, tuple[int, int, int, int]]:
     """The flags of what is known, and the dimensions."""
     flags = _ACCURATE * vessel.accurate + _VALID_COG * (vessel.cog_rad is not None)
     flags += _VALID_SPEED * (vessel.sog_mps is not None) + _HIGH_SPEED * vessel.sog_is_least
@@ -113,7 +113,7 @@ def _cdeg(angle_rad: float | None, unknown: int) -> int:
     return unknown if angle_rad is None else round(wrap_2pi(angle_rad) * _CDEG) % 36_000
 
 
-def adsb_vehicle(vessel: Vessel, now_us: int) -> Packed:
+def adsb_vehicle(vessel: OtherVessel, now_us: int) -> Packed:
     """ADSB_VEHICLE as QGroundControl draws it: the place of now, altitude 0 so that the name shows, eight letters of it."""
     course = vessel.cog_rad if vessel.heading_rad is None else vessel.heading_rad
     flags = _ADSB_PLACE + _ADSB_ALTITUDE + _ADSB_CALLSIGN
@@ -137,7 +137,7 @@ def adsb_vehicle(vessel: Vessel, now_us: int) -> Packed:
     )
 
 
-def collision(vessel: Vessel) -> Packed:
+def collision(vessel: OtherVessel) -> Packed:
     """COLLISION: source ADSB, for there is none for AIS; level 0 ends it."""
     return packed(
         dialect.MAVLink_collision_message(
@@ -160,7 +160,7 @@ class TrafficTeller:
         self._whole = config.profile == "lan"
         self._sent: dict[int, tuple[int, int]] = {}
         """By number: when she had reported, and when she was sent last."""
-        self._threats: dict[int, Vessel] = {}
+        self._threats: dict[int, OtherVessel] = {}
         self._picture: TrafficPicture | None = None
         self._next_us = self._next_adsb_us = self._next_threats_us = 0
         self._news = False
@@ -181,7 +181,7 @@ class TrafficTeller:
         if self._whole:
             self._vessels(picture, now_us)
 
-    def _changes(self, threats: dict[int, Vessel]) -> None:
+    def _changes(self, threats: dict[int, OtherVessel]) -> None:
         """Tell at once of threats that begin, change or end."""
         for mmsi, vessel in threats.items():
             before = self._threats.get(mmsi)
@@ -201,7 +201,7 @@ class TrafficTeller:
             for vessel in [each for each in picture.vessels if _is_sure(each, picture.range_m)][:_ADSB_MOST]:
                 self._queue(_ADSB, vessel.mmsi, adsb_vehicle(vessel, now_us))
 
-    def _most_urgent(self, picture: TrafficPicture, now_us: int) -> Vessel | None:
+    def _most_urgent(self, picture: TrafficPicture, now_us: int) -> OtherVessel | None:
         """Of those with news the first; those that were not told for 30 s come before all but threats."""
         if not self._news and now_us < self._next_us + _SECOND_US:
             return None
@@ -216,7 +216,7 @@ class TrafficTeller:
             return None
         return best[1]
 
-    def _wait(self, vessel: Vessel, now_us: int) -> float:
+    def _wait(self, vessel: OtherVessel, now_us: int) -> float:
         """How urgent she is; 0 and less: not now."""
         reported_us, sent_us = self._sent.get(vessel.mmsi, (-1, now_us - 2 * _AGAIN_US))
         age = (now_us - sent_us) / _AGAIN_US
@@ -242,7 +242,7 @@ def _ended(mmsi: int) -> Packed:
     return packed(message)
 
 
-def _is_sure(vessel: Vessel, range_m: float) -> bool:
+def _is_sure(vessel: OtherVessel, range_m: float) -> bool:
     """Whether she may be drawn where nobody can take her away again."""
     return (
         vessel.kind in _EXACT

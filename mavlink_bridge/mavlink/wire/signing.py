@@ -129,7 +129,7 @@ TELEMETRY_ONLY: Final = LinkPolicy("telemetry", unsigned=False, signed=False, al
 POLICIES: Final = {policy.name: policy for policy in (TRUSTED, SIGNED, TELEMETRY_ONLY)}
 
 
-class Verdict(Enum):
+class FrameVerdict(Enum):
     """What became of a frame. Only ACCEPTED and ACCEPTED_UNSIGNED may be acted upon."""
 
     ACCEPTED = "signed"
@@ -143,26 +143,26 @@ class Verdict(Enum):
 
     @property
     def ok(self) -> bool:
-        return self in (Verdict.ACCEPTED, Verdict.ACCEPTED_UNSIGNED)
+        return self in (FrameVerdict.ACCEPTED, FrameVerdict.ACCEPTED_UNSIGNED)
 
 
-def judge(state: SigningState, frame: Frame) -> Verdict:
+def judge(state: SigningState, frame: Frame) -> FrameVerdict:
     """What a frame's signature is worth, remembering nothing: a look at who stands before the door."""
     if state.key is None or frame.link_id is None or frame.timestamp is None:
-        return Verdict.UNSIGNED
+        return FrameVerdict.UNSIGNED
     key, link_id, timestamp = state.key, frame.link_id, frame.timestamp
 
     def is_right() -> bool:
         return hmac.compare_digest(signature(key, frame.raw[:-SIGNATURE_LEN], link_id, timestamp), frame.raw[-6:])
 
     if not state.witness.verdict(is_right):
-        return Verdict.FORGED
+        return FrameVerdict.FORGED
     newest = state.streams.get((frame.system, frame.component, frame.link_id))
     if frame.timestamp <= max(newest or 0, state.floor):
-        return Verdict.REPLAYED
+        return FrameVerdict.REPLAYED
     if newest is None and frame.timestamp + NEW_STREAM_BEHIND < state.timestamp:
-        return Verdict.TOO_OLD
-    return Verdict.ACCEPTED
+        return FrameVerdict.TOO_OLD
+    return FrameVerdict.ACCEPTED
 
 
 class Verifier:
@@ -170,16 +170,16 @@ class Verifier:
 
     def __init__(self, state: SigningState, policy: LinkPolicy) -> None:
         self.policy = policy
-        self.counters: dict[Verdict, int] = dict.fromkeys(Verdict, 0)
+        self.counters: dict[FrameVerdict, int] = dict.fromkeys(FrameVerdict, 0)
         self._state = state
-        self._told: dict[tuple[Verdict, int], int] = {}
+        self._told: dict[tuple[FrameVerdict, int], int] = {}
         self._texts: list[str] = []
 
-    def check(self, frame: Frame, now_us: int) -> Verdict:
+    def check(self, frame: Frame, now_us: int) -> FrameVerdict:
         """Judge a frame, and remember its time stamp when it is rightly signed and new."""
         verdict = self._judge(frame)
         self.counters[verdict] += 1
-        if not verdict.ok and verdict is not Verdict.CLOSED:
+        if not verdict.ok and verdict is not FrameVerdict.CLOSED:
             self._tell(verdict, frame, now_us)
         return verdict
 
@@ -188,30 +188,30 @@ class Verifier:
         texts, self._texts = self._texts, []
         return texts
 
-    def _judge(self, frame: Frame) -> Verdict:
+    def _judge(self, frame: Frame) -> FrameVerdict:
         policy = self.policy
         if not frame.signed:
             if policy.unsigned or frame.message_id in policy.always:
-                return Verdict.ACCEPTED_UNSIGNED
-            return Verdict.UNSIGNED if policy.signed else Verdict.CLOSED
+                return FrameVerdict.ACCEPTED_UNSIGNED
+            return FrameVerdict.UNSIGNED if policy.signed else FrameVerdict.CLOSED
         if not policy.signed:
-            return Verdict.CLOSED
+            return FrameVerdict.CLOSED
         if self._state.key is None:
             # without a key a signature says nothing: the frame counts as unsigned
-            return Verdict.ACCEPTED_UNSIGNED if policy.unsigned else Verdict.UNSIGNED
+            return FrameVerdict.ACCEPTED_UNSIGNED if policy.unsigned else FrameVerdict.UNSIGNED
         return self._judge_signed(frame)
 
-    def _judge_signed(self, frame: Frame) -> Verdict:
+    def _judge_signed(self, frame: Frame) -> FrameVerdict:
         state = self._state
         verdict = judge(state, frame)
-        if verdict is not Verdict.ACCEPTED or frame.link_id is None or frame.timestamp is None:
+        if verdict is not FrameVerdict.ACCEPTED or frame.link_id is None or frame.timestamp is None:
             return verdict
         stream = (frame.system, frame.component, frame.link_id)
         if stream not in state.streams and not self._make_room():
-            return Verdict.TABLE_FULL
+            return FrameVerdict.TABLE_FULL
         state.streams[stream] = frame.timestamp
         state.timestamp = max(state.timestamp, frame.timestamp)
-        return Verdict.ACCEPTED
+        return FrameVerdict.ACCEPTED
 
     def _make_room(self) -> bool:
         """Room for a new stream. Only streams too old to come back as new ones may be forgotten, or a replay would pass."""
@@ -224,7 +224,7 @@ class Verifier:
         del streams[oldest]
         return True
 
-    def _tell(self, verdict: Verdict, frame: Frame, now_us: int) -> None:
+    def _tell(self, verdict: FrameVerdict, frame: Frame, now_us: int) -> None:
         cause = (verdict, frame.system)
         told_us = self._told.get(cause)
         if (told_us is not None and now_us - told_us < 60_000_000) or len(self._texts) >= 4:
@@ -234,16 +234,18 @@ class Verifier:
         self._told[cause] = now_us
         self._texts.append(self._sentence(verdict, frame))
 
-    def _sentence(self, verdict: Verdict, frame: Frame) -> str:
+    def _sentence(self, verdict: FrameVerdict, frame: Frame) -> str:
         sender = f"system {frame.system}"
-        if verdict in (Verdict.TOO_OLD, Verdict.REPLAYED) and frame.timestamp is not None:
+        if verdict in (FrameVerdict.TOO_OLD, FrameVerdict.REPLAYED) and frame.timestamp is not None:
             newest = self._state.streams.get((frame.system, frame.component, frame.link_id or 0), self._state.timestamp)
             behind_s = max(0, max(newest, self._state.floor) - frame.timestamp) / UNITS_PER_S
             return f"Signed frames from {sender} are {behind_s:.0f} s behind: refused"
         return f"Frames from {sender} refused: {verdict.value}"
 
 
-def setup_refusal(state: SigningState, verdict: Verdict, *, key: bytes, version: int, armed: bool, radio: bool) -> str:
+def setup_refusal(
+    state: SigningState, verdict: FrameVerdict, *, key: bytes, version: int, armed: bool, radio: bool
+) -> str:
     """Why a SETUP_SIGNING message must not be obeyed; an empty string when it may.
 
     The first key comes only from a local file. A later one needs the old key's signature, disarmed, and not over a radio,
@@ -251,7 +253,7 @@ def setup_refusal(state: SigningState, verdict: Verdict, *, key: bytes, version:
     """
     if state.key is None:
         return "the first key is set on the vessel, not over MAVLink"
-    if version == 1 or verdict is not Verdict.ACCEPTED:
+    if version == 1 or verdict is not FrameVerdict.ACCEPTED:
         return "a new key must be signed by the old one"
     if not any(key):
         # MAVProxy's "signing remove": every station knows this key

@@ -22,7 +22,7 @@ _MARKERS: Final = re.compile(rb"[\xfd\xfe]")
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class TlogRecord:
     """One logged frame."""
 
     t_us: int
@@ -99,12 +99,12 @@ class Unread:
     """Of the frame, bytes."""
 
 
-def iterate(data: bytes | mmap.mmap) -> Iterator[Record]:
+def iterate(data: bytes | mmap.mmap) -> Iterator[TlogRecord]:
     """Records of a log, oldest first, damaged pieces left out. Frames of unknown ids are passed over."""
-    return (found for found in scan(data) if isinstance(found, Record))
+    return (found for found in scan(data) if isinstance(found, TlogRecord))
 
 
-def scan(data: bytes | mmap.mmap) -> Iterator[Record | Unread]:
+def scan(data: bytes | mmap.mmap) -> Iterator[TlogRecord | Unread]:
     """All records of a log, oldest first, those that cannot be judged too; damaged pieces are left out.
 
     What stands between two good records counts as unread records when it is cut into whole ones without a rest.
@@ -117,7 +117,7 @@ def scan(data: bytes | mmap.mmap) -> Iterator[Record | Unread]:
             if gap < at:
                 yield from _unread(data, gap, at)
             (stamp,) = _STAMP.unpack(data[at : at + 8])
-            yield Record(stamp & ~_LINK_MASK, stamp & _LINK_MASK, frame)
+            yield TlogRecord(stamp & ~_LINK_MASK, stamp & _LINK_MASK, frame)
             at += 8 + len(frame.raw)
             gap = at
             continue

@@ -20,7 +20,7 @@ _NONE: Final[Mapping[Any, Any]] = {}
 
 
 @dataclass(frozen=True)
-class Codes:
+class ModuleCodes:
     """``rates``: index to bit/s; ``mhz``: (band's code, channel) to MHz."""
 
     rates: Mapping[int, int] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Codes:
         """The index of an air rate."""
         return next((index for index, known in self.rates.items() if known == rate), None)
 
-    def learned(self, block: bytes, name: str, value: str) -> Codes:
+    def learned(self, block: bytes, name: str, value: str) -> ModuleCodes:
         """With one more fact about the settings that the module has now. Raises ModuleError."""
         try:
             number = float(value)
@@ -51,7 +51,7 @@ class Codes:
         return "\n".join(lines) + "\n"
 
 
-def read_codes(data: Mapping[str, Any]) -> Codes:
+def read_codes(data: Mapping[str, Any]) -> ModuleCodes:
     """From a file's tables. Raises ModuleError for what is none."""
     try:
         rates = {int(index): int(rate) for index, rate in data.get("rates", _NONE).items()}
@@ -61,4 +61,4 @@ def read_codes(data: Mapping[str, Any]) -> Codes:
         raise ModuleError(f"no file of codes: {error}") from None
     if not all(0 <= index < _INDEXES for index in rates):
         raise ModuleError(f"no file of codes: an index is 0 to {_INDEXES - 1}")
-    return Codes(rates, mhz)
+    return ModuleCodes(rates, mhz)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from .profile import RadioProfile, channel_mhz
 
 if TYPE_CHECKING:
-    from .codes import Codes
+    from .codes import ModuleCodes
 
 READ_MODEL: Final = b"\xaa\xfa\xaa"
 READ_BLOCK: Final = b"\xaa\xfa\x01"
@@ -41,7 +41,7 @@ class ModuleError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class ModuleField:
     """One setting in the block, under the name that the vendor's tool shows."""
 
     name: str
@@ -73,13 +73,13 @@ def check_block(block: bytes) -> bytes:
     return block
 
 
-def fields(block: bytes, codes: Codes | None = None) -> list[Field]:
+def fields(block: bytes, codes: ModuleCodes | None = None) -> list[ModuleField]:
     """Take a block apart. ``codes``: what was learned of its numbers."""
     rate = codes.rates.get(block[2]) if codes is not None else None
     mhz = codes.mhz.get((block[1], block[0])) if codes is not None else None
 
-    def field(name: str, at: int, size: int, shown: str) -> Field:
-        return Field(name, at, size, block[at : at + size], shown)
+    def field(name: str, at: int, size: int, shown: str) -> ModuleField:
+        return ModuleField(name, at, size, block[at : at + size], shown)
 
     found = [
         field("Channel", 0, 1, f"{block[0]}{_frequency(block) if mhz is None else f' ({mhz:.2f} MHz)'}"),

@@ -40,7 +40,7 @@ _KINDS: Final = {kind.value: kind for kind in Kind}
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class RadioFrame:
     """One authentic frame."""
 
     kind: Kind
@@ -146,11 +146,11 @@ class Opener:
         self.on_good: Callable[[int, int], None] = lambda size, now_us: None
         """Told of each good frame: its bytes, and the time."""
 
-    def receive(self, data: bytes, now_us: int) -> list[Frame]:
+    def receive(self, data: bytes, now_us: int) -> list[RadioFrame]:
         """Take bytes as read; return the good frames that they complete."""
         buffer = self._buffer + data
         seen = len(self._buffer)
-        frames: list[Frame] = []
+        frames: list[RadioFrame] = []
         at = 0
         while len(buffer) - at >= self._overhead:
             head = int.from_bytes(buffer[at : at + HEAD_BYTES], "big")
@@ -179,7 +179,7 @@ class Opener:
         """No state goes to the vessel."""
         return self._pairing.is_vessel and head >> 12 in _HOLD_KINDS and head >> 6 & 63 < BRIEF_FROM
 
-    def _open(self, raw: bytes, now_us: int) -> Frame | None:
+    def _open(self, raw: bytes, now_us: int) -> RadioFrame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
         brief = self._is_brief(head)
         kind = self._brief_kind if brief else _KINDS.get(head >> 12)
@@ -195,9 +195,9 @@ class Opener:
             if self._is_right(session, kind, counter, covered, tag):
                 self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
                 if self._is_hold(head):
-                    return Frame(Kind.SAFE, _brief_body(Kind.SAFE, head), counter, is_brief=True)
+                    return RadioFrame(Kind.SAFE, _brief_body(Kind.SAFE, head), counter, is_brief=True)
                 body = _brief_body(kind, head) if brief else covered[HEAD_BYTES + (kind in STOPS) :]
-                return Frame(kind, body, counter, brief)
+                return RadioFrame(kind, body, counter, brief)
         return None
 
     def _is_right(self, session: Session, kind: Kind, counter: int, covered: bytes, tag: bytes) -> bool:
@@ -214,7 +214,7 @@ class Opener:
             return session.tick_of(low, len(covered) + TAG_BYTES, now_us)
         return session.stop_of(covered[HEAD_BYTES] * LOW + low) if len(covered) > HEAD_BYTES else None
 
-    def _hello(self, covered: bytes, tag: bytes, now_us: int) -> Frame | None:
+    def _hello(self, covered: bytes, tag: bytes, now_us: int) -> RadioFrame | None:
         pairing = self._pairing
         proof = pairing.proof_of(covered[HEAD_BYTES:])
         if proof is None:
@@ -224,4 +224,4 @@ class Opener:
         if not pairing.witness.verdict(lambda: pairing.hello_tag(pairing.inward, covered, proof, size) == tag):
             return None
         pairing.greeted(covered[HEAD_BYTES:], len(covered) + TAG_BYTES, now_us)
-        return Frame(Kind.HELLO, covered[HEAD_BYTES:], 0)
+        return RadioFrame(Kind.HELLO, covered[HEAD_BYTES:], 0)

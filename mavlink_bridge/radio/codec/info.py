@@ -53,13 +53,13 @@ class Kept:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class HomePlace:
     """Where the vessel's home is, and its software's version; 20 bytes on the air."""
 
     home_e7: tuple[int, int] | None = None
     version: tuple[int, int, int] = (0, 0, 0)
 
-    def is_like(self, other: Place) -> bool:
+    def is_like(self, other: HomePlace) -> bool:
         """Whether who knows the other need not be told this one."""
         if self.home_e7 is None or other.home_e7 is None:
             return self == other
@@ -93,7 +93,7 @@ def kept_by(vehicle: VehiclePort) -> Kept:
     )
 
 
-def encode(told: Kept | Place) -> bytes:
+def encode(told: Kept | HomePlace) -> bytes:
     """One message each: together they would be on the air longer than an order should have to wait."""
     if isinstance(told, Kept):
         return _KEPT_FORM.pack(_KEPT, told.mission_id, told.fence_id, told.rally_id, told.params)
@@ -110,14 +110,14 @@ def _differs(info: ParamInfo) -> bool:
     return info.default is None or struct.pack("<f", info.value) != struct.pack("<f", info.default)
 
 
-def decode(payload: bytes) -> Kept | Place | dict[int, float] | None:
+def decode(payload: bytes) -> Kept | HomePlace | dict[int, float] | None:
     """What the vessel keeps, where its home is, or parameters by name code; None for none of them."""
     code, size = payload[:1], len(payload)
     if code == bytes((_KEPT,)) and size == _KEPT_FORM.size:
         return Kept(*_KEPT_FORM.unpack(payload)[1:])
     if code == bytes((_PLACE,)) and size == _PLACE_FORM.size:
         _, lat, lon, major, minor, patch = _PLACE_FORM.unpack(payload)
-        return Place(None if lat == _NO_HOME else (lat, lon), (major, minor, patch))
+        return HomePlace(None if lat == _NO_HOME else (lat, lon), (major, minor, patch))
     if code == bytes((_PARAMS,)) and (size - 1) % _PARAM.size == 0:
         return dict(_PARAM.iter_unpack(payload[1:]))
     return None

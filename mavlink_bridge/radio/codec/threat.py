@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 from ...language.geodesy import direct
-from ...language.traffic import Danger, Role, TrafficPicture, Vessel, VesselKind
+from ...language.traffic import Danger, OtherVessel, Role, TrafficPicture, VesselKind
 from ...language.units import wrap_pi
 from ...language.value import value
 from .bits import BitReader, BitsError, BitWriter
@@ -128,7 +128,7 @@ def decode_threat(body: bytes) -> Threat:
 def picture_of(threat: Threat, lat_rad: float, lon_rad: float, t_us: int) -> TrafficPicture:
     """The shore's picture: one vessel, seen from where the boat was. Her number is only its low bits."""
     place = direct(lat_rad, lon_rad, threat.bearing_rad, threat.range_m)
-    vessel = Vessel(
+    vessel = OtherVessel(
         mmsi=threat.number,
         kind=VesselKind.CLASS_A if threat.ship else VesselKind.CLASS_B,
         t_us=t_us,

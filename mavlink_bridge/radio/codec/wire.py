@@ -233,7 +233,7 @@ class Form(Enum):
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Field:
+class WireField:
     """One field on its place in the request. ``optional``: one bit before it says whether it is there."""
 
     name: str
@@ -246,7 +246,7 @@ class RequestRow:
     """A request and its fields in the order of the air. Raises ValueError for a field of the class that the row forgets."""
 
     kind: type[Any]
-    fields: tuple[Field, ...] = ()
+    fields: tuple[WireField, ...] = ()
 
     def __post_init__(self) -> None:
         declared = {field.name for field in dataclasses.fields(self.kind)}
@@ -257,44 +257,51 @@ class RequestRow:
             )
 
 
-_LAT: Final = Field("lat_rad", Form.LATITUDE, optional=True)
-_LON: Final = Field("lon_rad", Form.LONGITUDE, optional=True)
-_SPEED: Final = Field("speed_mps", Form.REAL, optional=True)
-_THROTTLE: Final = Field("throttle", Form.REAL, optional=True)
+_LAT: Final = WireField("lat_rad", Form.LATITUDE, optional=True)
+_LON: Final = WireField("lon_rad", Form.LONGITUDE, optional=True)
+_SPEED: Final = WireField("speed_mps", Form.REAL, optional=True)
+_THROTTLE: Final = WireField("throttle", Form.REAL, optional=True)
 
 REQUEST_BITS: Final = 5
 REQUESTS: Final[Mapping[int, RequestRow]] = {
-    0: RequestRow(ask.Arm, (Field("arm", Form.FLAG), Field("force", Form.FLAG))),
-    1: RequestRow(ask.SetMode, (Field("mode", Form.MODE),)),
-    2: RequestRow(ask.StartPlan, (Field("first", Form.WHOLE, True), Field("last", Form.WHOLE, True))),
-    3: RequestRow(ask.PausePlan, (Field("pause", Form.FLAG),)),
-    4: RequestRow(ask.SetCurrent, (Field("seq", Form.WHOLE), Field("reset", Form.FLAG))),
+    0: RequestRow(ask.Arm, (WireField("arm", Form.FLAG), WireField("force", Form.FLAG))),
+    1: RequestRow(ask.SetMode, (WireField("mode", Form.MODE),)),
+    2: RequestRow(ask.StartPlan, (WireField("first", Form.WHOLE, True), WireField("last", Form.WHOLE, True))),
+    3: RequestRow(ask.PausePlan, (WireField("pause", Form.FLAG),)),
+    4: RequestRow(ask.SetCurrent, (WireField("seq", Form.WHOLE), WireField("reset", Form.FLAG))),
     5: RequestRow(
-        ask.Reposition, (_LAT, _LON, _SPEED, Field("radius_m", Form.REAL, True), Field("change_mode", Form.FLAG))
+        ask.Reposition,
+        (_LAT, _LON, _SPEED, WireField("radius_m", Form.REAL, True), WireField("change_mode", Form.FLAG)),
     ),
     6: RequestRow(
         ask.Orbit,
         (
             _LAT,
             _LON,
-            Field("figure", Form.FIGURE),
+            WireField("figure", Form.FIGURE),
             _SPEED,
-            Field("turns", Form.REAL, True),
+            WireField("turns", Form.REAL, True),
         ),
     ),
     7: RequestRow(ask.SetSpeed, (_SPEED, _THROTTLE)),
     8: RequestRow(
         ask.GuidedHeading,
-        (Field("psi_rad", Form.REAL, True), _SPEED, _THROTTLE, Field("course", Form.FLAG), Field("stream", Form.FLAG)),
+        (
+            WireField("psi_rad", Form.REAL, True),
+            _SPEED,
+            _THROTTLE,
+            WireField("course", Form.FLAG),
+            WireField("stream", Form.FLAG),
+        ),
     ),
     9: RequestRow(ask.SetHomePosition, (_LAT, _LON)),
     10: RequestRow(ask.Terminate),
-    11: RequestRow(ask.EnableFence, (Field("enable", Form.FLAG),)),
-    12: RequestRow(ask.SetParameter, (Field("name", Form.NAME), Field("value", Form.REAL))),
-    13: RequestRow(ask.Reboot, (Field("shutdown", Form.FLAG),)),
+    11: RequestRow(ask.EnableFence, (WireField("enable", Form.FLAG),)),
+    12: RequestRow(ask.SetParameter, (WireField("name", Form.NAME), WireField("value", Form.REAL))),
+    13: RequestRow(ask.Reboot, (WireField("shutdown", Form.FLAG),)),
     14: RequestRow(ask.RunPrearmChecks),
     15: RequestRow(ask.UnlockGuard),
-    16: RequestRow(ask.ForgetDepth, (_LAT, _LON, Field("radius_m", Form.REAL))),
+    16: RequestRow(ask.ForgetDepth, (_LAT, _LON, WireField("radius_m", Form.REAL))),
 }
 RESERVED: Final[Mapping[int, str]] = {
     17: "TakeCommand: this station commands from now on",

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from ..air.ledger import Priority
-from ..codec.frames import Frame
+from ..codec.frames import RadioFrame
 from ..codec.state_fields import RadioState
 from ..codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, Kind
 from ..link import CompactLink
@@ -37,7 +37,7 @@ class Beacons:
         self._station_present = False
         self._new_keys = 0
 
-    def key(self, frame: Frame, now_us: int) -> RadioState:
+    def key(self, frame: RadioFrame, now_us: int) -> RadioState:
         """Take a key state. Raises BitsError."""
         is_first = self.keys.to_name(now_us) is None
         state = self.keys.take(frame, now_us)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from ..air.rhythm import Rhythm
-from ..codec.frames import Frame
+from ..codec.frames import RadioFrame
 from ..codec.state import CHANGE_BYTES, DELTA_BYTES, KEY_BYTES, DeltaParts, delta_parts
 from ..codec.state_fields import RadioState
 from ..codec.threat import THREAT_BYTES
@@ -34,7 +34,7 @@ class StateGrid:
         if link.profile.link.batch == 1:
             link.rhythm = Rhythm(self._period_us, link.clock.airtime_us(KEY_BYTES + OVERHEAD))
 
-    def heard(self, frame: Frame, now_us: int) -> None:
+    def heard(self, frame: RadioFrame, now_us: int) -> None:
         """A key or a difference came."""
         if self._link.rhythm is None or frame.kind not in (Kind.KEY, Kind.DELTA):
             return

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from ..air.profile import LinkSettings
-from ..codec.frames import Frame
+from ..codec.frames import RadioFrame
 from ..codec.state import decode_delta, decode_key, mark_of
 from ..codec.state_fields import RadioState
 
@@ -37,7 +37,7 @@ class HeardKeys:
             self._newest = None
         self._session = session
 
-    def take(self, frame: Frame, now_us: int) -> RadioState:
+    def take(self, frame: RadioFrame, now_us: int) -> RadioState:
         """Take a key. Raises BitsError."""
         state = decode_key(frame.body)
         self._keys[mark_of(frame.body)] = state
@@ -45,7 +45,7 @@ class HeardKeys:
         self._newest = frame.counter, now_us
         return state
 
-    def apply(self, frame: Frame) -> RadioState | None:
+    def apply(self, frame: RadioFrame) -> RadioState | None:
         """Rebuild the state behind a difference; None without its key. Raises BitsError."""
         key = self._keys.get(mark_of(frame.body))
         if key is None:
@@ -53,7 +53,7 @@ class HeardKeys:
             return None
         return decode_delta(key, frame.body)
 
-    def serves_until_us(self, frame: Frame) -> int:
+    def serves_until_us(self, frame: RadioFrame) -> int:
         """How long the key that a difference refers to will serve: the vessel sends another one when it is old."""
         return self._came_us.get(mark_of(frame.body), -self._key_us) + self._key_us - _SURE_US
 

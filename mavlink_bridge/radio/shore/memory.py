@@ -20,7 +20,7 @@ _LONG_AGO_US: Final = 366 * 86_400_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class ShorePicture:
     """The vessel as last known on shore."""
 
     plans: dict[PlanKind, tuple[PlanItem, ...]] = field(default_factory=dict)
@@ -33,7 +33,7 @@ class Picture:
     """When the state was heard; 0 = not known."""
 
 
-def write(picture: Picture) -> str:
+def write(picture: ShorePicture) -> str:
     """Make a text of it."""
     fields = {
         "plans": _plans_out(picture.plans),
@@ -46,14 +46,14 @@ def write(picture: Picture) -> str:
     return json.dumps(fields, separators=(",", ":"))
 
 
-def read(text: str) -> Picture | None:
+def read(text: str) -> ShorePicture | None:
     """Take a text back; None for an empty or damaged one: the vessel tells it all again."""
     if not text:
         return None
     try:
         fields: dict[str, Any] = json.loads(text)
         home = fields["home"]
-        return Picture(
+        return ShorePicture(
             plans=_plans_in(fields["plans"]),
             unsure=_plans_in(fields["unsure"]),
             params={str(name): float(value) for name, value in fields["params"].items()},
@@ -65,7 +65,7 @@ def read(text: str) -> Picture | None:
         return None
 
 
-def heard_us(picture: Picture, utc_us: int, now_us: int) -> int:
+def heard_us(picture: ShorePicture, utc_us: int, now_us: int) -> int:
     """When the restored state was heard, on the present clock, which may be before its start. ``utc_us``: the calendar now, 0 = unknown."""
     age_us = utc_us - picture.state_utc_us
     if not utc_us or not picture.state_utc_us or not 0 <= age_us <= _LONG_AGO_US:

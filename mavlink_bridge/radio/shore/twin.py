@@ -33,8 +33,8 @@ from ..air import RadioProfile
 from ..codec.batch import decode_batch
 from ..codec.bits import BitsError
 from ..codec.brief import STANDING_BYTES, decode_position, with_brief, with_standing
-from ..codec.frames import Frame
-from ..codec.info import WANTED_PLAN, Kept, Place, Wanted, decode, params_check
+from ..codec.frames import RadioFrame
+from ..codec.info import WANTED_PLAN, HomePlace, Kept, Wanted, decode, params_check
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
 from ..codec.state import delta_parts, reached_in
@@ -42,12 +42,12 @@ from ..codec.state_fields import RadioState
 from ..codec.wire import SEVERITY, VERSION, Kind
 from ..link import CompactLink
 from ..old_format import GAP_US, HEARD, OldEar
-from ..session import Direction, Pairing
-from ..transfer import Message, Outcome
+from ..session import Pairing, RadioDirection
+from ..transfer import TransferOutcome, WholeMessage
 from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .grid import StateGrid
-from .memory import Picture, heard_us
+from .memory import ShorePicture, heard_us
 from .orders import covers, message_of, stops_word, submit
 from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
@@ -91,9 +91,9 @@ class ShoreTwin:
         """``nonce``: six bytes that no earlier start had."""
         self.profile = profile
         self._address = (system_id, 1)
-        pairing = Pairing(key, system_id, Direction.TO_VESSEL, nonce, profile)
+        pairing = Pairing(key, system_id, RadioDirection.TO_VESSEL, nonce, profile)
         self.link = CompactLink(profile, pairing, rng, memory=memory, save=save, now_us=now_us)
-        self._ear = OldEar(key, Direction.TO_SHORE)
+        self._ear = OldEar(key, RadioDirection.TO_SHORE)
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
@@ -118,12 +118,12 @@ class ShoreTwin:
         self._verified = False
         """Whether the vessel has said since the start what it has."""
 
-    def picture(self, utc_us: int, now_us: int) -> Picture:
+    def picture(self, utc_us: int, now_us: int) -> ShorePicture:
         """What is known, for the next start. ``utc_us``: the calendar now, 0 = unknown."""
         age_us = 0 if self.state_us is None else now_us - self.state_us
         plans = {kind: self.plans.items(kind) for kind in PlanKind}
         home_e7, state_utc_us = self.plans.home_e7, utc_us - age_us if utc_us else 0
-        return Picture(
+        return ShorePicture(
             plans=plans,
             unsure=dict(self._unsure),
             params=self.params.known,
@@ -132,7 +132,7 @@ class ShoreTwin:
             state_utc_us=state_utc_us,
         )
 
-    def restore(self, picture: Picture, utc_us: int, now_us: int) -> None:
+    def restore(self, picture: ShorePicture, utc_us: int, now_us: int) -> None:
         """Take over an earlier run's picture. The vessel is asked at its first word whether it still holds."""
         for kind, items in picture.plans.items():
             self.plans.put(kind, items)
@@ -156,7 +156,7 @@ class ShoreTwin:
         self._beacons.keys.of_session(self.link.pairing.other)
         self._clock.of_session(self.link.pairing.other)
         for item in items:
-            if isinstance(item, Message):
+            if isinstance(item, WholeMessage):
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
@@ -258,7 +258,7 @@ class ShoreTwin:
 
     # ---- what comes ---------------------------------------------------------------------------------------------
 
-    def _on_frame(self, frame: Frame, now_us: int) -> None:
+    def _on_frame(self, frame: RadioFrame, now_us: int) -> None:
         self._grid.heard(frame, now_us)
         try:
             if frame.kind is Kind.KEY:
@@ -279,7 +279,7 @@ class ShoreTwin:
         elif frame.kind is Kind.TEXT and len(frame.body) > 1:
             self.say(SEVERITY.member(frame.body[0] & 7), frame.body[1:].decode("utf-8", "replace"), now_us)
 
-    def _on_standing(self, frame: Frame, now_us: int) -> None:
+    def _on_standing(self, frame: RadioFrame, now_us: int) -> None:
         """What an answer tells of the vessel is shown at once; where it is comes with the next state, and keeps its age."""
         before, body = self.state, frame.body
         if before is None or self.link.pairing.is_foreign or len(body) <= STANDING_BYTES:
@@ -289,11 +289,11 @@ class ShoreTwin:
         self.stood_us = now_us
         self._grid.stands(before, self.state, now_us)
 
-    def _on_key(self, frame: Frame, now_us: int) -> None:
+    def _on_key(self, frame: RadioFrame, now_us: int) -> None:
         state = self._beacons.key(frame, now_us)
         self._take_state(state, self._clock.made_us(state.t_s, now_us), now_us)
 
-    def _on_delta(self, frame: Frame, now_us: int) -> None:
+    def _on_delta(self, frame: RadioFrame, now_us: int) -> None:
         self._reached.extend(reached_in(frame.body))
         state = self._beacons.keys.apply(frame)
         if state is None:
@@ -311,13 +311,13 @@ class ShoreTwin:
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)
 
-    def _on_message(self, message: Message, now_us: int) -> None:
+    def _on_message(self, message: WholeMessage, now_us: int) -> None:
         reply = Reply(Result.ACCEPTED)
         if message.kind is Kind.INFO:
             found = decode(message.payload)
             if isinstance(found, Kept):
                 self._on_kept(found, now_us)
-            elif isinstance(found, Place):
+            elif isinstance(found, HomePlace):
                 self.plans.home_e7 = found.home_e7
             elif found is not None:
                 self._sync.has(Wanted.PARAMS)
@@ -368,7 +368,7 @@ class ShoreTwin:
             if pending is not None:
                 self._settle(pending, outcome, now_us)
 
-    def _settle(self, pending: _Pending, outcome: Outcome, now_us: int) -> None:
+    def _settle(self, pending: _Pending, outcome: TransferOutcome, now_us: int) -> None:
         body, reply = pending.body, outcome.reply
         if reply.result is Result.ACCEPTED:
             self._accepted(body, now_us)

@@ -10,7 +10,7 @@ from companion.core.nmea import NmeaConfig, NmeaReader
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Truth
-from sitl.sensors import SensorConfig, SensorSuite
+from sitl.sensors import SensorSuite, SimulatedSensors
 from tools.benches.cells.control_loop import ORIGIN_RAD
 
 _TEST_M = 100.0
@@ -19,8 +19,8 @@ _TEST_M = 100.0
 class SensedState:
     """A state source for ``ControlLoop``: every figure went through a sentence."""
 
-    def __init__(self, seed: int, config: SensorConfig | None = None, heading_bias_deg: float = 0.0) -> None:
-        config = config or SensorConfig(depth_hz=0.0)
+    def __init__(self, seed: int, config: SimulatedSensors | None = None, heading_bias_deg: float = 0.0) -> None:
+        config = config or SimulatedSensors(depth_hz=0.0)
         self.sensors = SensorSuite(config, random.Random(f"sensors {seed}"))
         self.sensors.faults.heading_bias_deg = heading_bias_deg
         self.estimator = Estimator(EstimatorConfig())

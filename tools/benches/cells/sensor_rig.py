@@ -19,7 +19,7 @@ from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, Severity
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import Truth
-from sitl.sensors import SensorConfig, SensorSuite
+from sitl.sensors import SensorSuite, SimulatedSensors
 
 _ORIGIN: Final = LocalFrame(math.radians(41.1850123), math.radians(-8.7062154))
 
@@ -103,7 +103,7 @@ class SensorRig:
         self,
         motion: Motion,
         *,
-        sensors: SensorConfig | None = None,
+        sensors: SimulatedSensors | None = None,
         nmea: NmeaConfig | None = None,
         estimate: EstimatorConfig | None = None,
         hull: HullGeometry | None = None,
@@ -113,7 +113,7 @@ class SensorRig:
         tick_us: int = 50_000,
     ) -> None:
         self.motion = motion
-        self.suite = SensorSuite(sensors or SensorConfig(), random.Random(seed), hull or HullGeometry())
+        self.suite = SensorSuite(sensors or SimulatedSensors(), random.Random(seed), hull or HullGeometry())
         self.reader = NmeaReader(nmea or NmeaConfig())
         self.estimator = Estimator(estimate or EstimatorConfig(), believed or hull or HullGeometry())
         self.now_us = 0

@@ -11,7 +11,7 @@ from companion.core.guard.gate import Gate, GateConfig
 from companion.core.hull import VesselConfig
 from companion.core.hull.statics import stopping_distance_m
 from companion.core.steer import SteeringConfig, manual_demand
-from companion.core.trial import Told, Trial, TrialConfig
+from companion.core.trial import Trial, TrialConfig, TrialStanding
 from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
@@ -29,7 +29,7 @@ _SETTLING_TICKS = 60
 class Trialled:
     """How a trial went."""
 
-    told: Told
+    told: TrialStanding
     texts: list[str]
     seconds: float
     furthest_m: float
@@ -68,7 +68,7 @@ def sail_trial(
             sent = gate.decide(now_us, demand, Action.NONE, True, _READY)
             furthest_m = max(furthest_m, math.hypot(hull.north_m - start_m[0], hull.east_m - start_m[1]))
             rows.append(_row(tick * TICK_S, state, sent))
-            if out.told is not Told.RUNNING:
+            if out.told is not TrialStanding.RUNNING:
                 file.write_text("\n".join(rows) + "\n", encoding="utf-8")
                 return Trialled(out.told, texts, tick * TICK_S, furthest_m)
         _move(hull, sea, sent)

@@ -48,7 +48,7 @@ _NO_WORSE_M: Final = 0.1
 
 
 @value
-class Look:
+class DepthLook:
     """What looking ahead asks for."""
 
     limit_m: float
@@ -128,10 +128,10 @@ class DepthAhead:
         source: DepthInput,
         path_ahead: PathAhead | None,
         stopping_distance_fn: StoppingDistance | None,
-    ) -> Look:
+    ) -> DepthLook:
         """Look ahead by closing rate and by map; the stricter counts."""
         self._keep_track(state, altitude_m)
-        look = Look(self._least_m)
+        look = DepthLook(self._least_m)
         if state is None or stopping_distance_fn is None:
             return look
         if self._by_rate_too:
@@ -149,12 +149,12 @@ class DepthAhead:
 
     def _by_place(
         self,
-        look: Look,
+        look: DepthLook,
         state: EstimatedState,
         altitude_m: float | None,
         path_ahead: PathAhead | None,
         stopping_distance_fn: StoppingDistance,
-    ) -> Look:
+    ) -> DepthLook:
         """By chart and memory. In clear water the memory is asked at every fourth look only."""
         memory = self._memory
         self._rest -= 1
@@ -176,7 +176,7 @@ class DepthAhead:
             look = self._by_map(look, self.map, state, path_ahead, reach_m)
         return look
 
-    def told(self, stopping: bool, look: Look, state: EstimatedState | None) -> list[tuple[Severity, str]]:
+    def told(self, stopping: bool, look: DepthLook, state: EstimatedState | None) -> list[tuple[Severity, str]]:
         """What to tell about this look: once per approach, once per stop."""
         texts = []
         if look.left_s is None or look.left_s > 1.5 * self._warn_s:
@@ -196,13 +196,13 @@ class DepthAhead:
 
     def _by_sounder(
         self,
-        look: Look,
+        look: DepthLook,
         now_us: int,
         speed_mps: float,
         altitude_m: float | None,
         source: DepthInput,
         stopping_distance_fn: StoppingDistance,
-    ) -> Look:
+    ) -> DepthLook:
         """By the closing rate that is measured, or that was when the sounder fell silent."""
         config, closing_mps = self._config, self._closing.closing_mps
         if altitude_m is not None:
@@ -222,7 +222,7 @@ class DepthAhead:
 
     def _by_rate(
         self, now_m: float, closing_mps: float, speed_mps: float, stopping_distance_fn: StoppingDistance
-    ) -> Look:
+    ) -> DepthLook:
         config = self._config
         run_s = stopping_distance_fn(speed_mps) / speed_mps if speed_mps > _SLOW_MPS else 0.0
         limit_m = config.min_altitude_m + closing_mps * (run_s + config.reaction_s)
@@ -235,11 +235,11 @@ class DepthAhead:
         why = f"closing {closing_mps:.2f} m/s"
         # At rest it is the noise, the tide or the heave that closes: no approach to tell of.
         left_s = room_m / closing_mps if speed_mps > _UNDER_WAY_MPS else None
-        return Look(
+        return DepthLook(
             limit_m=limit_m, stop=now_m < limit_m, slow_to_mps=slow_mps, why=why, closing_mps=closing_mps, left_s=left_s
         )
 
-    def _confirmed(self, look: Look, now_us: int) -> Look:
+    def _confirmed(self, look: DepthLook, now_us: int) -> DepthLook:
         """Hold a stop back for as long as waiting costs next to no water: heave and noise go away by then, a slope does not."""
         dt_s, self._looked_us = min((now_us - self._looked_us) * 1e-6, _WAIT_S), now_us
         if not look.stop:
@@ -249,8 +249,8 @@ class DepthAhead:
         return look if self._waited_m + look.closing_mps * _WAIT_S >= _WAIT_M else replace(look, stop=False)
 
     def _by_map(
-        self, look: Look, grid: DepthGrid, state: EstimatedState, path_ahead: PathAhead | None, reach_m: float
-    ) -> Look:
+        self, look: DepthLook, grid: DepthGrid, state: EstimatedState, path_ahead: PathAhead | None, reach_m: float
+    ) -> DepthLook:
         config, plane = self._config, grid.plane(state)
         if plane is None:
             return look
@@ -266,13 +266,13 @@ class DepthAhead:
 
     def _by_memory(
         self,
-        look: Look,
+        look: DepthLook,
         memory: DepthMemory,
         state: EstimatedState,
         altitude_m: float | None,
         path_ahead: PathAhead | None,
         reach_m: float,
-    ) -> Look:
+    ) -> DepthLook:
         cell_m = memory.geometry.cell_m
         around, exact = memory.plane(state, math.ceil(self._beam_m / cell_m)), memory.plane(state, 0)
         for way in _ways(state, path_ahead, reach_m, cell_m):
@@ -297,7 +297,7 @@ class DepthAhead:
         return here_m < config.min_altitude_m and ahead.least_m + self._datum_offset_m >= here_m - _NO_WORSE_M
 
     @staticmethod
-    def _known(look: Look, least_m: float, source: str, *, stop: bool) -> Look:
+    def _known(look: DepthLook, least_m: float, source: str, *, stop: bool) -> DepthLook:
         """Note the least altitude that is known on the way, and stop for it."""
         if look.map_least_m is None or least_m < look.map_least_m:
             look = replace(look, map_least_m=least_m)

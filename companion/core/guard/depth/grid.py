@@ -204,7 +204,7 @@ def _fill(cells: array[int], columns: int, middle: tuple[float, float], half: tu
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class PlanLeg:
     """The way that one plan item asks for: corner points (lat, lon) in rad."""
 
     seq: int
@@ -219,7 +219,7 @@ class PlanProblem:
     reason: str
 
 
-def check_plan(grid: DepthGrid, legs: Sequence[Leg], least_depth_m: float) -> PlanProblem | None:
+def check_plan(grid: DepthGrid, legs: Sequence[PlanLeg], least_depth_m: float) -> PlanProblem | None:
     """Hold every leg against the map; return the first item that crosses less than ``least_depth_m`` of charted depth.
 
     Unknown water is not refused: a map rarely covers all.
@@ -263,7 +263,7 @@ def _span(grid: DepthGrid, start: tuple[float, float], rows: float, columns: flo
     return (low, high) if low <= high else (1.0, 0.0)
 
 
-def unknown_share(grid: DepthGrid, legs: Sequence[Leg]) -> float:
+def unknown_share(grid: DepthGrid, legs: Sequence[PlanLeg]) -> float:
     """Share of a plan's way, by length, on which the map knows no depth, 0...1."""
     unknown_m = total_m = 0.0
     for leg in legs:

@@ -19,7 +19,7 @@ from ...hull.geometry import HullGeometry
 from .ahead import DepthAhead
 from .config import DepthGuardConfig
 from .evidence import LockEvidence
-from .grid import DepthGrid, Leg, PlanProblem, check_plan, unknown_share
+from .grid import DepthGrid, PlanLeg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
 from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
@@ -151,14 +151,14 @@ class DepthGuard:
         """Use a depth map for the way ahead and for plans; None = none."""
         self._ahead.map = grid
 
-    def check_plan(self, legs: Sequence[Leg]) -> PlanProblem | None:
+    def check_plan(self, legs: Sequence[PlanLeg]) -> PlanProblem | None:
         """Hold a plan against the map; the first item that would have too little water, or None."""
         grid, config = self._ahead.map, self._config
         if grid is None or not config.enabled:
             return None
         return check_plan(grid, legs, config.min_altitude_m - config.map_offset_m(self._keel_m))
 
-    def unknown_share(self, legs: Sequence[Leg]) -> float | None:
+    def unknown_share(self, legs: Sequence[PlanLeg]) -> float | None:
         """Share of a plan's way on which the map knows no depth, 0...1; None without a map."""
         return None if self._ahead.map is None or not self._config.enabled else unknown_share(self._ahead.map, legs)
 
