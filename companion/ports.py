@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
-from mavlink_bridge.language.messages import ActuatorOutput, AngularVelocity, Distance, EulerAngles, GpsFix
+from mavlink_bridge.language.messages import ActuatorOutput, Measurement
 from mavlink_bridge.language.requests import Reply, Request
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
@@ -22,7 +22,6 @@ from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
 from .io.links.link import GuardedLink
 
-Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 MTU_BYTES = 1200
 """Largest datagram that no common network splits."""
 

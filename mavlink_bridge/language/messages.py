@@ -132,6 +132,10 @@ class Distance:
     source: Source | None = None
 
 
+Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
+"""What a sensor tells. Who takes one apart ends with ``assert_never``, so that the next kind is forgotten nowhere."""
+
+
 @value
 class SupplyVoltage:
     """Battery as seen by the actuator board or another source (IMC Voltage, Current, FuelLevel)."""

@@ -7,6 +7,7 @@ or frozen is None. The drift vector is what the ground velocity holds beyond the
 from __future__ import annotations
 
 import math
+from typing import assert_never
 
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import (
@@ -16,6 +17,7 @@ from mavlink_bridge.language.messages import (
     EulerAngles,
     FixType,
     GpsFix,
+    Measurement,
     Severity,
 )
 from mavlink_bridge.language.units import wrap_pi
@@ -182,15 +184,19 @@ class Estimator:
         self._water_mps = u_mps
         self._drift_frozen = freeze
 
-    def update(self, measurement: GpsFix | EulerAngles | AngularVelocity | Distance, source: int = 0) -> bool:
+    def update(self, measurement: Measurement, source: int = 0) -> bool:
         """Take one measurement; True when its sensor is the one that counts. ``source`` numbers the links."""
-        if isinstance(measurement, EulerAngles):
-            return self._update_attitude(measurement, source)
-        if isinstance(measurement, AngularVelocity):
-            return self._update_rate(measurement, source)
-        if isinstance(measurement, Distance):
-            return self._update_distance(measurement, source)
-        return self._update_fix(measurement, source)
+        match measurement:
+            case EulerAngles():
+                return self._update_attitude(measurement, source)
+            case AngularVelocity():
+                return self._update_rate(measurement, source)
+            case Distance():
+                return self._update_distance(measurement, source)
+            case GpsFix():
+                return self._update_fix(measurement, source)
+            case _:
+                assert_never(measurement)
 
     def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from mavlink_bridge.language.geodesy import MEAN_RADIUS_M
-from mavlink_bridge.language.messages import FixType, GpsFix, Source
+from mavlink_bridge.language.messages import FixType, GpsFix, Measurement, Source
 
-from .fields import DAY_US, EpochPart, Measurement, day_number
+from .fields import DAY_US, EpochPart, day_number
 
 BODY_KINDS: Final = frozenset({"GGA", "GNS", "GLL", "RMC", "VTG"})
 """Sentences that may end an epoch. ZDA, GST and GSA come more slowly on many receivers, so they never do."""

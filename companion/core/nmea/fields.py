@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
 
-from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType, GpsFix
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, FixType
 from mavlink_bridge.language.units import knots_to_mps, wrap_pi
 
 SECOND_US: Final = 1_000_000
@@ -68,9 +68,8 @@ class EpochPart:
     """Claims a fix with no satellite: only believed beside an RMC or GLL that is valid."""
 
 
-Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
-"""What a reader gives."""
 Part = EpochPart | EulerAngles | AngularVelocity | Distance
+"""What one sentence becomes: a part of an epoch, or a measurement by itself."""
 
 
 def number(value: Any, low: float, high: float) -> float | None:

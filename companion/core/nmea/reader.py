@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from functools import partial
-from typing import Any, Final
+from typing import Final, assert_never
 
 from pydantic import Field, field_validator
 
-from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Measurement, Severity, Source
 
 from ..ais.receiver import AisReceiver, AisWord, ReceivedReport, is_ais
 from ..config import Config, param
 from .epoch import BODY_KINDS, Calendar, EpochBuilder
-from .fields import BadFieldError, EpochPart, Measurement, PassedOverError, day_number
+from .fields import BadFieldError, EpochPart, Part, PassedOverError, day_number
 from .line import LineReader, frame
 from .receivers import Receivers
-from .sentences import DEPTH_KINDS, EPOCH_KINDS, decoder_of, kind_of
+from .sentences import DEPTH_KINDS, EPOCH_KINDS, Decoder, decoder_of, kind_of
 from .wanted import WantedSentences
 from .watch import NmeaWatch, SentenceRhythm
 
-_Take = Callable[[Any, int, list[Measurement]], None]
-_Route = tuple[Callable[[list[str], int], Any], int, SentenceRhythm, _Take]
-"""What decodes the sentences of one address and how old they are, what counts them, and what looks at what they say."""
+_Route = tuple[Decoder, int, SentenceRhythm, Source]
+"""What decodes the sentences of one address and how old they are, what counts them, and whose they are."""
 
 SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
 """The seed's Sentence Order (LT1000)."""
@@ -210,7 +207,7 @@ class NmeaReader:
         route = self._routes.get(fields[0]) or self._route(fields[0])
         if route is None:
             return
-        decode, age_us, rhythm, take = route
+        decode, age_us, rhythm, source = route
         try:
             if "_" in body:
                 raise BadFieldError("underscore")  # Python would take 1_0 for a number
@@ -222,7 +219,7 @@ class NmeaReader:
             self._dropped["unknown"] += 1
             return
         rhythm.heard(now_us)
-        take(part, now_us, found)
+        self._pass_on(part, source, now_us, found)
 
     def _take_ais(self, fields: list[str], now_us: int) -> None:
         """AIS has no rhythm of its own, and a list of wanted sentences says nothing of it; only a minus keeps it out."""
@@ -242,21 +239,33 @@ class NmeaReader:
         if decode is None or not self._wanted.allows(address):
             self._dropped["unknown" if decode is None else "filtered"] += 1
             return None
-        take, age_us = self._taker(address)
-        route = decode, age_us, self._watch.rhythm(address), take
+        source = Source(self.name, address, self._wanted.rank(address))
+        route = decode, self._age_us(kind_of(address)[1]), self._watch.rhythm(address), source
         if len(self._routes) < _ROUTES_MAX:
             self._routes[address] = route
         return route
 
-    def _taker(self, address: str) -> tuple[_Take, int]:
-        """What looks at the parts of an address before they are passed on, and how old they are, µs."""
-        kind = kind_of(address)[1]
+    def _age_us(self, kind: str) -> int:
+        """How old what a sentence tells is when it has come; an epoch has the time in it."""
         if kind in EPOCH_KINDS:
-            return self._epoch, 0
-        source = Source(self.name, address, self._wanted.rank(address))
-        if kind in DEPTH_KINDS:
-            return partial(self._depth, kind, source), self._depth_latency_us
-        return partial(self._measured, source), self._heading_latency_us
+            return 0
+        return self._depth_latency_us if kind in DEPTH_KINDS else self._heading_latency_us
+
+    def _pass_on(self, part: Part | None, source: Source, now_us: int, found: list[Measurement]) -> None:
+        """Say whose it is, and what only the line's place tells."""
+        match part:
+            case None:
+                pass
+            case EpochPart():
+                self._epoch(part, now_us, found)
+            case EulerAngles():
+                found.append(self._attitude(part, source, now_us))
+            case AngularVelocity():
+                found.append(AngularVelocity(part.t_us, part.r_radps, source))
+            case Distance():
+                found.append(self._from_transducer(part, source))
+            case _:
+                assert_never(part)
 
     def _epoch(self, part: EpochPart, now_us: int, found: list[Measurement]) -> None:
         receiver = self._receivers.of(part, now_us)
@@ -268,46 +277,35 @@ class NmeaReader:
             self._variation = (part.variation_rad, now_us)
         receiver.epochs.add(part, now_us, found)
 
-    def _measured(
-        self, source: Source, part: EulerAngles | AngularVelocity | None, now_us: int, found: list[Measurement]
-    ) -> None:
-        """Say whose it is. Where a magnetic compass does not know the variation, the receiver's of the last minute stands in."""
-        if part is None:
-            return
-        if isinstance(part, AngularVelocity):
-            found.append(AngularVelocity(part.t_us, part.r_radps, source))
-            return
+    def _attitude(self, part: EulerAngles, source: Source, now_us: int) -> EulerAngles:
+        """Where a magnetic compass does not know the variation, the receiver's of the last minute stands in."""
         variation_rad = part.variation_rad
         if variation_rad is None and part.psi_magnetic_rad is not None and self._variation is not None:
             value, at_us = self._variation
             variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else None
-        found.append(
-            EulerAngles(
-                t_us=part.t_us,
-                phi_rad=part.phi_rad,
-                theta_rad=part.theta_rad,
-                psi_rad=part.psi_rad,
-                psi_magnetic_rad=part.psi_magnetic_rad,
-                psi_accuracy_rad=part.psi_accuracy_rad,
-                variation_rad=variation_rad,
-                source=source,
-            )
+        return EulerAngles(
+            t_us=part.t_us,
+            phi_rad=part.phi_rad,
+            theta_rad=part.theta_rad,
+            psi_rad=part.psi_rad,
+            psi_magnetic_rad=part.psi_magnetic_rad,
+            psi_accuracy_rad=part.psi_accuracy_rad,
+            variation_rad=variation_rad,
+            source=source,
         )
 
-    def _depth(self, kind: str, source: Source, distance: Distance, now_us: int, found: list[Measurement]) -> None:
-        """Say whose it is, and count from the transducer (DBS counts from the surface, DBK from the keel)."""
-        value_m = distance.value_m
+    def _from_transducer(self, distance: Distance, source: Source) -> Distance:
+        """DBS counts from the surface, DBK from the keel."""
+        value_m, kind = distance.value_m, kind_of(source.address)[1]
         if value_m is not None and kind == "DBS":
             value_m = max(0.0, value_m - self._transducer_m)
         elif value_m is not None and kind == "DBK":
             value_m = max(0.0, value_m + self._keel_m - self._transducer_m)
-        found.append(
-            Distance(
-                t_us=distance.t_us,
-                value_m=value_m,
-                offset_m=distance.offset_m,
-                range_max_m=distance.range_max_m,
-                signal_quality=distance.signal_quality,
-                source=source,
-            )
+        return Distance(
+            t_us=distance.t_us,
+            value_m=value_m,
+            offset_m=distance.offset_m,
+            range_max_m=distance.range_max_m,
+            signal_quality=distance.signal_quality,
+            source=source,
         )

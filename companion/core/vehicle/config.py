@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from mavlink_bridge.language.messages import ActuatorStatus, AngularVelocity, Distance, EulerAngles, GpsFix, Severity
+from mavlink_bridge.language.messages import ActuatorStatus, Measurement, Severity
 from mavlink_bridge.language.snapshot import LinkHealth
 from mavlink_bridge.language.stations import Heard
 from mavlink_bridge.language.value import value
@@ -27,8 +27,6 @@ from ..steer import SteeringConfig
 from ..traffic import TrafficConfig
 from .mission import MissionConfig
 from .navigator import ModeConfig
-
-Measurement = GpsFix | EulerAngles | AngularVelocity | Distance
 
 
 class SystemConfig(Config):
