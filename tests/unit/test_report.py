@@ -189,7 +189,7 @@ def test_another_vehicles_log_gets_what_applies(tmp_path):
     assert flight.series["depth_m"].v[-1] == pytest.approx(24.0)
     assert len(flight.tracks["estimate"].t) == 20
     assert (flight.links[0].frames_out, flight.links[0].frames_in) == (80, 20)
-    assert "FlightTrack" in page.make_page(flight)
+    assert "Track" in page.make_page(flight)
 
 
 def test_an_empty_or_foreign_file_is_a_note_not_an_error(tmp_path):

@@ -37,7 +37,6 @@ _MOVING_MPS = 0.3
 """Below this way the course over ground is the noise of the position."""
 _COURSE_MIN_MPS = 0.1
 """Below this no course is shown: it is the direction of noise."""
-_NO_FIX = FixType.NONE
 _HEADING_APART_RAD = math.radians(4.0)
 """Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
 _RATE_APART_RADPS = math.radians(2.0)
@@ -249,7 +248,7 @@ class Estimator:
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
             depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
-            fix_type=_NO_FIX if fix is None or self.fix_at(now_us) is None else fix.fix_type,
+            fix_type=FixType.NONE if fix is None or self.fix_at(now_us) is None else fix.fix_type,
             heading_from_course=from_course,
         )
 
