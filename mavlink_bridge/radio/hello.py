@@ -25,6 +25,10 @@ _SPREAD_US: Final = 10_000_000
 _THRIFTY_FIRST_US: Final = 600_000_000
 _SOON_US: Final = 5_000_000
 """Two first greetings that met: the shore says its own again, the vessel, whose answers cost more, does not."""
+_CROSSED_US: Final = 2_000_000
+"""Two first greetings cross when they are due within a second, and the later one is heard a packet after that."""
+_TURN_US: Final = 250_000
+"""What two serial lines each way and a tick add to the air."""
 _MAX_US: Final = 3_600_000_000
 _THRIFTY_HOUR_US: Final = 36_000_000
 _STRANGE_BYTES: Final = 8
@@ -59,6 +63,14 @@ class Greeting:
         self._rng = rng
         self._due_us: int | None = now_us + rng.randrange(_START_US)
         self._wait_us = self._first_us
+        self._is_vessel = is_vessel
+        self._greeting_us = profile.airtime_us(HELLO_FRAME_BYTES)
+        self._answer_us = profile.airtime_us(HELLO_FRAME_BYTES + SHOWN_BYTES) + _TURN_US
+        """The vessel's longest answer is here so long after it has heard us, and is off the air itself."""
+        self._asked_us: int | None = None
+        """When our newest greeting that nobody has answered went out."""
+        self.quiet_until_us = 0
+        """Until then the vessel answers us: nothing of ours may be in its way."""
         self._is_soon = self._is_thrifty and not is_vessel
         """The first repeat has not been planned yet."""
         self.is_idle = False
@@ -91,6 +103,7 @@ class Greeting:
         if not self.please:
             self._due_us = None
             return
+        self._asked_us = now_us
         if self._is_soon:
             self._is_soon = False
             self._due_us = now_us + _SOON_US + self._rng.randrange(_SPREAD_US)
@@ -119,12 +132,19 @@ class Greeting:
         if not please:
             return
         self._is_answer, self.please, self.is_idle = True, False, False
-        due_us = now_us if self._answered_us is None else max(now_us, self._answered_us + self._answer_gap_us)
+        due_us = self._clear_us(now_us)
+        due_us = due_us if self._answered_us is None else max(due_us, self._answered_us + self._answer_gap_us)
         self._due_us = due_us if self._due_us is None else min(self._due_us, due_us)
+
+    def _clear_us(self, now_us: int) -> int:
+        """When to answer. Where two greetings crossed both ends would answer at once, and neither be heard: the shore lets the vessel."""
+        if not self._is_vessel and self._asked_us is not None and now_us - self._asked_us < _CROSSED_US:
+            self.quiet_until_us = max(now_us, self._asked_us + self._greeting_us) + self._answer_us
+        return max(now_us, self.quiet_until_us)
 
     def answered(self) -> None:
         """The other end has heard us."""
-        self._is_sure = True
+        self._is_sure, self._asked_us = True, None
         self._wait_us = self._first_us
         if not self._is_answer:
             self._due_us = None

@@ -360,9 +360,9 @@ class CompactLink:
 
     def _a_posted(self, now_us: int) -> bytes:
         first = self._posted.first()
-        if first is None or now_us < self._listen_until_us or self._awaits_answer(now_us):
+        if first is None or now_us < max(self._listen_until_us, self._greeting.quiet_until_us):
             return b""
-        if self._is_receiving(now_us) or (self.rhythm is not None and self.rhythm.is_quiet(now_us)):
+        if self._awaits_answer(now_us) or self._is_receiving(now_us) or (self.rhythm and self.rhythm.is_quiet(now_us)):
             return b""
         if first.kind in STATES and now_us != self.tick_us:
             return b""

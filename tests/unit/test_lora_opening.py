@@ -69,6 +69,12 @@ def test_the_first_opening_shows_the_vessel_within_a_minute(first, gap_s, seed):
     assert_opened(first, gap_s, seed)
 
 
+@pytest.mark.parametrize("seed", [26, 86])
+def test_two_greetings_that_cross_are_not_answered_at_once(seed):
+    """The vessel's is sent before the shore's has come whole, or the other way round; two answers would meet on the air."""
+    assert_opened("both", 0.0, seed)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(2, 40))
 @pytest.mark.parametrize(("first", "gap_s"), ORDERS)
