@@ -21,7 +21,7 @@ from .core.nmea.wanted import unknown_names
 from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.keeping import keys
-from .io.links import LinkConfigError, check_link, parse_link_url
+from .io.links import LinkConfigError, Reach, check_link, kind_of, parse_link_url
 from .judge import collisions, endpoint_mistakes, vessel_meaning
 from .radio import SIMULATION_KEY, load_radio, read_key
 from .settings import ConfigError, Settings, load, load_vessel
@@ -135,7 +135,7 @@ def _is_simulated(url: str) -> bool:
     try:
         parsed = parse_link_url(url)
         path = parsed.path()
-        return parsed.scheme in ("mem", "pty") or _RUN_DIR in path or os.path.realpath(path).startswith("/dev/pts/")
+        return kind_of(parsed).reach is Reach.HERE or _RUN_DIR in path or os.path.realpath(path).startswith("/dev/pts/")
     except LinkConfigError:
         return True  # told by the check of links
 
@@ -228,7 +228,7 @@ def _wrong_links(wanted: Sequence[tuple[str, str, int | None]]) -> list[str]:
 def _door(url: str) -> tuple[str, str, int] | None:
     """Kind, host and port on which a link listens; None for one that does not."""
     parsed = parse_link_url(url)
-    return (parsed.scheme, *parsed.host_port()) if parsed.scheme in ("tcp-listen", "udp-listen") else None
+    return (parsed.scheme, *parsed.host_port()) if kind_of(parsed).reach is Reach.ANYBODY else None
 
 
 def _same_door(one: tuple[str, str, int], other: tuple[str, str, int]) -> bool:

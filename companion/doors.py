@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from mavlink_bridge.language.value import value
 
-from .io.links import LinkConfigError, parse_link_url
+from .io.links import LinkConfigError, Reach, kind_of, parse_link_url
 from .io.links.url import LinkUrl
 from .security import is_local
 from .settings import Settings
@@ -102,18 +102,22 @@ def _door(name: str, url: str, link_class: str, may: str) -> Door | None:
 
 def _reach(parsed: LinkUrl, *, local: bool) -> tuple[str, str] | None:
     """Own address, and who is heard there."""
-    if parsed.scheme not in ("tcp", "tcp-listen", "udp", "udp-listen", "udp-broadcast"):
+    kind = kind_of(parsed)
+    if not kind.transport:
         return None
     host, port = parsed.host_port()
-    others = "programs on this computer" if local else "EVERY MACHINE that reaches this computer"
-    own = ("[::1]" if ":" in host else "127.0.0.1") if local else "any address"
-    if parsed.scheme == "tcp":
-        return f"TCP {own}, a free port", f"{host}:{port} only, which is called"
-    if parsed.scheme == "udp":
-        local_port = parsed.options.get("local", "0")
-        free = f"port {local_port}" if local_port != "0" else "a free port"
-        return f"UDP {own}, {free}", f"{host}:{port} only"
-    if parsed.scheme == "udp-broadcast":
-        return "UDP any address, a free port", f"everybody in the network of {host}"
-    kind = parsed.scheme.removesuffix("-listen").upper()
-    return f"{kind} {host or '0.0.0.0'} port {port}", others
+    transport = kind.transport.upper()
+    match kind.reach:
+        case Reach.CALLED:
+            own = ("[::1]" if ":" in host else "127.0.0.1") if local else "any address"
+            local_port = parsed.options.get("local", "0")
+            free = f"port {local_port}" if local_port != "0" else "a free port"
+            calls = ", which is called" if kind.transport == "tcp" else ""
+            return f"{transport} {own}, {free}", f"{host}:{port} only{calls}"
+        case Reach.NETWORK:
+            return f"{transport} any address, a free port", f"everybody in the network of {host}"
+        case Reach.ANYBODY:
+            others = "programs on this computer" if local else "EVERY MACHINE that reaches this computer"
+            return f"{transport} {host or '0.0.0.0'} port {port}", others
+        case Reach.WIRED | Reach.HERE:
+            return None

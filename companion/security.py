@@ -23,7 +23,7 @@ from .io.keeping import AnyStore
 from .io.keeping.content import SaveStamp, Together
 from .io.keeping.keys import KeyFileError, fingerprint, read_key, write_key
 from .io.keeping.mark import WorldKind
-from .io.links import LinkConfigError, check_link, parse_link_url
+from .io.links import LinkConfigError, Reach, check_link, kind_of, parse_link_url
 from .settings import ConfigError
 from .settings.schema import EndpointSettings, SecurityConfig, Settings
 
@@ -38,10 +38,6 @@ OWN: Final = "own"
 FLOOR: Final = "floor"
 CLEAN: Final = "clean"
 """1: the stamps were saved at shutdown, nothing was accepted after them."""
-_ON_THIS_MACHINE: Final = frozenset({"serial", "pty", "mem", "file"})
-_SIMULATED: Final = frozenset({"pty", "mem"})
-"""Links that end on this computer: what hangs on them transmits nowhere."""
-
 log = logging.getLogger(__name__)
 
 
@@ -57,11 +53,16 @@ class Secured(Protocol):
 def is_local(url: str) -> bool:
     """True when only this machine, or what is wired to it, can reach the link. Raises LinkConfigError."""
     parsed = parse_link_url(url)
-    if parsed.scheme in _ON_THIS_MACHINE:
-        return True
-    if parsed.scheme == "udp-broadcast":
-        return False
-    host, _ = parsed.host_port()
+    match kind_of(parsed).reach:
+        case Reach.WIRED | Reach.HERE:
+            return True
+        case Reach.NETWORK:
+            return False
+        case Reach.CALLED | Reach.ANYBODY:
+            return _is_own(parsed.host_port()[0])
+
+
+def _is_own(host: str) -> bool:
     if host == "localhost":
         return True
     try:
@@ -72,7 +73,7 @@ def is_local(url: str) -> bool:
 
 def is_open_listener(url: str) -> bool:
     """True when other machines can speak to the link uninvited. Raises LinkConfigError."""
-    return parse_link_url(url).scheme in ("udp-listen", "udp-broadcast", "tcp-listen") and not is_local(url)
+    return kind_of(parse_link_url(url)).reach in (Reach.ANYBODY, Reach.NETWORK) and not is_local(url)
 
 
 def mistakes(settings: Secured, *, keys: bool = True) -> list[str]:
@@ -96,7 +97,7 @@ def open_devices(settings: Settings) -> list[tuple[str, str, bool]]:
         if is_open_listener(item.url)
     ]
     radio = settings.radio
-    if radio.url and radio.protocol != "compact" and parse_link_url(radio.url).scheme not in _SIMULATED:
+    if radio.url and radio.protocol != "compact" and kind_of(parse_link_url(radio.url)).reach is not Reach.HERE:
         told = f'protocol = "{radio.protocol}" has no key: whoever transmits on the channel commands the boat'
         found.append(("radio", told, radio.insecure))
     return found

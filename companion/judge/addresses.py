@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from ..io.links import LinkConfigError, parse_link_url
+from ..io.links import LinkConfigError, LinkKind, Reach, kind_of, parse_link_url
 from ..io.links.url import LinkUrl
 
 _ANY: Final = frozenset({"", "0.0.0.0", "::", "*"})
-_LISTENS: Final = {"tcp-listen": "tcp", "udp-listen": "udp"}
-_CALLS: Final = frozenset({"tcp", "udp"})
-_DEVICES: Final = frozenset({"serial", "pty"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +25,13 @@ class _Use:
     parsed: LinkUrl
 
     @property
+    def kind(self) -> LinkKind:
+        return kind_of(self.parsed)
+
+    @property
     def device(self) -> str:
         """The device or file behind a link; its stable name and its usual one are the same device."""
-        if self.parsed.scheme in _DEVICES or self.parsed.scheme == "file":
+        if self.kind.is_path:
             path = self.parsed.path() if self.parsed.where else ""
             return os.path.realpath(path) if path and "RUN_DIR" not in path else path
         return ""
@@ -66,7 +67,7 @@ def _nowhere(use: _Use) -> str:
         return "no such file; give the file to be read"
     if use.parsed.scheme == "serial":
         return _no_port(use.parsed.path())
-    if use.parsed.scheme not in _CALLS:
+    if use.kind.reach is not Reach.CALLED:
         return ""
     host, port = use.place
     if port == 0:
@@ -101,13 +102,14 @@ def _clash(use: _Use, other: _Use) -> str:
         return (
             f"{other.key} has this device already; one device serves one purpose" if use.device == other.device else ""
         )
-    kinds = use.parsed.scheme, other.parsed.scheme
-    if not all(kind in _CALLS or kind in _LISTENS for kind in kinds):
+    if use.kind.transport != other.kind.transport or not use.kind.transport:
         return ""
-    if kinds[0] in _CALLS and kinds[0] == kinds[1] and use.place == other.place:
+    reaches = use.kind.reach, other.kind.reach
+    if reaches == (Reach.CALLED, Reach.CALLED) and use.place == other.place:
         return f"{other.key} speaks to this address already; give each its own port"
     for caller, listener in ((use, other), (other, use)):
-        if _LISTENS.get(listener.parsed.scheme) == caller.parsed.scheme and _reaches(caller.place, listener.place):
+        pair = caller.kind.reach, listener.kind.reach
+        if pair == (Reach.CALLED, Reach.ANYBODY) and _reaches(caller.place, listener.place):
             return f"speaks to {other.key} of this very program, which is no station; give the other side's port"
     return ""
 

@@ -17,7 +17,7 @@ import pytest
 
 from companion.io.links.link import Closed, Opened, Received
 from companion.io.links.mem import MemLink
-from companion.io.links.table import open_link
+from companion.io.links.table import SCHEMES, open_link
 from tests.patience import PATIENCE_S, waits
 
 
@@ -210,6 +210,7 @@ KINDS = {
     "pty": PtyFar,
     "mem": MemFar,
 }
+ONE_WAY = {"file": "is read and written to no far end", "udp-broadcast": "is udp-listen's class, in a network"}
 REOPENING = [kind for kind in KINDS if not kind.startswith("udp")]
 
 
@@ -259,6 +260,10 @@ def bench(request, tmp_path):
 
 every_kind = pytest.mark.parametrize("bench", list(KINDS), indirect=True)
 reopening = pytest.mark.parametrize("bench", REOPENING, indirect=True)
+
+
+def test_every_kind_is_held_to_the_same_promises():
+    assert set(KINDS) | set(ONE_WAY) == set(SCHEMES)
 
 
 @every_kind

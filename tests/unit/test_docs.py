@@ -11,6 +11,7 @@ import pytest
 from companion import cli
 from companion.cli import COMMANDS
 from companion.core.hull import VesselConfig
+from companion.core.nmea.sentences import KINDS
 from companion.gateway import GatewaySettings
 from companion.imc.settings import ImcSettings
 from companion.settings import params
@@ -29,6 +30,13 @@ KEYS = {key.path for key in keys(Settings)}
 def test_the_generated_pages_are_up_to_date():
     stale = [path.name for path, text in generate_docs.wanted(DOCS).items() if path.read_text(encoding="utf-8") != text]
     assert not stale, f"run 'make docs' and commit {', '.join(stale)}"
+
+
+def test_every_sentence_that_is_understood_stands_in_the_page_of_sensors():
+    """Of a proprietary one its maker's name, which the page shows with a comma."""
+    page = (DOCS / "SENSORS.md").read_text(encoding="utf-8")
+    told = page[page.index("## Sentences") :].replace(",", "")
+    assert not [kind for kind in KINDS if kind not in told and kind[:4] not in told]
 
 
 def test_every_key_and_every_parameter_has_a_meaning():

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import socket
 import time
 
 import pytest
 
+from companion.doors import served_doors
+from companion.io.links.link import Link
 from companion.io.links.resolve import Resolver
 from companion.io.links.serial import SerialLink
 from companion.io.links.table import SCHEMES, LinkConfigError, check_link, open_link
@@ -89,10 +92,38 @@ def test_checking_opens_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_every_scheme_has_its_class():
-    for scheme in SCHEMES:
-        with pytest.raises(LinkConfigError):
-            check_link(f"{scheme}:?nonsense=1")
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_scheme_has_its_class_with_all_that_a_link_offers(scheme):
+    with pytest.raises(LinkConfigError):
+        check_link(f"{scheme}:?nonsense=1")
+    module, _, name = SCHEMES[scheme].made_by.partition(":")
+    made = getattr(importlib.import_module(module), name)
+    wanted = {name for name in vars(Link) if not name.startswith("_")} | {"check", "from_url"}
+    assert wanted <= set(dir(made))
+
+
+HEARD = {
+    "serial:/dev/ttyUSB0": None,
+    "pty:/tmp/modem": None,
+    "mem:modem": None,
+    "file:log.nmea": None,
+    "tcp://10.0.0.7:2000": "10.0.0.7:2000 only",
+    "udp://10.0.0.7:2000": "10.0.0.7:2000 only",
+    "tcp-listen://0.0.0.0:2000": "EVERY MACHINE",
+    "udp-listen://0.0.0.0:2000": "EVERY MACHINE",
+    "udp-broadcast://10.0.0.255:2000": "everybody in the network",
+}
+"""Who is heard on each kind of link; None: it opens no socket."""
+
+
+@pytest.mark.parametrize("url", HEARD)
+def test_who_is_heard_on_a_link_is_told(url):
+    reaches = [door.reach for door in served_doors([("link", url)])]
+    assert [HEARD[url] in reach for reach in reaches] == ([] if HEARD[url] is None else [True])
+
+
+def test_a_new_kind_of_link_says_who_is_heard():
+    assert {url.partition(":")[0] for url in HEARD} == set(SCHEMES)
 
 
 def test_a_port_of_our_own_that_is_taken_says_so():

@@ -207,7 +207,7 @@ serial = types.ModuleType('serial'); serial.Serial = object; serial.SerialExcept
 sys.modules['serial'] = serial
 import companion.gateway, companion.commands.gateway, companion.commands.lora
 from companion.io.links.table import SCHEMES, check_link
-assert SCHEMES['serial'].endswith('ComLink')
+assert SCHEMES['serial'].made_by.endswith('ComLink')
 check_link('serial:COM5?baud=9600')
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .link import Closed, Link, LinkEvent, Opened, Received
-from .table import check_link, open_link
+from .table import LinkKind, Reach, check_link, kind_of, open_link
 from .url import LinkConfigError, parse_link_url
 
 __all__ = [
@@ -11,9 +11,12 @@ __all__ = [
     "Link",
     "LinkConfigError",
     "LinkEvent",
+    "LinkKind",
     "Opened",
+    "Reach",
     "Received",
     "check_link",
+    "kind_of",
     "open_link",
     "parse_link_url",
 ]

@@ -1,29 +1,66 @@
-"""Links by name: one table from scheme to class, imported only when used."""
+"""Links by name: one table from scheme to kind. A kind's class is imported only when used; who may be at its far end, and so whom
+the vessel must suspect there, is a property of the kind and written nowhere else."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Final, Protocol, cast
+from typing import Final, Literal, Protocol, cast
 
 from .link import Link
 from .url import LinkConfigError, LinkUrl, parse_link_url
 
-__all__ = ["SCHEMES", "LinkConfigError", "LinkUrl", "check_link", "open_link", "parse_link_url"]
+__all__ = [
+    "SCHEMES",
+    "LinkConfigError",
+    "LinkKind",
+    "LinkUrl",
+    "Reach",
+    "check_link",
+    "kind_of",
+    "open_link",
+    "parse_link_url",
+]
+
+
+class Reach(Enum):
+    """Who may be at the far end."""
+
+    WIRED = "what is wired to the port"
+    HERE = "programs of this computer"
+    CALLED = "the one peer that is called"
+    ANYBODY = "whoever speaks to the port"
+    NETWORK = "everybody in the network"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkKind:
+    """One kind of link."""
+
+    made_by: str
+    """Module and class."""
+    reach: Reach
+    transport: Literal["", "tcp", "udp"] = ""
+    """Empty: no network."""
+    is_path: bool = False
+    """The address is a device or a file."""
+
 
 _SERIAL: Final = (
     "companion.io.links.serial:SerialLink" if find_spec("termios") is not None else "companion.io.links.com:ComLink"
 )
-SCHEMES: Final[dict[str, str]] = {
-    "serial": _SERIAL,
-    "tcp": "companion.io.links.tcp:TcpClientLink",
-    "tcp-listen": "companion.io.links.tcp:TcpServerLink",
-    "udp": "companion.io.links.udp_peer:UdpPeerLink",
-    "udp-listen": "companion.io.links.udp:UdpLink",
-    "udp-broadcast": "companion.io.links.udp:UdpLink",
-    "pty": "companion.io.links.pty:PtyLink",
-    "mem": "companion.io.links.mem:MemLink",
-    "file": "companion.io.links.file:FileLink",
+SCHEMES: Final[dict[str, LinkKind]] = {
+    "serial": LinkKind(_SERIAL, Reach.WIRED, is_path=True),
+    "tcp": LinkKind("companion.io.links.tcp:TcpClientLink", Reach.CALLED, "tcp"),
+    "tcp-listen": LinkKind("companion.io.links.tcp:TcpServerLink", Reach.ANYBODY, "tcp"),
+    "udp": LinkKind("companion.io.links.udp_peer:UdpPeerLink", Reach.CALLED, "udp"),
+    "udp-listen": LinkKind("companion.io.links.udp:UdpLink", Reach.ANYBODY, "udp"),
+    "udp-broadcast": LinkKind("companion.io.links.udp:UdpLink", Reach.NETWORK, "udp"),
+    "pty": LinkKind("companion.io.links.pty:PtyLink", Reach.HERE, is_path=True),
+    "mem": LinkKind("companion.io.links.mem:MemLink", Reach.HERE),
+    "file": LinkKind("companion.io.links.file:FileLink", Reach.HERE, is_path=True),
 }
 
 
@@ -55,9 +92,14 @@ def check_link(url: str, **options: object) -> None:
     _class_of(parsed).check(parsed)
 
 
-def _class_of(parsed: LinkUrl) -> LinkClass:
-    entry = SCHEMES.get(parsed.scheme)
-    if entry is None:
+def kind_of(parsed: LinkUrl) -> LinkKind:
+    """What kind of link an address means. Raises LinkConfigError when there is none."""
+    kind = SCHEMES.get(parsed.scheme)
+    if kind is None:
         raise LinkConfigError(f"{parsed.text}: unknown kind {parsed.scheme!r}; known: {', '.join(SCHEMES)}")
-    module, _, class_name = entry.partition(":")
+    return kind
+
+
+def _class_of(parsed: LinkUrl) -> LinkClass:
+    module, _, class_name = kind_of(parsed).made_by.partition(":")
     return cast(LinkClass, getattr(import_module(module), class_name))
