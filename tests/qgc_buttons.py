@@ -21,6 +21,8 @@ ARM, SET_MODE, MISSION_START, REPOSITION, REBOOT, MOTOR_TEST = 400, 176, 300, 19
 MANUAL, HOLD, LOITER, AUTO, RTL, GUIDED = 0, 4, 5, 10, 11, 15
 FORCE = 21196
 MODE_TRIES, MODE_S, ARM_S, PLAN_S = 3, 1.3, 1.5, 1.5
+LOOK_S = 0.5
+"""A timer that runs from the vehicle's first HEARTBEAT looks so often for commands whose wait is over (sources of 4.3 and of 2026)."""
 _MODES: Final = {MANUAL: "Manual", HOLD: "Hold", LOITER: "Loiter", AUTO: "Auto", RTL: "RTL", GUIDED: "Guided"}
 _RESULTS: Final = {1: "temporarily rejected", 2: "denied", 3: "not supported", 4: "failed", 6: "cancelled"}
 
@@ -72,6 +74,7 @@ RCn_REV may be RCn_REVERSED instead; MODEn is asked for when MODE1 exists, else 
 class _Asked:
     deadline_us: int
     shows_error: bool
+    pressed_us: int = 0
 
 
 class Buttons:
@@ -87,6 +90,8 @@ class Buttons:
     """What was last pressed."""
     _now_us: int
     _outstanding: dict[int, _Asked]
+    _started_us: int
+    _looked_us: int = 0
 
     # ---- commands that wait beside everything else
 
@@ -100,7 +105,8 @@ class Buttons:
             self.wants_mode = round(params[1])
         elif command == ARM:
             self.wants_armed = bool(params[0])
-        self._outstanding[command] = _Asked(self._now_us + round(self.generation.answer_s * 1e6), shows_error)
+        deadline_us = self._now_us + round(self.generation.answer_s * 1e6)
+        self._outstanding[command] = _Asked(deadline_us, shows_error, self._now_us)
         self._command_long(command, *params)
 
     def _answered(self, message: Any) -> None:
@@ -111,13 +117,18 @@ class Buttons:
             asked.deadline_us = self._now_us + round(self.generation.answer_s * 1e6)
             return
         del self._outstanding[message.command]
+        self.report.answers.append((message.command, (self._now_us - asked.pressed_us) * 1e-6))
         words = _RESULTS.get(message.result)
         if words is not None and asked.shows_error:
             self._popup(f"{_name(message.command)} command {words}")
 
     def _expire(self, now_us: int) -> None:
+        look_us = now_us - (now_us - self._started_us) % round(LOOK_S * 1e6)
+        if look_us <= self._looked_us:
+            return
+        self._looked_us = look_us
         for command, asked in list(self._outstanding.items()):
-            if now_us >= asked.deadline_us:
+            if look_us > asked.deadline_us:
                 del self._outstanding[command]
                 if asked.shows_error:
                     self._popup(f"Vehicle did not respond to command: {_name(command)}")

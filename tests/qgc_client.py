@@ -52,6 +52,8 @@ class Report:
     plans: dict[int, list[Any]] = field(default_factory=dict)
     metadata: dict[str, Any] = field(default_factory=dict)
     resends: int = 0
+    answers: list[tuple[int, float]] = field(default_factory=list)
+    """Commands that were pressed and answered in time, and after how many seconds."""
 
 
 class QgcClient(Buttons):

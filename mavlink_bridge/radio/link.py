@@ -142,7 +142,8 @@ class CompactLink:
         if kind is Kind.REPLY:
             if self.rhythm is not None:
                 size = frame_bytes(kind, frame.body)
-                until_us = self.clock.came_us(size, now_us)[0] + self._patience.pause_us(size)
+                written_us = self.clock.came_us(size, now_us)[0] - self.clock.line_us(size)
+                until_us = written_us + self._patience.pause_us(size)
                 self.rhythm.answered(min(self.clock.off_us, now_us), until_us)
             return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
@@ -367,7 +368,7 @@ class CompactLink:
         if first.kind in STATES and now_us != self.tick_us:
             return b""
         session = self.pairing.to_speak(self._turn)
-        if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us):
+        if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us, room_us=self._room_us):
             return b""
         frame = self.voice.send(first.kind, first.body, first.priority, now_us, session=session)
         if frame:
@@ -379,10 +380,15 @@ class CompactLink:
                 self._listen()
         return frame
 
-    def _would_meet(self, size: int, now_us: int, *, hurries: bool = False) -> bool:
+    @property
+    def _room_us(self) -> int:
+        """From the end of what need not be said now to the other end's state: an order that comes meanwhile finds its place before it."""
+        return round(self.profile.link.gap_ms * 1e3) + self.clock.span_us(ANSWER_BYTES)
+
+    def _would_meet(self, size: int, now_us: int, *, hurries: bool = False, room_us: int = 0) -> bool:
         end_us = now_us + self.clock.span_us(size)
         start_us = end_us - self.clock.airtime_us(size)
-        return self.rhythm is not None and self.rhythm.meets(start_us, end_us, hurries=hurries)
+        return self.rhythm is not None and self.rhythm.meets(start_us, end_us + room_us, hurries=hurries)
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""

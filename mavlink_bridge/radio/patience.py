@@ -69,7 +69,7 @@ class Patience:
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
-        if item.kind is Kind.PLAN:
+        if item.kind is Kind.PLAN and not slowest_us:
             base_us += _STORE_US
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
@@ -87,8 +87,10 @@ class Patience:
         return -(-least_us // _PAUSE_STEP_US) * _PAUSE_STEP_US
 
     def learn(self, item: Transfer, now_us: int) -> None:
-        """Measure how long an answer takes here; one that comes while the question is being repeated belongs to the first asking."""
-        if item.tries == 1:
+        """Measure how long an answer takes here; one that comes while the question is being repeated, or sooner after it than an answer can
+        be on the air, belongs to the asking before.
+        """
+        if item.tries == 1 or now_us - item.off_us >= self._clock.span_us(ANSWER_BYTES):
             took_us = now_us - item.off_us
         elif now_us < item.off_us:
             took_us = item.late_us + now_us - item.off_us + self._clock.span_us(item.next_size())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from ..language.messages import GuardState, Severity
@@ -12,8 +12,17 @@ from .air import Priority, RadioProfile
 from .air.profile import batch_bytes
 from .codec.batch import encode_batch
 from .codec.brief import encode_position
-from .codec.state import KEY_BYTES, delta_parts, encode_delta, encode_key, mark_of, reached_in, settle
-from .codec.state_fields import RadioState
+from .codec.state import (
+    KEY_BYTES,
+    as_key_mark,
+    decode_delta,
+    delta_parts,
+    encode_delta,
+    encode_key,
+    reached_in,
+    settle,
+)
+from .codec.state_fields import RadioState, with_flags
 from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .link import CompactLink
 from .words import fitted
@@ -37,12 +46,32 @@ _BEACON_US: Final = 2_000_000
 """The shore's first word after a HELLO takes so long at most: a state at once would meet it on the air."""
 _SHOWN_US: Final = 5_000_000
 """A word of the shore that crossed our state on its way asks for no other one."""
+WHOLE_KEYS: Final = 4
+"""Battery, satellites and tilt are told by keys only: one goes after so many times ``key_s`` though differences would do."""
 _POSITION_GAP_US: Final = 15_000_000
 """To a shore of another version: enough to find the boat by."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Base:
+    """A state that differences may refer to once the shore has named it: its mark, the state as the shore has it, and when it was made."""
+
+    mark: int
+    state: RadioState
+    made_us: int
+    is_key: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Posted:
+    """A state on its way out: as the shore will show it, and what it may serve as."""
+
+    shown: RadioState
+    base: _Base
+
+
 class Reporter:
-    """Chooses between key, difference and batch. Differences refer only to a key that the shore has acknowledged."""
+    """Chooses between key, difference and batch. Differences refer only to a state that the shore has acknowledged."""
 
     def __init__(self, profile: RadioProfile, link: CompactLink) -> None:
         self.profile = profile
@@ -53,11 +82,13 @@ class Reporter:
         self._sent_us: int | None = None
         self._status_us: int | None = None
         self._told: RadioState | None = None
-        self._sent: dict[int, tuple[bytes, RadioState, int]] = {}
-        self._base: tuple[int, RadioState, int] | None = None
-        """Mark, state as the shore has it, and when it was made."""
+        self._sent: dict[int, _Base] = {}
+        """By the low sixteen bits of the counters of their frames."""
+        self._base: _Base | None = None
+        self._whole_us = 0
+        """When a key last went out."""
         self._mark = 0
-        self._health_us = 0
+        self._health_us = self._fix_us = 0
         self._skipped = 0
         """Places of the grid left free since the last state."""
         self.chat_us = 0
@@ -73,19 +104,23 @@ class Reporter:
         self._show_us: int | None = None
         """From when on a start of the shore that is new wants to be shown the vessel; when one last was:"""
         self._shown_us: int | None = None
-        self._pending: dict[bytes, tuple[RadioState, int]] = {}
+        self._pending: dict[bytes, _Posted] = {}
         self.told: RadioState | None = None
         """Mode, armed bit, plan and readiness as the last state that told them, or the last answer, went out with them."""
         self._texts: deque[tuple[Severity, str]] = deque(maxlen=4)
         self._text_us: int | None = None
 
     def acknowledged(self, counter_low: int) -> None:
-        """The shore has the key that went out in the frame with these sixteen bits of the counter."""
+        """The shore has the state that went out in the frame with these sixteen bits of the counter."""
         self._collect()
         found = self._sent.get(counter_low)
         if found is not None:
-            body, state, made_us = found
-            self._base = mark_of(body), state, made_us
+            self._base = found
+            # what is older, or has its mark, will not be named any more
+            newer = {number: item for number, item in self._sent.items() if item.made_us > found.made_us}
+            self._sent = {counter_low: found} | {
+                number: item for number, item in newer.items() if item.mark != found.mark
+            }
 
     def shore_ordered(self, now_us: int) -> None:
         """The shore has its answer: what changes by its own order need not be told in the way of its next words."""
@@ -120,7 +155,7 @@ class Reporter:
         elif self._status_is_new(state, now_us):
             self._status_us = now_us
             if self.profile.link.batch == 1:
-                self._post_state(state, now_us, Priority.EVENT, may_change=True)
+                self._post_state(state, now_us, Priority.EVENT)
             else:
                 self._show_us = now_us
         elif self._next_us is None or now_us >= self._next_us:
@@ -190,21 +225,22 @@ class Reporter:
             return
         if not self._may_spend(now_us):
             return
-        # while orders come each brings another status, and a key may be in the way of the next one
-        self._post_state(state, now_us, Priority.STATE, may_change=now_us < self.chat_us or bool(self._reached))
+        self._post_state(state, now_us, Priority.STATE)
 
-    def _post_state(self, state: RadioState, now_us: int, priority: Priority, *, may_change: bool) -> None:
-        """A difference where one does, else a key: an older key may still serve while its successor waits for the shore's word."""
+    def _post_state(self, state: RadioState, now_us: int, priority: Priority) -> None:
+        """A difference where one does, else a key: an older state may still serve while its successor waits for the shore's word."""
         base = self._base
         body = None
-        if base is not None and now_us - base[2] < self._key_us and not self._health_is_new(state, base[1], now_us):
+        if base is not None and now_us - base.made_us < self._key_us and not self._needs_key(state, base.state, now_us):
             # an item more makes a state longer than the shore foretells: not while the next order may wait for its end
             reached = b"" if now_us < self.chat_us else bytes(self._reached)
-            body = encode_delta(base[1], base[0], state, may_change=may_change, reached=reached)
-        if body is None:
+            says = self._flags_are_new(state, now_us)
+            body = encode_delta(base.state, base.mark, state, says_status=says, reached=reached)
+        if base is None or body is None:
             self._post_key(state, now_us, priority)
             return
-        self._told, self._pending = state, {body: (settle(state), now_us)}
+        successor = _Base(as_key_mark(base.mark), decode_delta(base.state, body), now_us, is_key=False)
+        self._told, self._pending = state, {body: _Posted(settle(state), successor)}
         self._link.post(Kind.DELTA, body, priority)
 
     def _may_spend(self, now_us: int) -> bool:
@@ -221,9 +257,16 @@ class Reporter:
         self._skipped = 0
         return left_us >= self.profile.airtime_us(KEY_BYTES + OVERHEAD)
 
-    def _health_is_new(self, state: RadioState, base: RadioState, now_us: int) -> bool:
-        """Readiness that changed goes with the next state; while it flickers, or the shore has not got it, now and then."""
-        if state.health == base.health or now_us < self._health_us:
+    def _needs_key(self, state: RadioState, base: RadioState, now_us: int) -> bool:
+        """What only a key tells goes at once where it matters for a start, else now and then, and not in the way of orders."""
+        if state.fix is not base.fix and now_us >= self._fix_us:
+            self._fix_us = now_us + _HEALTH_GAP_US
+            return True
+        return now_us >= max(self.chat_us, self._whole_us + WHOLE_KEYS * self._key_us)
+
+    def _flags_are_new(self, state: RadioState, now_us: int) -> bool:
+        """Readiness that changed goes with the next state; while it flickers, now and then."""
+        if self.told is None or state.flags == self.told.flags or now_us < self._health_us:
             return False
         self._health_us = now_us + _HEALTH_GAP_US
         return True
@@ -241,11 +284,12 @@ class Reporter:
 
     def _post_key(self, state: RadioState, now_us: int, priority: Priority) -> None:
         self._mark = (self._mark + 1) % 4
-        if self._base is not None and self._mark == self._base[0]:
+        if self._base is not None and self._mark == self._base.mark:
             self._mark = (self._mark + 1) % 4
         body = encode_key(state, self._mark)
         self._told = state
-        self._pending = {body: (settle(state), now_us)}
+        shown = settle(state)
+        self._pending = {body: _Posted(shown, _Base(self._mark, shown, now_us, is_key=True))}
         self._link.post(Kind.KEY, body, priority)
 
     def _collect(self) -> None:
@@ -259,18 +303,26 @@ class Reporter:
         found = self._pending.pop(body, None)
         if found is None:
             return
-        is_key = len(body) >= KEY_BYTES
+        is_key = found.base.is_key
         for _ in reached_in(b"" if is_key else body)[: len(self._reached)]:
             self._reached.popleft()
-        if self.told is None or is_key or delta_parts(body).changes:
-            self.told = found[0]
-        else:
-            self.told = replace(found[0], prearm_ok=self.told.prearm_ok)
-        if is_key:
-            self._sent.pop(counter & 0xFFFF, None)
-            self._sent[counter & 0xFFFF] = (body, *found)
-            while len(self._sent) > _KEYS_KEPT:
-                self._sent.pop(next(iter(self._sent)))
+        tells_all = self.told is None or is_key or delta_parts(body).changes
+        self.told = found.shown if self.told is None or tells_all else with_flags(found.shown, self.told)
+        self._whole_us = found.base.made_us if is_key else self._whole_us
+        self._may_be_named(counter & 0xFFFF, found.base)
+
+    def _may_be_named(self, counter_low: int, sent: _Base) -> None:
+        """What went out may be referred to when the shore names it. The shore has one state by each mark: a key takes that of older
+        differences, and they leave it to a key that the shore may have.
+        """
+        if sent.is_key:
+            self._sent = {number: item for number, item in self._sent.items() if item.mark != sent.mark}
+        elif any(item.is_key and item.mark == sent.mark and item is not self._base for item in self._sent.values()):
+            return
+        self._sent.pop(counter_low, None)
+        self._sent[counter_low] = sent
+        while len(self._sent) > _KEYS_KEPT:
+            self._sent.pop(next(iter(self._sent)))
 
     def _queue_texts(self, now_us: int, snapshot: Snapshot) -> None:
         if not self.profile.link.texts:

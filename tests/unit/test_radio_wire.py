@@ -130,7 +130,7 @@ PLACE = HomePlace((411_850_126, -87_062_153), (0, 2, 0))
 
 
 def difference(state: RadioState, reached: bytes = b"") -> bytes:
-    told = encode_delta(settle(STATE), 1, state, may_change=True, reached=reached)
+    told = encode_delta(settle(STATE), 1, state, reached=reached)
     assert told is not None
     return told
 

@@ -33,13 +33,17 @@ class AirClock:
             known = self._airtimes[size] = whole * airtime(PACKET_BYTES) + (airtime(rest) if rest else 0)
         return known
 
+    def line_us(self, size: int) -> int:
+        """What a write takes on the serial line."""
+        return round(size * self.profile.serial_byte_us)
+
     def span_us(self, size: int) -> int:
         """From the write to the end on the air."""
-        return round(size * self.profile.serial_byte_us) + MODULE_US + self.airtime_us(size)
+        return self.line_us(size) + MODULE_US + self.airtime_us(size)
 
     def came_us(self, size: int, now_us: int) -> tuple[int, int]:
         """First and last moment on the air of a packet of so many bytes that is whole here now."""
-        end_us = now_us - _WAY_US - round(size * self.profile.serial_byte_us)
+        end_us = now_us - _WAY_US - self.line_us(size)
         return end_us - self.airtime_us(size), end_us
 
     def sent(self, size: int, now_us: int) -> None:

@@ -1,6 +1,7 @@
 """When the other end is going to talk: a state comes a period after the one before it, and who talks then is not heard.
 
-All times are times on the air: the first and the last moment of a packet, not its way along a serial line.
+All times are times on the air, the first and the last moment of a packet, but for what is said to be written: the vessel writes at its
+ticks, and a longer packet is longer on its serial line before it is on the air.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ _EARLY_US: Final = 10_000
 """Little: to wait for a state costs 0.7 s and a station's patience each time, to be late by a tick costs one repeat, seldom."""
 _LATE_US: Final = 15_000
 """What two clocks and a module may shift a state by; a longer wait costs the vessel's answer a tick more."""
-HELD_LATE_US: Final = 30_000
-"""A state that was held back comes at the pause's end, which is a tick; its serial line may be longer than the answer's."""
+HELD_LATE_US: Final = 20_000
+"""A state that was held back comes at the pause's end, or a tick later where a tick came late."""
 TOLD_LATE_US: Final = 65_000
 """One that waited until the vessel had told something comes at a tick of its own choice, and has its serial line before it."""
 _FORGOTTEN: Final = 12
@@ -30,8 +31,10 @@ class Rhythm:
         self._longest_us = longest_us
         self.next_us = longest_us
         """How long the next one is on the air, as far as can be known: it may be longer, for a depth that changes fast."""
+        self.lead_us = 0
+        """How long it is on the serial line before."""
         self._last_us: int | None = None
-        """When the last one began, as far as can be known: heard, or due at a pause's end."""
+        """When the last one was written, as far as can be known: heard, or due at a pause's end."""
         self._late_us = _LATE_US
         self._heard_us = 0
         self._quiet_from_us = self._quiet_until_us = 0
@@ -39,7 +42,7 @@ class Rhythm:
 
     def answered(self, asked_us: int, until_us: int, *, late_us: int = HELD_LATE_US) -> None:
         """An answer came to what was asked: another order may follow, and the other end keeps off the air for it. What was due since
-        it heard the question comes then, or up to ``late_us`` later.
+        it heard the question is written then, or up to ``late_us`` later.
         """
         self._settle(asked_us)
         if asked_us >= self._quiet_until_us:
@@ -51,9 +54,9 @@ class Rhythm:
         """Whether the other end listens for another order: nothing else should be in its way."""
         return self._quiet_from_us <= now_us < self._quiet_until_us
 
-    def heard(self, start_us: int, end_us: int) -> None:
+    def heard(self, written_us: int, end_us: int) -> None:
         """A state was on the air."""
-        self._last_us, self._heard_us, self._late_us = start_us, end_us, _LATE_US
+        self._last_us, self._heard_us, self._late_us = written_us, end_us, _LATE_US
 
     def meets(self, start_us: int, end_us: int, *, hurries: bool = False) -> bool:
         """Whether a transmission of ours would overlap a state of the other end, this one or the next. One that ``hurries`` takes the state
@@ -75,15 +78,16 @@ class Rhythm:
         if self._last_us is None or now_us - self._heard_us > _FORGOTTEN * self._period_us:
             return None
         if self.is_quiet(now_us):
-            return max(self._due_us(self._quiet_from_us, long_us), self._quiet_until_us)
-        return self._due_us(now_us, long_us)
+            return max(self._due_us(self._quiet_from_us, long_us), self._quiet_until_us) + self.lead_us
+        return self._due_us(now_us, long_us) + self.lead_us
 
     def _due_us(self, now_us: int, long_us: int) -> int:
-        """The same on the grid alone, pauses left out."""
+        """When it is written by the grid alone, pauses left out."""
         assert self._last_us is not None
-        if self._last_us > self._heard_us and now_us < self._last_us + long_us + self._late_us:
+        over_us = self.lead_us + long_us + self._late_us
+        if self._last_us > self._heard_us and now_us < self._last_us + over_us:
             return self._last_us
-        passed = (now_us - self._last_us - long_us - self._late_us) // self._period_us + 1
+        passed = (now_us - self._last_us - over_us) // self._period_us + 1
         return self._last_us + max(passed, 1) * self._period_us
 
     def _settle(self, now_us: int) -> None:

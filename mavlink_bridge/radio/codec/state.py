@@ -39,6 +39,8 @@ TIME_BYTES: Final = 2
 DELTA_BYTES: Final = 4
 CHANGE_BYTES: Final = 8
 """A difference that brings a status with it: two steps of airtime less than a key, which an order may have to wait for."""
+_FAR_M: Final = 180.0
+"""Of the 255 m that a difference reaches: what is left is a beacon's time at full speed."""
 _KEY_SIZES: Final = frozenset((KEY_BYTES, KEY_BYTES + TIME_BYTES, KEY_BYTES + THREAT_BYTES))
 
 
@@ -107,16 +109,16 @@ def settle(state: RadioState) -> RadioState:
 
 
 def encode_delta(
-    key: RadioState, key_mark: int, state: RadioState, *, may_change: bool = False, reached: bytes = b""
+    key: RadioState, key_mark: int, state: RadioState, *, says_status: bool = False, reached: bytes = b""
 ) -> bytes | None:
     """Four bytes against ``key`` as the shore has it (settled); None when the change does not fit. Another status needs four more, and
-    is told so if it ``may_change``; of the items ``reached`` go as many as there is room for.
+    so does readiness that has changed (``says_status``); of the items ``reached`` go as many as there is room for.
 
     2 bits mark of the key, 9 + 9 bits north and east in metres, 6 bits heading, 4 bits speed in 0.25 m/s, 2 bits depth step.
     """
     offset = metres_between(key, state)
-    changed = state.status != key.status
-    if offset is None or (changed and not may_change) or state.sog_mps is None:
+    changed = says_status or state.status != key.status
+    if offset is None or state.sog_mps is None:
         return None
     north, east = round(offset[0]) + 256, round(offset[1]) + 256
     depth = to_depth(state.alt_m) - to_depth(key.alt_m)
@@ -145,6 +147,17 @@ def encode_delta(
 def mark_of(body: bytes) -> int:
     """Which key this is, or this difference belongs to."""
     return body[0] >> 6 if body else -1
+
+
+def as_key_mark(mark: int) -> int:
+    """The mark under which a difference to the key ``mark`` serves as a key itself, once the shore has named it."""
+    return (mark + 2) % 4
+
+
+def is_near_the_end(key: RadioState, state: RadioState) -> bool:
+    """Whether the next state may be too far from the key for a difference."""
+    offset = metres_between(key, state)
+    return offset is None or max(map(abs, offset)) > _FAR_M or not 0 <= to_depth(state.alt_m) - to_depth(key.alt_m) <= 1
 
 
 def delta_parts(body: bytes) -> DeltaParts:

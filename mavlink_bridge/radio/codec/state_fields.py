@@ -99,9 +99,20 @@ class RadioState:
         return (self.mode, self.armed, self.action, self.guard, self.plan_state, self.seq, self.plan_hash)
 
     @property
-    def health(self) -> tuple[object, ...]:
-        """What only a key tells, and an operator waits for before he can start."""
-        return (self.fix, self.gps_ok, self.heading_ok, self.actuators_ok, self.prearm_ok)
+    def flags(self) -> tuple[bool, ...]:
+        """What an operator waits for before he can start."""
+        return (self.gps_ok, self.heading_ok, self.actuators_ok, self.prearm_ok)
+
+
+def with_flags(state: RadioState, other: RadioState) -> RadioState:
+    """The state with the readiness of another."""
+    return replace(
+        state,
+        gps_ok=other.gps_ok,
+        heading_ok=other.heading_ok,
+        actuators_ok=other.actuators_ok,
+        prearm_ok=other.prearm_ok,
+    )
 
 
 def to_level(value: float | None, step: float, width: int) -> int:

@@ -12,11 +12,14 @@ from ..codec.frames import RadioFrame
 from ..codec.state_fields import RadioState
 from ..codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, Kind
 from ..link import CompactLink
+from ..reporter import CHAT_US
 from .keys import HeardKeys
 
 _KEYS_WITHOUT_WORD: Final = 1
 """The vessel sends keys until it hears which one it may refer to: a word at once costs less air than the next two of them."""
 
+_WORD_GAP_US: Final = 10_000_000
+"""A word that makes differences shorter is worth its air when more of them come than one or two."""
 _GREET_GAP_US: Final = 1_000_000
 _SHOWN_US: Final = 12_000_000
 """The vessel shows itself to a new start within some seconds of its first word; who waited longer says it once more."""
@@ -36,6 +39,7 @@ class Beacons:
         """When the first word is said again, unless a state has come: where no later beacon would do it."""
         self._station_present = False
         self._new_keys = 0
+        self._chat_until_us = 0
 
     def key(self, frame: RadioFrame, now_us: int) -> RadioState:
         """Take a key state. Raises BitsError."""
@@ -50,6 +54,7 @@ class Beacons:
 
     def obeyed(self, now_us: int) -> None:
         """The vessel has accepted an order, and so knows that its commanding station is there: no beacon in the way of the next one."""
+        self._chat_until_us = now_us + CHAT_US
         if self._station_present and self._sent_us is not None and now_us - self._sent_us < self._period_us:
             self._sent_us = now_us
 
@@ -63,16 +68,22 @@ class Beacons:
             self._greeted = session.other
         if is_new or is_again:
             self._again_us = now_us + _SHOWN_US if is_new and not self._period_us else None
-        is_due = self._sent_us is None or now_us - self._sent_us >= self._period_us
+        is_due = self._sent_us is None or now_us - self._sent_us >= self._period_us or self._wants_word(now_us)
         changed = station_present != self._station_present
         may = self._period_us and self._link.heard_us is not None
         if not is_new and not is_again and not (may and (is_due or changed)):
             return
         self._sent_us, self._station_present, self._new_keys = now_us, station_present, 0
+        self.keys.promote()
         key = self.keys.to_name(now_us)
         flags = (BEACON_COMMANDED if station_present else 0) | (0 if key is None else BEACON_NAMES_KEY)
         name = b"" if key is None else key.to_bytes(2, "big")
         self._link.post(Kind.BEACON, bytes((flags,)) + name, Priority.COMMAND)
+
+    def _wants_word(self, now_us: int) -> bool:
+        """Whether the vessel should hear of a newer state to refer to before the next beacon; while orders come it can wait."""
+        is_time = self._sent_us is None or now_us - self._sent_us >= _WORD_GAP_US
+        return is_time and now_us >= self._chat_until_us and self.keys.wants_word
 
     def _is_time(self, now_us: int) -> bool:
         """Old greetings, one after the other, must not make the gateway speak each time."""

@@ -43,13 +43,15 @@ class StateGrid:
         parts = DeltaParts(threatens=len(frame.body) > KEY_BYTES) if is_key else delta_parts(frame.body)
         self._is_changed = parts.changes
         self._threat_bytes = THREAT_BYTES * parts.threatens
-        self._link.rhythm.heard(*self._link.clock.came_us(len(frame.body) + OVERHEAD, now_us))
+        size = len(frame.body) + OVERHEAD
+        start_us, end_us = self._link.clock.came_us(size, now_us)
+        self._link.rhythm.heard(start_us - self._link.clock.line_us(size), end_us)
         self._foretell(now_us)
 
     def said(self, body: bytes, now_us: int) -> None:
-        """A beacon went out; when it names the newest key, that one serves."""
+        """A beacon went out; when it names the newest state, that one serves, and has the vessel's status as last told."""
         if body and body[0] & BEACON_NAMES_KEY and int.from_bytes(body[1:3], "big") == self._keys.to_name(now_us):
-            self._base_until_us = self._keys.newest_serves_until_us()
+            self._base_until_us, self._is_changed = self._keys.newest_serves_until_us(), False
             self._foretell(now_us)
 
     def stands(self, before: RadioState, now: RadioState, now_us: int) -> None:
@@ -69,6 +71,11 @@ class StateGrid:
             return
         due_us = now_us + self._period_us
         size = CHANGE_BYTES if self._is_changed else DELTA_BYTES
-        if due_us >= self._base_until_us or (self._is_changed and due_us >= self._chat_until_us):
+        is_whole_due = due_us >= max(self._keys.whole_due_us, self._chat_until_us)
+        if due_us >= self._base_until_us or is_whole_due:
             size = KEY_BYTES
-        self._link.rhythm.next_us = self._link.clock.airtime_us(size + self._threat_bytes + OVERHEAD)
+        size += self._threat_bytes + OVERHEAD
+        self._link.rhythm.next_us, self._link.rhythm.lead_us = (
+            self._link.clock.airtime_us(size),
+            self._link.clock.line_us(size),
+        )

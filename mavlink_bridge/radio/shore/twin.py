@@ -214,8 +214,14 @@ class ShoreTwin:
     def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
         """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
         is_empty = not body.items and not self.plans.items(body.kind) and body.kind not in self._unsure
-        is_on_its_way = any(isinstance(p.body, LoadPlan) and p.body.kind is body.kind for p in self._pending.values())
-        return is_empty and self._verified and body.kind is not PlanKind.MISSION and not is_on_its_way
+        is_told = self._verified and body.kind is not PlanKind.MISSION
+        return is_empty and is_told and not self._is_on_its_way(body.kind)
+
+    def _is_on_its_way(self, kind: PlanKind) -> bool:
+        """Whether a plan is being uploaded: that the vessel has it, and the answer has not come, is no difference to ask for."""
+        return any(
+            isinstance(pending.body, LoadPlan) and pending.body.kind is kind for pending in self._pending.values()
+        )
 
     def _overrule(self, now_us: int) -> None:
         """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
@@ -295,7 +301,7 @@ class ShoreTwin:
 
     def _on_delta(self, frame: RadioFrame, now_us: int) -> None:
         self._reached.extend(reached_in(frame.body))
-        state = self._beacons.keys.apply(frame)
+        state = self._beacons.keys.apply(frame, now_us)
         if state is None:
             return
         newest = self.state
@@ -307,7 +313,8 @@ class ShoreTwin:
     def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
         if made_us is not None:
             self.state, self.state_us = state, made_us
-        if not self._verified or state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F:
+        is_like = state.plan_hash == self.plans.plan_id(PlanKind.MISSION) & 0x3F
+        if not self._verified or not (is_like or self._is_on_its_way(PlanKind.MISSION)):
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)
 

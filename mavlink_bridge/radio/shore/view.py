@@ -19,7 +19,7 @@ from ...mavlink.missions.plan_rules import plan_id
 from ...mavlink.persona import ParamInfo, ParamTable
 from ..codec.info import changed_params
 from ..codec.request import name_codes
-from ..codec.state_fields import RadioState
+from ..codec.state_fields import RadioState, with_flags
 from ..codec.threat import picture_of
 
 
@@ -204,15 +204,7 @@ def with_health(state: RadioState, newest: RadioState, *, flags: bool = True) ->
         fix=newest.fix,
         satellites=newest.satellites,
     )
-    if not flags:
-        return state
-    return replace(
-        state,
-        gps_ok=newest.gps_ok,
-        heading_ok=newest.heading_ok,
-        actuators_ok=newest.actuators_ok,
-        prearm_ok=newest.prearm_ok,
-    )
+    return with_flags(state, newest) if flags else state
 
 
 def _whole_seq(low: int, total: int) -> int:
