@@ -36,6 +36,7 @@ _QUIET_PIECES: Final = 6
 _TICK_SLIP_US: Final = 25_000
 """So far the vessel's ticks may slide in a pause."""
 _VESSEL_PAUSE_US: Final = 1_500_000
+_STATES_WAIT_US: Final = 8_000_000
 _HEARD_US: Final = 40_000  # from the end of a short packet to its last byte over there
 
 
@@ -168,7 +169,10 @@ class CompactLink:
         if reply is not None:
             stop = frame.kind in STOPS
             order = frame.body[1:] if frame.is_brief else b""
-            self._answers.append(Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND, order))
+            again = frame.kind is Kind.PLAN
+            self._answers.append(
+                Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND, order, is_plan_again=again)
+            )
         if message is not None:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
@@ -180,6 +184,8 @@ class CompactLink:
         for item in self._outgoing if found is not None else ():
             if found is not None and item.id & 31 == found[0] and (item.is_brief or not brief):
                 self._patience.learn(item, now_us)
+                if self.rhythm is not None and item.kind is Kind.PLAN and item.tries > 1:
+                    self.rhythm.may_come_later()
                 reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
                 self._finish(item, Reply(found[1], reason))
                 return replace(frame, body=body + item.parts[0]) if brief else frame
@@ -285,12 +291,16 @@ class CompactLink:
         frame = self.voice.send(first.kind, body, first.priority, now_us)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
-            pause_us = self._patience.pause_us(len(frame))
+            pause_us = self._patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
             self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
             if self.rhythm is not None:  # what fell due while the vessel told something comes when it has its answer
                 asked_us, heard_us = now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US
                 self.rhythm.answered(asked_us, heard_us, late_us=TOLD_LATE_US)
         return frame
+
+    def _states_can_wait(self, now_us: int) -> bool:
+        """A plan that comes again will once more: the air loses a lot, and a state would meet it. Not until the shore grows blind."""
+        return self.state_us is not None and now_us - self.state_us < _STATES_WAIT_US
 
     def _a_hello(self, now_us: int) -> bytes:
         greeting = self._greeting
@@ -339,7 +349,7 @@ class CompactLink:
                 if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
                     item.greeted = True
                     return b""
-                item.begin_round()
+                self._was_not_answered(item)
             kind, body = item.next_frame()
             frame = self.voice.send(kind, body, item.priority, now_us, session=session)
             if not frame:
@@ -347,7 +357,7 @@ class CompactLink:
                 continue
             if item.asked:
                 late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
-                item.off_us, item.late_us = self.clock.off_us, late_us
+                item.off_us, item.late_us, item.is_disturbed = self.clock.off_us, late_us, False
                 item.quiet_us = self._patience.overdue_us(item, self.rhythm)
                 # the vessel's states go on between the tries of what it tells the shore
                 item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
@@ -355,6 +365,11 @@ class CompactLink:
                 item.next_us = self.clock.off_us + self._patience.answer_us()
             return frame
         return b""
+
+    def _was_not_answered(self, item: Outgoing) -> None:
+        if self.rhythm is not None:
+            self.rhythm.unanswered(item.off_us)
+        item.begin_round()
 
     def _awaits_answer(self, now_us: int) -> bool:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)

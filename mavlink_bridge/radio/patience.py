@@ -15,8 +15,6 @@ from .transfer import Transfer
 ANSWER_BYTES: Final = OVERHEAD + 1 + STANDING_BYTES
 """A REPLY without a reason."""
 _MARGIN: Final = 1.03
-_STORE_US: Final = 50_000
-"""A plan is answered when the disk has it, two ticks later than another order."""
 _EAGER_US: Final = 50_000
 """The first wait of an order has nothing to spare: two tries have to fit the second and a half of a station's patience."""
 _PATIENT_TRIES: Final = 14
@@ -69,8 +67,6 @@ class Patience:
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
-        if item.kind is Kind.PLAN and not slowest_us:
-            base_us += _STORE_US
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 
@@ -81,16 +77,17 @@ class Patience:
         over_us = None if rhythm is None else rhythm.over_us(off_us, self.turnaround_us)
         return due_us if over_us is None else max(due_us, over_us + self.answer_us())
 
-    def pause_us(self, size: int) -> int:
+    def pause_us(self, size: int, *, longer: bool = False) -> int:
         """From the beginning of an answer of the vessel, of so many bytes, to its next state, if that is due by then."""
-        least_us = self._clock.span_us(size) + _AFTER_ANSWER_US
+        least_us = self._clock.span_us(size) + _AFTER_ANSWER_US * (1 + longer)
         return -(-least_us // _PAUSE_STEP_US) * _PAUSE_STEP_US
 
     def learn(self, item: Transfer, now_us: int) -> None:
         """Measure how long an answer takes here; one that comes while the question is being repeated, or sooner after it than an answer can
         be on the air, belongs to the asking before.
         """
-        if item.tries == 1 or now_us - item.off_us >= self._clock.span_us(ANSWER_BYTES):
+        is_to_this = not item.is_disturbed and now_us - item.off_us >= self._clock.span_us(ANSWER_BYTES)
+        if item.tries == 1 or is_to_this:
             took_us = now_us - item.off_us
         elif now_us < item.off_us:
             took_us = item.late_us + now_us - item.off_us + self._clock.span_us(item.next_size())

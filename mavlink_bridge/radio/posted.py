@@ -24,6 +24,8 @@ class Posted:
     priority: Priority
     order: bytes = b""
     """Of an answer: the order without a body that it answers."""
+    is_plan_again: bool = False
+    """Of an answer: it was given before, to a plan."""
 
 
 class PostBox:

@@ -64,6 +64,8 @@ class Transfer:
     def __post_init__(self) -> None:
         self.left = len(self.parts)
 
+    is_disturbed: bool = False
+    """Something else was said between the last question and its answer, which says nothing of how soon answers come."""
     is_asked_for: bool = False
     """The other end asked for it, and waits."""
     is_whole: bool = False
@@ -142,6 +144,7 @@ class Transfer:
         """
         if not self.asked or now_us >= self.next_us:
             return
+        self.is_disturbed = True
         if self.off_us <= began_us:
             self.quiet_us = max(self.quiet_us, now_us + answer_us)
             self.next_us = max(self.next_us, self.quiet_us)

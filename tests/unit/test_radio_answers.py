@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
 from mavlink_bridge.language.messages import Mode
@@ -70,6 +72,7 @@ def test_an_order_is_answered_within_the_windows_of_stations() -> None:
 @pytest.mark.soak
 def test_an_order_is_answered_within_the_windows_of_stations_at_200_phases() -> None:
     alone, second, third = worst_s(200)
+    print(f"worst arming {alone:.2f} s, second order {second:.2f} s, third {third:.2f} s")
     assert alone <= WORST_S
     assert max(second, third) <= 0.9
 
@@ -87,7 +90,8 @@ def test_how_long_a_plan_takes_to_store_is_guessed_until_it_was_measured() -> No
         rig.run(8.0)
         sent = [item for item in rig.pair.air.log if item.origin == "shore" and item.start_us >= since_us]
         plans = [item for item in sent if item.data[0] >> 4 == Kind.PLAN]
-        waits_s.append((plans[1].start_us - plans[0].end_us) * 1e-6)
+        # a state that is due makes one of them longer
+        waits_s.append(min(later.start_us - earlier.end_us for earlier, later in itertools.pairwise(plans)) * 1e-6)
         rig.pair.air.jammed = False
         rig.run(60.0)
     assert waits_s[1] < waits_s[0] - 0.1

@@ -16,6 +16,8 @@ HELD_LATE_US: Final = 20_000
 """A state that was held back comes at the pause's end, or a tick later where a tick came late."""
 TOLD_LATE_US: Final = 65_000
 """One that waited until the vessel had told something comes at a tick of its own choice, and has its serial line before it."""
+_HELD_US: Final = 2_500_000
+"""So long after a question at most the pause after its answer ends."""
 _FORGOTTEN: Final = 12
 """Periods without a state after which the last one means nothing."""
 
@@ -39,6 +41,8 @@ class Rhythm:
         self._heard_us = 0
         self._quiet_from_us = self._quiet_until_us = 0
         self._held_late_us = HELD_LATE_US
+        self._unsure_us: int | None = None
+        """When a state was due that may have been held back for a question to which no answer was heard."""
 
     def answered(self, asked_us: int, until_us: int, *, late_us: int = HELD_LATE_US) -> None:
         """An answer came to what was asked: another order may follow, and the other end keeps off the air for it. What was due since
@@ -50,6 +54,10 @@ class Rhythm:
         if until_us > self._quiet_until_us:
             self._quiet_until_us, self._held_late_us = until_us, late_us
 
+    def may_come_later(self) -> None:
+        """The pause after the last answer may be a longer one."""
+        self._unsure_us = self._quiet_until_us
+
     def is_quiet(self, now_us: int) -> bool:
         """Whether the other end listens for another order: nothing else should be in its way."""
         return self._quiet_from_us <= now_us < self._quiet_until_us
@@ -57,6 +65,14 @@ class Rhythm:
     def heard(self, written_us: int, end_us: int) -> None:
         """A state was on the air."""
         self._last_us, self._heard_us, self._late_us = written_us, end_us, _LATE_US
+        self._unsure_us = None
+
+    def unanswered(self, asked_us: int) -> None:
+        """No answer was heard to what was asked: if the other end gave one, a state due then comes later, and all after it."""
+        if self._last_us is None or self._unsure_us is not None:
+            return
+        due_us = self._due_us(asked_us, self.next_us)
+        self._unsure_us = due_us if due_us < asked_us + _HELD_US else None
 
     def meets(self, start_us: int, end_us: int, *, hurries: bool = False) -> bool:
         """Whether a transmission of ours would overlap a state of the other end, this one or the next. One that ``hurries`` takes the state
@@ -75,6 +91,9 @@ class Rhythm:
     def _begins_us(self, now_us: int, long_us: int) -> int | None:
         """When the state begins that is on the air now, or the next one; None: nothing is known of it. ``long_us``: taken for so long."""
         self._settle(now_us)
+        if self._unsure_us is not None and now_us >= self._unsure_us + self.lead_us + long_us + self._late_us:
+            # it was lost, or is still to come: to keep clear of the wrong time is worse than of none
+            self._last_us = self._unsure_us = None
         if self._last_us is None or now_us - self._heard_us > _FORGOTTEN * self._period_us:
             return None
         if self.is_quiet(now_us):
