@@ -17,7 +17,6 @@ from typing import Final
 from ..language.requests import Reply, Result
 from . import memory as memory_of
 from .air import Ledger, Priority, RadioProfile
-from .air.rhythm import TOLD_LATE_US, Rhythm
 from .codec.brief import STANDING_BYTES
 from .codec.frames import STOPS, Opener, RadioFrame, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
@@ -27,6 +26,7 @@ from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
 from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, read_reply, sizes
 from .voice import RadioVoice
+from .way_clear import WayClear
 
 MAX_OUTGOING: Final = 16
 _MAX_ANSWERS: Final = 16
@@ -37,7 +37,6 @@ _TICK_SLIP_US: Final = 25_000
 """So far the vessel's ticks may slide in a pause."""
 _VESSEL_PAUSE_US: Final = 1_500_000
 _STATES_WAIT_US: Final = 8_000_000
-_HEARD_US: Final = 40_000  # from the end of a short packet to its last byte over there
 
 
 class CompactLink:
@@ -80,7 +79,7 @@ class CompactLink:
         self._posted = PostBox()
         self._outcomes: list[TransferOutcome] = []
         self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
-        self.rhythm: Rhythm | None = None  # the other end's grid of states, where it keeps one
+        self.way = WayClear(self.clock, self._patience)
         self._greeting = Greeting(profile, rng, now_us, is_vessel=self._is_vessel)
         self._turn = 0
         self._session: Session | None = None
@@ -141,11 +140,7 @@ class CompactLink:
             self._on_missing(frame.body, now_us)
             return None
         if kind is Kind.REPLY:
-            if self.rhythm is not None:
-                size = frame_bytes(kind, frame.body)
-                written_us = self.clock.came_us(size, now_us)[0] - self.clock.line_us(size)
-                until_us = written_us + self._patience.pause_us(size)
-                self.rhythm.answered(min(self.clock.off_us, now_us), until_us)
+            self.way.heard_answer(frame_bytes(kind, frame.body), now_us)
             return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
@@ -184,8 +179,7 @@ class CompactLink:
         for item in self._outgoing if found is not None else ():
             if found is not None and item.id & 31 == found[0] and (item.is_brief or not brief):
                 self._patience.learn(item, now_us)
-                if self.rhythm is not None and item.kind is Kind.PLAN and item.tries > 1:
-                    self.rhythm.may_come_later()
+                self.way.answered(item)
                 reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
                 self._finish(item, Reply(found[1], reason))
                 return replace(frame, body=body + item.parts[0]) if brief else frame
@@ -293,9 +287,7 @@ class CompactLink:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
             pause_us = self._patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
             self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
-            if self.rhythm is not None:  # what fell due while the vessel told something comes when it has its answer
-                asked_us, heard_us = now_us - self._patience.longest_us(), self.clock.off_us + _HEARD_US
-                self.rhythm.answered(asked_us, heard_us, late_us=TOLD_LATE_US)
+            self.way.gave_answer(now_us)
         return frame
 
     def _states_can_wait(self, now_us: int) -> bool:
@@ -331,7 +323,7 @@ class CompactLink:
         for item in list(items):
             if now_us < item.next_us:
                 continue
-            if not keeps_quiet and self._would_meet(item.next_size(), now_us, hurries=item.hurries):
+            if not keeps_quiet and self.way.meets(item.next_size(), now_us, hurries=item.hurries):
                 continue
             session = self.pairing.to_speak(item.tries)
             if session is None:
@@ -349,7 +341,8 @@ class CompactLink:
                 if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
                     item.greeted = True
                     return b""
-                self._was_not_answered(item)
+                self.way.not_answered(item)
+                item.begin_round()
             kind, body = item.next_frame()
             frame = self.voice.send(kind, body, item.priority, now_us, session=session)
             if not frame:
@@ -358,18 +351,13 @@ class CompactLink:
             if item.asked:
                 late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
                 item.off_us, item.late_us, item.is_disturbed = self.clock.off_us, late_us, False
-                item.quiet_us = self._patience.overdue_us(item, self.rhythm)
+                item.quiet_us = self._patience.overdue_us(item, self.way.rhythm)
                 # the vessel's states go on between the tries of what it tells the shore
                 item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
             elif self._is_vessel:
                 item.next_us = self.clock.off_us + self._patience.answer_us()
             return frame
         return b""
-
-    def _was_not_answered(self, item: Outgoing) -> None:
-        if self.rhythm is not None:
-            self.rhythm.unanswered(item.off_us)
-        item.begin_round()
 
     def _awaits_answer(self, now_us: int) -> bool:
         return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
@@ -378,12 +366,12 @@ class CompactLink:
         first = self._posted.first()
         if first is None or now_us < max(self._listen_until_us, self._greeting.quiet_until_us):
             return b""
-        if self._awaits_answer(now_us) or self._is_receiving(now_us) or (self.rhythm and self.rhythm.is_quiet(now_us)):
+        if self._awaits_answer(now_us) or self._is_receiving(now_us) or self.way.is_quiet(now_us):
             return b""
         if first.kind in STATES and now_us != self.tick_us:
             return b""
         session = self.pairing.to_speak(self._turn)
-        if session is None or self._would_meet(len(first.body) + OVERHEAD, now_us, room_us=self._room_us):
+        if session is None or not self.way.has_room(len(first.body) + OVERHEAD, now_us):
             return b""
         frame = self.voice.send(first.kind, first.body, first.priority, now_us, session=session)
         if frame:
@@ -394,16 +382,6 @@ class CompactLink:
             if self._is_vessel:
                 self._listen()
         return frame
-
-    @property
-    def _room_us(self) -> int:
-        """From the end of what need not be said now to the other end's state: an order that comes meanwhile finds its place before it."""
-        return round(self.profile.link.gap_ms * 1e3) + self.clock.span_us(ANSWER_BYTES)
-
-    def _would_meet(self, size: int, now_us: int, *, hurries: bool = False, room_us: int = 0) -> bool:
-        end_us = now_us + self.clock.span_us(size)
-        start_us = end_us - self.clock.airtime_us(size)
-        return self.rhythm is not None and self.rhythm.meets(start_us, end_us + room_us, hurries=hurries)
 
     def _is_receiving(self, now_us: int) -> bool:
         """A message comes in pieces: what need not be said now would only be in its way."""

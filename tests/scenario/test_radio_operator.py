@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 
 from tests.other_buttons import MavproxyButtons, MavsdkButtons
-from tests.qgc_buttons import Generation
+from tests.qgc_buttons import MODE_S, SET_MODE, Generation
 from tests.radio_rig import Seen, armings, campaign, connected
 
 
@@ -25,8 +25,7 @@ def test_on_a_clean_air_no_arming_fails_and_all_that_is_shown_is_true(tmp_path):
     assert_true(seen)
     assert (seen.arms, seen.arm_popups) == (4, 0)
     assert max(seen.sailing_s) <= 5.0
-    assert not [text for text in seen.popups if "failed" in text or "rejected" in text or "denied" in text]
-    assert len(seen.popups) <= 1
+    assert seen.popups == []
 
 
 def test_on_a_lossy_air_nothing_false_is_shown(tmp_path):
@@ -64,7 +63,8 @@ def test_a_hundred_phases_of_other_clients(tmp_path, client, loss):
 @pytest.mark.soak
 @pytest.mark.parametrize("generation", Generation, ids=lambda item: item.value)
 def test_a_hundred_phases_on_a_clean_air(tmp_path, generation):
-    popups = []
+    popups: list[str] = []
+    answered_s: list[float] = []
     for first in range(0, 100, HOUR):
         folder = tmp_path / str(first)
         folder.mkdir()
@@ -74,8 +74,13 @@ def test_a_hundred_phases_on_a_clean_air(tmp_path, generation):
         assert seen.arm_popups == 0
         assert max(seen.sailing_s) <= 5.0
         popups += seen.popups
-    print(f"{generation.value}: {len(popups)} boxes: {popups}")
+        answered_s += [seconds for command, seconds in screen.client.report.answers if command == SET_MODE]
+    late = [seconds for seconds in answered_s if seconds > Generation.V5.answer_s]
+    print(
+        f"{generation.value}: {len(popups)} boxes: {popups}; modes answered after more than 1.2 s: {len(late)} of {len(answered_s)}"
+    )
     assert not popups
+    assert max(answered_s) <= MODE_S
 
 
 HOUR = 20

@@ -122,7 +122,9 @@ SAFE_STOPS: Final[Mapping[int, ask.RequestBody]] = {
 BEACON_COMMANDED: Final = 0x80
 """The station that commands through the gateway is alive."""
 BEACON_NAMES_KEY: Final = 0x40
-"""Two bytes follow: the low 16 bits of the counter of the key state that differences may refer to."""
+"""Two bytes follow: the low 16 bits of the counter of the state that differences may refer to: a key, or a difference, which then serves as
+the key ``as_key_mark``. A vessel that does not know the latter sends a key each minute.
+"""
 
 # ---- vocabularies ---------------------------------------------------------------------------------------------------
 

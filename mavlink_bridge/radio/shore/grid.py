@@ -32,11 +32,11 @@ class StateGrid:
         self._threat_bytes = 0
         self._chat_until_us = 0
         if link.profile.link.batch == 1:
-            link.rhythm = Rhythm(self._period_us, link.clock.airtime_us(KEY_BYTES + OVERHEAD))
+            link.way.rhythm = Rhythm(self._period_us, link.clock.airtime_us(KEY_BYTES + OVERHEAD))
 
     def heard(self, frame: RadioFrame, now_us: int) -> None:
         """A key or a difference came."""
-        if self._link.rhythm is None or frame.kind not in (Kind.KEY, Kind.DELTA):
+        if self._link.way.rhythm is None or frame.kind not in (Kind.KEY, Kind.DELTA):
             return
         is_key = frame.kind is Kind.KEY
         self._base_until_us = 0 if is_key else self._keys.serves_until_us(frame)
@@ -45,7 +45,7 @@ class StateGrid:
         self._threat_bytes = THREAT_BYTES * parts.threatens
         size = len(frame.body) + OVERHEAD
         start_us, end_us = self._link.clock.came_us(size, now_us)
-        self._link.rhythm.heard(start_us - self._link.clock.line_us(size), end_us)
+        self._link.way.rhythm.heard(start_us - self._link.clock.line_us(size), end_us)
         self._foretell(now_us)
 
     def said(self, body: bytes, now_us: int) -> None:
@@ -67,7 +67,7 @@ class StateGrid:
 
     def _foretell(self, now_us: int) -> None:
         """How long the next state is on the air."""
-        if self._link.rhythm is None:
+        if self._link.way.rhythm is None:
             return
         due_us = now_us + self._period_us
         size = CHANGE_BYTES if self._is_changed else DELTA_BYTES
@@ -75,7 +75,7 @@ class StateGrid:
         if due_us >= self._base_until_us or is_whole_due:
             size = KEY_BYTES
         size += self._threat_bytes + OVERHEAD
-        self._link.rhythm.next_us, self._link.rhythm.lead_us = (
+        self._link.way.rhythm.next_us, self._link.way.rhythm.lead_us = (
             self._link.clock.airtime_us(size),
             self._link.clock.line_us(size),
         )

@@ -182,8 +182,8 @@ class ShoreTwin:
 
     def is_fresh(self, now_us: int) -> bool:
         """Whether heartbeats may be sent for the vessel."""
-        heard_us = max((stamp for stamp in (self.state_us, self.stood_us) if stamp is not None), default=None)
-        return heard_us is not None and (now_us - heard_us) * 1e-6 <= self.profile.link.stale_after_s
+        stamps = [stamp for stamp in (self.state_us, self.stood_us) if stamp is not None]
+        return bool(stamps) and (now_us - max(stamps)) * 1e-6 <= self.profile.link.stale_after_s
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
@@ -214,8 +214,7 @@ class ShoreTwin:
     def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
         """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
         is_empty = not body.items and not self.plans.items(body.kind) and body.kind not in self._unsure
-        is_told = self._verified and body.kind is not PlanKind.MISSION
-        return is_empty and is_told and not self._is_on_its_way(body.kind)
+        return is_empty and self._verified and body.kind is not PlanKind.MISSION and not self._is_on_its_way(body.kind)
 
     def _is_on_its_way(self, kind: PlanKind) -> bool:
         """Whether a plan is being uploaded: that the vessel has it, and the answer has not come, is no difference to ask for."""
@@ -313,8 +312,8 @@ class ShoreTwin:
     def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
         if made_us is not None:
             self.state, self.state_us = state, made_us
-        is_like = state.plan_hash == self.plans.plan_id(PlanKind.MISSION) & 0x3F
-        if not self._verified or not (is_like or self._is_on_its_way(PlanKind.MISSION)):
+        differs = state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F
+        if not self._verified or (differs and not self._is_on_its_way(PlanKind.MISSION)):
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)
 

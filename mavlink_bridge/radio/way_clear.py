@@ -1,0 +1,68 @@
+"""Whether the air is clear of the other end's states: what comes and goes is told to their rhythm, and what is to go asks it first.
+
+An end whose other one sends its states by no grid knows nothing, and everything is clear.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from .air import AirClock
+from .air.rhythm import TOLD_LATE_US, Rhythm
+from .codec.wire import Kind
+from .patience import ANSWER_BYTES, Patience
+from .transfer import Transfer
+
+_HEARD_US: Final = 40_000
+"""From the end of a short packet to its last byte over there."""
+
+
+class WayClear:
+    """Turns packets of so many bytes into times on the air. ``rhythm``: the other end's grid of states, where it keeps one."""
+
+    def __init__(self, clock: AirClock, patience: Patience) -> None:
+        self._clock = clock
+        self._patience = patience
+        self._gap_us = round(clock.profile.link.gap_ms * 1e3)
+        self.rhythm: Rhythm | None = None
+
+    # ---- what is told -------------------------------------------------------------------------------------------
+
+    def heard_answer(self, size: int, now_us: int) -> None:
+        """An answer of so many bytes has come: the other end listens for the next order."""
+        if self.rhythm is not None:
+            written_us = self._clock.came_us(size, now_us)[0] - self._clock.line_us(size)
+            self.rhythm.answered(min(self._clock.off_us, now_us), written_us + self._patience.pause_us(size))
+
+    def answered(self, item: Transfer) -> None:
+        """That was the answer to this message."""
+        if self.rhythm is not None and item.kind is Kind.PLAN and item.tries > 1:
+            self.rhythm.may_come_later()
+
+    def gave_answer(self, now_us: int) -> None:
+        """Our answer goes out: what fell due while the other end told something comes when it has that."""
+        if self.rhythm is not None:
+            asked_us, heard_us = now_us - self._patience.longest_us(), self._clock.off_us + _HEARD_US
+            self.rhythm.answered(asked_us, heard_us, late_us=TOLD_LATE_US)
+
+    def not_answered(self, item: Transfer) -> None:
+        """No answer to a message was heard in time."""
+        if self.rhythm is not None:
+            self.rhythm.unanswered(item.off_us)
+
+    # ---- what is asked ------------------------------------------------------------------------------------------
+
+    def is_quiet(self, now_us: int) -> bool:
+        """Whether the other end listens for an order: what need not be said now would be in its way."""
+        return self.rhythm is not None and self.rhythm.is_quiet(now_us)
+
+    def has_room(self, size: int, now_us: int) -> bool:
+        """Whether what need not be said now leaves an order that comes meanwhile its place before the next state."""
+        room_us = self._gap_us + self._clock.span_us(ANSWER_BYTES)
+        return not self.meets(size, now_us, room_us=room_us)
+
+    def meets(self, size: int, now_us: int, *, hurries: bool = False, room_us: int = 0) -> bool:
+        """Whether a write now, and ``room_us`` after it, would overlap a state of the other end. ``hurries``: see ``Rhythm.meets``."""
+        end_us = now_us + self._clock.span_us(size)
+        start_us = end_us - self._clock.airtime_us(size)
+        return self.rhythm is not None and self.rhythm.meets(start_us, end_us + room_us, hurries=hurries)
