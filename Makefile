@@ -8,7 +8,7 @@ LEAN_LOCK := config/system/requirements.lock
 PYTHON ?= python3
 PYTEST_ARGS ?=
 # What pytest makes of the tests' sources is kept for the second half, also where Python is told to keep nothing.
-PYTEST := PYTHONDONTWRITEBYTECODE= $(PY) -m pytest --dist loadgroup
+PYTEST := PYTHONDONTWRITEBYTECODE= $(PY) -m pytest --dist loadgroup --no-loadscope-reorder
 NONE_CHOSEN := 5
 REAL_CLOCK := tests/e2e tests/firmware/test_pty_real_time.py
 

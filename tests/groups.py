@@ -1,4 +1,4 @@
-"""Which tests must not run beside each other when several workers share them: those with deadlines on the real clock.
+"""Which worker gets which tests: those with deadlines on the real clock must not run beside each other, those of one module go together.
 
 pytest-xdist's own mark for this (``xdist_group``) writes to a field that pytest 9 no longer reads, so its groups are none. What a test's
 id tells is asked here instead, where the workers are given their tests. Everything else goes to whoever is free.
@@ -24,6 +24,9 @@ GROUPS: Final = {
 """By group: the modules of its tests."""
 
 
+REAL_CLOCK: Final = ("tests/e2e/", "tests/firmware/test_pty_real_time.py")
+"""Few and long: each is handed out alone. Of the others, many and short, a module at a time: it makes what they share once, and seven
+thousand questions of who is free took a quarter of a minute."""
 LONGEST: Final = ("test_gateway_story", "test_loiter_story", "test_plan_command")
 """On the real clock: begun first, or one worker sails them alone when the others are done."""
 
@@ -35,10 +38,11 @@ def group_of(nodeid: str) -> str | None:
 
 
 class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc, unused-ignore]
-    """Hands a group to one worker, test after test, and any other test to whoever is free."""
+    """Hands a group or a module to one worker, test after test, and any test on the real clock to whoever is free."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return group_of(nodeid) or nodeid
+        alone = nodeid if nodeid.startswith(REAL_CLOCK) else nodeid.partition("::")[0]
+        return group_of(nodeid) or alone
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

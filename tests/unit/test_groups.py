@@ -14,8 +14,9 @@ REPO = Path(__file__).resolve().parents[2]
 SIX = "import time, pytest\n@pytest.mark.parametrize('i', range(6))\ndef test_it(i): time.sleep(0.05)\n"
 
 
-def test_a_group_stays_with_one_worker_and_the_others_share_the_rest(tmp_path):
-    for module in (GROUPS["deadlines"][0], "test_anything"):
+def test_a_group_and_a_module_stay_with_one_worker_and_the_real_clock_is_shared(tmp_path):
+    (tmp_path / "tests/e2e").mkdir(parents=True)
+    for module in (GROUPS["deadlines"][0], "test_anything", "tests/e2e/test_clock"):
         (tmp_path / f"{module}.py").write_text(SIX)
     words = [
         "-c",
@@ -42,8 +43,8 @@ def test_a_group_stays_with_one_worker_and_the_others_share_the_rest(tmp_path):
     )
     where = re.findall(r"\[(gw\d)\].* PASSED .*?(\w+)\.py::", done.stdout)
     workers = {module: {worker for worker, other in where if other == module} for _, module in where}
-    assert len(where) == 12
-    assert len(workers[GROUPS["deadlines"][0]]) == 1
+    assert len(where) == 18
+    assert [len(workers[module]) for module in (GROUPS["deadlines"][0], "test_anything", "test_clock")] == [1, 1, 2]
 
 
 def test_every_module_of_a_group_is_there():
