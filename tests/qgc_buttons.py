@@ -23,7 +23,7 @@ FORCE = 21196
 MODE_TRIES, MODE_S, ARM_S, PLAN_S = 3, 1.3, 1.5, 1.5
 LOOK_S = 0.5
 """A timer that runs from the vehicle's first HEARTBEAT looks so often for commands whose wait is over (sources of 4.3 and of 2026)."""
-_MODES: Final = {MANUAL: "Manual", HOLD: "Hold", LOITER: "Loiter", AUTO: "Auto", RTL: "RTL", GUIDED: "Guided"}
+MODE_NAMES: Final = {MANUAL: "Manual", HOLD: "Hold", LOITER: "Loiter", AUTO: "Auto", RTL: "RTL", GUIDED: "Guided"}
 _RESULTS: Final = {1: "temporarily rejected", 2: "denied", 3: "not supported", 4: "failed", 6: "cancelled"}
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from tests.qgc_buttons import AUTO, GUIDED, HOLD, MOTOR_TEST, SETUP_PAGES, Generation
 from tests.qgc_rig import Screen
+from tests.transcript import Transcript
 
 BOTH = pytest.mark.parametrize("generation", Generation, ids=lambda each: each.value)
 
@@ -22,31 +23,46 @@ def test_a_day_with_the_boat_opens_no_box(generation):
     screen = Screen("depth.enabled=false", generation=generation)
     screen.run()
     assert screen.client.report.failures == []
-    screen.wait(3.0)
+    told = Transcript(screen.client)
+    screen.wait(4.0)
+    told.seen("connects")
     plan = screen.plan((60.0, 0.0), (60.0, 60.0))
     rally = [(3, 5100, 0.0, 0.0, 0.0, 0.0, *screen.at(5.0, 5.0), 0.0)]
     assert screen.run(screen.client.upload_plan(plan, square(screen, 200.0), rally))
+    screen.wait(4.0)
+    told.seen("*Upload*: plan, fence, rally point")
     began_us = screen.world.now_us
     assert screen.run(screen.client.start_mission())
     screen.until(lambda: screen.client.mode == AUTO, 1.5)
     assert screen.world.now_us - began_us <= 1_500_000, "slider to sailing"
     screen.wait(20.0)
+    told.seen("slider *Start Mission*")
     assert screen.truth.u_mps > 1.0
     screen.run(screen.client.mode_menu(HOLD))
     screen.wait(20.0)
+    told.seen("mode menu → *Hold*")
     assert abs(screen.truth.u_mps) < 0.3
     assert screen.run(screen.client.continue_mission())
     screen.wait(5.0)
+    told.seen("slider *Continue Mission*")
     screen.run(screen.client.go_to(*screen.at(0.0, 30.0)))
     screen.until(lambda: screen.client.mode == GUIDED, 2.0)
     screen.until(lambda: math.hypot(screen.truth.north_m, screen.truth.east_m - 30.0) < 5.0, 90.0)
+    told.seen("map → *Go to location*")
     assert screen.run(screen.client.return_home())
     screen.wait(60.0)
+    told.seen("*Return*")
     assert math.hypot(screen.truth.north_m - 5.0, screen.truth.east_m - 5.0) < 4.0, "at the rally point"
     screen.run(screen.client.disarm())
     screen.until(lambda: not screen.client.armed, 2.0)
+    told.seen("*Disarm*")
     assert screen.run(screen.client.upload_plan(plan)), "and without fence and rally: empty ones are sent"
     assert screen.client.report.failures == []
+    screen.run(screen.client.pause())
+    told.seen("*Pause* (nothing is sent)")
+    screen.run(screen.client.land())
+    told.seen("*Land* (nothing is sent)")
+    told.holds(f"network {generation.value}")
 
 
 @BOTH

@@ -16,6 +16,7 @@ from sitl.world.world import World
 from tests.gateways import gateway_beside
 from tests.qgc_buttons import HOLD, Generation
 from tests.qgc_client import NAN, QgcClient
+from tests.transcript import Transcript
 
 MEMORY = ('sensors=[{url="mem:nmea"}]', "actuators.url=mem:ard", "endpoints=[]", "radio.url=mem:radio")
 X, Y = 411_852_000, -87_060_000
@@ -118,7 +119,7 @@ def test_through_the_gateway(tmp_path):
     sail(shore)
 
 
-def stopped_and_started(shore, phase_s):
+def stopped_and_started(shore, phase_s, told):
     """What an operator presses in an hour's work, at a moment of the vessel's rhythm; how long from the slider to sailing."""
     client = shore.client
     shore.wait(phase_s)
@@ -128,16 +129,23 @@ def stopped_and_started(shore, phase_s):
         shore.turn()
     sailing_s = (shore.sim.now_us - start_us) * 1e-6
     shore.wait(3.0 + phase_s)
+    told.seen("slider *Start Mission*")
     shore.run(client.mode_menu(HOLD))
     assert shore.sim.snapshot.mode is Mode.HOLD
     shore.wait(2.0 + phase_s)
+    told.seen("mode menu → *Hold*")
     assert shore.run(client.continue_mission())
     shore.wait(1.0 + phase_s)
+    told.seen("slider *Continue Mission*")
     shore.run(client.go_to(X + 500, Y))
     shore.wait(2.0)
+    told.seen("map → *Go to location*")
     assert shore.run(client.return_home())
+    told.seen("*Return*")
     shore.wait(phase_s)
     shore.run(client.disarm())
+    shore.wait(0.5)
+    told.seen("*Disarm*")
     assert not shore.sim.snapshot.armed
     return sailing_s
 
@@ -151,11 +159,17 @@ def test_what_the_vessel_has_accepted_is_shown_at_once(tmp_path, generation):
     """
     shore = Shore(load(config.path("sim.toml"), [*MEMORY, "radio.profile=o-10"], SimSettings), tmp_path)
     shore.client.generation = generation
+    told = Transcript(shore.client)
     shore.run()
     shore.wait(40.0)
+    told.seen("connects")
     assert shore.run(shore.client.upload_plan(LOITER))
-    for phase in range(5):
-        assert stopped_and_started(shore, 0.97 * phase) <= 5.0
+    told.seen("*Upload*: plan, empty fence and rally points")
+    assert stopped_and_started(shore, 0.0, told) <= 5.0
+    told.holds(f"radio {generation.value}")
+    for phase in range(1, 5):
+        assert stopped_and_started(shore, 0.97 * phase, told) <= 5.0
+    # this rig serves the gateway at ticks only, so a mode may take 1.3 s here; test_radio_operator.py counts the boxes
     assert [
         text for text in shore.client.report.popups if "failed" in text or "rejected" in text or "denied" in text
     ] == []
