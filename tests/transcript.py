@@ -1,7 +1,7 @@
 """What an operator presses and then sees, step by step, as the tables of docs/GROUND-STATIONS.md have it.
 
-Tests that work a whole day with a stand-in write it down on their way and compare it with the page. ``TRANSCRIPTS=write`` in the environment
-writes the page instead, after a change of what is shown has been looked at.
+Tests that work a whole day with a stand-in write it down on their way and compare it with the page. ``TRANSCRIPTS=write`` in the
+environment writes the page instead, after a change of what is shown has been looked at.
 """
 
 from __future__ import annotations
