@@ -264,7 +264,6 @@ class Gateway:
 
     def shutdown(self, now_us: int) -> None:
         self._keep_picture(now_us, at_once=True)
-        self.twin.link.close(now_us)
         for link in self.links:
             link.close()
         self.keeper.close(now_us)
@@ -276,6 +275,7 @@ class Gateway:
         """Store what is known of the vessel, when it is worth it."""
         if not at_once and now_us % _LOCAL_US >= _SHOW_US:
             return
+        self.twin.link.keep(now_us, at_once=at_once)
         picture = self.twin.picture(self._started_utc_us + now_us if self._started_utc_us else 0, now_us)
         kept = self._kept
         changed = kept is None or replace(picture, state=kept.state, state_utc_us=kept.state_utc_us) != kept

@@ -252,6 +252,7 @@ class Rig:
             self.twin.receive(data, now_us)
         if now_us // 100_000 != (now_us - self.step_us) // 100_000:
             self.twin.tick(now_us, station_present=self.station_present)
+            self.twin.link.keep(now_us, at_once=False)
         frame = self.twin.take(now_us)
         if frame:
             self.pair.shore.write(frame)

@@ -90,9 +90,10 @@ class CompactLink:
     def _remember(self, now_us: int) -> None:
         self._save(memory_of.write(self._known_to, self.inbox, self.ledger, now_us))
 
-    def close(self, now_us: int) -> None:
-        """Keep for the next start what was answered and spent."""
-        self._remember(now_us)
+    def keep(self, now_us: int, *, at_once: bool) -> None:
+        """Keep for the next start what was answered and spent: at the end, and when what was kept is old."""
+        if at_once or self.ledger.is_outdated(now_us):
+            self._remember(now_us)
 
     # ---- in -----------------------------------------------------------------------------------------------------
 

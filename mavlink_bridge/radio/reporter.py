@@ -24,6 +24,7 @@ from .codec.state import (
 )
 from .codec.state_fields import RadioState, with_flags
 from .codec.wire import OVERHEAD, SEVERITY, Kind
+from .hello import SHOWN_BYTES
 from .link import CompactLink
 from .words import fitted
 
@@ -171,8 +172,8 @@ class Reporter:
             self._reached.clear()
 
     def _show(self, state: RadioState, now_us: int) -> None:
-        """Show the vessel as soon as the hour has room for it: the next batch pays."""
-        if self._link.voice.may_show(0, now_us):
+        """Show the vessel as soon as the hour has room for it, and for no start to come: the next batch pays."""
+        if self._link.voice.may(SHOWN_BYTES, Priority.EVENT, now_us):
             self._link.post(Kind.KEY, self.shown(state, now_us), Priority.EVENT)
 
     def shown(self, state: RadioState, now_us: int) -> bytes:

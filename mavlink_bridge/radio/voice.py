@@ -48,23 +48,21 @@ class RadioVoice:
         return frame
 
     def hello(self, greeting: Greeting, priority: Priority, now_us: int) -> bytes:
-        """The HELLO that is due, b"" when the hour has no room; to who has just started the vessel shows itself in the same packet."""
+        """The HELLO that is due, b"" when the hour has no room; to who has just started the vessel shows itself in the same packet, where
+        that leaves room for the answer to an order.
+        """
         hello_us = self._profile.airtime_us(HELLO_FRAME_BYTES)
         if not self.ledger.allows(hello_us + kept_us(self._profile) * greeting.is_idle, priority, now_us):
             return b""
         body, proven = self._pairing.hello(now_us, please=greeting.please, proof=greeting.proof)
         frame = self._sealer.hello(body, proven)
         session = self._pairing.rival or self._pairing.current
-        if proven and session is not None and self.may_show(HELLO_FRAME_BYTES, now_us):
+        shown_us = self._profile.airtime_us(HELLO_FRAME_BYTES + SHOWN_BYTES) + self._profile.stop_us
+        if proven and session is not None and self.ledger.allows(shown_us, Priority.EVENT, now_us):
             state = self.shows()
             frame += self._sealer.seal(Kind.KEY, state, now_us, session) if state else b""
         self._went_out(frame, now_us)
         return frame
-
-    def may_show(self, size: int, now_us: int) -> bool:
-        """Whether the hour has room for the vessel's state behind so many bytes, and for a HELLO should either end start anew."""
-        shown_us = self._profile.airtime_us(size + SHOWN_BYTES) + self._profile.airtime_us(HELLO_FRAME_BYTES)
-        return self.ledger.allows(shown_us, Priority.EVENT, now_us)
 
     def foreign(self, frame: bytes, now_us: int) -> bytes:
         """A frame that is not of this format, when the air is ours and the hour has room for it; else b""."""

@@ -103,12 +103,12 @@ class Told(Starts):
             self.fewest = min([self.fewest, *left])
 
 
-def reopened(who, seed, *, keeps):
+def reopened(who, seed, *, keeps, after_s=600.0):
     """An opening, and another one ten minutes later."""
     rig = Told(profile("n-0.1"), seed=seed, step_us=STEP_US)
     assert shown_s(rig) is not None
     rig.step_us = ALONE_STEP_US
-    rig.run(600.0)
+    rig.run(after_s)
     rig.step_us, rig.keeps = STEP_US, keeps
     if who != "shore":
         rig.start_vessel()
@@ -122,8 +122,9 @@ def minutes_in(word):
     return next(int(before) for before, after in zip(word.split(), word.split()[1:], strict=False) if after == "min")
 
 
-@pytest.mark.parametrize("keeps", [True, False])
-@pytest.mark.parametrize("who", ["shore", "vessel", "both"])
+@pytest.mark.parametrize(
+    ("who", "keeps"), [("shore", True), ("shore", False), ("vessel", True), ("both", True), ("both", False)]
+)
 def test_a_later_opening_is_shown_or_told_of_within_a_minute_and_the_promise_is_kept(who, keeps):
     rig = reopened(who, 1, keeps=keeps)
     began_us, state_us = rig.now_us, rig.twin.state_us
@@ -138,6 +139,42 @@ def test_a_later_opening_is_shown_or_told_of_within_a_minute_and_the_promise_is_
         assert rig.now_us <= said_us + minutes_in(word) * 60e6
     assert rig.now_us - began_us < 3700e6
     assert rig.fewest >= 5
+
+
+BATCHES_S = 14 * 129.0
+
+
+def assert_shown_after_batches(who, seed, hours, *, keeps):
+    """With the hour full of batches the next one that is an hour old makes room. A vessel alone cannot say that it started."""
+    rig = reopened(who, seed, keeps=keeps, after_s=hours * 3600.0 + 397.0 * seed)
+    began_us = rig.now_us
+    assert rig.radio.ledger.used_us(began_us) > 0.9e6
+    before_us = rig.twin.state_us
+    rig.run(60.0)
+    is_shown = rig.twin.state_us != before_us
+    assert is_shown or who == "vessel" or "vessel. If it is on" in rig.words[0][1]
+    promise_us = rig.words[0][0] + minutes_in(rig.words[0][1]) * 60e6 if rig.words else began_us + BATCHES_S * 1e6
+    rig.step_us = ALONE_STEP_US
+    while rig.twin.state_us == before_us:
+        rig.step()
+        assert rig.now_us <= min(promise_us, began_us + BATCHES_S * 1e6)
+    shown_us = rig.twin.state_us
+    while rig.twin.state_us == shown_us:
+        rig.step()
+        assert rig.now_us - shown_us < 3600e6 + 60e6, "batches go on, and the new start reads them"
+    assert rig.fewest >= 5
+
+
+def test_a_gateway_that_restarts_after_hours_of_batches_is_told_when_the_vessel_is_shown():
+    assert_shown_after_batches("shore", 1, 1.1, keeps=True)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("keeps", [True, False])
+@pytest.mark.parametrize("who", ["shore", "vessel", "both"])
+def test_an_end_that_restarts_after_hours_of_batches_is_shown_when_the_next_is_an_hour_old(who, keeps, seed):
+    assert_shown_after_batches(who, seed, 3.0, keeps=keeps)
 
 
 def test_batches_are_put_off_until_an_opening_is_paid_for_and_are_not_older_for_it():

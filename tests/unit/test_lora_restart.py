@@ -78,7 +78,7 @@ def test_a_gateway_that_starts_anew_shows_nothing_before_the_vessel_has_answered
     """States recorded earlier in the vessel's own session would look the same."""
     rig = settled()
     rig.run(100.0)
-    rig.twin.link.close(rig.now_us)
+    rig.twin.link.keep(rig.now_us, at_once=True)
     deaf = rig.pair.vessel.read
     rig.pair.vessel.read = lambda: deaf() and b""
     rig.start_shore()

@@ -17,6 +17,8 @@ _BUCKET_US: Final = 60_000_000
 _USUAL_LIMIT_US: Final = 360_000_000
 """Where there is no limit the hour is written down as often as if it were this one."""
 STOPS_KEPT: Final = 5
+_OUTDATED_US: Final = 600_000_000
+"""An end that is killed has to take what it saved for spent just now: it shall not be of hours ago."""
 _UNSAVED: Final = 0.01
 """Share of the hour's limit that may be used between two savings."""
 
@@ -50,6 +52,8 @@ class Ledger:
         self._spent: deque[tuple[int, int]] = deque()
         self._total_us = 0
         self._since_saved_us = 0
+        self._saved: tuple[int, int] = (0, 0)
+        """When the hour was last written down, and how much it held."""
 
     def used_us(self, now_us: int) -> int:
         """Airtime of the last hour."""
@@ -125,13 +129,18 @@ class Ledger:
     def should_be_saved(self) -> bool:
         return self._since_saved_us > self._unsaved_us
 
+    def is_outdated(self, now_us: int) -> bool:
+        """Whether what was written down holds air that is free again, or soon will be."""
+        saved_us, used_us = self._saved
+        return used_us > 0 and now_us - saved_us >= _OUTDATED_US
+
     @property
     def _unsaved_us(self) -> int:
         return int((_USUAL_LIMIT_US if self.limit_us is None else self.limit_us) * _UNSAVED)
 
     def save(self, now_us: int) -> list[tuple[int, int]]:
         """Return (age in s, airtime in us) by minutes, ages rounded down."""
-        self.used_us(now_us)
+        self._saved = now_us, self.used_us(now_us)
         minutes: dict[int, list[int]] = {}
         for end_us, spent_us in self._spent:
             minute = minutes.setdefault(end_us // _BUCKET_US, [0, 0])

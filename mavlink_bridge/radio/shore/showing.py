@@ -62,7 +62,7 @@ class Showing:
         is_answered = bool(self._starts)
         size = SHOWN_BYTES if is_answered else HELLO_FRAME_BYTES + SHOWN_BYTES
         if not self._latest_us:
-            need_us = self._link.profile.airtime_us(size) + self._link.profile.airtime_us(HELLO_FRAME_BYTES)
+            need_us = self._link.profile.airtime_us(size) + self._link.profile.stop_us
             self._latest_us = now_us + self._heard.surely_us(need_us, Priority.EVENT, now_us)
         minutes = math.ceil((self._latest_us - now_us) / 60e6)
         if minutes <= 0:
