@@ -216,27 +216,6 @@ def live(
 PLACE = (LAT_DEG, LON_DEG)
 LOITER_S = 15.0
 SHOAL = (41.1860932, LON_DEG)
-SCRIPT = "import sys; from pathlib import Path; from tests.replay.record_first_release import mavproxy_generic as go; go(*sys.argv[1:])"
-
-
-def mavproxy_generic(master: str, folder: str) -> None:
-    """MAVProxy has no modes for a generic autopilot: plan, arming, and the mission's start by its command."""
-    from mavproxy_loiter import MavProxy  # type: ignore[import-not-found]
-
-    plan = Path(folder) / "loiter.txt"
-    rows = [f"0\t1\t3\t16\t0\t0\t0\t0\t{LAT_DEG:.7f}\t{LON_DEG:.7f}\t0\t1"]
-    rows += [f"1\t0\t3\t19\t{LOITER_S}\t0\t20\t1\t{LAT_DEG:.7f}\t{LON_DEG:.7f}\t0\t1"]
-    plan.write_text("\n".join(["QGC WPL 110", *rows, ""]))
-    proxy = MavProxy(master, Path(folder))
-    proxy.wait_for(r"Received \d+ parameters", 90.0)
-    proxy.type(f"wp load {plan}")
-    proxy.wait_for(r"Loaded \d+ waypoint|Sent all \d waypoints|Flight plan received")
-    time.sleep(1.0)
-    proxy.type("arm throttle")
-    proxy.wait_for(r"(?i)\barmed\b", again=lambda: proxy.type("arm throttle"))
-    proxy.type("long MISSION_START 0 0")
-    proxy.wait_for(r"plan complete", 240.0, again=lambda: None)
-    proxy.process.terminate()
 
 
 RUNS: dict[str, Callable[[], None]] = {
@@ -269,7 +248,16 @@ RUNS: dict[str, Callable[[], None]] = {
         ],
     ),
     "mavproxy-generic": lambda: live(
-        "mavproxy-generic", 64, lambda sim, folder: ["-c", SCRIPT, f"udpin:127.0.0.1:{sim.port(14540)}", folder]
+        "mavproxy-generic",
+        64,
+        lambda sim, folder: [
+            CLIENTS / "mavproxy_loiter.py",
+            f"udpin:127.0.0.1:{sim.port(14540)}",
+            *PLACE,
+            LOITER_S,
+            folder,
+            "generic",
+        ],
     ),
     "qgc-ardurover": lambda: live(
         "qgc-ardurover", 65, lambda sim, _: [CLIENTS / "qgc_loiter.py", sim.port(14550), *PLACE, LOITER_S, 90]

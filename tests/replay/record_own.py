@@ -198,6 +198,7 @@ LIVE: Final = {
     "mavsdk-ardurover": ("mavsdk", "ardurover"),
     "mavsdk-generic": ("mavsdk", "generic"),
     "mavproxy-ardurover": ("mavproxy", "ardurover"),
+    "mavproxy-generic": ("mavproxy", "generic"),
 }
 """Real clients: recording -> client and persona."""
 

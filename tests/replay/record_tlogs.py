@@ -82,7 +82,7 @@ def live(client: str, persona: str) -> bytes:
         run_dir = Path(folder) / "run"
         with Sim(run_dir, 54, 2.0, ("--set", "operator.gcs_required=false")) as sim:
             url = f"udpin:0.0.0.0:{sim.port(base)}" if client == "mavproxy" else f"udpin://0.0.0.0:{sim.port(base)}"
-            more = [folder] if client == "mavproxy" else [persona] * (persona == "ardurover")
+            more = [folder, persona] if client == "mavproxy" else [persona] * (persona == "ardurover")
             words = [sys.executable, CLIENTS / f"{client}_loiter.py", url, str(LAT_DEG), str(LON_DEG), "15", *more]
             environment = {**os.environ, "PYTHONPATH": str(REPO)}
             talk = subprocess.Popen(words, cwd=REPO, env=environment, stdout=subprocess.DEVNULL)

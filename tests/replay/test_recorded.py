@@ -45,6 +45,8 @@ def test_each_real_client_persona_fault_and_radio_has_a_recording():
     told = "".join(recorded.expectation(path).read_text() for path in LOGS if path.parent == recorded.HERE)
     assert "surface boat, generic" in told
     assert "surface boat, ardupilotmega" in told
+    live = {f"{client}-{face}" for client in ("qgc", "mavsdk", "mavproxy") for face in ("ardurover", "generic")}
+    assert live <= {path.stem for path in LOGS}
     assert len({path.stem for path in LOGS if path.stem.startswith("fault-")}) >= 8
 
 

@@ -1,6 +1,7 @@
 """MAVProxy as the ground station, by its own commands: wp load, arm, mode AUTO; then watch it sail.
 
-``mavproxy_loiter.py MASTER LAT_DEG LON_DEG LOITER_S FOLDER``. Prints one JSON object a line; MAVProxy's own output
+It has no modes for a generic autopilot: there the mission's own command starts it, and the plan has no home.
+``mavproxy_loiter.py MASTER LAT_DEG LON_DEG LOITER_S FOLDER [generic]``. Prints one JSON object a line; MAVProxy's own output
 goes to FOLDER/mavproxy.log.
 """
 
@@ -69,22 +70,31 @@ class MavProxy:
         raise SystemExit(f"never saw {pattern!r}\n{self.text()[-3000:]}")
 
 
-def main(master: str, lat_deg: float, lon_deg: float, loiter_s: float, folder: Path) -> None:
-    home = f"0\t1\t0\t16\t0\t0\t0\t0\t{lat_deg:.7f}\t{lon_deg:.7f}\t0\t1"
-    speed = "1\t0\t2\t178\t1\t1.5\t-1\t0\t0\t0\t0\t1"
-    loiter = f"2\t0\t3\t19\t{loiter_s}\t0\t20\t1\t{lat_deg:.7f}\t{lon_deg:.7f}\t0\t1"
+def items(lat_deg: float, lon_deg: float, loiter_s: float, face: str) -> list[str]:
+    first = f"1\t3\t16\t0\t0\t0\t0\t{lat_deg:.7f}\t{lon_deg:.7f}\t0\t1"
+    speed = "0\t2\t178\t1\t1.5\t-1\t0\t0\t0\t0\t1"
+    loiter = f"0\t3\t19\t{loiter_s}\t0\t20\t1\t{lat_deg:.7f}\t{lon_deg:.7f}\t0\t1"
+    home = first.replace("1\t3", "1\t0", 1)
+    return [first, loiter] if face == "generic" else [home, speed, loiter]
+
+
+def main(master: str, lat_deg: float, lon_deg: float, loiter_s: float, folder: Path, face: str = "ardurover") -> None:
     plan = folder / "loiter.txt"
-    plan.write_text("\n".join(["QGC WPL 110", home, speed, loiter, ""]))
+    rows = [f"{number}\t{item}" for number, item in enumerate(items(lat_deg, lon_deg, loiter_s, face))]
+    plan.write_text("\n".join(["QGC WPL 110", *rows, ""]))
     proxy = MavProxy(master, folder)
     proxy.wait_for(r"(?i)online system|link 1 OK|Received \d+ parameters")
     proxy.wait_for(r"Received \d+ parameters", 90.0)
     proxy.type(f"wp load {plan}")
-    proxy.wait_for(r"Loaded \d+ waypoint|Sent waypoint 2|Sent all 3 waypoints|Flight plan received")
+    proxy.wait_for(r"Loaded \d+ waypoint|Sent waypoint 2|Sent all \d waypoints|Flight plan received")
     time.sleep(1.0)
     proxy.type("arm throttle")
     proxy.wait_for(r"(?i)\barmed\b", again=lambda: proxy.type("arm throttle"))
-    proxy.type("mode AUTO")
-    proxy.wait_for(r"AUTO>|Mode AUTO", again=lambda: proxy.type("mode AUTO"))
+    if face == "generic":
+        proxy.type("long MISSION_START 0 0")
+    else:
+        proxy.type("mode AUTO")
+        proxy.wait_for(r"AUTO>|Mode AUTO", again=lambda: proxy.type("mode AUTO"))
     proxy.wait_for(r"plan complete", 240.0)
     proxy.type("wp list")
     time.sleep(2.0)
@@ -93,4 +103,4 @@ def main(master: str, lat_deg: float, lon_deg: float, loiter_s: float, folder: P
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4]), Path(sys.argv[5]))
+    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4]), Path(sys.argv[5]), *sys.argv[6:])
