@@ -646,13 +646,13 @@ def test_neutral_ends_with_the_doubt():
 
 
 def test_what_was_sounded_on_the_way_in_does_not_bar_a_corrections_way_out():
-    """3.92 m under the keel ahead: a stop in good water at 4.3 m, none for a correction at 3.97 m, which may use it."""
+    """3.92 m under the keel ahead: a stop in good water at 4.3 m, none for a correction that has come back to 4.05 m."""
     guard = DepthGuard(DepthGuardConfig(input=RAW, rate_look_ahead=False), HULL)
     for _ in range(10):
         guard.memory.note(at(4.0, 0.0), 0, 3.92, 0)
     guard.memory.close_cell()
     stops = []
-    for number, altitude_m in enumerate([4.3, 3.97, 3.97, 3.97]):
+    for number, altitude_m in enumerate([4.3, 3.97, 4.05, 4.05]):
         guard.measure(Distance(number * 100_000, altitude_m), None)
         out = guard.step(number * 100_000, at(0.0, 2.0), True, None, stopping)
         stops.append((out.state, out.flags.depth_ahead))

@@ -197,6 +197,55 @@ def test_the_open_cell_does_not_count_until_it_is_left():
     assert found.shoals_near(at(0.0), 5.0, 4.0)
 
 
+def passes(*tops_m, gap_s=60, utc_s=1_000_000):
+    """Passes over one cell, each nine soundings of 9 m and one of a top; then five thousand of 9 m."""
+    found = memory()
+    for number, top_m in enumerate(tops_m):
+        for depth_m in (*[9.0] * 9, top_m):
+            found.note(at(3.0), 0, depth_m, utc_s + number * gap_s if utc_s else 0)
+        found.close_cell()
+    for _ in range(5):
+        for _ in range(1000):
+            found.note(at(3.0), 0, 9.0, utc_s + 1000 if utc_s else 0)
+        found.close_cell()
+    return found
+
+
+@pytest.mark.parametrize(
+    ("tops_m", "more", "stays"),
+    [
+        ((3.0, 3.1), {}, True),
+        ((3.0, 9.0, 3.1), {}, True),
+        ((3.1, 3.0, 5.0), {}, True),
+        ((3.0,), {}, False),
+        ((3.0, 9.0), {}, False),
+        ((5.0, 5.0, 3.0), {}, False),
+        ((3.0, 3.1), {"gap_s": 59}, False),
+        ((3.0, 3.1), {"utc_s": 0}, False),
+    ],
+    ids=["twice", "with one beside", "then less", "once", "then not", "another top", "one pass", "no clock"],
+)
+def test_what_was_sounded_on_two_passes_is_never_averaged_away(tops_m, more, stays):
+    found = passes(*tops_m, **more)
+    again = memory()
+    for key, tile in found.take_changes(100)[0]:
+        assert again.restore(key, tile)
+    again.restored()
+    for known in (found, again):
+        assert known.shoals_near(at(0.0), 5.0, 4.0) == stays
+    assert found.forget_near(at(3.0).lat_rad, at(3.0).lon_rad, 2.0)[0]
+    assert not found.shoals_near(at(0.0), 5.0, 4.0)
+
+
+def test_noise_over_a_level_bottom_is_no_top_however_often_it_is_passed():
+    found = memory()
+    for number in range(50):
+        for depth_m in (4.1, 4.15, 4.2):
+            found.note(at(3.0), 0, depth_m, 1_000_000 + 60 * number)
+        found.close_cell()
+    assert not found.shoals_near(at(0.0), 5.0, 4.12)
+
+
 def test_a_tile_with_impossible_numbers_is_refused():
     (key, tile), *_ = sounded(memory(), 5.0).take_changes(1)[0]
     found = memory()

@@ -22,8 +22,8 @@ from .tiles import TILE_BYTES, Cell, CellKey, Geometry, TileKey, cells, get, put
 
 _PROVEN: Final = 2.0
 """Sigma of the mean by which a cell must be too shallow before it stops anybody."""
-
-
+_ALIKE: Final = 3.0
+"""Times sigma: the shallowest soundings of two passes over one top differ by no more, 95 times in a hundred."""
 _CLEAR_M: Final = 48.0
 """Clear water is looked for so far beyond the reach, so that the next looks find the answer ready."""
 
@@ -108,7 +108,7 @@ class DepthMemory:
         elif key not in self._changed:
             self._tiles[key] = self._tiles.pop(key)
         old = get(tile, cell)
-        put(tile, cell, new if old is None else old.joined(new))
+        put(tile, cell, new if old is None else old.joined(new, _ALIKE * self._noise_m(new)))
         self._changed[key] = None
         shoals = self._shoals.get(key)
         if shoals is not None:
@@ -207,13 +207,16 @@ class DepthMemory:
         return shoals
 
     def _judge(self, shoals: dict[CellKey, float], cell: CellKey, found: Cell) -> None:
-        sigma_m = max(self._sigma_m, 0.005 * abs(found.mean_m))
+        sigma_m = self._noise_m(found)
         depth_m = found.robust_m(sigma_m)
         if depth_m + _PROVEN * sigma_m / math.sqrt(found.soundings) < self._floor_m:
             shoals[cell] = depth_m
             self._clear = None
         else:
             shoals.pop(cell, None)
+
+    def _noise_m(self, found: Cell) -> float:
+        return max(self._sigma_m, 0.005 * abs(found.mean_m))
 
     def _forget_shoals(self, key: TileKey) -> None:
         self._shoals.pop(key, None)

@@ -21,6 +21,10 @@ _CELL: Final = struct.Struct("<HhffI")
 TILE_BYTES: Final = SIDE * SIDE * _CELL.size
 _COUNT_MAX: Final = 1000
 """More soundings than this weigh no more: a bottom that changes is learnt in the end."""
+_TWICE: Final = 0x8000
+"""A bit of a cell's count, which needs ten of its sixteen: a tile of the first releases has it clear."""
+_PASS_S: Final = 60
+"""A sounding so long after the newest one before it belongs to another pass: no false echo, no wobble along an edge lasts so."""
 _CM_MAX: Final = 32767
 """The most that 16 bits hold."""
 _PINNACLE: Final = 2.0
@@ -45,17 +49,20 @@ class Cell(NamedTuple):
     """Sum of the squared deviations from the mean, m^2."""
     last_s: int
     """UTC of the newest sounding, seconds since 1970; 0 = unknown."""
+    is_twice: bool = False
+    """The shallowest was sounded on two passes."""
 
     def robust_m(self, sigma_m: float) -> float:
         """The shallow side of the bottom here: the mean less two sigma of what the sounder's noise does not explain.
 
         Never less than the shallowest sounding, so that one false echo among many does not make a shoal. A pinnacle that was
-        sounded is no such echo: it stays, however long the vessel then lies beside it in the same cell.
+        sounded is no such echo: it stays, however long the vessel then lies beside it in the same cell, and one that was sounded on two
+        passes stays whatever is sounded beside it.
         """
         if self.soundings < 2:
             return self.mean_m
         spread = max(self.squares / (self.soundings - 1) - 2.0 * sigma_m * sigma_m, 0.0)
-        if self._shallow_soundings(spread, sigma_m) >= _PINNACLE:
+        if self._shallow_soundings(spread, sigma_m) >= _PINNACLE or (self.is_twice and self._stands_out(sigma_m)):
             return self.least_m
         return max(self.least_m, self.mean_m - 2.0 * math.sqrt(spread))
 
@@ -64,13 +71,26 @@ class Cell(NamedTuple):
 
         Of a share p at the least and the rest at one depth, variance / (mean - least)^2 is p / (1 - p).
         """
-        apart_m = self.mean_m - self.least_m
-        if apart_m <= _NO_NOISE * sigma_m:
+        if not self._stands_out(sigma_m):
             return 0.0
+        apart_m = self.mean_m - self.least_m
         return self.soundings * spread / (spread + apart_m * apart_m)
 
-    def joined(self, other: Cell) -> Cell:
-        """Both together (Chan's update of mean and squares)."""
+    def _stands_out(self, sigma_m: float) -> bool:
+        return self.mean_m - self.least_m > _NO_NOISE * sigma_m
+
+    def _seen_twice(self, later: Cell, alike_m: float) -> bool:
+        """Whether the shallowest of both was sounded on two passes; the passes of an unknown time are one."""
+        apart_m = later.least_m - self.least_m
+        if abs(apart_m) > alike_m:
+            return self.is_twice if apart_m > 0.0 else later.is_twice
+        is_another = bool(self.last_s and later.last_s) and later.last_s - self.last_s >= _PASS_S
+        return is_another or self.is_twice or later.is_twice
+
+    def joined(self, other: Cell, alike_m: float = 0.0) -> Cell:
+        """Both together, ``other`` being the later one (Chan's update of mean and squares). ``alike_m``: soundings that differ by no more
+        are of one bottom.
+        """
         count = self.soundings + other.soundings
         share, apart = other.soundings / count, other.mean_m - self.mean_m
         squares = self.squares + other.squares + apart * apart * self.soundings * share
@@ -80,6 +100,7 @@ class Cell(NamedTuple):
             self.mean_m + share * apart,
             squares,
             max(self.last_s, other.last_s),
+            is_twice=self._seen_twice(other, alike_m),
         ).bounded()
 
     def bounded(self) -> Cell:
@@ -137,12 +158,13 @@ def tile_of(cell: CellKey) -> TileKey:
 def get(tile: bytes | bytearray, cell: CellKey) -> Cell | None:
     """What the tile knows of one of its cells."""
     count, least_cm, mean_m, squares, last_s = _CELL.unpack_from(tile, _at(cell))
-    return Cell(count, least_cm / 100.0, mean_m, squares, last_s) if count else None
+    return Cell(count & ~_TWICE, least_cm / 100.0, mean_m, squares, last_s, is_twice=count >= _TWICE) if count else None
 
 
 def put(tile: bytearray, cell: CellKey, what: Cell) -> None:
     least_cm = max(-_CM_MAX, min(_CM_MAX, math.floor(what.least_m * 100.0 + 1e-6)))
-    _CELL.pack_into(tile, _at(cell), what.soundings, least_cm, what.mean_m, what.squares, what.last_s)
+    count = what.soundings | (_TWICE if what.is_twice else 0)
+    _CELL.pack_into(tile, _at(cell), count, least_cm, what.mean_m, what.squares, what.last_s)
 
 
 def cells(key: TileKey, tile: bytes | bytearray) -> Iterator[tuple[CellKey, Cell]]:
@@ -151,7 +173,7 @@ def cells(key: TileKey, tile: bytes | bytearray) -> Iterator[tuple[CellKey, Cell
     for number, (count, least_cm, mean_m, squares, last_s) in enumerate(_CELL.iter_unpack(tile)):
         if count:
             place = first_row + (number >> _SHIFT), first_column + (number & (SIDE - 1))
-            yield place, Cell(count, least_cm / 100.0, mean_m, squares, last_s)
+            yield place, Cell(count & ~_TWICE, least_cm / 100.0, mean_m, squares, last_s, is_twice=count >= _TWICE)
 
 
 def sound(tile: bytes) -> bool:
@@ -159,7 +181,7 @@ def sound(tile: bytes) -> bool:
     if len(tile) != TILE_BYTES:
         return False
     return all(
-        count <= _COUNT_MAX and abs(mean_m) <= _CM_MAX and 0.0 <= squares < math.inf
+        count & ~_TWICE <= _COUNT_MAX and abs(mean_m) <= _CM_MAX and 0.0 <= squares < math.inf
         for count, _, mean_m, squares, _ in _CELL.iter_unpack(tile)
     )
 
