@@ -92,6 +92,21 @@ class ForceModel:
         det = self._det
         return x / self._m11, (self._m33 * y - m23 * n) / det, (m22 * n - m23 * y) / det
 
+    def actuator_forces(
+        self, through: tuple[float, float, float], thrust_n: tuple[float, float], rudder_rad: float
+    ) -> tuple[float, float]:
+        """Return surge force (N) and yaw moment (Nm) of both thrusters and both rudders at (u, v, r) through the water."""
+        (u, v, r), (port_n, starboard_n) = through, thrust_n
+        x, n = port_n + starboard_n, self.lateral_m * (port_n - starboard_n)
+        if self.lift > 0.0:
+            aside, flow = self.lateral_m * r, v + self._x_m * r
+            cosine, sine = cos(rudder_rad), sin(rudder_rad)
+            port = self._rudder(u + aside, flow, port_n, rudder_rad)
+            starboard = self._rudder(u - aside, flow, starboard_n, rudder_rad)
+            x -= abs(port * sine) + abs(starboard * sine)
+            n -= self._x_m * cosine * (port + starboard)
+        return x, n
+
     def _rudder(self, along: float, across: float, thrust_n: float, delta: float) -> float:
         """Normal force of one rudder, N: inflow from the hull's motion and the propeller race."""
         share = 1.0

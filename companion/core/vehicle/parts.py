@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..estimate import Estimator
 from ..guard.board_watch import BoardWatch
 from ..guard.depth.guard import DepthGuard
+from ..guard.diagnosis import Diagnosis
 from ..guard.fence import Fence
 from ..guard.gate import Gate
 from ..guard.monitors import Monitors
@@ -38,6 +39,7 @@ class Parts:
     estimator: Estimator
     board: BoardWatch
     propulsion: PropulsionWatch
+    diagnosis: Diagnosis
     traffic: Traffic
     operators: Operators
     mission: Mission
@@ -87,6 +89,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         estimator=Estimator(config.estimate, geometry),
         board=BoardWatch(),
         propulsion=PropulsionWatch(vessel),
+        diagnosis=Diagnosis(vessel),
         traffic=Traffic(config.traffic),
         operators=Operators(config.operator.ids, gcs_s=failsafe.gcs_timeout_s, radio_s=failsafe.radio_timeout_s),
         mission=mission,

@@ -29,6 +29,7 @@ from mavlink_bridge.language.requests import Reply, Request
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..guard import failsafe
+from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..hull import VesselConfig
@@ -123,6 +124,7 @@ class Vehicle:
         if parts.mission.home is None:
             controls.set_home_here()
         self._watch_thrusters(sensed, before)
+        self._diagnose(sensed, before)
         return sensed
 
     def _measure(self, inputs: TickInputs) -> None:
@@ -153,6 +155,16 @@ class Vehicle:
                 self.parts.navigator.abandon_trial("a thruster gives too little to be measured")
             elif was_weak and not weak:
                 say(Severity.NOTICE, f"{side} thruster gives what it is told again")
+
+    def _diagnose(self, sensed: Sensed, before: Ticked) -> None:
+        """Tell what may be wrong with thrusters and rudders; what is known already explains all the rest."""
+        diagnosis, watch = self.parts.diagnosis, self.parts.propulsion
+        if not self.controls.armed:
+            diagnosis.clear()
+        elif any(watch.weak) or watch.helm_mirrored:
+            diagnosis.rest()
+        elif (cause := diagnosis.step(sensed.dt_s, sensed.state, before.output)) is not None:
+            self.controls.voice.say(Severity.WARNING, words(cause))
 
     # ---- course and demand
 

@@ -1,0 +1,116 @@
+"""From ticks to samples: what pushes and turns the hull beyond its model, and what each suspect would explain of it.
+
+Both sides pass the same low-pass, so that no measured speed is differentiated. The drift that is taken off the ground speed
+follows the estimate only while nothing is suspected: the estimate takes lost thrust for a current within ten seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+from mavlink_bridge.language.value import value
+
+from ...hull import ForceModel, VesselConfig
+from ...hull.actuator_model import ActuatorModel
+from .suspects import Acting, Suspect, effect, pushed
+
+SAMPLE_S: Final = 0.5
+"""A third of the low-pass."""
+_TAU_S: Final = 1.5
+"""Half a wave's period and more; a boat turned by a fault is far off its course after three of these."""
+_DRIFT_TAU_S: Final = 12.0
+"""As slow as the estimate itself, once more: what a fault adds to it in the second before it is suspected stays small."""
+
+
+@value
+class Sample:
+    """Surge (N) and yaw (Nm): what is unexplained, and what each suspect explains of it."""
+
+    unexplained: tuple[float, float]
+    effects: tuple[tuple[float, float], ...]
+    thrust_n: float
+    """Both sides together, whatever their sense: how much the model can be wrong by."""
+    on_station: bool
+
+
+_STATION_MPS: Final = 0.5
+"""Slower than this over ground the boat keeps a station."""
+_STATION_TAU_S: Final = 5.0
+"""Longer than a gust drives it off or a corner slows it."""
+
+
+class Residual:
+    """One vessel; one call per tick, now and then a sample."""
+
+    def __init__(self, vessel: VesselConfig, model: ForceModel, among: tuple[Suspect, ...]) -> None:
+        self._hull, self._model, self._among = vessel.hull, model, among
+        self._actuators = ActuatorModel(vessel)
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew: a time without position or heading, or another arming."""
+        self._low: list[float] | None = None
+        self._sum = [0.0] * 7
+        self._sum_s = self._seen_s = self._ground_mps = 0.0
+        self._drift_mps = (0.0, 0.0)
+
+    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None, suspected: bool) -> Sample | None:
+        """Take one tick and what was sent before it."""
+        psi, u, v, r = state.psi_rad, state.u_mps, state.v_mps, state.r_radps
+        if psi is None or u is None or v is None or r is None or not 0.0 < dt_s < SAMPLE_S:
+            self.forget()
+            return None
+        self._seen_s += dt_s
+        if not suspected:
+            self._follow_drift(dt_s, state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        (north, east), cos, sin = self._drift_mps, math.cos(psi), math.sin(psi)
+        water_u, water_v = u - north * cos - east * sin, v + north * sin - east * cos
+        actuators = self._actuators
+        actuators.step(dt_s, sent, water_u)
+        values = (water_u, water_v, r, actuators.port_n, actuators.starboard_n, actuators.rudder_rad, u)
+        self._sum = [total + dt_s * newest for total, newest in zip(self._sum, values, strict=True)]
+        self._sum_s += dt_s
+        if self._sum_s < SAMPLE_S - 0.5 * dt_s:
+            return None
+        step_s = self._sum_s
+        mean_u, mean_v, mean_r, port_n, starboard_n, angle, ground = [total / step_s for total in self._sum]
+        self._sum, self._sum_s = [0.0] * 7, 0.0
+        self._ground_mps += step_s / _STATION_TAU_S * (abs(ground) - self._ground_mps)
+        acting = Acting(
+            u_mps=mean_u, v_mps=mean_v, r_radps=mean_r, port_n=port_n, starboard_n=starboard_n, rudder_rad=angle
+        )
+        return self._sample(step_s, acting)
+
+    def _follow_drift(self, dt_s: float, north_mps: float, east_mps: float) -> None:
+        share = dt_s / (self._seen_s if self._seen_s < _DRIFT_TAU_S else _DRIFT_TAU_S)
+        north, east = self._drift_mps
+        self._drift_mps = (north + share * (north_mps - north), east + share * (east_mps - east))
+
+    def _sample(self, step_s: float, acting: Acting) -> Sample | None:
+        hull, model = self._hull, self._model
+        u, v, r = acting.u_mps, acting.v_mps, acting.r_radps
+        healthy = pushed(model, acting, acting.port_n, acting.starboard_n, acting.rudder_rad)
+        du, dv, dr = model.rates(
+            u,
+            v,
+            r,
+            thrust_port_n=acting.port_n,
+            thrust_starboard_n=acting.starboard_n,
+            rudder_port_rad=acting.rudder_rad,
+            rudder_starboard_rad=acting.rudder_rad,
+        )
+        momenta = (hull.m11_kg * u, hull.m23_kgm * v + hull.m33_kgm2 * r)
+        forces = (hull.m11_kg * du, hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+        effects = [part for suspect in self._among for part in effect(model, suspect, acting, healthy)]
+        values = [*momenta, *forces, *effects]
+        low, share = self._low, step_s / _TAU_S
+        if low is None:
+            self._low = values
+            return None
+        self._low = low = [old + share * (newest - old) for old, newest in zip(low, values, strict=True)]
+        unexplained = ((momenta[0] - low[0]) / _TAU_S - low[2], (momenta[1] - low[1]) / _TAU_S - low[3])
+        pairs = tuple(zip(low[4::2], low[5::2], strict=True))
+        thrust_n = abs(acting.port_n) + abs(acting.starboard_n)
+        return Sample(unexplained, pairs, thrust_n, on_station=self._ground_mps < _STATION_MPS)

@@ -1,0 +1,113 @@
+"""What each cause would make of thrust and rudder angle: the hypotheses that are weighed, and what each changes on the hull.
+
+A fault's size is not known, so a cause has several suspects: nothing left and a third left of a thruster, a rudder that
+stands at one of five angles or trails with the flow. What lies between them is nearer to one of its own than to another cause.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Final
+
+from mavlink_bridge.language.value import value
+
+from ...hull import ForceModel, VesselConfig
+from .causes import Cause
+
+_LITTLE: Final = 0.3
+"""What is left of a thruster's pull with a blade full of weed."""
+_SLIP: Final = 0.4
+"""And of both in aerated water or aground on mud."""
+_STANDS: Final = (-0.67, -0.33, 0.0, 0.33, 0.67)
+"""Angles at which rudders may stand, as shares of the greatest: none in between is farther than a sixth from one."""
+_SLOW_MPS: Final = 0.05
+"""Below this the flow along the hull has no direction."""
+
+
+@value
+class Acting:
+    """How the hull goes through the water, and what its actuators should do: means over one sample."""
+
+    u_mps: float
+    v_mps: float
+    r_radps: float
+    port_n: float
+    starboard_n: float
+    rudder_rad: float
+
+
+@value
+class Suspect:
+    """One hypothesis: what acts instead (port N, starboard N, rudders rad)."""
+
+    cause: Cause
+    instead: Callable[[Acting], tuple[float, float, float]]
+
+
+def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
+    """Every hypothesis that this vessel's actuators allow."""
+    astern = vessel.thruster.astern_n / vessel.thruster.ahead_n
+    found = [
+        Suspect(Cause.PORT_WEAK, partial(_share, 0.0, 1.0)),
+        Suspect(Cause.PORT_WEAK, partial(_share, _LITTLE, 1.0)),
+        Suspect(Cause.STARBOARD_WEAK, partial(_share, 1.0, 0.0)),
+        Suspect(Cause.STARBOARD_WEAK, partial(_share, 1.0, _LITTLE)),
+        Suspect(Cause.PORT_REVERSED, partial(_port_reversed, astern)),
+        Suspect(Cause.STARBOARD_REVERSED, partial(_starboard_reversed, astern)),
+        Suspect(Cause.SLIP, partial(_share, _SLIP, _SLIP)),
+        Suspect(Cause.SWAPPED, _swapped),
+    ]
+    if vessel.rudder.count:
+        found += [Suspect(Cause.RUDDERS_STILL, partial(_stands, at * vessel.rudder.max_rad)) for at in _STANDS]
+        found.append(Suspect(Cause.RUDDERS_STILL, partial(_trails, vessel.rudder.x_m)))
+        found.append(Suspect(Cause.RUDDERS_REVERSED, _mirrored))
+    return tuple(found)
+
+
+def effect(model: ForceModel, suspect: Suspect, acting: Acting, healthy: tuple[float, float]) -> tuple[float, float]:
+    """What the suspect adds to the hull's surge force (N) and yaw moment (Nm) beyond what healthy actuators give."""
+    surge_n, yaw_nm = pushed(model, acting, *suspect.instead(acting))
+    return surge_n - healthy[0], yaw_nm - healthy[1]
+
+
+def pushed(
+    model: ForceModel, acting: Acting, port_n: float, starboard_n: float, rudder_rad: float
+) -> tuple[float, float]:
+    """Surge force and yaw moment of these thrusts and this angle of the rudders."""
+    return model.actuator_forces((acting.u_mps, acting.v_mps, acting.r_radps), (port_n, starboard_n), rudder_rad)
+
+
+def _share(port: float, starboard: float, a: Acting) -> tuple[float, float, float]:
+    return port * a.port_n, starboard * a.starboard_n, a.rudder_rad
+
+
+def _port_reversed(astern: float, a: Acting) -> tuple[float, float, float]:
+    return _reversed(a.port_n, astern), a.starboard_n, a.rudder_rad
+
+
+def _starboard_reversed(astern: float, a: Acting) -> tuple[float, float, float]:
+    return a.port_n, _reversed(a.starboard_n, astern), a.rudder_rad
+
+
+def _reversed(thrust_n: float, astern: float) -> float:
+    """A propeller that turns the other way gives less than it should ahead, and more than it should astern."""
+    return -thrust_n * astern if thrust_n > 0.0 else -thrust_n / astern
+
+
+def _swapped(a: Acting) -> tuple[float, float, float]:
+    return a.starboard_n, a.port_n, a.rudder_rad
+
+
+def _stands(at_rad: float, a: Acting) -> tuple[float, float, float]:
+    return a.port_n, a.starboard_n, at_rad
+
+
+def _trails(x_m: float, a: Acting) -> tuple[float, float, float]:
+    along_mps = abs(a.u_mps) if abs(a.u_mps) > _SLOW_MPS else _SLOW_MPS
+    return a.port_n, a.starboard_n, -math.atan2(a.v_mps + x_m * a.r_radps, along_mps)
+
+
+def _mirrored(a: Acting) -> tuple[float, float, float]:
+    return a.port_n, a.starboard_n, -a.rudder_rad

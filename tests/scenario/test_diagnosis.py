@@ -1,0 +1,149 @@
+"""What is wrong with thrusters or rudders is suspected by its right name within 15 s of its effect; rough water is nothing wrong."""
+
+import math
+
+import pytest
+
+from companion.core.guard.diagnosis import Cause, Diagnosis, words
+from mavlink_bridge.language.figures import Circle, Hover
+from mavlink_bridge.language.messages import EstimatedState, Loiter
+from sitl.plant import WaterConfig
+from sitl.plant.library import load_vessel
+from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.control_loop import TICK_S
+from tools.benches.cells.foreign_hulls import bare, launch
+from tools.benches.cells.sensed import SensedState
+
+HULLS = {
+    "otter": load_vessel("otter"),
+    "blueboat": load_vessel("blueboat"),
+    "wamv": load_vessel("wamv"),
+    "launch": launch(),
+    "bare": bare("otter", 0.5),
+}
+GALE = WaterConfig(wind_mps=10.0, gust_share=0.25, wave_height_m=0.3, current_mps=0.3)
+BLOW = WaterConfig(current_mps=0.5, wind_mps=8.0, gust_share=0.25, wave_height_m=0.3)
+RING = Circle(radius_m=20.0)
+
+
+def suspected_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=15.0):
+    """Sail; return (seconds after the fault, the cause) of the first suspicion, None when there was none."""
+    run = Case(HULLS[hull], water, seed=seed, source=SensedState).loop()
+    run.place(20.0, 0.0, math.pi / 2.0, mps)
+    diagnosis = Diagnosis(HULLS[hull])
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure), mps)
+    while run.t_s < seconds:
+        if fault is not None and run.t_s > fault_s:
+            fault(run.vessel)
+            fault = None
+        run.tick(mps)
+        cause = diagnosis.step(TICK_S, run.state, run.sent)
+        if cause is not None:
+            return run.t_s - fault_s, cause
+    return None
+
+
+def thrusters(port, starboard):
+    def break_down(vessel):
+        vessel.thruster_health[:] = [port, starboard]
+
+    return break_down
+
+
+def stuck(degrees):
+    def break_down(vessel):
+        vessel.rudder_stuck_rad[:] = [math.radians(degrees)] * 2
+
+    return break_down
+
+
+def wired(change):
+    """``change``: the four commands to what arrives."""
+
+    def break_down(vessel):
+        step = vessel.step
+
+        def rewired(dt_s, thruster_port, thruster_starboard, rudder_port_rad, rudder_starboard_rad, **water):
+            told = change(thruster_port, thruster_starboard, rudder_port_rad, rudder_starboard_rad)
+            names = ("thruster_port", "thruster_starboard", "rudder_port_rad", "rudder_starboard_rad")
+            step(dt_s, **dict(zip(names, told, strict=True)), **water)
+
+        vessel.step = rewired
+
+    return break_down
+
+
+REVERSED = wired(lambda port, starboard, a, b: (-port, starboard, a, b))
+SWAPPED = wired(lambda port, starboard, a, b: (starboard, port, a, b))
+MIRRORED = wired(lambda port, starboard, a, b: (port, starboard, -a, -b))
+QUICK = [
+    ("otter", stuck(15.0), Cause.RUDDERS_STILL),
+    ("launch", stuck(0.0), Cause.RUDDERS_STILL),
+    ("otter", MIRRORED, Cause.RUDDERS_REVERSED),
+    ("wamv", thrusters(0.4, 0.4), Cause.SLIP),
+    ("launch", thrusters(0.0, 1.0), Cause.PORT_WEAK),
+    ("wamv", REVERSED, Cause.PORT_REVERSED),
+]
+MORE = [
+    ("otter", stuck(0.0), Cause.RUDDERS_STILL),
+    ("launch", stuck(-15.0), Cause.RUDDERS_STILL),
+    ("otter", thrusters(0.4, 0.4), Cause.SLIP),
+    ("blueboat", thrusters(0.4, 0.4), Cause.SLIP),
+    ("launch", thrusters(0.4, 0.4), Cause.SLIP),
+    ("otter", thrusters(1.0, 0.0), Cause.STARBOARD_WEAK),
+    ("wamv", thrusters(0.3, 1.0), Cause.PORT_WEAK),
+    ("blueboat", thrusters(1.0, 0.3), Cause.STARBOARD_WEAK),
+    ("wamv", SWAPPED, Cause.SWAPPED),
+    ("blueboat", SWAPPED, Cause.SWAPPED),
+    ("otter", REVERSED, Cause.PORT_REVERSED),
+    ("launch", REVERSED, Cause.PORT_REVERSED),
+]
+
+
+@pytest.mark.parametrize(("hull", "fault", "cause"), QUICK, ids=lambda part: getattr(part, "name", None))
+def test_the_right_cause_is_suspected_within_15_s(hull, fault, cause):
+    found = suspected_s(hull, BLOW, RING, 1.5, 30.0, fault)
+    assert found is not None
+    assert found[1] is cause
+    assert found[0] > 0.0
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("water", [WATERS["calm"], BLOW], ids=["calm", "blow"])
+@pytest.mark.parametrize(("hull", "fault", "cause"), QUICK + MORE, ids=lambda part: getattr(part, "name", None))
+def test_the_right_cause_is_suspected_on_every_hull(hull, fault, cause, water, seed):
+    found = suspected_s(hull, water, RING, 1.5, 30.0, fault, seed)
+    assert found is not None
+    assert found[1] is cause
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("hull", HULLS)
+@pytest.mark.parametrize(
+    ("figure", "mps"), [(Hover(), 1.0), (Circle(radius_m=10.0), 1.5), (Circle(radius_m=25.0), 2.5)]
+)
+def test_an_hour_of_rough_water_is_nothing_wrong(hull, figure, mps, seed):
+    assert suspected_s(hull, GALE, figure, mps, 3600.0, seed=seed) is None
+
+
+def test_each_cause_has_words_of_its_own():
+    told = [words(cause) for cause in Cause]
+    assert len(set(told)) == len(told)
+    assert all(text.startswith("Suspected: ") for text in told)
+
+
+def test_without_a_heading_nothing_is_suspected():
+    diagnosis = Diagnosis(HULLS["otter"])
+    assert all(diagnosis.step(TICK_S, EstimatedState(t_us), None) is None for t_us in range(100))
+
+
+def test_the_operator_is_told_and_the_boat_sails_on(voyage):
+    trip = voyage("depth.enabled=false")
+    trip.sail(1.5, (200.0, 0.0), after_s=20.0)
+    stuck(15.0)(trip.world.surroundings.plant.vessel)
+    trip.run(15.0)
+    assert trip.texts.count("Suspected: rudders stuck or free") == 1
+    assert trip.snapshot.armed
+    assert trip.snapshot.mode.name == "AUTO"
