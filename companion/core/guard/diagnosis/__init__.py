@@ -1,7 +1,7 @@
 """What may be wrong with thrusters and rudders, found from what the hull does, and told as a suspicion: it acts on nothing.
 
 ``causes`` are the words, ``suspects`` what each cause would do to the hull, ``residual`` what the hull does beyond its model,
-``evidence`` weighs them against each other, ``diagnosis`` is the whole of it for one vessel.
+``weighing`` weighs them against each other, ``diagnosis`` is the whole of it for one vessel.
 """
 
 from .causes import Cause, words

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 
 from ...hull import ForceModel, VesselConfig
 from .causes import Cause
-from .evidence import Evidence, Noise
 from .residual import SAMPLE_S, Residual
 from .suspects import suspects
+from .weighing import Bounds, Pair, Weighing
 
 _GALE_MPS: Final = 10.0
 """More wind than such boats are sent out in."""
@@ -18,6 +19,8 @@ _GUSTS: Final = 0.4
 """Share of its push by which it comes and goes, taken for the noise until the weather is known."""
 _LEAST: Final = 0.03
 """Share of one thruster's pull that no sensor shows."""
+_OFF: Final = 0.2
+"""Share of one thruster's pull by which a hull file may be off for ever."""
 
 
 class Diagnosis:
@@ -28,7 +31,7 @@ class Diagnosis:
         self._is_judged = model.lateral_m > 0.0
         among = suspects(vessel)
         self._residual = Residual(vessel, model, among)
-        self._evidence = Evidence(among, _noise(vessel, model))
+        self._weighing = Weighing(among, _bounds(vessel, model))
         self.told: frozenset[Cause] = frozenset()
 
     def clear(self) -> None:
@@ -39,29 +42,30 @@ class Diagnosis:
     def rest(self) -> None:
         """What is wrong is known: the hull is no longer what its file says, and nothing else can be told by it."""
         self._residual.forget()
-        self._evidence.forget()
+        self._weighing.forget()
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> Cause | None:
         """Return a cause when there is a new one."""
         if not self._is_judged:
             return None
-        sample = self._residual.step(dt_s, state, sent, self._evidence.suspected)
-        cause = None if sample is None else self._evidence.step(SAMPLE_S, sample)
+        sample = self._residual.step(dt_s, state, sent, self._weighing.suspected)
+        cause = None if sample is None else self._weighing.step(SAMPLE_S, sample)
         if cause is None or cause in self.told:
             return None
         self.told |= {cause}
         return cause
 
 
-def _noise(vessel: VesselConfig, model: ForceModel) -> Noise:
+def _bounds(vessel: VesselConfig, model: ForceModel) -> Bounds:
     side_n = vessel.thruster.ahead_n
-    surge_n, _, _ = model.wind(_GALE_MPS, 0.0)
-    slant_mps = _GALE_MPS * 0.5**0.5
-    _, _, yaw_nm = model.wind(slant_mps, slant_mps)
-    least = (_squared(_LEAST * side_n), _squared(_LEAST * side_n * model.lateral_m))
-    first = (max(least[0], _squared(_GUSTS * surge_n)), max(least[1], _squared(_GUSTS * yaw_nm)))
-    return Noise(least, first, model.lateral_m)
+    side = (side_n, side_n * model.lateral_m)
+    slant_mps = _GALE_MPS * math.sqrt(0.5)
+    gale = (abs(model.wind(_GALE_MPS, 0.0)[0]), abs(model.wind(slant_mps, slant_mps)[2]))
+    least, first = _squares(_LEAST, side), _squares(_GUSTS, gale)
+    first = (max(least[0], first[0]), max(least[1], first[1]))
+    most = (gale[0] + _OFF * side[0], gale[1] + _OFF * side[1])
+    return Bounds(least, first, most, lateral_m=model.lateral_m)
 
 
-def _squared(number: float) -> float:
-    return number * number
+def _squares(share: float, pair: Pair) -> Pair:
+    return share * share * pair[0] * pair[0], share * share * pair[1] * pair[1]

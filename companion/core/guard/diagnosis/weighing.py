@@ -58,23 +58,27 @@ Pair = tuple[float, float]
 
 
 @value
-class Noise:
-    """Least and first variances of what is unexplained: surge (N²) and yaw (Nm²)."""
+class Bounds:
+    """What this vessel's weather and sensors can do, in surge (N) and yaw (Nm)."""
 
     least: Pair
+    """Least variance of what is unexplained."""
     first: Pair
+    """And what is taken for it until the weather is known."""
+    most: Pair
+    """The greatest push that a suspect may need beside it."""
     lateral_m: float
 
 
-class Evidence:
+class Weighing:
     """One vessel's; one call per sample."""
 
-    def __init__(self, among: tuple[Suspect, ...], noise: Noise) -> None:
-        self._among, self._noise = among, noise
+    def __init__(self, among: tuple[Suspect, ...], bounds: Bounds) -> None:
+        self._among, self._bounds = among, bounds
         self.forget()
 
     def forget(self) -> None:
-        self._seen_s, self._variance = 0.0, list(self._noise.first)
+        self._seen_s, self._variance = 0.0, list(self._bounds.first)
         self._push = [0.0, 0.0]
         self._begin()
 
@@ -111,7 +115,7 @@ class Evidence:
     def _spread(self, thrust_n: float) -> Pair:
         """Variances of a healthy boat's samples."""
         off_n = _MODEL * thrust_n
-        off_nm = off_n * self._noise.lateral_m
+        off_nm = off_n * self._bounds.lateral_m
         return self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
 
     def _weigh(self, step_s: float, sample: Sample, spread: Pair) -> None:
@@ -139,7 +143,8 @@ class Evidence:
             ratio, size = miss * miss / (wide * spread[axis]), math.log(wide)
             bounded += min(ratio + size, _MOST_RATIO)
             tailed += _TAILS * math.log1p(ratio / _TAILS) + size
-            push[axis] = _carried(step_s, push[axis], miss)
+            most, followed = self._bounds.most[axis], _carried(step_s, push[axis], miss)
+            push[axis] = max(-most, min(most, followed))
         return bounded, tailed
 
     def _follow(self, step_s: float, unexplained: Pair) -> None:
@@ -149,7 +154,7 @@ class Evidence:
             miss = unexplained[axis] - self._push[axis]
             variance = self._variance[axis]
             variance += share * (min(miss * miss, _CLIP * variance) - variance)
-            self._variance[axis] = max(self._noise.least[axis], variance)
+            self._variance[axis] = max(self._bounds.least[axis], variance)
             self._push[axis] = _carried(step_s, self._push[axis], miss)
 
     def _decide(self, step_s: float, most: float, enough: float) -> Cause | None:
