@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import config
+from companion.commands.status import StatusView
 from companion.io.links.link import Received
 from companion.io.links.mem import pair
 from companion.settings.schema import load
@@ -103,8 +105,15 @@ def test_row_54_a_bad_json_plan_is_refused_with_a_reason():
     shore, buffer = sim.ground("shore"), bytearray()
     sim.run(8.0)
     lines_of(shore, sim.now_us, buffer)
-    shore.write(0, json.dumps({**SEED_LOITER, "Loiter type": "Spiral"}).encode())
-    sim.run(20.0)
+    shore.write(0, json.dumps({**SEED_LOITER, "Loiter type": "Spiral"}).encode() + b"\n\x81\xfe\xff\n")
+    status = io.StringIO()
+    view = StatusView(status)
+    while sim.now_us < 28e6:
+        sim.step()
+        view.update(sim.snapshot)
+    view.close()
+    assert "Spiral" in status.getvalue(), "people aboard see what was refused"
+    assert "no JSON in what comes" in status.getvalue()
     answers = [line for line in lines_of(shore, sim.now_us, buffer) if "ack" in line]
     assert [(line["result"], "Spiral" in line["reason"]) for line in answers] == [("denied", True)]
     assert sim.snapshot.mode is Mode.HOLD

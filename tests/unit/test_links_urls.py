@@ -55,6 +55,7 @@ def test_the_seeds_tcp_spelling():
         ("udp://0.0.0.0:14550", "udp-listen://0.0.0.0:14550"),
         ("udp-broadcast://vessel.local:14550", "udp-broadcast://192.168.1.255:14550"),
         ("serial:/dev/ttyS0?baud=fast", "from 50 to 4e+06"),
+        ("serial:/dev/ttyS0?baud=112500", "no rate of serial ports; the nearest is 115200"),
         ("serial:/dev/ttyS0?parity=X", "one of e, even, n, none, o, odd"),
         ("serial:/dev/ttyS0?bauds=9600", "known: baud, parity, stop, silence"),
         ("serial:", "like serial:/some/path"),
