@@ -12,5 +12,5 @@ HERE = Path(__file__).resolve().parent
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if HERE in Path(item.fspath).parents:
+        if item.path.is_relative_to(HERE):
             item.add_marker(pytest.mark.e2e)
