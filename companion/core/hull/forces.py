@@ -93,12 +93,15 @@ class ForceModel:
         return x / self._m11, (self._m33 * y - m23 * n) / det, (m22 * n - m23 * y) / det
 
     def actuator_forces(
-        self, through: tuple[float, float, float], thrust_n: tuple[float, float], rudder_rad: float
+        self, through: tuple[float, float, float], thrust_n: tuple[float, float], rudder_rad: float | None
     ) -> tuple[float, float]:
-        """Return surge force (N) and yaw moment (Nm) of both thrusters and both rudders at (u, v, r) through the water."""
+        """Return surge force (N) and yaw moment (Nm) of both thrusters and both rudders at (u, v, r) through the water.
+
+        Rudders at None trail with the flow: no force.
+        """
         (u, v, r), (port_n, starboard_n) = through, thrust_n
         x, n = port_n + starboard_n, self.lateral_m * (port_n - starboard_n)
-        if self.lift > 0.0:
+        if self.lift > 0.0 and rudder_rad is not None:
             aside, flow = self.lateral_m * r, v + self._x_m * r
             cosine, sine = cos(rudder_rad), sin(rudder_rad)
             port = self._rudder(u + aside, flow, port_n, rudder_rad)

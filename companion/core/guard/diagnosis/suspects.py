@@ -6,7 +6,6 @@ stands at one of five angles or trails with the flow. What lies between them is 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import Final
@@ -22,8 +21,6 @@ _SLIP: Final = 0.4
 """And of both in aerated water or aground on mud."""
 _STANDS: Final = (-0.67, -0.33, 0.0, 0.33, 0.67)
 """Angles at which rudders may stand, as shares of the greatest: none in between is farther than a sixth from one."""
-_SLOW_MPS: Final = 0.05
-"""Below this the flow along the hull has no direction."""
 
 
 @value
@@ -38,12 +35,16 @@ class Acting:
     rudder_rad: float
 
 
+Instead = tuple[float, float, float | None]
+"""What acts instead: port (N), starboard (N), rudders (rad, None = they trail with the flow)."""
+
+
 @value
 class Suspect:
-    """One hypothesis: what acts instead (port N, starboard N, rudders rad)."""
+    """One hypothesis."""
 
     cause: Cause
-    instead: Callable[[Acting], tuple[float, float, float]]
+    instead: Callable[[Acting], Instead]
 
 
 def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
@@ -61,7 +62,7 @@ def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
     ]
     if vessel.rudder.count:
         found += [Suspect(Cause.RUDDERS_STILL, partial(_stands, at * vessel.rudder.max_rad)) for at in _STANDS]
-        found.append(Suspect(Cause.RUDDERS_STILL, partial(_trails, vessel.rudder.x_m)))
+        found.append(Suspect(Cause.RUDDERS_STILL, _trails))
         found.append(Suspect(Cause.RUDDERS_REVERSED, _mirrored))
     return tuple(found)
 
@@ -73,21 +74,21 @@ def effect(model: ForceModel, suspect: Suspect, acting: Acting, healthy: tuple[f
 
 
 def pushed(
-    model: ForceModel, acting: Acting, port_n: float, starboard_n: float, rudder_rad: float
+    model: ForceModel, acting: Acting, port_n: float, starboard_n: float, rudder_rad: float | None
 ) -> tuple[float, float]:
     """Surge force and yaw moment of these thrusts and this angle of the rudders."""
     return model.actuator_forces((acting.u_mps, acting.v_mps, acting.r_radps), (port_n, starboard_n), rudder_rad)
 
 
-def _share(port: float, starboard: float, a: Acting) -> tuple[float, float, float]:
+def _share(port: float, starboard: float, a: Acting) -> Instead:
     return port * a.port_n, starboard * a.starboard_n, a.rudder_rad
 
 
-def _port_reversed(astern: float, a: Acting) -> tuple[float, float, float]:
+def _port_reversed(astern: float, a: Acting) -> Instead:
     return _reversed(a.port_n, astern), a.starboard_n, a.rudder_rad
 
 
-def _starboard_reversed(astern: float, a: Acting) -> tuple[float, float, float]:
+def _starboard_reversed(astern: float, a: Acting) -> Instead:
     return a.port_n, _reversed(a.starboard_n, astern), a.rudder_rad
 
 
@@ -96,18 +97,17 @@ def _reversed(thrust_n: float, astern: float) -> float:
     return -thrust_n * astern if thrust_n > 0.0 else -thrust_n / astern
 
 
-def _swapped(a: Acting) -> tuple[float, float, float]:
+def _swapped(a: Acting) -> Instead:
     return a.starboard_n, a.port_n, a.rudder_rad
 
 
-def _stands(at_rad: float, a: Acting) -> tuple[float, float, float]:
+def _stands(at_rad: float, a: Acting) -> Instead:
     return a.port_n, a.starboard_n, at_rad
 
 
-def _trails(x_m: float, a: Acting) -> tuple[float, float, float]:
-    along_mps = abs(a.u_mps) if abs(a.u_mps) > _SLOW_MPS else _SLOW_MPS
-    return a.port_n, a.starboard_n, -math.atan2(a.v_mps + x_m * a.r_radps, along_mps)
+def _trails(a: Acting) -> Instead:
+    return a.port_n, a.starboard_n, None
 
 
-def _mirrored(a: Acting) -> tuple[float, float, float]:
+def _mirrored(a: Acting) -> Instead:
     return a.port_n, a.starboard_n, -a.rudder_rad

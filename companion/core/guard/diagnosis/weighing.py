@@ -41,8 +41,8 @@ _NEAR: Final = 0.05
 """Share by which a suspect's own effect may be off."""
 _MODEL: Final = 0.08
 """Share of the thrust by which a fitted model is off."""
-_SUSPICION: Final = 2.0
-"""From here on the drift is frozen and suspects are compared."""
+_SUSPICION: Final = 6.0
+"""From here on the drift is frozen and suspects are compared: what wind favours before must not count for the fault after it."""
 _ENOUGH: Final = 30.0
 """What clean gales of hours reach under way, and half as much again; a lost thruster brings sixty in six seconds."""
 _ENOUGH_ON_STATION: Final = 45.0
