@@ -86,25 +86,37 @@ def run_campaign(
 ) -> list[dict[str, str]]:
     """Run what is not yet in ``results`` and return all rows of these jobs, in their order.
 
-    ``done`` is told (finished, all) after each run. Raises ConfigError when the file is another table, and what ``work`` raises.
+    ``done`` is told (finished, all) after each run. Raises ConfigError when the file is another table, OSError when it has no room for
+    a row, and what ``work`` raises.
     """
     missing = _missing(jobs, results)
     count = len(jobs) - len(missing)
     if done is not None:
         done(count, len(jobs))
-    with results.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if not file.tell():
-            writer.writeheader()
-        # the longest first, so that no core is left alone with a long run at the end
-        longest_first = sorted(missing, key=lambda job: -job.ready.text.scenario.duration_s)
-        for row in work(longest_first) if missing else ():
-            writer.writerow(asdict(row))
-            file.flush()
-            count += 1
-            if done is not None:
-                done(count, len(jobs))
+    _append(results)
+    # the longest first, so that no core is left alone with a long run at the end
+    longest_first = sorted(missing, key=lambda job: -job.ready.text.scenario.duration_s)
+    for row in work(longest_first) if missing else ():
+        _append(results, row)
+        count += 1
+        if done is not None:
+            done(count, len(jobs))
     return finished(jobs, results)
+
+
+def _append(results: Path, *rows: RunRow) -> None:
+    """Add whole rows, and the names of the columns above the first. Raises OSError with ``results`` as its name."""
+    try:
+        with results.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            if not file.tell():
+                writer.writeheader()
+            writer.writerows(asdict(row) for row in rows)
+    except OSError as error:
+        _drop_cut_line(results)
+        if results.is_file() and not results.stat().st_size:
+            results.unlink()
+        raise type(error)(error.errno, error.strerror, str(results)) from None
 
 
 def _missing(jobs: Sequence[Job], results: Path) -> list[Job]:

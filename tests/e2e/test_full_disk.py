@@ -73,3 +73,15 @@ def test_no_command_leaves_half_a_file(full: Path) -> None:
     assert f"{full}/r.plan: No space left" in done.stderr
     assert "Traceback" not in done.stderr
     assert {path.name for path in full.rglob("*")} == before
+
+
+def test_a_campaign_names_the_table_that_has_no_room(full: Path) -> None:
+    (full / "ballast").write_bytes(bytes(248 << 10))
+    (full / "c.toml").write_text('[campaign]\nscenarios = ["sounder-drop-out"]\n')
+    (full / "ballast").write_bytes(bytes(252 << 10))
+    before = {path.name for path in full.rglob("*")}
+    done = companion("sim", "--campaign", str(full / "c.toml"))
+    assert done.returncode == 1
+    assert f"{full}/c.csv: No space left" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert {path.name for path in full.rglob("*")} == before
