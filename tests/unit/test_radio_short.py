@@ -63,6 +63,31 @@ def test_an_order_without_a_body_is_accepted_without_one_and_shown(rig: Rig, ord
     assert (rig.twin.state.mode, rig.twin.state.armed) == (rig.vessel.mode, True)
 
 
+@pytest.mark.parametrize(
+    ("older", "speaker", "executed", "answered"),
+    [
+        (AUTO, (255, 190), [GUIDED], ["newer"]),
+        (HOLD, (255, 190), [HOLD, GUIDED], ["newer"]),
+        (AUTO, (7, 190), [AUTO, GUIDED], ["newer", "older"]),
+        (GUIDED, (255, 190), [GUIDED], ["newer", "older"]),
+    ],
+    ids=["another mode", "a stop is carried out", "another station's", "the same mode"],
+)
+def test_a_stations_newer_mode_ends_its_older_one(rig: Rig, older, speaker, executed, answered) -> None:
+    """An acknowledgement names no mode: "accepted" to the older one would be taken for the newer's."""
+    rig.vessel.mode = Mode.RTL
+    rig.run(20.0)
+    rig.replies.clear()
+    rig.pair.air.jammed = True
+    rig.twin.submit("older", ORDERS[older][0], rig.now_us, replace(ORDERS[older][1], source=speaker))
+    rig.run(3.5)
+    rig.twin.submit("newer", ORDERS[GUIDED][0], rig.now_us, ORDERS[GUIDED][1])
+    rig.pair.air.jammed = False
+    rig.run(10.0)
+    assert [body for _, body in rig.vessel.executed] == [ORDERS[order][0] for order in executed]
+    assert sorted(owner for _, owner, _ in rig.replies) == answered
+
+
 def test_an_answer_tells_all_when_more_has_changed_than_was_ordered(rig: Rig) -> None:
     """The boat was disarmed a moment ago, and no state has told it: "Guided" alone would leave "armed" on the screen."""
     rig.ask(ORDERS[GUIDED][0], origin=ORDERS[GUIDED][1])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 
 from ...language.messages import Mode
 from ...language.requests import LoadPlan, Origin, Reposition, RequestBody, SetMode
@@ -13,6 +15,35 @@ from ..codec.plan import Position, encode_plan
 from ..codec.request import crosses, encode_request
 from ..codec.wire import SAFE_STOPS, Kind
 from ..link import CompactLink
+
+Speaker = tuple[int, int] | None
+"""System and component of a station; None: nobody on the network."""
+
+
+@dataclass(slots=True)
+class Pending:
+    """A request on the air, and who waits for its answer: the owners that were given with it, and their stations."""
+
+    body: RequestBody
+    owners: dict[Hashable, Speaker]
+
+
+def superseded(pending: Mapping[int, Pending], body: RequestBody, station: Speaker) -> set[int]:
+    """Numbers of the modes that nobody wants any more; their station no longer waits for an answer.
+
+    A station asks for another mode once it has given up the one before. An acknowledgement names no mode, so the answer to the older
+    would be taken for the newer's. A stop is carried out all the same: the newer mode comes after it.
+    """
+    if not isinstance(body, SetMode) or station is None:
+        return set()
+    unwanted = set()
+    for number, older in pending.items():
+        if not isinstance(older.body, SetMode) or older.body == body:
+            continue
+        older.owners = {owner: speaker for owner, speaker in older.owners.items() if speaker != station}
+        if not older.owners and not older.body.nature.stops:
+            unwanted.add(number)
+    return unwanted
 
 
 def message_of(

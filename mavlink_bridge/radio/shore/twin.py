@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from typing import Final
 
 from ...language.messages import ActuatorOutput, Severity
@@ -48,7 +47,7 @@ from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .grid import StateGrid
 from .memory import ShorePicture, heard_us
-from .orders import covers, message_of, stops_word, submit
+from .orders import Pending, covers, message_of, stops_word, submit, superseded
 from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
@@ -57,14 +56,6 @@ _NO_BEACON: Final = "Armed. This radio profile has no beacon: the vessel will no
 _FOREIGN: Final = (
     "Radio: the vessel speaks format {}, this gateway {}: only Hold and Disarm cross; update the older one"
 )
-
-
-@dataclass(slots=True)
-class _Pending:
-    """A request on the air, and who waits for its answer."""
-
-    body: RequestBody
-    owners: list[Hashable]
 
 
 class ShoreTwin:
@@ -108,7 +99,7 @@ class ShoreTwin:
         self._beacons = Beacons(self.link)
         self._grid = StateGrid(self.link, self._beacons.keys)
         self._clock = VesselClock(profile.link)
-        self._pending: dict[int, _Pending] = {}
+        self._pending: dict[int, Pending] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
         self._sayings = Sayings()
         self._reached: list[int] = []
@@ -192,6 +183,8 @@ class ShoreTwin:
 
         ``origin``: the command that it came in, which then crosses the air itself.
         """
+        station = None if origin is None else origin.source
+        self.link.withdraw(superseded(self._pending, body, station), OVERRULED)
         if body.nature.stops:
             self._overrule(now_us)
         if isinstance(body, LoadPlan) and self._has_nothing_to_clear(body):
@@ -199,7 +192,7 @@ class ShoreTwin:
             return
         for pending in self._pending.values():
             if covers(pending.body, body):
-                pending.owners.append(owner)
+                pending.owners[owner] = station
                 return
         try:
             message = message_of(body, origin, self._address, self._near_e7())
@@ -207,7 +200,7 @@ class ShoreTwin:
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
-        self._pending[number] = _Pending(body, [owner])
+        self._pending[number] = Pending(body, {owner: station})
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
 
@@ -374,7 +367,7 @@ class ShoreTwin:
             if pending is not None:
                 self._settle(pending, outcome, now_us)
 
-    def _settle(self, pending: _Pending, outcome: TransferOutcome, now_us: int) -> None:
+    def _settle(self, pending: Pending, outcome: TransferOutcome, now_us: int) -> None:
         body, reply = pending.body, outcome.reply
         if reply.result is Result.ACCEPTED:
             self._accepted(body, now_us)
