@@ -21,14 +21,14 @@ Speaker = tuple[int, int] | None
 
 
 @dataclass(slots=True)
-class Pending:
+class PendingOrder:
     """A request on the air, and who waits for its answer: the owners that were given with it, and their stations."""
 
     body: RequestBody
     owners: dict[Hashable, Speaker]
 
 
-def superseded(pending: Mapping[int, Pending], body: RequestBody, station: Speaker) -> set[int]:
+def superseded(pending: Mapping[int, PendingOrder], body: RequestBody, station: Speaker) -> set[int]:
     """Numbers of the modes that nobody wants any more; their station no longer waits for an answer.
 
     A station asks for another mode once it has given up the one before. An acknowledgement names no mode, so the answer to the older

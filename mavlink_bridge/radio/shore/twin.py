@@ -47,7 +47,7 @@ from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .grid import StateGrid
 from .memory import ShorePicture, heard_us
-from .orders import Pending, covers, message_of, stops_word, submit, superseded
+from .orders import PendingOrder, covers, message_of, stops_word, submit, superseded
 from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
@@ -99,7 +99,7 @@ class ShoreTwin:
         self._beacons = Beacons(self.link)
         self._grid = StateGrid(self.link, self._beacons.keys)
         self._clock = VesselClock(profile.link)
-        self._pending: dict[int, Pending] = {}
+        self._pending: dict[int, PendingOrder] = {}
         self._replies: list[tuple[Hashable, Reply]] = []
         self._sayings = Sayings()
         self._reached: list[int] = []
@@ -200,7 +200,7 @@ class ShoreTwin:
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
-        self._pending[number] = Pending(body, {owner: station})
+        self._pending[number] = PendingOrder(body, {owner: station})
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
 
@@ -367,7 +367,7 @@ class ShoreTwin:
             if pending is not None:
                 self._settle(pending, outcome, now_us)
 
-    def _settle(self, pending: Pending, outcome: TransferOutcome, now_us: int) -> None:
+    def _settle(self, pending: PendingOrder, outcome: TransferOutcome, now_us: int) -> None:
         body, reply = pending.body, outcome.reply
         if reply.result is Result.ACCEPTED:
             self._accepted(body, now_us)
