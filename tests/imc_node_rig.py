@@ -54,8 +54,8 @@ class Part:
         return (self.label,)
 
 
-def make_node(*parts: Part) -> Node:
-    node = Node(NodeConfig(imc_id=BOAT_ID, name="boat", uid=77), parts)
+def make_node(*parts: Part, opening: bool = False) -> Node:
+    node = Node(NodeConfig(imc_id=BOAT_ID, name="boat", uid=77), parts, opening=opening)
     node.utc_ahead_us = round(UTC_S * 1e6)
     node.udp = (Udp("10.77.0.2", 6002),)
     node.tcp = (Udp("10.77.0.2", 6002),)

@@ -1,4 +1,7 @@
-"""What the first announcement needs, and nothing more: the process says that it is there before the rest of it is built."""
+"""What the first announcement needs, and nothing more: the process says that it is there before the rest of it is built.
+
+Who is heard meanwhile is greeted between two pieces of the start; what they ask is answered once all of it stands.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,18 @@ from .settings import TYPES, ImcSettings
 
 
 def make_node(settings: ImcSettings, *, uid: int) -> Node:
-    """The system as it announces itself, without its parts."""
-    return Node(NodeConfig(imc_id=settings.imc_id, name=settings.name, system_type=TYPES[settings.type], uid=uid))
+    """The system as it announces itself, without its parts: it keeps questions until it is opened."""
+    config = NodeConfig(imc_id=settings.imc_id, name=settings.name, system_type=TYPES[settings.type], uid=uid)
+    return Node(config, opening=True)
+
+
+def hear(node: Node, sockets: ImcSockets, now_us: int) -> None:
+    """What came on the sockets goes to the node."""
+    for place, data in sockets.poll(now_us):
+        if data is not None:
+            node.receive(data, place, now_us)
+        elif not isinstance(place, Udp):
+            node.closed(place)
 
 
 def refresh(node: Node, sockets: ImcSockets, now_us: int, utc_us: int | None) -> None:

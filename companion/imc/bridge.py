@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from mavlink_bridge.imc import Node, Position, Udp
+from mavlink_bridge.imc import Node, Position
 from mavlink_bridge.mavlink.client import VehicleClient
 
 from ..io.imc_sockets import ImcSockets
 from ..io.links import Link, Received
 from ..io.loop import Waited
-from .announcing import refresh
+from .announcing import hear, refresh
 from .desk import Desk
 from .logbook import LogBook
 from .motion import estimated_state
@@ -58,11 +58,7 @@ class Bridge:
     def pump(self, now_us: int) -> None:
         """Serve vehicle and consoles."""
         self._hear_vehicle(now_us)
-        for place, data in self.sockets.poll(now_us):
-            if data is not None:
-                self.node.receive(data, place, now_us)
-            elif not isinstance(place, Udp):
-                self.node.closed(place)
+        hear(self.node, self.sockets, now_us)
         self._tell(now_us)
         self.sockets.send(self.node.take(now_us))
         self._to_vehicle(now_us)

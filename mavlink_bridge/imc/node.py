@@ -36,6 +36,8 @@ SKEW_S: Final = 5.0
 MAX_QUEUE: Final = 512
 """Packets that wait to be taken; the oldest goes first."""
 MAX_STREAMS: Final = 16
+MAX_ASKED: Final = 256
+"""Questions that wait for a system which is still being built; it takes a second, and a console asks some ten a second."""
 _NOTICE: Final = 5
 _WARNING: Final = 4
 
@@ -60,10 +62,21 @@ class Position:
     height_m: float = 0.0
 
 
-class Node:
-    """The system. Its parts are given in the order in which they are asked."""
+@dataclass(frozen=True)
+class _Asked:
+    """What a console said before all parts stood."""
 
-    def __init__(self, config: NodeConfig, parts: Sequence[SystemPart] = ()) -> None:
+    message: Message
+    asker: Asker
+    is_new: bool
+
+
+class Node:
+    """The system. Its parts are given in the order in which they are asked.
+
+    With ``opening`` it greets who comes and keeps their questions until ``open`` says that all parts stand."""
+
+    def __init__(self, config: NodeConfig, parts: Sequence[SystemPart] = (), *, opening: bool = False) -> None:
         self.config = config
         self.parts = list(parts)
         self.peers = Peers()
@@ -86,11 +99,19 @@ class Node:
         self._beat_us: int | None = None
         self._texts: list[tuple[int, str]] = []
         self._conflict_told = False
+        self._asked: list[_Asked] | None = [] if opening else None
 
     def add(self, part: SystemPart) -> None:
         """Take a part in: a process may announce itself before all of it stands."""
         self.parts.append(part)
         self._entities = self._numbered()
+
+    def open(self, now_us: int) -> None:
+        """All parts stand: who came before meets them, and is answered."""
+        asked, self._asked = self._asked or [], None
+        for one in asked:
+            self._meet(one, now_us)
+        self._collect(now_us)
 
     def _numbered(self) -> dict[str, int]:
         labels = dict.fromkeys(label for part in self.parts for label in part.entities())
@@ -138,14 +159,24 @@ class Node:
         peer.is_console = peer.is_console or packet.header.destination == self.config.imc_id
         if not peer.is_console:
             return
-        asker = peer.asker(packet, source, self.config.imc_id, now_us)
-        for part in self.parts:
-            part.heard(asker, now_us)
-        if peer.met_us is None or silent_us > BACK_US:
-            self._greet(peer, asker, now_us)
+        is_new = peer.met_us is None or silent_us > BACK_US
+        asked = _Asked(packet.message, peer.asker(packet, source, self.config.imc_id, now_us), is_new)
+        if is_new:
+            self._greet(peer, asked.asker, now_us)
         self._note_skew(peer, now_us)
-        self._serve(packet.message, asker, now_us)
-        self._collect(now_us)
+        if self._asked is None:
+            self._meet(asked, now_us)
+            self._collect(now_us)
+        elif len(self._asked) < MAX_ASKED:
+            self._asked.append(asked)
+
+    def _meet(self, asked: _Asked, now_us: int) -> None:
+        for part in self.parts:
+            part.heard(asked.asker, now_us)
+        if asked.is_new:
+            for part in self.parts:
+                part.met(asked.asker, now_us)
+        self._serve(asked.message, asked.asker, now_us)
 
     def _greet(self, peer: Peer, asker: Asker, now_us: int) -> None:
         """Speak at once: a console shows a system as connected only after some packets."""
@@ -155,8 +186,6 @@ class Node:
         for place in peer.places():
             self._put(place, self._announcement(), now_us, ANNOUNCED)
             self._put(place, Heartbeat(), now_us, peer.imc_id)
-        for part in self.parts:
-            part.met(asker, now_us)
 
     def _serve(self, message: Message, asker: Asker, now_us: int) -> None:
         match message:

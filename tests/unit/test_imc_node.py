@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mavlink_bridge import imc
 from mavlink_bridge.imc import Discovery, Outgoing, Tcp, Udp
+from mavlink_bridge.imc.node import MAX_ASKED
 from tests.imc_messages import captured
 from tests.imc_node_rig import BOAT_ID, UTC_S, ConsoleRig, Part, kinds, make_node
 
@@ -30,6 +31,34 @@ def test_a_console_is_spoken_to_in_the_moment_in_which_it_is_first_heard():
     assert kinds(got)[:2] == [imc.Announce, imc.Heartbeat]
     assert {place for place, _ in console.got[1:]} == {console.udp}
     assert [asker.name for asker in part.new] == ["ccu-a"]
+
+
+def test_a_console_heard_before_all_parts_stand_is_greeted_at_once_and_answered_when_they_do():
+    """The bridge announces itself a quarter of a second before it is whole; what a console asks meanwhile is not lost."""
+    node = make_node(opening=True)
+    console = ConsoleRig(node)
+    console.take(0)
+    assert kinds(console.announce(S // 10)) [:2] == [imc.Announce, imc.Heartbeat]
+    assert kinds(console.say(imc.EntityList(imc.EntityListOp.QUERY), S // 5)) == []
+    assert kinds(console.say(imc.Abort(), S // 5)) == []
+    node.add(part := Part())
+    node.open(S // 2)
+    got = console.take(S // 2)
+    reports = [packet.message.list for packet in got if isinstance(packet.message, imc.EntityList)]
+    assert reports == ["Daemon=0;Plan Engine=1"]
+    assert [type(message) for message, _ in part.asked] == [imc.Abort]
+    assert [asker.name for asker in part.new] == ["ccu-a"]
+    assert kinds(console.say(imc.Heartbeat(), S)) == [imc.Heartbeat]
+
+
+def test_a_flood_before_all_parts_stand_is_bounded():
+    node = make_node(opening=True)
+    console = ConsoleRig(node)
+    for number in range(MAX_ASKED + 50):
+        console.say(imc.Abort(), number)
+    node.add(part := Part())
+    node.open(S)
+    assert len(part.asked) == MAX_ASKED
 
 
 def test_a_console_that_asks_before_it_announces_itself_is_answered_where_it_sent_from():
