@@ -38,7 +38,7 @@ def test_a_console_heard_before_all_parts_stand_is_greeted_at_once_and_answered_
     node = make_node(opening=True)
     console = ConsoleRig(node)
     console.take(0)
-    assert kinds(console.announce(S // 10)) [:2] == [imc.Announce, imc.Heartbeat]
+    assert kinds(console.announce(S // 10))[:2] == [imc.Announce, imc.Heartbeat]
     assert kinds(console.say(imc.EntityList(imc.EntityListOp.QUERY), S // 5)) == []
     assert kinds(console.say(imc.Abort(), S // 5)) == []
     node.add(part := Part())
