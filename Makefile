@@ -48,7 +48,7 @@ test: compiled ## the whole test suite (what CI runs); what fails in the first h
 	echo "tests in virtual time ..."; \
 	run env $(PYTEST) -n 2 -m "not soak and not e2e" $(PYTEST_ARGS); \
 	echo "tests on the real clock, with the machine to themselves ..."; \
-	run env $(PYTEST) -n 4 -m "e2e and not soak" $(REAL_CLOCK) $(PYTEST_ARGS); \
+	run env $(PYTEST) -n 6 -m "e2e and not soak" $(REAL_CLOCK) $(PYTEST_ARGS); \
 	exit $$failed
 
 check: $(STAMP) ## format, lint, types, import rules

@@ -1,10 +1,11 @@
 """Gains over speed for any hull: directionally unstable, without rudders, with slow propellers. Judged by python-control."""
 
 import math
-import warnings
+from importlib.util import find_spec
 
 import pytest
 
+import config as shipped
 from companion.cli import main
 from companion.core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from companion.core.steer.law import ModelConfig, SteeringConfig, lowered_text
@@ -14,15 +15,7 @@ from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
 from tools.benches.cells.foreign_hulls import bare, launch
 
-try:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import control
-except ImportError:
-    control = None
-
-import config as shipped
-
+HAS_CONTROL = find_spec("control") is not None
 HULLS = {f"{name}, no rudders, munk {munk}": bare(name, munk) for name in vessel_names() for munk in (0.0, 0.5, 1.0)}
 HULLS |= {name: load_vessel(name) for name in vessel_names()} | {"launch": launch()}
 
@@ -32,7 +25,7 @@ def test_margins_hold_up_to_the_speed_that_is_sailed(name):
     """8 dB and 45 degrees by python-control between the table's speeds too; the hull may be sailed at some speed at all."""
     from companion.tuning.margins import heading_margins
 
-    require(control is not None, "python-control")
+    require(HAS_CONTROL, "python-control")
     vessel = HULLS[name]
     fastest = ModelController(SteeringConfig(), vessel).steady_mps
     # slower, the straight part of the inverse thrust law (allocation) doubles the gain of the smallest thrusts
@@ -48,7 +41,7 @@ def test_margins_hold_up_to_the_speed_that_is_sailed(name):
 def test_the_vessels_own_judge_agrees_with_python_control(name):
     from companion.tuning.margins import loop_margins, model_loop
 
-    require(control is not None, "python-control")
+    require(HAS_CONTROL, "python-control")
     vessel = HULLS[name]
     controller = ModelController(SteeringConfig(), vessel)
     for speed in (0.5, 1.5):

@@ -4,6 +4,8 @@ import math
 import random
 import tomllib
 import warnings
+from importlib import import_module
+from importlib.util import find_spec
 
 import pytest
 
@@ -17,22 +19,24 @@ from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
 
-try:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import control
-        import numpy
-except ImportError:
-    control = numpy = None
+numpy = pytest.importorskip("numpy")
 
 
 @pytest.fixture(autouse=True)
 def _needs_control():
-    require(control is not None, "python-control")
+    require(find_spec("control") is not None, "python-control")
+
+
+@pytest.fixture
+def control():
+    """Read here and not above: it takes seconds, also of the worker that only counts these tests."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return import_module("control")
 
 
 @pytest.mark.parametrize("name", vessel_names())
-def test_both_integrators_agree(name):
+def test_both_integrators_agree(control, name):
     """60 s of a manoeuvre by python-control's ODE solver and by the simulator."""
     vessel = load_vessel(name)
 
@@ -92,7 +96,7 @@ def test_gains_tuned_on_error_only_are_caught():
     assert any(not margins.holds for margins in heading_margins(trap, load_vessel("otter"), "seed"))
 
 
-def test_discrete_pid_against_c2d():
+def test_discrete_pid_against_c2d(control):
     """Our PI against the Tustin transfer function of kp + ki/s, to within the half step by which they differ."""
     gains, dt = PidGains(kp=1.5, ki=0.4), 0.05
     errors = [math.sin(0.3 * k * dt) for k in range(400)]
@@ -230,9 +234,7 @@ def test_a_record_that_tells_nothing_of_the_hull_is_no_success(tmp_path, capsys)
     assert "holds no row with t_s, rudder_port_deg, yaw_rate_dps" in capsys.readouterr().err
 
 
-def test_figures_show_the_loop_with_its_delay_around_its_poles(tmp_path, caplog):
-    import control
-
+def test_figures_show_the_loop_with_its_delay_around_its_poles(control, tmp_path, caplog):
     from companion.cli import main
     from companion.tuning.figures import delayed, view_radps
     from companion.tuning.margins import loop_margins, model_loop
