@@ -22,7 +22,15 @@ from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.keeping import keys
 from .io.links import LinkConfigError, Reach, check_link, kind_of, parse_link_url
-from .judge import collisions, endpoint_mistakes, vessel_meaning
+from .judge import (
+    collisions,
+    endpoint_mistakes,
+    file_mistakes,
+    gain_mistakes,
+    hull_meaning,
+    hull_mistakes,
+    vessel_meaning,
+)
 from .radio import SIMULATION_KEY, load_radio, read_key
 from .settings import ConfigError, Settings, load, load_vessel
 
@@ -45,7 +53,8 @@ def vessel_settings(
     """
 
     def found(settings: Settings) -> list[str]:
-        return vessel_mistakes(settings) + radio_key_mistakes(settings, must_be=to_sail, run_dir=run_dir)
+        missing = radio_key_mistakes(settings, must_be=to_sail, run_dir=run_dir)
+        return vessel_mistakes(settings) + file_mistakes(settings, path) + missing
 
     return load(path, overrides, Settings, further=found)
 
@@ -65,14 +74,15 @@ def vessel_mistakes(settings: Settings) -> list[str]:
     found = link_mistakes(settings) + security.mistakes(settings) + security.device_mistakes(settings)
     found += [mistake for number in range(len(settings.sensors)) for mistake in _sentence_mistakes(settings, number)]
     if settings.radio.url:
-        found += mistakes_of(lambda: load_radio(settings.radio.profile))
+        found += mistakes_of(lambda: load_radio(settings.radio.profile)) or _beacon_mistakes(settings)
     found += page_key_mistakes(settings)
-    found += mistakes_of(lambda: depth_map(settings.depth.map))
-    hull = mistakes_of(lambda: load_vessel(settings.vessel))
+    found += mistakes_of(lambda: depth_map(settings.depth.map)) + vessel_meaning(settings)
+    hull = mistakes_of(lambda: load_vessel(settings.vessel, further=hull_mistakes))
     if hull:
         return found + hull
     vessel = load_vessel(settings.vessel)
-    return found + (steering_mistakes(settings, vessel) or vessel_meaning(settings, vessel))
+    found += hull_meaning(settings, vessel)
+    return found + (steering_mistakes(settings, vessel) or gain_mistakes(settings, vessel))
 
 
 def gateway_mistakes(settings: GatewaySettings) -> list[str]:
@@ -103,6 +113,17 @@ def radio_key_mistakes(settings: Settings, *, must_be: bool = True, run_dir: Pat
         return []
     url = radio.url if run_dir is None else radio.url.replace(_RUN_DIR, str(run_dir))
     return _key_mistakes(radio.key_file, url, must_be=must_be)
+
+
+def _beacon_mistakes(settings: Settings) -> list[str]:
+    """A ground that counts as lost between any two of its beacons."""
+    beacon_s, timeout_s = load_radio(settings.radio.profile).link.beacon_s, settings.failsafe.radio_timeout_s
+    if settings.radio.protocol != "compact" or timeout_s > beacon_s:
+        return []
+    told = (
+        f"the gateway tells that it is there every {beacon_s:g} s only; more than two of them, {2.0 * beacon_s + 5.0:g}"
+    )
+    return [f"failsafe.radio_timeout_s = {timeout_s:g}: {told}"]
 
 
 def page_key_mistakes(settings: Settings) -> list[str]:

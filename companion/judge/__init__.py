@@ -6,14 +6,20 @@ Mistakes are refused by ``check`` and ``run`` alike; warnings are told by both, 
 from __future__ import annotations
 
 from .addresses import collisions
-from .meaning import endpoint_mistakes, vessel_meaning
+from .hulls import hull_mistakes
+from .meaning import endpoint_mistakes, gain_mistakes, hull_meaning, vessel_meaning
+from .places import file_mistakes
 from .warnings import gateway_notes, gateway_warnings, verdict, vessel_notes, vessel_warnings
 
 __all__ = [
     "collisions",
     "endpoint_mistakes",
+    "file_mistakes",
+    "gain_mistakes",
     "gateway_notes",
     "gateway_warnings",
+    "hull_meaning",
+    "hull_mistakes",
     "verdict",
     "vessel_meaning",
     "vessel_notes",

@@ -41,6 +41,12 @@ class _Use:
         host, port = self.parsed.host_port()
         return "127.0.0.1" if host == "localhost" else host, port
 
+    @property
+    def heard_at(self) -> int:
+        """The port at which a link that calls hears its answers, where the address says one; else 0."""
+        said = self.parsed.options.get("local", "0")
+        return int(said) if said.isascii() and said.isdigit() else 0
+
 
 def collisions(wanted: Sequence[tuple[str, str]]) -> list[str]:
     """Return what cannot be meant of links, each given as (key, address); a wrong address is somebody else's to tell."""
@@ -74,6 +80,8 @@ def _nowhere(use: _Use) -> str:
         return "port 0 is nobody's; give the port of the other side"
     if host in _ANY:
         return f"{host or 'no host'} is nobody's address; give the other side's, or listen with {use.parsed.scheme}-listen://"
+    if use.heard_at == port and _is_own(host):
+        return f"calls the port {port} at which it hears: only itself; give the other side's port, or leave out local"
     try:
         address = ipaddress.ip_address(host)
     except ValueError:
@@ -107,7 +115,11 @@ def _clash(use: _Use, other: _Use) -> str:
     reaches = use.kind.reach, other.kind.reach
     if reaches == (Reach.CALLED, Reach.CALLED) and use.place == other.place:
         return f"{other.key} speaks to this address already; give each its own port"
+    if use.heard_at and use.heard_at == other.heard_at:
+        return f"{other.key} hears at port {use.heard_at} already; give each its own local port"
     for caller, listener in ((use, other), (other, use)):
+        if caller.heard_at and (listener.kind.reach, listener.place[1]) == (Reach.ANYBODY, caller.heard_at):
+            return f"{other.key} has port {caller.heard_at} already; give each its own"
         pair = caller.kind.reach, listener.kind.reach
         if pair == (Reach.CALLED, Reach.ANYBODY) and _reaches(caller.place, listener.place):
             return f"speaks to {other.key} of this very program, which is no station; give the other side's port"
@@ -118,8 +130,12 @@ def _reaches(called: tuple[str, int], heard: tuple[str, int]) -> bool:
     """Whether who calls an address of this computer gets the program's own listening port."""
     if called[1] != heard[1] or called[1] == 0:
         return False
+    return called[0] == heard[0] or (_is_own(called[0]) and heard[0] in _ANY)
+
+
+def _is_own(host: str) -> bool:
+    """Whether an address is this computer's own for sure."""
     try:
-        own = ipaddress.ip_address(called[0]).is_loopback
+        return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        own = False
-    return called[0] == heard[0] or (own and heard[0] in _ANY)
+        return False

@@ -10,7 +10,8 @@ from ..core.hull.statics import top_speed_mps
 from ..core.steer.gain_check import gains_problem
 from ..settings import Settings
 from ..settings.schema import EndpointSettings
-from .values import value_mistakes
+from .places import place_mistakes
+from .values import hull_value_mistakes, value_mistakes
 
 MAX_GUARD_M: Final = 50.0
 """More water than this under a small boat's keel is no guard but a unit: 400 are centimetres, or feet."""
@@ -18,23 +19,34 @@ _RESERVED: Final = ("actuators", "radio", "plotter")
 """Names of links that have no list; recordings and texts tell links apart by their names."""
 
 
-def vessel_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
-    """What cannot be meant of a vessel's settings."""
+def vessel_meaning(settings: Settings) -> list[str]:
+    """What cannot be meant of a vessel's settings, whatever her hull."""
     return [
         *_sensors(settings),
         *_names(
             [("sensors", settings.sensors), ("endpoints", settings.endpoints)],
             dict.fromkeys(_RESERVED, "a part of the program"),
         ),
-        *_speeds(settings, vessel),
+        *_distances(settings),
         *_actuators(settings),
         *_people(settings),
         *_water(settings),
         *_keys(settings),
-        *_gains(settings, vessel),
-        *value_mistakes(settings, vessel),
+        *value_mistakes(settings),
+        *place_mistakes(settings),
         *_open_or_shut(settings.endpoints),
     ]
+
+
+def hull_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """What cannot be meant of them on this hull."""
+    return [*_speeds(settings, vessel), *hull_value_mistakes(settings, vessel)]
+
+
+def gain_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """Gains that leave the heading or the speed no margin."""
+    problem = gains_problem(settings.steering, vessel)
+    return [f"steering.model: {problem}"] if problem else []
 
 
 def endpoint_mistakes(endpoints: Sequence[EndpointSettings]) -> list[str]:
@@ -66,6 +78,8 @@ def _names(lists: Iterable[tuple[str, Sequence[object]]], known: dict[str, str])
             name = getattr(item, "name", "")
             if not name.strip():
                 yield f"{table}.{number}.name = {name!r}: is empty; give it a name that texts and logs can use"
+            elif not name.isprintable():
+                yield f"{table}.{number}.name = {name!r}: holds what no screen shows; give it a name that texts and logs can use"
             elif name in known:
                 yield f"{table}.{number}.name = {name!r}: is the name of {known[name]} already; give each link its own"
             known.setdefault(name, f"{table} {name!r}")
@@ -78,9 +92,25 @@ def _speeds(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
         ("modes.return_speed_mps", settings.modes.return_speed_mps),
         ("depth.unknown_speed_mps", settings.depth.unknown_speed_mps),
         ("depth.slow_least_mps", settings.depth.slow_least_mps),
+        ("guidance.follow.speed_min_mps", settings.guidance.follow.speed_min_mps),
+        ("guidance.station.speed_mps", settings.guidance.station.speed_mps),
     ):
         if speed_mps > top_mps:
             yield f"{key} = {speed_mps:g}: more than the hull's top speed; at most {top_mps:.1f} m/s, or another vessel file"
+    cruise_mps = settings.mission.cruise_speed_mps
+    for key, said, speed_mps in (
+        (
+            "guidance.follow.speed_min_mps",
+            settings.guidance.follow.model_fields_set,
+            settings.guidance.follow.speed_min_mps,
+        ),
+        ("depth.slow_least_mps", settings.depth.model_fields_set, settings.depth.slow_least_mps),
+    ):
+        if key.rpartition(".")[2] in said and cruise_mps < speed_mps <= top_mps:
+            yield f"{key} = {speed_mps:g}: more than mission.cruise_speed_mps {cruise_mps:g}; it would never be slower"
+
+
+def _distances(settings: Settings) -> Iterator[str]:
     if settings.mission.leg_distance_m < settings.mission.first_distance_m:
         yield (
             f"mission.leg_distance_m = {settings.mission.leg_distance_m:g}: less than first_distance_m "
@@ -125,17 +155,9 @@ def _water(settings: Settings) -> Iterator[str]:
 
 def _keys(settings: Settings) -> Iterator[str]:
     radio, security = settings.radio, settings.security
-    if security.key_file and security.key_file == radio.key_file:
-        yield f"radio.key_file = {radio.key_file!r}: is the key of the MAVLink links too; make one for each"
     if radio.key_file and not radio.url:
         yield f"radio.key_file = {radio.key_file!r}: there is no radio; give radio.url, or leave the key out"
     if radio.url and radio.key_file and radio.protocol != "compact":
         yield f'radio.protocol = {radio.protocol!r}: uses no key, and radio.key_file names one; "compact" does'
     if security.key_file and not any(item.link_class == "signed" for item in settings.endpoints):
         yield f'security.key_file = {security.key_file!r}: no endpoint has link_class = "signed", so nothing is signed with it'
-
-
-def _gains(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
-    problem = gains_problem(settings.steering, vessel)
-    if problem:
-        yield f"steering.model: {problem}"

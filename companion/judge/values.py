@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
+from mavlink_bridge.language.messages import Action
+
 from ..core.config import Config
 from ..core.hull import VesselConfig
 from ..core.nmea.wanted import WantedSentences, unknown_names
@@ -27,19 +29,27 @@ SLOWEST_STROKE_S: Final = 10.0
 _POSITION: Final = frozenset({"GGA", "GNS", "GLL", "RMC"})
 _HEADING: Final = frozenset({"HDT", "THS", "HDG", "HDM", "PASHR", "PSAT", "PSXN", "PTNL", "PSTI", "PTNTHTM"})
 
+_MAGNETIC: Final = frozenset({"HDG", "HDM", "PTNTHTM"})
 
-def value_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
-    """Values that undo each other, or the hull's."""
+
+def value_mistakes(settings: Settings) -> list[str]:
+    """Values that undo each other."""
     return [
         *_order(settings),
-        *_guards(settings, vessel),
-        *_rates(settings, vessel),
+        *_guards(settings),
         *_sensing(settings.sensors),
+        *_magnetic(settings),
         *_told_twice(settings),
         *_who(settings),
-        *_places(settings),
-        *_seed_gains(settings),
+        *_seed(settings),
+        *_escalation(settings),
+        *_board(settings),
     ]
+
+
+def hull_value_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """Values that undo what the hull has."""
+    return [*_reach(settings, vessel), *_rates(settings, vessel)]
 
 
 def _at(settings: Config, key: str) -> float:
@@ -58,19 +68,14 @@ def _order(settings: Settings) -> Iterator[str]:
             yield f"{less} = {low:g}: must be less than {more.rpartition('.')[2]} {high:g}; {why}"
 
 
-def _guards(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+def _guards(settings: Settings) -> Iterator[str]:
+    if settings.monitors.stuck_share >= 1.0:
+        yield "monitors.stuck_share = 1: any boat is a little slower than reckoned, and would be stuck for ever; about 0.25"
     depth, traffic = settings.depth, settings.traffic
     if depth.enabled and 0.0 < depth.min_altitude_m < depth.minimum_margin_m:
         yield (
             f"depth.minimum_margin_m = {depth.minimum_margin_m:g}: more than min_altitude_m {depth.min_altitude_m:g}; "
             "the guard would lock only after the keel has touched"
-        )
-    keel_below_m = vessel.keel_depth_m - vessel.transducer_depth_m
-    needed_m = depth.min_altitude_m + depth.good_margin_m + keel_below_m
-    if depth.enabled and depth.input.range_max_m < needed_m:
-        yield (
-            f"depth.input.range_max_m = {depth.input.range_max_m:g}: the sounder could never say that the water is deep enough; "
-            f"at least {math.ceil(10.0 * needed_m) / 10.0:g} for a guard of {depth.min_altitude_m:g} m under the keel"
         )
     if traffic.required and not traffic.enabled:
         yield "traffic.required = true: nobody watches; set traffic.enabled = true, or required = false"
@@ -79,6 +84,17 @@ def _guards(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
         yield (
             f"estimate.speed_max_mps = {settings.estimate.speed_max_mps:g}: less than the speed sailed at, {fastest_mps:g} m/s: "
             "positions under way would be refused as jumps"
+        )
+
+
+def _reach(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    depth = settings.depth
+    keel_below_m = vessel.keel_depth_m - vessel.transducer_depth_m
+    needed_m = depth.min_altitude_m + depth.good_margin_m + keel_below_m
+    if depth.enabled and depth.input.range_max_m < needed_m:
+        yield (
+            f"depth.input.range_max_m = {depth.input.range_max_m:g}: the sounder could never say that the water is deep enough; "
+            f"at least {math.ceil(10.0 * needed_m) / 10.0:g} for a guard of {depth.min_altitude_m:g} m under the keel"
         )
 
 
@@ -100,6 +116,11 @@ def _rates(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
 def _sensing(sensors: Sequence[SensorConfig]) -> Iterator[str]:
     """A vessel whose settings let no position or no heading in never departs."""
     lines = [item.nmea for item in sensors]
+    for number, line in enumerate(lines):
+        wanted = [entry.strip().upper() for entry in line.talkers]
+        both = next((entry for entry in wanted if f"-{entry}" in wanted), "")
+        if both:
+            yield f"sensors.{number}.nmea.talkers: wants and forbids {both}; leave out one of the two"
     allowed = [WantedSentences(line.sentences, line.talkers) for line in lines if not unknown_names(line.sentences)]
     for kinds, what, offer in ((_POSITION, "position", "GGA"), (_HEADING, "heading", "HDT")):
         if len(allowed) == len(lines) > 0 and not any(_lets_in(wanted, kinds) for wanted in allowed):
@@ -107,6 +128,18 @@ def _sensing(sensors: Sequence[SensorConfig]) -> Iterator[str]:
                 f"sensors.0.nmea.sentences = {lines[0].sentences!r}: no sentence with a {what} is let in, and the vessel never departs; "
                 f"add one, such as {offer}"
             )
+
+
+def _magnetic(settings: Settings) -> Iterator[str]:
+    """A magnetic heading without a variation is no heading."""
+    lines = [WantedSentences(item.nmea.sentences, item.nmea.talkers) for item in settings.sensors]
+    known = settings.estimate.world_magnetic_model or settings.estimate.variation_deg is not None
+    helpful = (_HEADING - _MAGNETIC) | {"HDG", "RMC"}  # those two may bring the variation along
+    if lines and not known and not any(_lets_in(wanted, helpful) for wanted in lines):
+        yield (
+            "estimate.world_magnetic_model = false: only a magnetic heading is let in, and no variation is known; "
+            "set it to true, or give variation_deg"
+        )
 
 
 def _lets_in(wanted: WantedSentences, kinds: Iterable[str]) -> bool:
@@ -133,27 +166,44 @@ def _who(settings: Settings) -> Iterator[str]:
         yield f"traffic.own_mmsi = {settings.traffic.own_mmsi}: a vessel's number has nine digits; 0 when there is no transponder"
 
 
-def _places(settings: Settings) -> Iterator[str]:
-    """Files and folders that cannot be where they are said to be."""
-    store, runs = settings.store, settings.record.directory
-    for key, place in (("store", store), ("record.directory", runs)):
-        if place.startswith("~"):
-            yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
-        elif "://" in place:
-            yield f"{key} = {place!r}: is no place on this computer; give a path"
-    if store.endswith("/"):
-        yield f"store = {store!r}: is a folder; name a file"
-    if settings.record.enabled and not runs.strip():
-        yield "record.directory = '': is empty; name a folder, or set record.enabled = false"
-    elif store and runs == store:
-        yield f"record.directory = {runs!r}: is the store's file; give the runs a folder of their own"
-
-
-def _seed_gains(settings: Settings) -> Iterator[str]:
-    """A gain of nothing; the law itself takes it, as the seed's does."""
+def _seed(settings: Settings) -> Iterator[str]:
+    """The seed's law: gains of nothing, which the law itself takes, and limits that stop it."""
     seed = settings.steering.seed
     if settings.steering.profile != "seed":
         return
     for name, gains in (("heading_gains", seed.heading_gains), ("speed_gains", seed.speed_gains)):
         if gains is not None and gains.kp == 0.0:
             yield f"steering.seed.{name}.kp = 0: must be above 0; nothing follows"
+    if seed.max_thruster_output == 0.0:
+        yield "steering.seed.max_thruster_output = 0: the vessel could never go ahead; 1 is all that there is"
+    if 0.0 < seed.high_speed_threshold_kn <= seed.high_speed_hysteresis_kn:
+        yield (
+            f"steering.seed.high_speed_hysteresis_kn = {seed.high_speed_hysteresis_kn:g}: must be less than "
+            f"high_speed_threshold_kn {seed.high_speed_threshold_kn:g}; fast once, it would count as fast at rest"
+        )
+
+
+def _escalation(settings: Settings) -> Iterator[str]:
+    """A second action that is less than the first is never taken; where it is not said the default may stand."""
+    failsafe = settings.failsafe
+    first, then = failsafe.gcs_action, failsafe.gcs_then_action
+    if "gcs_then_action" in failsafe.model_fields_set and Action.NONE < then < first:
+        yield (
+            f"failsafe.gcs_then_action = {then.name.lower()!r}: less than gcs_action {first.name.lower()!r}, and would never be taken; "
+            "'none', or what is more"
+        )
+
+
+def _board(settings: Settings) -> Iterator[str]:
+    """Keys of the board that do nothing beside others that are said."""
+    board = settings.actuators.board
+    if board.sketch and "terminator" in board.model_fields_set:
+        yield f"actuators.board.terminator = {board.terminator!r}: sketch = {board.sketch!r} chooses it; leave out one of the two"
+    for name in ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard"):
+        channel = getattr(board, name)
+        idle = sorted({"us_minus", "us_zero", "us_plus"} & channel.model_fields_set)
+        if channel.encoding == "duty" and idle:
+            yield (
+                f'actuators.board.{name}.{idle[0]} = {getattr(channel, idle[0])}: encoding "duty" goes from lower_us to upper_us and '
+                "has no such pulse; leave out one of the two"
+            )

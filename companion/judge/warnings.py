@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from .. import security
+from ..core.nmea.wanted import WantedSentences
 from ..io.links import LinkConfigError, parse_link_url
 from ..io.links.url import LinkUrl
 from ..settings import Settings
@@ -24,6 +26,7 @@ SIMULATOR: Final = ("127.0.0.1", 3000)
 """Where a simulator on this computer offers its sensors."""
 
 
+_DEPTHS: Final = ("DPT", "DBT", "DBS", "DBK")
 _MEANT: Final = "(insecure = true)"
 
 
@@ -36,20 +39,21 @@ def verdict(warnings: Sequence[str]) -> str:
 def vessel_warnings(settings: Settings) -> list[str]:
     """What to look at of a vessel's settings and of this computer."""
     found = [text for key, url, baud in _vessel_links(settings) for text in _rate(key, url, baud)]
-    found += _switches(settings)
+    found += [*_switches(settings), *_recordings(settings), *_late(settings), *_blind(settings)]
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
     called = {"sensors": [{"name": item.name} for item in settings.sensors]}
     found += [f"{named(key, called)}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:
         found += _place("record.directory", settings.record.directory, is_folder=True)
+        found += _room(settings)
     return found
 
 
 def vessel_notes(settings: Settings) -> list[str]:
     """What is so now, and may be meant: devices that are not plugged in, a simulator's address."""
     found = [text for key, url, _ in _vessel_links(settings) for text in _device(key, url)]
-    return [*found, *_simulator(settings), *_habits(settings)]
+    return [*found, *_simulator(settings), *_unused(settings), *_habits(settings)]
 
 
 def gateway_warnings(settings: GatewaySettings) -> list[str]:
@@ -130,6 +134,59 @@ def _switches(settings: Settings) -> Iterator[str]:
         yield 'actuators.board.level = "0": the board does not stop if this computer dies'
     if settings.estimate.accept_simulated:
         yield "estimate.accept_simulated = true: believes positions that a receiver marks as simulated; for the bench only"
+
+
+def _recordings(settings: Settings) -> Iterator[str]:
+    """A board that is driven by where the boat was at another time."""
+    for item in settings.sensors:
+        if item.url.strip().startswith("file:") and settings.actuators.url:
+            yield (
+                f"sensors {item.name!r} url = {item.url!r}: a recording says where the boat is, and {settings.actuators.url} moves; "
+                'for the bench only: actuators.url = "" keeps her still'
+            )
+
+
+def _unused(settings: Settings) -> Iterator[str]:
+    """Gains that stand in the file and steer nothing: they may be kept for another day."""
+    steering = settings.steering
+    for profile, other in (("seed", "model"), ("model", "seed")):
+        if profile in steering.model_fields_set and steering.profile == other:
+            yield f"steering.{profile}: is not used, profile is {other!r}; set profile = {profile!r}, or leave the table out"
+
+
+def _late(settings: Settings) -> Iterator[str]:
+    """A heading loop that is told less than the sensors."""
+    told = settings.steering.model
+    latest_s = max((item.nmea.heading_latency_s for item in settings.sensors), default=0.0)
+    if "heading_late_s" in told.model_fields_set and told.heading_late_s < latest_s:
+        yield (
+            f"steering.model.heading_late_s = {told.heading_late_s:g}: a sensor's nmea.heading_latency_s is {latest_s:g}; "
+            "leave it out, and the sensor's counts"
+        )
+
+
+def _blind(settings: Settings) -> Iterator[str]:
+    """A guard without a sounder: no link lets a sentence with a depth in."""
+    named = [WantedSentences(item.nmea.sentences, item.nmea.talkers) for item in settings.sensors]
+    if settings.depth.enabled and not any(wanted.allows(f"SD{kind}") for wanted in named for kind in _DEPTHS):
+        key = "required" if settings.depth.required else "enabled"
+        yield (
+            f"depth.{key} = true: no sensor's nmea.sentences let a depth in, and the guard sees nothing unless a station sends depths; "
+            "add DPT or DBT"
+        )
+
+
+def _room(settings: Settings) -> Iterator[str]:
+    """A disk that is smaller than what is to stay free on it."""
+    folder = Path(settings.record.directory).absolute()
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    try:
+        total_mb = shutil.disk_usage(folder).total // 10**6
+    except OSError:
+        return
+    if settings.record.free_floor_mb >= total_mb:
+        yield f"record.free_floor_mb = {settings.record.free_floor_mb}: the disk has {total_mb} MB in all, and nothing would be recorded"
 
 
 def _habits(settings: Settings) -> Iterator[str]:

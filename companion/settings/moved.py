@@ -53,6 +53,10 @@ GONE: Final = {
     "actuators.board.allow_level0": "is no more: a board that does not answer is not sailed with (docs/ACTUATORS.md)",
 }
 """Keys without a new place, and why."""
+ELSEWHERE: Final = {
+    "world": "is the simulator's: a boat has the water that there is, 'companion sim --config FILE --set world.KEY=VALUE' rehearses",
+}
+"""Keys of another file, and whose."""
 GONE_PARAMETERS: Final = {"ACT_LEVEL0_OK": GONE["actuators.board.allow_level0"]}
 
 _PARAMETERS: Final = {move.parameter: move for move in MOVES if move.parameter}
@@ -60,8 +64,8 @@ _PARAMETERS: Final = {move.parameter: move for move in MOVES if move.parameter}
 
 def told(key: str, value: Any) -> str:
     """Where a key of an old settings file lives now and what to do; nothing when it never was a key."""
-    if key in GONE:
-        return f"{GONE[key]}; remove it"
+    if key in GONE or key in ELSEWHERE:
+        return f"{(GONE | ELSEWHERE)[key]}; remove it"
     move = next((move for move in MOVES if fnmatch.fnmatchcase(key, move.old)), None)
     if move is None:
         return ""

@@ -74,6 +74,7 @@ def _judged(
         refuse(key, f"{'.'.join(map(str, key))} = {_shown(value)}: {wanted}")
         _leave_out(rest, key)
     settings: Model | None = None
+    empty: list[Key] = []
     for _ in range(_ROUNDS):
         try:
             settings = model.model_validate(rest)
@@ -81,11 +82,13 @@ def _judged(
         except ValidationError as error:
             for item in error.errors():
                 key = item["loc"]
-                if key in refused:  # nothing can stand there: without the table around it
+                if key in refused or key in empty:  # nothing can stand there: without the table around it
                     _leave_out(rest, key[:-1])
                     continue
                 if item["type"] != "missing" or not any(known[: len(key)] == key for known in refused):
                     refuse(key, explain(item))
+                elif item["type"] == "missing":
+                    empty.append(key)
                 _leave_out(rest, key, stand_in="" if item["type"] == "missing" else None)
     if settings is not None:
         wrong += [mistake for mistake in further(settings) if not _is_about(key_of(mistake), refused)]
@@ -125,15 +128,39 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[Key, int]]:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(str(path), [f"not valid TOML: {error}"]) from None
+        raise ConfigError(str(path), [_no_toml(error, text)]) from None
     folder = str(path.resolve().parent)
     return {key: _placed(value, folder) for key, value in data.items()}, lines_of(text)
+
+
+_AT: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+_OF_TOML: Final = {
+    "Cannot overwrite a value": "this key stands above already; leave out one of the two",
+    "Cannot declare": "this section stands above already; write all its keys below one header",
+    "Illegal character '\\n'": "the text has no second quotation mark in its line; add it",
+    "Invalid value": "is no value; a text stands in quotation marks, a number has a decimal point",
+    "Invalid statement": "is no TOML; write key = value, or [section]",
+    "Expected '=' after a key": "is no TOML; write key = value",
+}
+"""What the reader of TOML says, and what a person should do."""
+
+
+def _no_toml(error: Exception, text: str) -> str:
+    """Why a text is no TOML: the line, what stands there, and the mend. What comes behind it cannot be read."""
+    said = str(error)
+    at = _AT.search(said)
+    what = said[: at.start()] if at else said
+    mend = next((mend for start, mend in _OF_TOML.items() if what.startswith(start)), f"is no TOML: {what}")
+    if not at or not at[1]:
+        return f"not valid TOML at its end: {what}"
+    line = text.splitlines()[int(at[1]) - 1].strip()
+    return f"line {at[1]}: not valid TOML: {line!r}: {mend}"
 
 
 def unreadable(error: Exception) -> str:
     """Why a file of text cannot be read, without the computer's numbers."""
     if isinstance(error, UnicodeDecodeError):
-        return f"holds no UTF-8 text: byte {error.object[error.start]:#04x} at {error.start}"
+        return f"holds no UTF-8 text: byte {error.object[error.start]:#04x} at {error.start}; save it as UTF-8"
     return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 

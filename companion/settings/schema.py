@@ -160,14 +160,11 @@ def load(
     return read_model(path, overrides, model, further=further)
 
 
-def load_vessel(name: str) -> VesselConfig:
-    """Read a vessel file by its shipped name or by path. Raises ConfigError."""
-    return _named(name, "vessels", "vessel", VesselConfig)
-
-
-def _named(name: str, folder: str, key: str, model: type[Model]) -> Model:
+def load_vessel(name: str, *, further: Callable[[VesselConfig], list[str]] = lambda vessel: []) -> VesselConfig:
+    """Read a vessel file by its shipped name or by path; ``further`` finds what is wrong with it as a whole. Raises ConfigError."""
+    folder, key = "vessels", "vessel"
     path = Path(name) if name.endswith(".toml") else shipped.path(folder, f"{name}.toml")
     if not path.is_file():
         known = ", ".join(sorted(item.stem for item in shipped.path(folder).glob("*.toml")))
         raise ConfigError(key, [f"{key} = {name!r}: no such file; shipped: {known}; or give a path to a .toml file"])
-    return load(path, model=model)
+    return load(path, model=VesselConfig, further=further)

@@ -72,7 +72,7 @@ def named(text: str, data: Mapping[str, Any]) -> str:
         items, number = data.get(found[1]), int(found[2])
         item = items[number] if isinstance(items, list) and number < len(items) else None
         shown = item.get("name") if isinstance(item, dict) else None
-        label = f"{found[1]} '{shown}'" if isinstance(shown, str) and shown else f"{found[1]} number {number + 1}"
+        label = f"{found[1]} {shown!r}" if isinstance(shown, str) and shown else f"{found[1]} number {number + 1}"
         return f"{label} " if found[3] else label
 
     return _ITEM.sub(name, text)

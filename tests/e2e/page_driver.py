@@ -66,7 +66,7 @@ open("log.csv", "w").write("\\n".join(rows) + "\\n")
 END
 """
 LOG = """python - <<'END'
-rows = ["t,yaw,u,v,yaw_rate,right,left"]
+rows = ["t,yaw,u,v,r,right,left"]
 for tick in range(900):
     more = 60 if tick // 100 % 2 else -60
     rows.append(f"{tick * 100},0.0,1.2,0.0,{more / 400},{1700 - more},{1300 - more}")
@@ -74,7 +74,10 @@ open("log.csv", "w").write("\\n".join(rows) + "\\n")
 END
 """
 PAGES = {
-    "docs/COMMISSIONING.md": Page(f"{PLAN}; {SIM}", {"RUN_DIR": "run-1"}),
+    # on the boat the bench run before has made the store that is copied; here a run without devices does
+    "docs/COMMISSIONING.md": Page(
+        f"{PLAN}; {SIM}; companion run config/boat.toml --duration 2 >/dev/null 2>&1", {"RUN_DIR": "run-1"}
+    ),
     "docs/DEPTH.md": Page(
         "printf -- '-8.7052 41.1838 6.5\\n' > s.xyz; mkdir -p state; companion depth import state/companion.db s.xyz; "
         + CHART
@@ -105,7 +108,9 @@ LINES: tuple[tuple[str, How], ...] = (
     (
         r"mavproxy\.py",
         How(
-            typed=((40, "wp load my-plan.txt"), (25, "arm throttle"), (10, "mode AUTO"), (30, "exit")), says="Mode AUTO"
+            typed=((40, "wp load my-plan.txt"), (25, "arm throttle"), (10, "mode AUTO"), (30, "exit")),
+            ends=(0, 1),  # 1.8.75 ends so at every 'exit'
+            says="Mode AUTO",
         ),
     ),
     (r"companion run my-boat\.toml", How(until=".", alone=True)),
@@ -114,7 +119,9 @@ LINES: tuple[tuple[str, How], ...] = (
     (r"companion status", How(skip="no service runs in a root; tests/unit/test_status_socket.py tries it")),
     (r"companion trial (check|start|status)", How(skip="needs a vessel at sea; tests/e2e/test_trial_command.py")),
     # a loiter, or a drawing of a turn, is too poor a record, and that is said
-    (r"companion tune vessel", How(ends=(0, 1))),
+    (r"companion tune (vessel|identify)", How(ends=(0, 1))),
+    # no station has fetched the parameters in the log of a simulation alone, and that is said
+    (r"companion plan extract F\.tlog", How(ends=(0, 1))),
     (r"companion bench-actuators", HARDWARE),
     (r"companion lora ", HARDWARE),
     (r"make -C firmware flash", HARDWARE),
@@ -229,8 +236,9 @@ def try_page(name: str) -> None:
         shell.run(page.first, How())
     tables = [body for kind, body in blocks(text) if kind == "toml"]
     if name == "docs/SCENARIOS.md":
+        (campaign,) = (table for table in tables if table[0] == "[campaign]")
         Path("mine.toml").write_text("\n".join(tables[0]) + "\n")
-        Path("campaign.toml").write_text("\n".join(tables[1]) + "\n")
+        Path("campaign.toml").write_text("\n".join(campaign) + "\n")
     for kind, body in blocks(text):
         if kind == "python" and name == "README.md":
             Path("snippet.py").write_text("\n".join(body) + "\n")

@@ -52,4 +52,5 @@ def test_every_line_works_as_printed(computer, page):
     ]
     for row in rows:
         print(f"{row['took_s']:7.1f} s  {row['line']}" + (f"   NOT TRIED: {row['skip']}" if row["skip"] else ""))
-    assert [row for row in rows if not row["works"]] == []
+    wrong = [f"{row['line']}\n{row['said']}" for row in rows if not row["works"]]
+    assert not wrong, "\n\n".join(wrong)

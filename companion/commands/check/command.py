@@ -55,7 +55,8 @@ def command(arguments: argparse.Namespace) -> int:
     vessel = load_vessel(settings.vessel)
     warnings, store = vessel_warnings(settings), list(store_lines(settings))
     of_store = [text for what, text in store if what == "WARNING"]
-    print(f"{arguments.config}: {verdict([*warnings, *of_store])}")
+    unused = strangers(vessel, [sensor.name for sensor in settings.sensors])
+    print(f"{arguments.config}: {verdict([*warnings, *of_store, *unused])}")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
     print("\n".join(heading_loop(settings.steering, vessel)))
@@ -63,7 +64,7 @@ def command(arguments: argparse.Namespace) -> int:
     print(f"  keel        {vessel.keel_depth_m:g} m below the waterline (hull file)")
     for sensor in settings.sensors:
         print(f"  sensor      {sensor.name}: {sensor.url}{mounted(vessel, sensor.name)}")
-    for name in strangers(vessel, [sensor.name for sensor in settings.sensors]):
+    for name in unused:
         print(f"  NOT USED    hull file: mounts.{name}: no sensor has this name")
     print(f"  actuators   {settings.actuators.url or 'none: the vessel cannot be armed'}")
     for endpoint in settings.endpoints:

@@ -29,7 +29,11 @@ class LinkUrl:
         host, colon, port = self.where.rstrip("/").rpartition(":")
         if not colon or not port.isascii() or not port.isdigit() or not 0 <= int(port) <= 65535:
             raise LinkConfigError(f"{self.text}: needs a host and a port, like {self.scheme}://127.0.0.1:14550")
+        if host.startswith("[") != host.endswith("]"):
+            raise LinkConfigError(f"{self.text}: a bracket is missing; write {self.scheme}://[::1]:{port}")
         host = host.strip("[]")
+        if any(char.isspace() for char in host):
+            raise LinkConfigError(f"{self.text}: {host!r} can be no host's name: it has a space")
         try:
             host.encode("idna")  # as the look-up will do it
         except UnicodeError:

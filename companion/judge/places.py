@@ -1,0 +1,105 @@
+"""Files, folders and names that cannot serve as what a configuration takes them for."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..io.links import LinkConfigError, parse_link_url
+from ..settings import Settings
+
+
+def place_mistakes(settings: Settings) -> list[str]:
+    """Where the store and the runs cannot be, keys that serve two purposes, and a page that cannot be served."""
+    return [*_places(settings), *_one_key_each(settings), *_page(settings)]
+
+
+def file_mistakes(settings: Settings, path: Path) -> list[str]:
+    """The store takes a file for its own and moves aside what is no store: never a file that the configuration, at ``path``, is made of."""
+    if not settings.store:
+        return []
+    named = {
+        "this very configuration": str(path),
+        "the hull file": settings.vessel if settings.vessel.endswith(".toml") else "",
+        "security.key_file": settings.security.key_file,
+        "radio.key_file": settings.radio.key_file,
+        "page.key_file": settings.page.key_file,
+        "depth.map.file": str(settings.depth.map.file or ""),
+    }
+    store = os.path.realpath(settings.store)
+    taken = [what for what, name in named.items() if name and os.path.realpath(name) == store]
+    return [f"store = {settings.store!r}: is {what}; give the store a file of its own" for what in taken[:1]]
+
+
+def _places(settings: Settings) -> Iterator[str]:
+    """Files and folders that cannot be where they are said to be."""
+    store, runs = settings.store, settings.record.directory
+    for key, place in (("store", store), ("record.directory", runs)):
+        if place.startswith("~"):
+            yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
+        elif "$" in place or "%" in place:
+            yield f"{key} = {place!r}: nothing is put in for $ or % here; write the whole path"
+        elif "://" in place:
+            yield f"{key} = {place!r}: is no place on this computer; give a path"
+        elif Path(place).is_absolute() and Path(place).exists() and not (Path(place).is_file() or Path(place).is_dir()):
+            yield f"{key} = {place!r}: is a device; nothing is kept there: name a {'file' if key == 'store' else 'folder'}"
+    if store.endswith("/"):
+        yield f"store = {store!r}: is a folder; name a file"
+    if store.startswith(":"):
+        yield f'store = {store!r}: would be a file of that name; store = "" keeps plans in memory only'
+    if settings.record.enabled and not runs.strip():
+        yield "record.directory = '': is empty; name a folder, or set record.enabled = false"
+    elif store and runs == store:
+        yield f"record.directory = {runs!r}: is the store's file; give the runs a folder of their own"
+
+
+def _one_key_each(settings: Settings) -> Iterator[str]:
+    """Who finds out one key must not have the others; on the page a telephone holds it."""
+    keys = {"the MAVLink links": settings.security.key_file, "the radio": settings.radio.key_file}
+    for key, name, others in (
+        ("radio.key_file", settings.radio.key_file, ("the MAVLink links",)),
+        ("page.key_file", settings.page.key_file, ("the MAVLink links", "the radio")),
+    ):
+        owner = next((other for other in others if name and keys[other] == name), "")
+        if owner:
+            yield f"{key} = {name!r}: is the key of {owner} too; make one for each"
+
+
+def _page(settings: Settings) -> Iterator[str]:
+    page = settings.page
+    problem = _no_address(page.bind)
+    if problem:
+        yield f"page.bind = {page.bind!r}: {problem}"
+    for number, item in enumerate(settings.endpoints):
+        if "page" in settings.model_fields_set and _port(item.url) == page.port != 0:
+            yield f"page.port = {page.port}: endpoints.{number} listens on it; choose another port"
+    for name in page.names:
+        if not name or any(char in "/:" or char.isspace() for char in name):
+            yield f"page.names: {name!r} is no name as browsers send it; give it bare, as boat.example"
+
+
+def _port(url: str) -> int:
+    """The TCP port at which a link listens; 0 for none."""
+    try:
+        parsed = parse_link_url(url)
+        return parsed.host_port()[1] if parsed.scheme == "tcp-listen" else 0
+    except LinkConfigError:
+        return 0
+
+
+def _no_address(bind: str) -> str:
+    """Why nothing can be served at an address."""
+    try:
+        ipaddress.ip_address(bind)
+    except ValueError:
+        host, colon, port = bind.rpartition(":")
+        if colon and port.isdigit():
+            return f"the port has a key of its own: bind = {host!r}, port = {port}"
+        if bind in {name for _, name in socket.if_nameindex()}:
+            return "is an interface; give the address that it has, or 0.0.0.0 for all"
+        if not bind or bind.replace(".", "").isdigit() or any(char.isspace() or char == "/" for char in bind):
+            return "is no address; give 127.0.0.1, an address of this computer, or 0.0.0.0 for all"
+    return ""
