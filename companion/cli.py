@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import logging
 import sys
@@ -37,6 +38,10 @@ COMMANDS: Final = {
     "completion": ("companion.commands.completion", "print what a shell needs to complete words"),
 }
 GROUP: Final = "companion.commands"
+
+
+_OF_THE_DISK: Final = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS)
+"""What a writer meets that was not told its file's name by the computer."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -73,7 +78,7 @@ def _run(words: Sequence[str]) -> int:
     except BrokenPipeError:
         return 1
     except OSError as error:
-        print(_place(error), file=sys.stderr)
+        print(_place(error, words[0]), file=sys.stderr)
         return 1
 
 
@@ -115,9 +120,11 @@ def whole_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _place(error: OSError) -> str:
+def _place(error: OSError, command: str) -> str:
     """What the computer refused, and what to do: a place is the user's to choose, so it is no fault of the program."""
     reason = error.strerror or str(error)
+    if error.filename is None and error.errno in _OF_THE_DISK:
+        return f"{reason}, while 'companion {command}' wrote; make room, or name another place, and begin again"
     if error.filename is None:
         return reason
     if isinstance(error, FileExistsError | NotADirectoryError):

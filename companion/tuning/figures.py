@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from ..io.whole_file import whole_file
+from ..io.whole_file import filled_folder, whole_file
 
 _PADE_ORDER: Final = 3
 """Of the delay: good to ten times the crossover, and few enough poles for a picture."""
@@ -31,11 +31,9 @@ def draw(
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
 
     # remarks on axes that python-control sets
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    folder.mkdir(parents=True, exist_ok=True)
     loop = delayed(loop, delay_s)
     poles = control.feedback(loop, 1).poles()
     reach = view_radps(poles)
@@ -46,19 +44,29 @@ def draw(
         ("bode", lambda: control.bode_plot(loop, display_margins=True)),
         ("sisotool", lambda: control.sisotool(loop, xlim_rlocus=x, ylim_rlocus=y, rlocus_grid=False)),
     )
-    for name, plot in plots:
-        told(len(made), len(plots))
-        pyplot.figure(figsize=(9, 7))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            plot()
-        pyplot.gcf().suptitle(title)
-        made.append(folder / f"{name}.png")
-        with warnings.catch_warnings(), whole_file(made[-1]) as beside:
+    with filled_folder(folder):
+        for name, plot in plots:
+            told(len(made), len(plots))
+            made.append(_picture(folder / f"{name}.png", title, plot))
+    return made
+
+
+def _picture(path: Path, title: str, plot: Callable[[], Any]) -> Path:
+    """Draw one and write it, whole or not at all."""
+    from matplotlib import pyplot
+
+    pyplot.figure(figsize=(9, 7))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        plot()
+    pyplot.gcf().suptitle(title)
+    try:
+        with warnings.catch_warnings(), whole_file(path) as beside:
             warnings.simplefilter("ignore")
             pyplot.savefig(beside, dpi=100, format="png")
+    finally:
         pyplot.close("all")
-    return made
+    return path
 
 
 def delayed(loop: Any, delay_s: float) -> Any:

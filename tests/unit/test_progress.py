@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import subprocess
@@ -11,7 +12,7 @@ import pytest
 
 from companion import cli
 from companion.commands.progress import ProgressLine, recorded_s
-from companion.io.whole_file import write_whole
+from companion.io.whole_file import filled_folder, write_whole
 
 
 class Terminal(io.StringIO):
@@ -113,3 +114,23 @@ def test_control_c_gives_one_line(monkeypatch, capsys):
     monkeypatch.setattr(cli, "_parser", interrupted)
     assert cli.main(["report", "x"]) == 130
     assert capsys.readouterr().err == "\ninterrupted\n"
+
+
+def test_a_folder_that_stays_empty_goes_again_and_one_that_was_there_stays(tmp_path):
+    (tmp_path / "old").mkdir()
+    for name in ("new", "old"):
+        with pytest.raises(OSError, match="space"), filled_folder(tmp_path / name):
+            raise OSError(errno.ENOSPC, "No space left on device")
+    with filled_folder(tmp_path / "filled"):
+        (tmp_path / "filled" / "bode.png").write_bytes(b"x")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["filled", "old"]
+
+
+def test_a_full_disk_without_a_files_name_is_told_with_the_command_and_the_mend(monkeypatch, capsys):
+    def full(_arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("companion.commands.keys._check", full)
+    assert cli.main(["keys", "check", "nowhere.key"]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("No space left on device, while 'companion keys' wrote; make room")
