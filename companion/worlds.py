@@ -30,7 +30,7 @@ _SUFFIX: Final = "-sim"
 def apart(settings: AnySettings, overrides: Sequence[str] = ()) -> AnySettings:
     """Settings for a simulation: no store of the file's, runs beside the boat's folder of runs (``runs-sim``), not in it.
 
-    A directory that the command line names is meant.
+    A directory that the command line names is meant, unless a real boat's runs are in it (``check_run_dir``).
     """
     update: dict[str, object] = {"store": ""}
     if not any(item.partition("=")[0].strip() == "record.directory" for item in overrides):
@@ -40,14 +40,25 @@ def apart(settings: AnySettings, overrides: Sequence[str] = ()) -> AnySettings:
     return settings.model_copy(update=update)
 
 
-def check_run_dir(run_dir: Path) -> None:
-    """Raise ConfigError for the directory of a real run: a simulation does not write into it."""
+def check_run_dir(run_dir: Path, runs: str) -> None:
+    """Raise ConfigError for the directory of a real run, and for one among the runs (in ``runs``) of a boat that has sailed.
+
+    A simulation among them would count when the oldest make room, and would pass for a voyage.
+    """
+    if _is_real(run_dir):
+        raise ConfigError("--run-dir", [f"--run-dir {run_dir}: holds the run of a real boat; give another"])
+    folder = run_dir.absolute().parent
+    if folder == Path(runs).absolute() and any(_is_real(path.parent) for path in folder.glob("*/run.json")):
+        told = f"{run_dir}: stands among the runs of a real boat; give another, such as {Path(runs).name}{_SUFFIX}/{run_dir.name}"
+        raise ConfigError("--run-dir", [told])
+
+
+def _is_real(run_dir: Path) -> bool:
     try:
         about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return
-    if isinstance(about, dict) and kind_of_run(about) is WorldKind.REAL:
-        raise ConfigError("--run-dir", [f"--run-dir {run_dir}: holds the run of a real boat; give another"])
+        return False
+    return isinstance(about, dict) and kind_of_run(about) is WorldKind.REAL
 
 
 def kind_of_run(about: dict[str, object]) -> WorldKind:

@@ -83,7 +83,7 @@ def command(arguments: argparse.Namespace) -> int:
     boat, speed = _settings(arguments)
     settings = at_speed(apart(boat, arguments.set), speed)
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
-    check_run_dir(run_dir)
+    check_run_dir(run_dir, boat.record.directory)
     make_run_folder(run_dir)
     if arguments.gateway:
         settings = with_gateway(settings, run_dir)

@@ -57,9 +57,9 @@ def command(arguments: argparse.Namespace) -> int:
     settings = vessel_settings(arguments.config, arguments.set, to_sail=True, run_dir=arguments.run_dir)
     world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
     if arguments.simulated:
+        boats = settings.record.directory
         settings = apart(settings, arguments.set)
-        if arguments.run_dir:
-            check_run_dir(arguments.run_dir)
+        check_run_dir(arguments.run_dir or Path(settings.record.directory) / "new", boats)
     never_waiting()
     stop = StopFlag().install()
     clock = SystemClock()

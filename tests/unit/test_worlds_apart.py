@@ -82,6 +82,8 @@ def test_a_simulation_changes_nothing_of_the_boats(boat, more, capsys):
         (("--store", "state/companion.db"), "a store of a real boat; a simulation leaves it alone"),
         (("--set", "store=state/companion.db"), "--store F keeps one of its own"),
         (("--run-dir", "runs/20260101-120000"), "holds the run of a real boat"),
+        (("--run-dir", "runs/mine"), "stands among the runs of a real boat; give another, such as runs-sim/mine"),
+        (("--set", "record.directory=runs"), "stands among the runs of a real boat"),
         (("--at", "52", "4"), "which depth? --water M"),
         (("--at", "-91", "4", "--water", "9"), "latitude -89...89"),
     ],
