@@ -87,7 +87,7 @@ PAGES = {
     ),
     "docs/RASPBERRY.md": Page(words={" usv_companion-*.whl": " build/usv_companion-*.whl"}),
     "docs/REACHING.md": Page(
-        f"{PLAN}; mkdir -p /etc/usv-companion; (companion sim >sim.log 2>&1 &) ; sleep 12",
+        f"{PLAN}; mkdir -p /etc/usv-companion; companion sim >sim.log 2>&1 & SIM=$!; sleep 12",
         {"F.plan": "my.plan", "--config boat.toml": "--config config/boat.toml"},
     ),
     "docs/RECORDINGS.md": Page(f"{PLAN}; {SIM}", {"RUN_DIR": "run-1", "F.tlog": "run-1/mavlink.tlog"}),
@@ -220,6 +220,7 @@ class Shell:
     def close(self) -> list[int]:
         """End what still runs; its exit statuses."""
         ends = self._end_what_stays()
+        self._typed('[ -z "$SIM" ] || kill $SIM; wait')  # what the page's first line has left running keeps its ports
         self._shell.kill()
         return ends
 
