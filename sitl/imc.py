@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -30,7 +31,8 @@ def words(settings: Settings, instance: int, run_dir: Path) -> list[str]:
         "tcp_port": _PORT + 10 * instance,
         "store": run_dir / "imc.db",
     }
-    return [sys.executable, "-m", "companion.cli", "imc", *(f"--set={key}={value}" for key, value in keys.items())]
+    changes = (f"--set={key}={value}" for key, value in keys.items())
+    return [sys.executable, "-m", "companion.cli", "imc", f"--beside={os.getpid()}", *changes]
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -48,12 +49,19 @@ class Bridge:
     book: LogBook
     utc_us: Callable[[], int | None]
     store: Closing
+    beside: int | None = None
+    """The process that started the bridge and with which it ends, killed or not; None when it lives by itself."""
     _channel: int = 0
     _rest: bytes = b""
 
     @property
     def links(self) -> Sequence[Waited]:
         return (self.sockets, self.link)
+
+    @property
+    def stop_wanted(self) -> bool:
+        """The process beside which it runs is gone: whoever is orphaned gets another parent (POSIX)."""
+        return self.beside is not None and os.getppid() != self.beside
 
     def pump(self, now_us: int) -> None:
         """Serve vehicle and consoles."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -53,6 +55,28 @@ def test_nobody_else_is_heard_unless_the_owner_says_so(tmp_path: Path) -> None:
     )
     assert refused.returncode == 2
     assert "insecure = true" in refused.stderr
+
+
+def test_the_bridge_ends_with_a_simulator_that_was_killed(tmp_path: Path) -> None:
+    """Nobody could stop it then: it kept its ports and a share of a core for ever."""
+    with Sim(tmp_path / "run", INSTANCE + 1, speed=1.0, arguments=("--imc",)) as sim:
+        sim.wait_ready()
+        bridge = wait_for(lambda: children(sim.process.pid), "no bridge beside the simulator")[0]
+        sim.process.kill()
+        sim.process.wait()
+        wait_for(lambda: not Path(f"/proc/{bridge}/cmdline").exists(), "the bridge lives on")
+
+
+def children(pid: int) -> list[int]:
+    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()]
+
+
+def wait_for(found: Callable[[], Any], complaint: str) -> Any:
+    deadline = time.monotonic() + 30.0
+    while not (answer := found()):
+        assert time.monotonic() < deadline, complaint
+        time.sleep(0.1)
+    return answer
 
 
 def own_sockets(pid: int) -> set[str]:

@@ -56,6 +56,9 @@ def register(subparsers: Any) -> None:
         "--as", dest="persona", choices=("otter",), help="go by the name of a vessel that every console knows"
     )
     parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
+    parser.add_argument(
+        "--beside", type=int, metavar="PID", help="end with the process PID that started this, even when it is killed"
+    )
     parser.set_defaults(run=command, fail=parser.error)
 
 
@@ -74,6 +77,7 @@ def command(arguments: argparse.Namespace) -> int:
     from ...io.loop import StopFlag, run
 
     bridge = compose(settings, node, sockets, clock.utc_us)
+    bridge.beside = arguments.beside
     node.open(clock.now_us())
     _greet(settings, sockets)
     if arguments.persona:
