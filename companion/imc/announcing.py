@@ -11,10 +11,10 @@ from ..io.imc_sockets import ImcSockets
 from .settings import TYPES, ImcSettings
 
 
-def make_node(settings: ImcSettings, *, uid: int) -> Node:
-    """The system as it announces itself, without its parts: it keeps questions until it is opened."""
+def make_node(settings: ImcSettings, *, uid: int, opening: bool = False) -> Node:
+    """The system as it announces itself, without its parts. With ``opening`` it keeps questions until it is opened."""
     config = NodeConfig(imc_id=settings.imc_id, name=settings.name, system_type=TYPES[settings.type], uid=uid)
-    return Node(config, opening=True)
+    return Node(config, opening=opening)
 
 
 def hear(node: Node, sockets: ImcSockets, now_us: int) -> None:

@@ -91,7 +91,7 @@ def _announced(settings: ImcSettings, sockets: ImcSockets, clock: SystemClock) -
     """Say that we are here, then read the rest of the program, and greet between its pieces who is heard meanwhile."""
     from ...imc.announcing import hear, make_node, refresh
 
-    node = make_node(settings, uid=int.from_bytes(os.urandom(6), "big"))
+    node = make_node(settings, uid=int.from_bytes(os.urandom(6), "big"), opening=True)
     sockets.look()
     refresh(node, sockets, clock.now_us(), clock.utc_us())
     for piece in ("", *_PIECES):
