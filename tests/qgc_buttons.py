@@ -7,12 +7,14 @@ three times with 1.3 s each for the HEARTBEAT to show it, an arming waits 1.5 s 
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final
 
+import config
 from mavlink_bridge.mavlink.wire.codec import dialect
 
 Steps = Generator[tuple[str, Any, float], Any, Any]
@@ -20,6 +22,7 @@ Steps = Generator[tuple[str, Any, float], Any, Any]
 ARM, SET_MODE, MISSION_START, REPOSITION, REBOOT, MOTOR_TEST = 400, 176, 300, 192, 246, 209
 MANUAL, HOLD, LOITER, AUTO, RTL, GUIDED = 0, 4, 5, 10, 11, 15
 FORCE = 21196
+ARDUPILOT: Final = 3
 MODE_TRIES, MODE_S, ARM_S, PLAN_S = 3, 1.3, 1.5, 1.5
 LOOK_S = 0.5
 """A timer that runs from the vehicle's first HEARTBEAT looks so often for commands whose wait is over (sources of 4.3 and of 2026)."""
@@ -85,6 +88,7 @@ class Buttons:
     generation: Generation
     mode: int | None
     armed: bool
+    autopilot: int
     wants_mode: int | None = None
     wants_armed = False
     """What was last pressed."""
@@ -92,6 +96,15 @@ class Buttons:
     _outstanding: dict[int, _Asked]
     _started_us: int
     _looked_us: int = 0
+
+    @property
+    def mode_shown(self) -> str:
+        """The mode's name in the toolbar; of a vehicle that is not ArduPilot's 4.x shows a number, 5.x what it was told."""
+        number = self.mode or 0
+        if self.autopilot == ARDUPILOT:
+            return MODE_NAMES.get(number, str(number))
+        names: dict[int, str] = self.report.mode_names
+        return names.get(number, f"Custom:0x{number:x}")
 
     # ---- commands that wait beside everything else
 
@@ -170,6 +183,14 @@ class Buttons:
             yield ("answer to the start", lambda message: MISSION_START not in self._outstanding, 0.1)
         return True
 
+    def action(self, label: str) -> Steps:
+        """A button of this generation's action file: its command, once. Raises KeyError for a label that the file lacks."""
+        entry = _actions(self.generation)[label]
+        command = entry["mavCmd"]
+        self.press(command, *(entry.get(f"param{number}", 0) for number in range(1, 8)))
+        while command in self._outstanding:
+            yield ("answer to the action", lambda message: command not in self._outstanding, 0.1)
+
     def arm(self) -> Steps:
         """The arm slider of the toolbar: it waits for the acknowledgement only."""
         self.press(ARM, 1)
@@ -226,9 +247,23 @@ class Buttons:
             yield ("answer to the mode", lambda message: SET_MODE not in self._outstanding, 0.1)
 
     def reboot(self) -> Steps:
-        self.press(REBOOT, 1)
-        while REBOOT in self._outstanding:
-            yield ("answer to the reboot", lambda message: REBOOT not in self._outstanding, 0.1)
+        """*Reboot Vehicle*: once. An acceptance closes the vehicle, and its next HEARTBEAT opens it anew; all else opens a box.
+
+        Both generations (read in their sources).
+        """
+        self.press(REBOOT, 1, shows_error=False)
+        ack = None
+        while ack is None and REBOOT in self._outstanding:
+            ack = yield ("answer to the reboot", _is_last_word_on(REBOOT), 0.1)
+        if ack is None or ack.result != 0:
+            self._popup("Vehicle reboot failed.")
+        else:
+            self._close_vehicle()
+
+    def _close_vehicle(self) -> None:
+        self.vehicle = self.mode = None
+        self.armed = False
+        self._outstanding.clear()
 
     def upload_plan(self, items: list[Any], fence: list[Any] | None = None, rally: list[Any] | None = None) -> Steps:
         """The upload button: mission, fence and rally in this order, empty ones too. Returns whether all came through."""
@@ -278,6 +313,15 @@ class Buttons:
 
     def _popup(self, text: str) -> None:
         raise NotImplementedError
+
+
+def _actions(generation: Generation) -> dict[str, dict[str, Any]]:
+    file = "qgc/usv-actions-qgc4.json" if generation is Generation.V4 else "qgc/usv-actions.json"
+    return {entry["label"]: entry for entry in json.loads(config.path(file).read_text("utf-8"))["actions"]}
+
+
+def _is_last_word_on(command: int) -> Callable[[Any], bool]:
+    return lambda message: message.get_type() == "COMMAND_ACK" and message.command == command and message.result != 5
 
 
 def _name(command: int) -> str:

@@ -24,9 +24,8 @@ from typing import Any
 
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
-from tests.qgc_buttons import PLAN_S, Buttons, Generation, _Asked
+from tests.qgc_buttons import ARDUPILOT, PLAN_S, Buttons, Generation, _Asked
 
-ARDUPILOT = 3
 FENCE, RALLY, FTP = 16384, 32768, 32
 NAN = math.nan
 _PLANS = {0: "Mission", 1: "GeoFence", 2: "Rally Point"}
@@ -49,6 +48,8 @@ class Report:
     """STATUSTEXTs as shown: seconds since the vehicle was found, severity, text."""
     params: dict[str, float] = field(default_factory=dict)
     modes: list[str] = field(default_factory=list)
+    mode_names: dict[int, str] = field(default_factory=dict)
+    """By the number in HEARTBEAT, as the vehicle told them (5.x asks)."""
     plans: dict[int, list[Any]] = field(default_factory=dict)
     metadata: dict[str, Any] = field(default_factory=dict)
     resends: int = 0
@@ -272,6 +273,7 @@ class QgcClient(Buttons):
                 return
             count = mode.number_modes
             self.report.modes.append(mode.mode_name)
+            self.report.mode_names[mode.custom_mode] = mode.mode_name
             index += 1
 
     def _metadata(self) -> Script:

@@ -11,6 +11,7 @@ from companion.io.links.link import Received
 from companion.settings.schema import load
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
+from tests.anew import RebootingWorld
 from tests.qgc_buttons import Generation
 from tests.qgc_client import QgcClient
 
@@ -31,7 +32,7 @@ class Screen:
         client: QgcClient | None = None,
     ) -> None:
         if world is None:
-            world = World(load(config.path("sim.toml"), list(overrides), SimSettings), seed)
+            world = RebootingWorld(load(config.path("sim.toml"), list(overrides), SimSettings), seed)
         self.world = world
         self.link = world.ground(link or LINKS[persona])
         self.client = client or QgcClient(generation=generation)

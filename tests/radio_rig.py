@@ -21,7 +21,7 @@ from mavlink_bridge.mavlink.wire.framing import Deframer
 from sitl.gateway import with_gateway
 from sitl.radio import RadioConfig
 from sitl.world.settings import SimSettings
-from sitl.world.world import World
+from tests.anew import RebootingWorld
 from tests.gateways import gateway_beside
 from tests.qgc_buttons import ARM, ARM_S, GUIDED, HOLD, SET_MODE, Generation
 from tests.qgc_client import QgcClient
@@ -40,7 +40,7 @@ EXCHANGE_S = 0.74
 ACKNOWLEDGED_MODES = {15: Mode.GUIDED, 4: Mode.HOLD, 10: Mode.AUTO, 11: Mode.RTL}
 
 
-class _World(World):
+class _World(RebootingWorld):
     def _serve_radio(self) -> None:
         """Both ends are served between two ticks by the rig."""
 
@@ -64,14 +64,22 @@ class Seen:
 class RadioScreen:
     """One vessel, one gateway, one station."""
 
-    def __init__(self, folder: Path, client: QgcClient | None = None, *, seed: int = 1, profile: str = "o-10") -> None:
+    def __init__(
+        self,
+        folder: Path,
+        client: QgcClient | None = None,
+        *,
+        seed: int = 1,
+        profile: str = "o-10",
+        persona: str = "ardurover",
+    ) -> None:
         settings = with_gateway(
             load(config.path("sim.toml"), [*MEMORY, f"radio.profile={profile}"], SimSettings), folder
         )
         self.client = client or QgcClient(generation=Generation.V4)
         self.sim = _World(settings, seed)
         near, self.link = pair("gcs")
-        self.gateway = gateway_beside(self.sim, folder, near, seed=seed)
+        self.gateway = gateway_beside(self.sim, folder, near, seed=seed, persona=persona)
         self.link.poll(0)
         self.now_us = 0
         self.seen = Seen()

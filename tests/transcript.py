@@ -11,11 +11,10 @@ import re
 from pathlib import Path
 from typing import Final
 
-from tests.qgc_buttons import MODE_NAMES
 from tests.qgc_client import QgcClient
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "GROUND-STATIONS.md"
-_VERSION: Final = re.compile(r"\d+\.\d+\.\d+\S*(?=:)")
+_VERSION: Final = re.compile(r"\d+\.\d+\.\d+\S*(?=:|$)")
 _KINDS: Final = {**dict.fromkeys(range(4), "error"), 4: "warning", 5: "warning"}
 """Of a text's severity: QGroundControl shows NOTICE as a warning, and what is less as plain text."""
 
@@ -34,7 +33,7 @@ class Transcript:
         boxes = [f'**box "{text}"**' for text in report.popups[self._boxes :]]
         texts = [_words(severity, text) for _, severity, text in report.texts[self._texts :]]
         self._boxes, self._texts = len(report.popups), len(report.texts)
-        mode = f"*{MODE_NAMES.get(client.mode or 0, client.mode)}*, {'armed' if client.armed else 'disarmed'}"
+        mode = f"*{client.mode_shown}*, {'armed' if client.armed else 'disarmed'}"
         self.rows.append(f"| {pressed} | {'<br>'.join([mode, *boxes, *texts])} |")
 
     def holds(self, title: str) -> None:

@@ -25,11 +25,13 @@ class VesselClock:
         self._newest_s: int | None = None
         self._heard_us = 0
 
-    def of_session(self, session: bytes | None) -> None:
-        """The vessel's clock begins anew with each of its starts."""
-        if self._session is not None and session != self._session:
+    def of_session(self, session: bytes | None) -> bool:
+        """The vessel's clock begins anew with each of its starts. Returns whether this is another start than the one known."""
+        is_another = self._session is not None and session != self._session
+        if is_another:
             self._offset_s = self._newest_s = None
         self._session = session
+        return is_another
 
     def made_us(self, t_s: int, now_us: int) -> int | None:
         """When a state of the vessel's second ``t_s`` that has just come was true; None when a later one has come already."""

@@ -62,6 +62,11 @@ def test_a_day_with_the_boat_opens_no_box(generation):
     told.seen("*Pause* (nothing is sent)")
     screen.run(screen.client.land())
     told.seen("*Land* (nothing is sent)")
+    screen.run(screen.client.reboot())
+    screen.wait(8.0)
+    told.seen("*Reboot Vehicle*")
+    assert screen.world.starts == 2
+    assert len(screen.client.report.plans[0]) == len(plan), "the plan was kept"
     told.holds(f"network {generation.value}")
 
 

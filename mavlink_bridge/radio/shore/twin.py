@@ -145,7 +145,8 @@ class ShoreTwin:
         if self._ear.hellos > before:
             self.say(Severity.WARNING, HEARD, now_us, gap_us=GAP_US)
         self._beacons.keys.of_session(self.link.pairing.other)
-        self._clock.of_session(self.link.pairing.other)
+        if self._clock.of_session(self.link.pairing.other):
+            self.say(Severity.NOTICE, "Radio: the vessel has started anew", now_us)
         for item in items:
             if isinstance(item, WholeMessage):
                 self._on_message(item, now_us)
