@@ -61,6 +61,27 @@ class Seen:
     sailing_s: list[float] = field(default_factory=list)
 
 
+class Shown:
+    """What the boat was, one after the other, and how far a station has seen it: what it is shown next may be late, and never older."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._history: list[object] = []
+        self._seen = 0
+
+    def is_now(self, what: object) -> None:
+        """The boat is this."""
+        if not self._history or self._history[-1] != what:
+            self._history.append(what)
+
+    def may_be(self, what: object) -> bool:
+        """The station is shown this."""
+        if what not in self._history[self._seen :]:
+            return False
+        self._seen = self._history.index(what, self._seen)
+        return True
+
+
 class RadioScreen:
     """One vessel, one gateway, one station."""
 
@@ -79,11 +100,13 @@ class RadioScreen:
         self.client = client or QgcClient(generation=Generation.V4)
         self.sim = _World(settings, seed)
         near, self.link = pair("gcs")
+        self.gateway_speaks_rover = persona == "ardurover"
         self.gateway = gateway_beside(self.sim, folder, near, seed=seed, persona=persona)
         self.link.poll(0)
         self.now_us = 0
         self.seen = Seen()
         self._ear = Deframer()
+        self._modes, self._arming = Shown("mode"), Shown("armed")
         self._owed: list[tuple[int, Callable[[Any], bool], str]] = []
         self._pressed: list[int] = []
         """Modes that were sent and have no answer yet: an acknowledgement does not name its mode."""
@@ -108,6 +131,9 @@ class RadioScreen:
             self.sim.surroundings.pump(self.now_us)
             if was_busy or self.air.is_busy:
                 self.sim.loop_app.pump(self.now_us)
+        if self.sim.snapshot is not None:
+            self._modes.is_now(self.sim.snapshot.mode)
+            self._arming.is_now(self.sim.snapshot.armed)
         self.gateway.tick(self.now_us)
         self.sim.surroundings.pump(self.now_us)
         for _ in range(40):
@@ -143,9 +169,17 @@ class RadioScreen:
                 if message.result == 0:
                     self._accepted(message.command, mode)
             elif kind == "HEARTBEAT" and message.get_srcComponent() == 1:
+                self._showing(message)
                 for owed in [owed for owed in self._owed if owed[1](message)]:
                     self._owed.remove(owed)
                     self.seen.shown_s.append((self.now_us - owed[0]) * 1e-6)
+
+    def _showing(self, beat: Any) -> None:
+        """A late picture is none of an earlier time than the last one was."""
+        mode = ACKNOWLEDGED_MODES.get(beat.custom_mode) if self.gateway_speaks_rover else None
+        for shown, what in ((self._modes, mode), (self._arming, bool(beat.base_mode & 128))):
+            if what is not None and not shown.may_be(what):
+                self.seen.false.append(f"{self.now_us * 1e-6:.2f} back to {shown.name}={what}")
 
     def _accepted(self, command: int, mode: int | None) -> None:
         if command == ARM:

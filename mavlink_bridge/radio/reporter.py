@@ -161,6 +161,14 @@ class Reporter:
                 self._show_us = now_us
         elif self._next_us is None or now_us >= self._next_us:
             self._periodic(state, now_us)
+        elif self._waits_outdated(state):
+            self._post_state(state, now_us, Priority.STATE)
+
+    def _waits_outdated(self, state: RadioState) -> bool:
+        """Whether the state on its way out waited for an order's sake, and the order has changed what it tells: the shore, which has the
+        answer, would show the old again.
+        """
+        return any(waiting.shown.status != settle(state).status for waiting in self._pending.values())
 
     def _tell_reached(self, now_us: int) -> None:
         """Items go with the states; where those have no room for them they go alone."""

@@ -77,6 +77,26 @@ def test_an_order_is_answered_within_the_windows_of_stations_at_200_phases() -> 
     assert max(second, third) <= 0.9
 
 
+def test_a_state_that_waited_for_orders_tells_what_they_have_made_of_the_boat() -> None:
+    """It was put together between two orders, and kept off the air for the second one: the shore would show the first one's mode again."""
+    rig = ready()
+    for phase_s in (3.0, 3.7, 4.4):
+        rig.vessel.armed, rig.vessel.mode = True, Mode.AUTO
+        rig.run(26.0)
+        state_us = rig.radio.link.state_us
+        while rig.radio.link.state_us == state_us:
+            rig.step()
+        rig.run(phase_s)
+        shown(rig, SetMode(Mode.GUIDED), command(176, 1, 15))
+        rig.run(0.9)
+        shown(rig, SetMode(Mode.HOLD), command(176, 1, 4))
+        until_us = rig.now_us + 9_000_000
+        while rig.now_us < until_us:
+            rig.step()
+            assert rig.twin.state is not None
+            assert rig.twin.state.mode is Mode.HOLD
+
+
 def test_how_long_a_plan_takes_to_store_is_guessed_until_it_was_measured() -> None:
     """A guess has to bear a slow card; each repeat of a lossy link would wait for it too."""
     waits_s = []
