@@ -18,7 +18,7 @@ from ..language.requests import Reply, Result
 from . import memory as memory_of
 from .air import Ledger, Priority, RadioProfile
 from .codec.brief import STANDING_BYTES
-from .codec.frames import STOPS, Opener, RadioFrame, frame_bytes
+from .codec.frames import STOPS, Opener, RadioFrame, Saying, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience
@@ -73,6 +73,8 @@ class CompactLink:
         self.opener = Opener(pairing)
         self._save = save or (lambda text: None)
         self._is_vessel = pairing.is_vessel
+        self._standing_bytes = 0 if self._is_vessel else STANDING_BYTES
+        """What the other end's answers carry between result and reason."""
         self._next_id = rng.randrange(256)
         self._outgoing: list[Transfer] = []
         self._answers: deque[Posted] = deque(maxlen=_MAX_ANSWERS)
@@ -141,7 +143,6 @@ class CompactLink:
             self._on_missing(frame.body, now_us)
             return None
         if kind is Kind.REPLY:
-            self.way.heard_answer(frame_bytes(kind, frame.body), now_us)
             return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
@@ -149,7 +150,8 @@ class CompactLink:
         return frame
 
     def _on_message(self, frame: RadioFrame, now_us: int) -> WholeMessage | None:
-        message: WholeMessage | None
+        if self.way.twice.heard(frame, now_us):
+            return None
         if frame.kind is Kind.PIECE:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
@@ -163,12 +165,7 @@ class CompactLink:
         else:
             message, reply = self.inbox.frame(frame, now_us)
         if reply is not None:
-            stop = frame.kind in STOPS
-            order = frame.body[1:] if frame.is_brief else b""
-            again = frame.kind is Kind.PLAN
-            self._answers.append(
-                Posted(Kind.REPLY, reply, Priority.STOP if stop else Priority.COMMAND, order, is_plan_again=again)
-            )
+            self._answers.append(Posted.again(frame, reply))
         if message is not None:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
@@ -177,20 +174,20 @@ class CompactLink:
         """Returns what it tells of the vessel: an answer without a body is followed by its order."""
         body, brief = frame.body, frame.is_brief
         found = read_reply(body)
-        for item in self._outgoing if found is not None else ():
-            if found is not None and item.id & 31 == found[0] and (item.is_brief or not brief):
-                self._patience.learn(item, now_us)
-                self.way.answered(item)
-                reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
-                self._finish(item, Reply(found[1], reason))
-                return replace(frame, body=body + item.parts[0]) if brief else frame
-        return None if brief else frame
+        item = next((item for item in self._outgoing if item.is_answered_by(body, brief=brief)), None)
+        self.way.heard_answer(item, frame_bytes(frame.kind, body), now_us)
+        if item is None or found is None:
+            return None if brief else frame
+        self._patience.learn(item, now_us)
+        self.way.answered(item)
+        reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
+        self._finish(item, Reply(found[1], reason))
+        return replace(frame, body=body + item.parts[0]) if brief else frame
 
     def _on_missing(self, body: bytes, now_us: int) -> None:
-        for item in self._outgoing:
-            if len(body) > 1 and item.id == body[0]:
-                item.heard_account(body[1])
-                item.next_us = now_us
+        for item in [item for item in self._outgoing if len(body) > 1 and item.id == body[0]]:
+            item.heard_account(body[1])
+            item.next_us = now_us
 
     def _other_was_talking(self, size: int, now_us: int) -> None:
         """What we asked while the other end talked was not heard: ask again at once. What was over before is answered after it."""
@@ -248,8 +245,8 @@ class CompactLink:
         found = self.inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
-        priority = Priority.STOP if found.is_stop else Priority.COMMAND
-        self._answers.append(Posted(Kind.REPLY, found.body, priority, found.order))
+        twofold = self.way.twice.was_said(number) and reply.result is Result.ACCEPTED
+        self._answers.append(Posted.answer(found, is_twofold=twofold))
         self._listen_until_us = min(self._listen_until_us, now_us)
         self._remember(now_us)
 
@@ -258,17 +255,12 @@ class CompactLink:
         found, self._outcomes = self._outcomes, []
         return found
 
-    @property
-    def _standing_bytes(self) -> int:
-        """What the other end's answers carry between result and reason."""
-        return 0 if self._is_vessel else STANDING_BYTES
-
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
         self._expire(now_us)
-        if not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
+        if now_us < self.way.twice.other_until_us or not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
-        choices = (self._an_answer, self._a_hello, self._a_stop, self._a_message, self._a_posted)
+        choices = (self._an_answer, self._a_hello, self._a_stop, self._a_second, self._a_message, self._a_posted)
         return next((frame for choose in choices if (frame := choose(now_us))), b"")
 
     def _lead_us(self, now_us: int) -> int:
@@ -289,6 +281,8 @@ class CompactLink:
             pause_us = self._patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
             self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
             self.way.gave_answer(now_us)
+            if first.is_twofold:
+                self._answers.appendleft(replace(first, is_twofold=False))
         return frame
 
     def _states_can_wait(self, now_us: int) -> bool:
@@ -312,9 +306,9 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        owes = self.profile.link.batch == 1 and self._posted.has_state  # it has its time
         if self._awaits_answer(now_us):
             return b""
+        owes = self.profile.link.batch == 1 and self._posted.has_state  # it has its time
         waits = owes or now_us < max(self._listen_until_us, self.chat_until_us)
         return self._a_transfer([item for item in self._outgoing if item.is_asked_for or not waits], now_us)
 
@@ -342,21 +336,29 @@ class CompactLink:
                 if item.tries == 1 and not item.greeted and self._greeting.hurry(now_us, was_silent=True):
                     item.greeted = True
                     return b""
-                self.way.not_answered(item)
+                self.way.not_answered(item, now_us)
                 item.begin_round()
             kind, body = item.next_frame()
-            frame = self.voice.send(kind, body, item.priority, now_us, session=session)
+            saying = self.way.twice.begin(item, now_us)
+            frame = self.voice.send(kind, body, item.priority, now_us, session=session, saying=saying)
             if not frame:
                 self._finish(item, Reply(Result.FAILED, "the hour's airtime is used up"))
                 continue
             if item.asked:
-                late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
-                item.off_us, item.late_us, item.is_disturbed = self.clock.off_us, late_us, False
-                item.quiet_us = self._patience.overdue_us(item, self.way.rhythm)
                 # the vessel's states go on between the tries of what it tells the shore
-                item.next_us = item.quiet_us + (_VESSEL_PAUSE_US * min(item.tries, 4) if self._is_vessel else 0)
+                pause_us = _VESSEL_PAUSE_US * min(item.tries, 4) * self._is_vessel
+                self._patience.asks(item, now_us, self.way.rhythm, pause_us)
             elif self._is_vessel:
                 item.next_us = self.clock.off_us + self._patience.answer_us()
+            return frame
+        return b""
+
+    def _a_second(self, now_us: int) -> bytes:
+        """The second saying, right behind the first or not at all: the other end leaves it the air."""
+        for item in [item for item in self._outgoing if item.is_half_said and item.off_us == self.clock.off_us]:
+            frame = self.voice.send(item.kind, item.whole, item.priority, now_us, saying=Saying.SECOND)
+            item.is_half_said, item.is_said_twice = False, bool(frame)
+            self._patience.asks(item, now_us, self.way.rhythm, between_us=0)
             return frame
         return b""
 
@@ -367,7 +369,9 @@ class CompactLink:
         first = self._posted.first()
         if first is None or now_us < max(self._listen_until_us, self._greeting.quiet_until_us):
             return b""
-        if self._awaits_answer(now_us) or self._is_receiving(now_us) or self.way.is_quiet(now_us):
+        # a message that comes in pieces would have it in its way
+        is_receiving = self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
+        if self._awaits_answer(now_us) or is_receiving or self.way.is_quiet(now_us):
             return b""
         if first.kind in STATES and now_us != self.tick_us:
             return b""
@@ -384,16 +388,12 @@ class CompactLink:
                 self._listen()
         return frame
 
-    def _is_receiving(self, now_us: int) -> bool:
-        """A message comes in pieces: what need not be said now would only be in its way."""
-        return self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
-
     def _listen(self) -> None:
         self._listen_until_us = self.clock.off_us + self._patience.answer_us()
 
     def _expire(self, now_us: int) -> None:
-        for item in [item for item in self._outgoing if now_us >= item.deadline_us]:
-            self._finish(item, Reply(Result.FAILED, "no answer from the vessel"))
+        late = {item.id for item in self._outgoing if now_us >= item.deadline_us}
+        self.withdraw(late, Reply(Result.FAILED, "no answer from the vessel"))
 
     def _finish(self, item: Transfer, reply: Reply) -> None:
         self._outgoing.remove(item)

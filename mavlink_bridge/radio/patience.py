@@ -70,10 +70,17 @@ class Patience:
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 
+    def asks(self, item: Transfer, now_us: int, rhythm: Rhythm | None, between_us: int) -> None:
+        """A question goes out. ``between_us``: what is left free between two tries."""
+        item.late_us = max(now_us - item.off_us, 0) if item.tries > 1 else 0
+        item.off_us, item.is_disturbed = self._clock.off_us, False
+        item.quiet_us = self.overdue_us(item, rhythm)
+        item.next_us = item.quiet_us + between_us
+
     def overdue_us(self, item: Transfer, rhythm: Rhythm | None) -> int:
         """When the answer to the question on the air is overdue. A state that begins before the vessel can answer goes first."""
         off_us = self._clock.off_us
-        due_us = off_us + self.of(item)
+        due_us = off_us + self.of(item) + (self.answer_us() if item.is_said_twice else 0)
         over_us = None if rhythm is None else rhythm.over_us(off_us, self.turnaround_us)
         return due_us if over_us is None else max(due_us, over_us + self.answer_us())
 
@@ -84,8 +91,10 @@ class Patience:
 
     def learn(self, item: Transfer, now_us: int) -> None:
         """Measure how long an answer takes here; one that comes while the question is being repeated, or sooner after it than an answer can
-        be on the air, belongs to the asking before.
+        be on the air, belongs to the asking before. Of two answers nobody knows which one it is.
         """
+        if item.is_said_twice:
+            return
         is_to_this = not item.is_disturbed and now_us - item.off_us >= self._clock.span_us(ANSWER_BYTES)
         if item.tries == 1 or is_to_this:
             took_us = now_us - item.off_us

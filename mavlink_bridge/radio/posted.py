@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from .air import Priority
+from .codec.frames import STOPS, RadioFrame, Saying
 from .codec.wire import Kind
+from .transfer import Answer
 
 STATES: Final = frozenset((Kind.KEY, Kind.DELTA))
 _REPLACES: Final = {Kind.EVENT: frozenset[Kind](), Kind.TEXT: frozenset[Kind](), **dict.fromkeys(STATES, STATES)}
@@ -26,6 +28,26 @@ class Posted:
     """Of an answer: the order without a body that it answers."""
     is_plan_again: bool = False
     """Of an answer: it was given before, to a plan."""
+    is_twofold: bool = False
+    """Of an answer: it is to be said once more."""
+
+    @classmethod
+    def answer(cls, found: Answer, *, is_twofold: bool) -> Posted:
+        """The answer to what came for the first time."""
+        priority = Priority.STOP if found.is_stop else Priority.COMMAND
+        return cls(Kind.REPLY, found.body, priority, found.order, is_twofold=is_twofold)
+
+    @classmethod
+    def again(cls, frame: RadioFrame, reply: bytes) -> Posted:
+        """The answer that was given before to what came again."""
+        return cls(
+            Kind.REPLY,
+            reply,
+            Priority.STOP if frame.kind in STOPS else Priority.COMMAND,
+            order=frame.body[1:] if frame.is_brief else b"",
+            is_plan_again=frame.kind is Kind.PLAN,
+            is_twofold=frame.saying is not Saying.ONLY,
+        )
 
 
 class PostBox:

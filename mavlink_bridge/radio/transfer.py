@@ -64,6 +64,9 @@ class Transfer:
     def __post_init__(self) -> None:
         self.left = len(self.parts)
 
+    is_half_said: bool = False
+    """The last frame is the first of two that say it; the second comes next."""
+    is_said_twice: bool = False
     is_disturbed: bool = False
     """Something else was said between the last question and its answer, which says nothing of how soon answers come."""
     is_asked_for: bool = False
@@ -90,10 +93,20 @@ class Transfer:
         """Whether the other end knows that a long message is coming, and keeps quiet for it."""
         return not self.is_single and self.sent > 1
 
+    @property
+    def whole(self) -> bytes:
+        """Number and message, of one that fits a frame."""
+        return bytes((self.id,)) + self.parts[0]
+
+    def is_answered_by(self, body: bytes, *, brief: bool) -> bool:
+        """Whether a REPLY is the answer to this; ``brief``: to a message without a body."""
+        found = read_reply(body)
+        return found is not None and self.id & 31 == found[0] and (self.is_brief or not brief)
+
     def next_size(self) -> int:
         """Bytes of the next frame."""
         if self.is_single:
-            return frame_bytes(self._goes_as, bytes((self.id,)) + self.parts[0])
+            return frame_bytes(self._goes_as, self.whole)
         return len(self.parts[0]) + OVERHEAD + 3 if self.left else OVERHEAD + 3
 
     def next_frame(self) -> tuple[Kind, bytes]:
@@ -101,7 +114,7 @@ class Transfer:
         if self.is_single:
             kind, self.asked = self._goes_as, True
             self.tries += 1
-            return kind, bytes((self.id,)) + self.parts[0]
+            return kind, self.whole
         head, body = 0, b""
         if self.left:
             head = self._row()

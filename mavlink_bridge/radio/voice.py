@@ -7,7 +7,7 @@ from collections.abc import Callable
 from .air.ledger import Ledger, Priority
 from .air.pacing import AirClock
 from .air.profile import RadioProfile
-from .codec.frames import Sealer, frame_bytes
+from .codec.frames import Saying, Sealer, frame_bytes
 from .codec.wire import Kind
 from .hello import HELLO_FRAME_BYTES, SHOWN_BYTES, Greeting, kept_us
 from .session import Pairing, Session
@@ -37,13 +37,20 @@ class RadioVoice:
         return self.ledger.allows(self._profile.airtime_us(size), priority, now_us)
 
     def send(
-        self, kind: Kind, body: bytes, priority: Priority, now_us: int, *, session: Session | None = None
+        self,
+        kind: Kind,
+        body: bytes,
+        priority: Priority,
+        now_us: int,
+        *,
+        session: Session | None = None,
+        saying: Saying = Saying.ONLY,
     ) -> bytes:
         """The frame, of ``session`` or of the one that counts; b"" when there is none or the hour has no room."""
         session = session or self._pairing.current
         if session is None or not self.may(frame_bytes(kind, body), priority, now_us):
             return b""
-        frame = self._sealer.seal(kind, body, now_us, session)
+        frame = self._sealer.seal(kind, body, now_us, session, saying)
         self._went_out(frame, now_us)
         return frame
 

@@ -1,6 +1,6 @@
 """Whether the air is clear of the other end's states: what comes and goes is told to their rhythm, and what is to go asks it first.
 
-An end whose other one sends its states by no grid knows nothing, and everything is clear.
+An end whose other one sends its states by no grid knows nothing of them, and everything is clear but for what is said twice.
 """
 
 from __future__ import annotations
@@ -8,10 +8,11 @@ from __future__ import annotations
 from typing import Final
 
 from .air import AirClock
-from .air.rhythm import TOLD_LATE_US, Rhythm
+from .air.rhythm import HELD_LATE_US, TOLD_LATE_US, Rhythm
 from .codec.wire import Kind
 from .patience import ANSWER_BYTES, Patience
 from .transfer import Transfer
+from .twice import Twice
 
 _HEARD_US: Final = 40_000
 """From the end of a short packet to its last byte over there."""
@@ -25,14 +26,20 @@ class WayClear:
         self._patience = patience
         self._gap_us = round(clock.profile.link.gap_ms * 1e3)
         self.rhythm: Rhythm | None = None
+        self.twice = Twice(clock, patience)
 
     # ---- what is told -------------------------------------------------------------------------------------------
 
-    def heard_answer(self, size: int, now_us: int) -> None:
-        """An answer of so many bytes has come: the other end listens for the next order."""
+    def heard_answer(self, item: Transfer | None, size: int, now_us: int) -> None:
+        """An answer of so many bytes has come, to ``item`` or to nothing that still waits: the other end listens for the next order, when
+        it has said all of it.
+        """
+        again_us = self.twice.heard_answer(item, size, now_us)
         if self.rhythm is not None:
-            written_us = self._clock.came_us(size, now_us)[0] - self._clock.line_us(size)
-            self.rhythm.answered(min(self._clock.off_us, now_us), written_us + self._patience.pause_us(size))
+            written_us = self._clock.came_us(size, now_us)[0] - self._clock.line_us(size) + again_us
+            until_us = written_us + self._patience.pause_us(size)
+            late_us = TOLD_LATE_US if again_us else HELD_LATE_US
+            self.rhythm.answered(min(self._clock.off_us, now_us), until_us, late_us=late_us)
 
     def answered(self, item: Transfer) -> None:
         """That was the answer to this message."""
@@ -45,8 +52,11 @@ class WayClear:
             asked_us, heard_us = now_us - self._patience.longest_us(), self._clock.off_us + _HEARD_US
             self.rhythm.answered(asked_us, heard_us, late_us=TOLD_LATE_US)
 
-    def not_answered(self, item: Transfer) -> None:
+    def not_answered(self, item: Transfer, now_us: int) -> None:
         """No answer to a message was heard in time."""
+        if item.kind is not Kind.PLAN:
+            # a plan may have been stored slowly
+            self.twice.not_answered(now_us)
         if self.rhythm is not None:
             self.rhythm.unanswered(item.off_us)
 

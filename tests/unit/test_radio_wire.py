@@ -30,7 +30,7 @@ from mavlink_bridge.radio.codec import wire
 from mavlink_bridge.radio.codec.batch import decode_batch, encode_batch
 from mavlink_bridge.radio.codec.brief import decode_position, encode_position, encode_standing
 from mavlink_bridge.radio.codec.command import decode_command
-from mavlink_bridge.radio.codec.frames import Opener, RadioFrame, Sealer, frame_bytes
+from mavlink_bridge.radio.codec.frames import Opener, RadioFrame, Saying, Sealer, frame_bytes
 from mavlink_bridge.radio.codec.info import HomePlace, Kept, decode as decode_info, encode as encode_info
 from mavlink_bridge.radio.codec.request import decode_request, encode_request, name_code
 from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, reached_in, settle
@@ -199,6 +199,12 @@ def frames() -> dict[str, bytes]:
         "guided": down.seal(wire.Kind.ORDER, bytes((25,)) + wire.BRIEF_ORDERS[0], 9_000_000, shore.current),
         "hold without a body": down.seal(wire.Kind.ORDER, bytes((25,)) + wire.BRIEF_HOLD, 9_250_000, shore.current),
         "accepted": up.seal(wire.Kind.REPLY, bytes((25 << 3, 2)), 9_500_000, vessel.current),
+        **{
+            f"arming, {saying.value}": down.seal(
+                wire.Kind.ORDER, bytes((25,)) + wire.BRIEF_ARM, at_us, shore.current, saying
+            )
+            for saying, at_us in ((Saying.FIRST, 9_750_000), (Saying.SECOND, 10_250_000))
+        },
     }
 
 

@@ -7,19 +7,22 @@ now, is ``session``'s. HELLO opens a session and is told by a tag of its own.
 
 The orders for which a station has the least patience, Hold among them, go without a body, one step of airtime shorter: a length that no
 body has marks them, and in the place of the kind stand the low four bits of the message's number; its fifth bit and which order it is
-stand in the length. (Hold: the kind of a state, and the low four bits in the length.) So goes the vessel's answer to one of them when it
-says no more than "accepted": which state of the plan stands where the order stood.
+stand in the length. (Hold: the kind of a state, and the low four bits in the length. So goes an arming that is said twice, with other bits
+of the length set.) So goes the vessel's answer to one of them when it says no more than "accepted": which state of the plan stands where
+the order stood.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Final
 
 from ..session import LOW, Pairing, Session
 from .wire import (
     BRIEF_AIMS,
+    BRIEF_ARM,
     BRIEF_FROM,
     BRIEF_HOLD,
     BRIEF_ORDERS,
@@ -34,9 +37,19 @@ from .wire import (
 STOPS: Final = frozenset((Kind.STOP, Kind.SAFE))
 """Kinds with a count of their own instead of the clock: its upper eight bits are the first byte of the body."""
 BRIEF_REPLY_BYTES: Final = 2
-_HOLD_KINDS: Final = (Kind.KEY, Kind.DELTA)
-"""By the fifth bit of the number."""
+_STATES: Final = (Kind.KEY, Kind.DELTA)
+"""No state goes to the vessel: so a Hold is marked, and an arming that is said twice. Which of them tells the fifth bit of the number."""
+_SECOND: Final = 32
+"""The length's other bits there: 0, the number's low four and 0 are a Hold; 0, these and 1 the first saying; 1, 0 and these the second."""
 _KINDS: Final = {kind.value: kind for kind in Kind}
+
+
+class Saying(Enum):
+    """Which one of an order's sayings a frame is."""
+
+    ONLY = "only"
+    FIRST = "first of two"
+    SECOND = "second of two"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +61,7 @@ class RadioFrame:
     counter: int
     is_brief: bool = False
     """It came without a body: of the message's number five bits are known; an answer tells only what it changed."""
+    saying: Saying = Saying.ONLY
 
 
 def _head(kind: Kind, size: int, low: int) -> bytes:
@@ -71,13 +85,15 @@ def frame_bytes(kind: Kind, body: bytes) -> int:
     )
 
 
-def _covered(kind: Kind, body: bytes, low: int) -> bytes:
+def _covered(kind: Kind, body: bytes, low: int, saying: Saying) -> bytes:
     """What goes out in front of the tag."""
     if is_brief_reply(kind, body):
         return _brief_head(body[0] >> 3, body[1], low)
     if is_brief(kind, body[1:]):
-        if body[1:] == BRIEF_HOLD:
-            return _head(_HOLD_KINDS[body[0] >> 4 & 1], (body[0] & 15) << 1, low)
+        if body[1:] == BRIEF_HOLD or saying is not Saying.ONLY:
+            number = body[0] & 15
+            size = _SECOND | number if saying is Saying.SECOND else number << 1 | (saying is Saying.FIRST)
+            return _head(_STATES[body[0] >> 4 & 1], size, low)
         return _brief_head(body[0], BRIEF_ORDERS.index(body[1:]), low)
     return _head(kind, len(body), low) + body
 
@@ -90,10 +106,19 @@ def _brief_head(number: int, which: int, low: int) -> bytes:
 def _brief_body(kind: Kind, head: int) -> bytes:
     """The body that a frame without one stands for."""
     size = head >> 6 & 63
-    if kind is Kind.SAFE:
-        return bytes((size >> 1 | (head >> 12 == _HOLD_KINDS[1]) << 4,)) + BRIEF_HOLD
     number, which = head >> 12 | (size >> 2 & 1) << 4, size & 3
     return bytes((number << 3, which)) if kind is Kind.REPLY else bytes((number,)) + BRIEF_ORDERS[which]
+
+
+def _marked(head: int, counter: int) -> RadioFrame:
+    """The order that the kind of a state marks."""
+    size, high = head >> 6 & 63, (head >> 12 == _STATES[1]) << 4
+    if size & _SECOND:
+        return RadioFrame(Kind.ORDER, bytes((size & 15 | high,)) + BRIEF_ARM, counter, True, Saying.SECOND)
+    number = bytes((size >> 1 | high,))
+    if size & 1:
+        return RadioFrame(Kind.ORDER, number + BRIEF_ARM, counter, True, Saying.FIRST)
+    return RadioFrame(Kind.SAFE, number + BRIEF_HOLD, counter, True)
 
 
 class Sealer:
@@ -105,8 +130,8 @@ class Sealer:
         self.counter = -1
         """Of the last frame."""
 
-    def seal(self, kind: Kind, body: bytes, now_us: int, session: Session) -> bytes:
-        """Make the next frame of a session. Raises ValueError for a body that is too long."""
+    def seal(self, kind: Kind, body: bytes, now_us: int, session: Session, saying: Saying = Saying.ONLY) -> bytes:
+        """Make the next frame of a session; ``saying``: of an arming. Raises ValueError for a body that is too long."""
         if kind in STOPS:
             self.counter = session.next_stop()
             body = bytes((self.counter // LOW & 0xFF,)) + body
@@ -114,7 +139,7 @@ class Sealer:
             self.counter = session.next_tick(now_us)
         if len(body) > MAX_BODY:
             raise ValueError(f"a body has at most {MAX_BODY} bytes, not {len(body)}")
-        covered = _covered(kind, body, self.counter % LOW)
+        covered = _covered(kind, body, self.counter % LOW, saying)
         pairing = self._pairing
         return covered + pairing.witness.made(
             lambda: session.tag(pairing.outward, kind, self.counter, covered, self._tag_bytes)
@@ -173,17 +198,16 @@ class Opener:
         return frames
 
     def _is_brief(self, head: int) -> bool:
-        return (head >> 6 & 63) >= BRIEF_FROM or self._is_hold(head)
+        return (head >> 6 & 63) >= BRIEF_FROM or self._is_marked(head)
 
-    def _is_hold(self, head: int) -> bool:
-        """No state goes to the vessel."""
-        return self._pairing.is_vessel and head >> 12 in _HOLD_KINDS and head >> 6 & 63 < BRIEF_FROM
+    def _is_marked(self, head: int) -> bool:
+        return self._pairing.is_vessel and head >> 12 in _STATES and head >> 6 & 63 < BRIEF_FROM
 
     def _open(self, raw: bytes, now_us: int) -> RadioFrame | None:
         head = int.from_bytes(raw[:HEAD_BYTES], "big")
         brief = self._is_brief(head)
         kind = self._brief_kind if brief else _KINDS.get(head >> 12)
-        if kind is None or (self._is_hold(head) and head >> 6 & 33):
+        if kind is None or (self._is_marked(head) and head >> 6 & 48 == 48):
             return None
         covered, tag = raw[: -self._tag_bytes], raw[-self._tag_bytes :]
         if kind is Kind.HELLO:
@@ -194,8 +218,8 @@ class Opener:
                 continue
             if self._is_right(session, kind, counter, covered, tag):
                 self._pairing.believed(session, kind in STOPS, counter, len(raw), now_us)
-                if self._is_hold(head):
-                    return RadioFrame(Kind.SAFE, _brief_body(Kind.SAFE, head), counter, is_brief=True)
+                if self._is_marked(head):
+                    return _marked(head, counter)
                 body = _brief_body(kind, head) if brief else covered[HEAD_BYTES + (kind in STOPS) :]
                 return RadioFrame(kind, body, counter, brief)
         return None

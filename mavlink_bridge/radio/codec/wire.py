@@ -67,6 +67,8 @@ BRIEF_FROM: Final = 56
 """Lengths that no body has: the frame is an order without a body, and the head's other bits tell its number and which one (``frames``)."""
 BRIEF_ORDERS: Final = tuple(bytes.fromhex(order) for order in ("fc04ad0880", "fc04ad1800", "fc04ad1a00", "fc006c"))
 """QGroundControl's Guided, Auto, Return and arming: it waits 1.3 s for a mode and 1.5 s for an arming to show. Full."""
+BRIEF_ARM: Final = BRIEF_ORDERS[3]
+"""The one that may be said twice, on an air that loses (``frames`` has the marks)."""
 BRIEF_HOLD: Final = bytes((1, 255))
 """QGroundControl's Hold, of SAFE: its first tries go without a body too. To the vessel the kind of a state marks it: KEY and DELTA are
 the number's fifth bit, and a 0, its low four bits and a 0 stand in the place of the length.
