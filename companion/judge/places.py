@@ -7,9 +7,15 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 from ..io.links import LinkConfigError, parse_link_url
 from ..settings import Settings
+
+_SYSTEM: Final = frozenset(
+    ["/", "/bin", "/boot", "/dev", "/etc", "/lib", "/proc", "/run", "/sbin", "/sys", "/usr", "/var"]
+)
+"""A service's user may not write there, root should not; most of it is not kept, or not a disk."""
 
 
 def place_mistakes(settings: Settings) -> list[str]:
@@ -46,6 +52,8 @@ def _places(settings: Settings) -> Iterator[str]:
             yield f"{key} = {place!r}: is no place on this computer; give a path"
         elif Path(place).is_absolute() and Path(place).exists() and not (Path(place).is_file() or Path(place).is_dir()):
             yield f"{key} = {place!r}: is a device; nothing is kept there: name a {'file' if key == 'store' else 'folder'}"
+        elif os.path.realpath(place if key != "store" else Path(place).parent) in _SYSTEM:
+            yield f"{key} = {place!r}: belongs to the system; name a {'file' if key == 'store' else 'folder'} of the boat's own"
     if store.endswith("/"):
         yield f"store = {store!r}: is a folder; name a file"
     if store.startswith(":"):

@@ -10,6 +10,7 @@ from mavlink_bridge.language.messages import Action
 
 from ..core.config import Config
 from ..core.hull import VesselConfig
+from ..core.hull.statics import throttle_to_speed, top_speed_mps
 from ..core.nmea.wanted import WantedSentences, unknown_names
 from ..settings import Settings
 from ..settings.schema import SensorConfig
@@ -49,7 +50,7 @@ def value_mistakes(settings: Settings) -> list[str]:
 
 def hull_value_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
     """Values that undo what the hull has."""
-    return [*_reach(settings, vessel), *_rates(settings, vessel)]
+    return [*_reach(settings, vessel), *_thrust(settings, vessel), *_rates(settings, vessel)]
 
 
 def _at(settings: Config, key: str) -> float:
@@ -77,8 +78,19 @@ def _guards(settings: Settings) -> Iterator[str]:
             f"depth.minimum_margin_m = {depth.minimum_margin_m:g}: more than min_altitude_m {depth.min_altitude_m:g}; "
             "the guard would lock only after the keel has touched"
         )
+    if depth.enabled and depth.required and depth.unknown_policy == "ignore":
+        yield "depth.unknown_policy = 'ignore': required = true does not go on without a depth; 'stop', or required = false"
+    if depth.enabled and depth.brake and settings.gate.thruster_min == 0.0:
+        yield "depth.brake = true: gate.thruster_min = 0 leaves no thrust astern to brake with; leave out one of the two"
     if traffic.required and not traffic.enabled:
         yield "traffic.required = true: nobody watches; set traffic.enabled = true, or required = false"
+    for key in ("ship_distance_m", "small_distance_m"):
+        wanted_m = getattr(traffic, key)
+        if traffic.enabled and wanted_m > traffic.shown_range_m:
+            yield (
+                f"traffic.{key} = {wanted_m:g}: more than shown_range_m {traffic.shown_range_m:g}; "
+                "nobody would see the vessel that is too close"
+            )
     fastest_mps = max(settings.mission.cruise_speed_mps, settings.modes.return_speed_mps)
     if settings.estimate.speed_max_mps < fastest_mps:
         yield (
@@ -95,6 +107,17 @@ def _reach(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
         yield (
             f"depth.input.range_max_m = {depth.input.range_max_m:g}: the sounder could never say that the water is deep enough; "
             f"at least {math.ceil(10.0 * needed_m) / 10.0:g} for a guard of {depth.min_altitude_m:g} m under the keel"
+        )
+
+
+def _thrust(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    """A cruise that the gate lets no thruster give."""
+    limit, cruise_mps = settings.gate.thruster_max, settings.mission.cruise_speed_mps
+    gives_mps = throttle_to_speed(vessel, limit)
+    if vessel.thruster.dead_band < limit < 1.0 and gives_mps < cruise_mps <= top_speed_mps(vessel):
+        yield (
+            f"gate.thruster_max = {limit:g}: gives {gives_mps:.1f} m/s, and mission.cruise_speed_mps is {cruise_mps:g}; "
+            "more thrust, or a slower cruise"
         )
 
 

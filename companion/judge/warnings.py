@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from mavlink_bridge.language.messages import Action
+
 from .. import security
 from ..core.nmea.wanted import WantedSentences
 from ..io.links import LinkConfigError, parse_link_url
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 USUAL_BAUD: Final = frozenset(
     {1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200, 128000, 230400, 256000, 460800, 921600}
 )
+OLD_S: Final = 3.0
+"""A sensor that is silent for so long is lost: the slowest that is sailed by tells three times in it."""
 SIMULATOR: Final = ("127.0.0.1", 3000)
 """Where a simulator on this computer offers its sensors."""
 
@@ -39,10 +43,17 @@ def verdict(warnings: Sequence[str]) -> str:
 def vessel_warnings(settings: Settings) -> list[str]:
     """What to look at of a vessel's settings and of this computer."""
     found = [text for key, url, baud in _vessel_links(settings) for text in _rate(key, url, baud)]
-    found += [*_switches(settings), *_recordings(settings), *_late(settings), *_blind(settings)]
+    found += [
+        *_switches(settings),
+        *_recordings(settings),
+        *_late(settings),
+        *_blind(settings),
+        *_old_positions(settings),
+    ]
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
     called = {"sensors": [{"name": item.name} for item in settings.sensors]}
     found += [f"{named(key, called)}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
+    found += _opens_nothing(settings)
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:
         found += _place("record.directory", settings.record.directory, is_folder=True)
@@ -77,6 +88,13 @@ def _vessel_links(settings: Settings) -> list[tuple[str, str, int | None]]:
 
 def _gateway_links(settings: GatewaySettings) -> list[tuple[str, str]]:
     return [("url", settings.url), *((f"endpoints {item.name!r} url", item.url) for item in settings.endpoints)]
+
+
+def _opens_nothing(settings: Settings) -> Iterator[str]:
+    """A door that is opened where there is none."""
+    for item in settings.sensors:
+        if item.insecure and _serial(item.url, item.baud) is not None:
+            yield f"sensors {item.name!r} insecure = true: a serial line has one sender, and nothing to open; leave it out"
 
 
 def _rate(key: str, url: str, baud: int | None) -> Iterator[str]:
@@ -122,6 +140,10 @@ def _simulator(settings: Settings) -> Iterator[str]:
 def _switches(settings: Settings) -> Iterator[str]:
     if not settings.operator.gcs_required and settings.actuators.url:
         yield "operator.gcs_required = false: nothing happens when the ground station is lost"
+    elif {settings.failsafe.gcs_action, settings.failsafe.gcs_then_action} <= {Action.WARN, Action.NONE}:
+        yield "failsafe.gcs_action = 'warn': nothing happens when the ground station is lost, as gcs_then_action does no more"
+    if not settings.operator.store_required:
+        yield "operator.store_required = false: what is changed while the store cannot be written is lost with the power"
     if not settings.depth.enabled and settings.actuators.url:
         yield "depth.enabled = false: no depth guard; nothing stops the vessel before a shoal"
     if settings.depth.enabled and settings.depth.min_altitude_m == 0.0:
@@ -134,6 +156,17 @@ def _switches(settings: Settings) -> Iterator[str]:
         yield 'actuators.board.level = "0": the board does not stop if this computer dies'
     if settings.estimate.accept_simulated:
         yield "estimate.accept_simulated = true: believes positions that a receiver marks as simulated; for the bench only"
+
+
+def _old_positions(settings: Settings) -> Iterator[str]:
+    """How far she sails by a picture that nothing renews."""
+    estimate, cruise_mps = settings.estimate, settings.mission.cruise_speed_mps
+    for key, old_s in (
+        ("position_timeout_s", estimate.position_timeout_s),
+        ("heading_timeout_s", estimate.heading_timeout_s),
+    ):
+        if old_s > OLD_S:
+            yield f"estimate.{key} = {old_s:g}: she sails {old_s * cruise_mps:.0f} m before a silent sensor counts as lost"
 
 
 def _recordings(settings: Settings) -> Iterator[str]:

@@ -88,6 +88,16 @@ FILES = {
         ("", "seed.high_speed_hysteresis_kn = 5", "high_speed_hysteresis_kn = 5", "high_speed_threshold_kn 1"),
         (BOARD, 'url = "tcp://my board:5000"', "actuators.url", "'my board' can be no host's name"),
     ],
+    "what takes away what another asks for": [
+        ("", '[depth]\nrequired = true\nunknown_policy = "ignore"', "unknown_policy = 'ignore'", "required = false"),
+        ("", "[gate]\nthruster_max = 0.2", "thruster_max = 0.2", "m/s, and mission.cruise_speed_mps is 1.5"),
+        ("", "[traffic]\nship_distance_m = 300@\nshown_range_m = 100", "ship_distance_m = 300", "shown_range_m 100"),
+        ('"DIR/boat.db"', '"/proc/boat.db"', "store = '/proc/boat.db'", "belongs to the system"),
+        ('"DIR/runs"', '"/"', "record.directory = '/'", "a folder of the boat's own"),
+    ],
+    "a brake without thrust": [
+        ("", "[gate]\nthruster_min = 0\n[depth]\nbrake = true", "depth.brake = true", "gate.thruster_min = 0"),
+    ],
     "a store that would eat the key": [
         ('store = "DIR/boat.db"', 'store = "DIR/key"', "store = ", "is security.key_file"),
         (SDK, SDK + '\nlink_class = "signed"'),
