@@ -8,12 +8,14 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Action
 
+from ..core.board.wire import encode_level1
 from ..core.config import Config
 from ..core.hull import VesselConfig
 from ..core.hull.statics import throttle_to_speed, top_speed_mps
 from ..core.nmea.wanted import WantedSentences, unknown_names
+from ..io.links import LinkConfigError, parse_link_url
 from ..settings import Settings
-from ..settings.schema import SensorConfig
+from ..settings.schema import ActuatorLinkConfig, SensorConfig
 
 _ORDERED: Final = (
     ("monitors.battery_empty_v", "monitors.battery_critical_v", "the boat would stop before it returns"),
@@ -31,6 +33,11 @@ _POSITION: Final = frozenset({"GGA", "GNS", "GLL", "RMC"})
 _HEADING: Final = frozenset({"HDT", "THS", "HDG", "HDM", "PASHR", "PSAT", "PSXN", "PTNL", "PSTI", "PTNTHTM"})
 
 _MAGNETIC: Final = frozenset({"HDG", "HDM", "PTNTHTM"})
+
+
+_AT_REST_US: Final = (1500, 1500, 1500, 1500)
+_LINE_BITS: Final = 10
+"""A byte on a serial line, with its start and stop."""
 
 
 def value_mistakes(settings: Settings) -> list[str]:
@@ -91,6 +98,12 @@ def _guards(settings: Settings) -> Iterator[str]:
                 f"traffic.{key} = {wanted_m:g}: more than shown_range_m {traffic.shown_range_m:g}; "
                 "nobody would see the vessel that is too close"
             )
+    turns_dps = math.degrees(settings.steering.model.yaw_rate_limit)
+    if settings.steering.profile == "model" and settings.estimate.heading_rate_max_dps < turns_dps:
+        yield (
+            f"estimate.heading_rate_max_dps = {settings.estimate.heading_rate_max_dps:g}: less than the law turns, {turns_dps:.0f} deg/s "
+            "(steering.model.yaw_rate_limit): headings in a turn would be refused as jumps"
+        )
     fastest_mps = max(settings.mission.cruise_speed_mps, settings.modes.return_speed_mps)
     if settings.estimate.speed_max_mps < fastest_mps:
         yield (
@@ -217,11 +230,27 @@ def _escalation(settings: Settings) -> Iterator[str]:
         )
 
 
+def _baud(line: ActuatorLinkConfig) -> int:
+    """Bits a second of a serial line, where they are said; else 0."""
+    try:
+        parsed = parse_link_url(line.url, {} if line.baud is None else {"baud": line.baud}) if line.url else None
+    except LinkConfigError:
+        return 0
+    said = str(parsed.options.get("baud", "")) if parsed is not None and parsed.scheme == "serial" else ""
+    return int(said) if said.isascii() and said.isdigit() else 0
+
+
 def _board(settings: Settings) -> Iterator[str]:
     """Keys of the board that do nothing beside others that are said."""
     board = settings.actuators.board
     if board.sketch and "terminator" in board.model_fields_set:
         yield f"actuators.board.terminator = {board.terminator!r}: sketch = {board.sketch!r} chooses it; leave out one of the two"
+    rate, need = _baud(settings.actuators), len(encode_level1(_AT_REST_US, batch=board.batch)) * _LINE_BITS
+    if rate and rate < need * board.frequency_hz:
+        yield (
+            f"actuators.board.frequency_hz = {board.frequency_hz:g}: the commands need {need * board.frequency_hz:.0f} bit/s, and the "
+            f"line has {rate}; a faster line (the shipped firmware's is 115200), or fewer of them"
+        )
     for name in ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard"):
         channel = getattr(board, name)
         idle = sorted({"us_minus", "us_zero", "us_plus"} & channel.model_fields_set)

@@ -148,6 +148,8 @@ def _switches(settings: Settings) -> Iterator[str]:
         yield "depth.enabled = false: no depth guard; nothing stops the vessel before a shoal"
     if settings.depth.enabled and settings.depth.min_altitude_m == 0.0:
         yield "depth.min_altitude_m = 0: the guard stops the vessel when the keel touches; enabled = false says that none is wanted"
+    if settings.depth.enabled and settings.depth.unknown_policy == "ignore" and not settings.depth.required:
+        yield "depth.unknown_policy = 'ignore': she sails on, and says nothing, when the sounder is silent; 'warn', 'slow' or 'stop'"
     if not settings.fence.enabled:
         yield "fence.enabled = false: no fence is kept, whatever a plan brings"
     if "url" not in settings.actuators.model_fields_set:

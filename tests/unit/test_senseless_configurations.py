@@ -449,6 +449,7 @@ def test_all_mistakes_are_told_in_one_pass_in_the_order_of_the_file(tmp_path, ca
         ([("", "[estimate]\nposition_timeout_s = 10")], "she sails 15 m before a silent sensor counts as lost"),
         ([(COMPASS, COMPASS + "\ninsecure = true")], "a serial line has one sender"),
         ([("", "[depth]\nenabled = false")], "no depth guard"),
+        ([("", '[depth]\nunknown_policy = "ignore"')], "when the sounder is silent"),
         ([("", '[actuators.board]\nlevel = "0"')], "does not stop if this computer dies"),
         ([("", "[estimate]\naccept_simulated = true")], "for the bench only"),
         ([("", "[depth]\nmin_altitude_m = 0")], "when the keel touches"),

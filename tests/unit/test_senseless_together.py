@@ -96,6 +96,9 @@ FILES = {
         ('"DIR/runs"', '"/"', "record.directory = '/'", "a folder of the boat's own"),
     ],
     "a brake without thrust": [
+        (BOARD, 'url = "serial:/dev/ttyACM0?baud=2400"'),
+        ("", "[estimate]\nheading_rate_max_dps = 20", "heading_rate_max_dps = 20", "26 deg/s"),
+        ("", "[actuators.board]\nfrequency_hz = 20", "frequency_hz = 20", "the line has 2400"),
         ("", "[gate]\nthruster_min = 0\n[depth]\nbrake = true", "depth.brake = true", "gate.thruster_min = 0"),
     ],
     "a store that would eat the key": [
