@@ -269,3 +269,18 @@ def test_with_the_sticks_in_hand_no_action_is_announced(voyage):
         trip.world.app.submit(ManualInput(0.3, 0.0, 1))
         trip.run(0.1)
     assert not any(text.endswith(("HOLD", "RETURN")) for text in trip.texts)
+
+
+def test_a_new_course_is_turned_to_without_swinging_past(voyage):
+    """A quarter turn at 1.5 m/s across 0.3 m/s of current: the bow ends at the course less the set, and goes no farther."""
+    trip = guided(voyage, "world.water.current_mps=0.3", "world.water.current_to_deg=90")
+    assert trip.ask(GuidedHeading(0.0, 1.5, course=True)).reason == ""
+    trip.run(30.0)
+    assert abs(math.degrees(math.atan2(trip.truth.ve_mps, trip.truth.vn_mps))) < 1.5
+    assert trip.ask(GuidedHeading(math.pi / 2.0, 1.5, course=True)).reason == ""
+    most_rad = 0.0
+    for _ in range(20 * 20):
+        trip.step()
+        most_rad = max(most_rad, trip.truth.psi_rad)
+    assert math.degrees(most_rad) - 90.0 < 3.0
+    assert abs(math.degrees(math.atan2(trip.truth.ve_mps, trip.truth.vn_mps)) - 90.0) < 1.5

@@ -25,7 +25,7 @@ class FollowConfig(Config):
         2.0, "PATH_INT_BAND", "The path integral works only this close to the path", unit="m", ge=0.1, le=100.0
     )
     turn_share: float = param(
-        0.7, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
+        0.9, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
     )
     deceleration: float = param(0.3, "PATH_DECEL", "Deceleration before bends and ends", unit="m/s^2", ge=0.02, le=5.0)
     preview_s: float = param(0.9, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
@@ -112,6 +112,18 @@ class Follower:
         speeds = [least + (top - least) * k / 60.0 for k in range(61)]
         self._radii = [(mps, mps / (self._config.turn_share * handling.max_yaw_rate(mps))) for mps in speeds]
         self._bend_speeds: dict[float, float] = {}
+
+    def heading_for(self, state: EstimatedState, course_rad: float, speed_mps: float) -> float | None:
+        """Return the heading that makes a course over ground good in the drift as estimated; None where no drift is known.
+
+        The slip of the turn that leads there is no part of it: a bow that followed it would swing past.
+        """
+        if state.drift_n_mps is None or state.drift_e_mps is None or state.psi_rad is None:
+            return None
+        north, east = (state.vx_mps or 0.0) - state.drift_n_mps, (state.vy_mps or 0.0) - state.drift_e_mps
+        now_mps = north * math.cos(state.psi_rad) + east * math.sin(state.psi_rad)
+        drift = (state.drift_n_mps, state.drift_e_mps)
+        return triangle(course_rad, speed_mps, drift, self._fast_mps, now_mps).psi_rad
 
     def step(
         self, dt_s: float, state: EstimatedState, track: Chain, speed_mps: float, end_speed_mps: float | None

@@ -81,7 +81,7 @@ class Guidance:
         self._config = config
         self._acceptance_m = config.acceptance_m
         self._handling = Handling(vessel)
-        self._follower = Follower(config.follow, self._handling)
+        self.follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
         self._alone: Alone | None = None
         """One thruster gives nothing: how the boat stays anywhere with the other."""
@@ -114,19 +114,19 @@ class Guidance:
         """Take new settings; geometry changes at the next manoeuvre."""
         self._config = config
         self._acceptance_m = config.acceptance_m
-        self._follower.configure(config.follow)
+        self.follower.configure(config.follow)
         self._station.configure(config.station)
 
     def limit_speed(self, fast_mps: float) -> None:
         """Ask for no more than this through the water, m/s: faster, the steering law does not keep its margins."""
-        self._follower.limit(fast_mps)
+        self.follower.limit(fast_mps)
         self._station.limit(fast_mps)
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
         self._handling.thrusters(shares)
         self._alone = alone = Alone(self._handling.vessel, shares) if min(shares) == 0.0 else None
-        self._follower.bends_within(*((alone.turning_mps, alone.most_mps) if alone else (0.0, math.inf)))
+        self.follower.bends_within(*((alone.turning_mps, alone.most_mps) if alone else (0.0, math.inf)))
         self._station.thrusters(shares)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
@@ -223,7 +223,7 @@ class Guidance:
         arc = None
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
-            least = self._follower.tightest_m()
+            least = self.follower.tightest_m()
             drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
             # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
             cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
@@ -240,12 +240,12 @@ class Guidance:
             self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
             self._corner = (self._target, arc)
         self._track = Chain(tuple(segments), closed=False)
-        self._follower.integrator.z_m *= 1.0 if entry else 0.0
+        self.follower.integrator.z_m *= 1.0 if entry else 0.0
 
     def _begin_figure(self, state: EstimatedState, figure: Round) -> None:
         self._about_it = isinstance(figure, Circle)
         radius = figure.radius_m or self._config.loiter_radius_m
-        tightest = self._follower.tightest_m()
+        tightest = self.follower.tightest_m()
         if radius < tightest:
             self._say(
                 Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
@@ -256,7 +256,7 @@ class Guidance:
             self._eight = (sense * radius, figure.length_m or 2.0 * radius, figure.bearing_rad or 0.0)
         self._track = Chain(figure.segments(self._target, radius, sense), closed=True)
         self._track.nearest(state.x_m or 0.0, state.y_m or 0.0)
-        self._follower.integrator.z_m = 0.0
+        self.follower.integrator.z_m = 0.0
 
     def _sense(self, state: EstimatedState, direction: LoiterDirection) -> int:
         """1 clockwise, -1 counter-clockwise."""
@@ -274,7 +274,7 @@ class Guidance:
         return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
 
     def _follow(self, dt_s: float, state: EstimatedState, track: Chain, speed_mps: float) -> GuidanceOutput:
-        desired, here, planned_mps, possible = self._follower.step(dt_s, state, track, speed_mps, self._end_mps)
+        desired, here, planned_mps, possible = self.follower.step(dt_s, state, track, speed_mps, self._end_mps)
         if self._loiter is None:
             path = self._progress_of_leg(track, here, state)
         else:
@@ -291,10 +291,10 @@ class Guidance:
             self._station.begin(self._target, _drift(state))
         desired, able = self._station.step(dt_s, state, sent)
         if self._alone is not None:
-            way_round, told = self._alone.way_round(state, self._target, self._follower.tightest_m())
+            way_round, told = self._alone.way_round(state, self._target, self.follower.tightest_m())
             self._texts += [(Severity.WARNING, told)] if told else []
             if way_round is not None:
-                desired, _, _, able = self._follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
+                desired, _, _, able = self.follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
         self._on_path = self._on_path or near

@@ -18,6 +18,7 @@ from mavlink_bridge.language.messages import (
     ActuatorOutput,
     Desired,
     Distance,
+    EstimatedState,
     FenceEnable,
     Mode,
     Noted,
@@ -33,7 +34,7 @@ from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..hull import VesselConfig
-from ..steer import manual_demand
+from ..steer import manual_demand, sway_through_water_mps
 from .config import TickInputs, VehicleConfig
 from .controls import Controls, Decided
 from .flags import flags_of
@@ -107,7 +108,7 @@ class Vehicle:
         dt_s = (now_us - controls.sensed.now_us) * 1e-6 if before.number else 0.0
         controls.voice.now_us = now_us
         self._measure(inputs)
-        parts.estimator.note_water_speed(parts.controller.water_speed_mps())
+        parts.estimator.note_water_speed(parts.controller.water_speed_mps(), sway_through_water_mps(parts.controller))
         state = parts.estimator.predict(now_us, before.guarded.depth.altitude_m)
         utc_us = parts.estimator.utc_us(now_us)
         parts.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
@@ -182,7 +183,7 @@ class Vehicle:
             case None | Sticks() | Measured():
                 return Pursuit(intent)
             case Steer():
-                course = Pursuit(intent, _heading(sensed, intent))
+                course = Pursuit(intent, self._heading(sensed, intent))
             case Leg():
                 course = self._sail(sensed, intent, before)
             case _:
@@ -194,6 +195,14 @@ class Vehicle:
         if slow is None or desired is None or desired.speed_mps is None:
             return course
         return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
+
+    def _heading(self, sensed: Sensed, intent: Steer) -> Desired:
+        """A heading as it is; a course as the heading that makes it good, by what wind and current do now."""
+        state, psi_rad = sensed.state, intent.psi_rad
+        if intent.course:
+            made_good = self.parts.guidance.follower.heading_for(state, psi_rad, intent.speed_mps)
+            psi_rad = psi_rad + _leeway_rad(state) if made_good is None else made_good
+        return Desired(psi_rad, intent.speed_mps)
 
     def _sail(self, sensed: Sensed, leg: Leg, before: Ticked) -> Pursuit:
         """Let guidance sail a leg; one that is new begins here, once the position is known."""
@@ -343,12 +352,11 @@ def _braked(sensed: Sensed, course: Pursuit, demand: Demand, guarded: Guarded) -
     return replace(demand, actuators=ActuatorDemand(sensed.now_us, _ASTERN, _ASTERN))
 
 
-def _heading(sensed: Sensed, intent: Steer) -> Desired:
-    """A heading as it is; a course as the heading that makes it good, by what wind and current do now."""
-    state, psi_rad = sensed.state, intent.psi_rad
-    if intent.course and state.cog_rad is not None and state.psi_rad is not None:
-        psi_rad += state.psi_rad - state.cog_rad if (state.sog_mps or 0.0) > _COURSE_MPS else 0.0
-    return Desired(psi_rad, intent.speed_mps)
+def _leeway_rad(state: EstimatedState) -> float:
+    """How far the bow is off the course over ground: all that a law which knows no speed through the water can tell."""
+    if state.cog_rad is None or state.psi_rad is None or (state.sog_mps or 0.0) <= _COURSE_MPS:
+        return 0.0
+    return state.psi_rad - state.cog_rad
 
 
 def _straight_m(course: Pursuit) -> float | None:

@@ -31,13 +31,13 @@ class SensedState:
         self._lat_per_m = (north[0] - ORIGIN_RAD[0]) / _TEST_M
         self._lon_per_m = (east[1] - ORIGIN_RAD[1]) / _TEST_M
 
-    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None) -> EstimatedState:
+    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None, sway_mps: float = 0.0) -> EstimatedState:
         for sentence in self.sensors.step(now_us, self._truth(now_us, vessel)):
             for measurement in self._reader.receive(sentence, now_us):
                 self.estimator.update(measurement)
         for measurement in self._reader.poll(now_us):
             self.estimator.update(measurement)
-        self.estimator.note_water_speed(water_mps)
+        self.estimator.note_water_speed(water_mps, sway_mps)
         return self.estimator.predict(now_us)
 
     def _truth(self, now_us: int, vessel: SimVessel) -> Truth:
