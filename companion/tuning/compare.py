@@ -18,7 +18,7 @@ from .fit import Progress, covariance_of, solve, widened
 from .problem import TOGETHER, Noise, Problem
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
-from .windows import WINDOW_S, cut
+from .windows import WINDOW_S, Windows, cut
 
 Array = Any
 
@@ -106,7 +106,7 @@ def _line(name: str, share: Share) -> str:
 def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = lambda text: None) -> Comparison:
     """Hold a file against voyages. Raises ValueError, in words, when they are too short."""
     windows = cut(stretches)
-    unknowns = _free(vessel, int(windows.voyage.max()) + 1)
+    unknowns = _free(vessel, windows)
     noise, x = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0)), None
     for turn in range(_ROUNDS):
         problem = Problem(vessel, windows, unknowns, noise)
@@ -127,12 +127,12 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     return Comparison(windows.count * WINDOW_S, speeds, rest, shares)
 
 
-def _free(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
+def _free(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
     """What may have changed since the file was made, and what belongs to the record."""
     names = [name for name in _BARS if name in TOGETHER]
     found = [FitUnknown(name, 1.0, _PRIOR, True, low=-4.0, high=4.0) for name in names]
-    usual = unknowns_of(vessel, voyages)
-    record = ("wind_", "velocity_", "place_", "heading_", "offset")
+    usual = unknowns_of(vessel, windows)
+    record = ("wind_", "velocity_", "place_", "heading_", "bow_", "sensor_", "offset")
     return found + [u for u in usual if u.name in _BARS or u.name.startswith(record)]
 
 

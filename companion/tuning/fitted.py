@@ -16,6 +16,7 @@ from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.model import ModelController
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 from .fit import Fit
+from .problem import TOGETHER
 
 Array = Any
 
@@ -203,7 +204,7 @@ def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> l
 def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
     """Return the text of a vessel file: every fitted value with its interval, what stayed is marked."""
     notes = {PLACES[name][:2]: _interval(name, fit) for name in fit.values if name in PLACES}
-    notes |= {PLACES[u.name][:2]: "not told by the record: as it was" for u in fit.untold if u.name in PLACES}
+    notes |= {PLACES[u.name][:2]: _left(u.name, fit) for u in fit.untold if u.name in PLACES}
     data = vessel.model_dump(exclude_none=True)
     lines = [
         f"# Fitted to {source}, {day}, {fit.seconds:.0f} s of record. Read it before you sail by it.",
@@ -222,6 +223,12 @@ def vessel_toml(vessel: VesselConfig) -> str:
     lines: list[str] = []
     _table(lines, "", vessel.model_dump(exclude_none=True), {})
     return "\n".join(lines) + "\n"
+
+
+def _left(name: str, fit: Fit) -> str:
+    if fit.turning != 1.0 and name in TOGETHER["yaw"]:
+        return f"not told by the record: {fit.turning:.2g} times what it was, as all that resists turning"
+    return "not told by the record: as it was"
 
 
 def _interval(name: str, fit: Fit) -> str:
