@@ -32,6 +32,7 @@ _BARS: Final = {"thrust": 0.08, "drag": 0.15, "turning": 0.25, "starboard_share"
 _ALIKE: Final = 0.6
 """Thrust and drag that are smaller by shares whose ratio is at least this are one thing: mass."""
 _PER_MASS: Final = ("thrust", "drag")
+_PER_INERTIA: Final = ("turning", "area")
 _THROTTLE: Final = 0.6
 
 
@@ -70,7 +71,8 @@ class Comparison:
         if load is not None:
             kind = "heavier" if load > 0.0 else "lighter"
             told = f"the boat is about {abs(100 * load):.0f} % {kind} than the file says: load"
-            return (told, *(_line(name, share) for name, share in out.items() if name not in _PER_MASS))
+            rest = {name: share for name, share in out.items() if not _follows(name, share, load)}
+            return (told, *(_line(name, share) for name, share in rest.items()))
         return tuple(_line(name, share) for name, share in out.items())
 
 
@@ -82,6 +84,15 @@ def _load(out: dict[str, Share]) -> float | None:
     if small * large <= 0.0 or abs(small) < _ALIKE * abs(large):
         return None
     return 1.0 / (1.0 + 0.5 * (small + large)) - 1.0
+
+
+def _follows(name: str, share: Share, load: float) -> bool:
+    """Whether a change is the load once more: inertia in yaw grows with it, and what acts against that is less per inertia."""
+    if name in _PER_MASS:
+        return True
+    per_mass = 1.0 / (1.0 + load) - 1.0
+    small, large = sorted((share.more, per_mass), key=abs)
+    return name in _PER_INERTIA and small * large > 0.0 and abs(small) >= _ALIKE * abs(large)
 
 
 _WORDS: Final = {
