@@ -116,7 +116,8 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
         print(f"not told by the record, left as before: {', '.join(u.name for u in fit.untold)}")
     worst = min(gains.worst, key=lambda m: m.gain_db)
     lowered = f"; set STEER_BW {gains.bandwidth:.2f}" if gains.lowered else ""
-    state = "hold" if gains.holds else "DO NOT hold"
+    told = f"hold up to {gains.up_to_mps:.1f} m/s only" if gains.up_to_mps else "DO NOT hold"
+    state = "hold" if gains.holds else f"{told} (sail no faster, or record more)"
     print(f"margins {state} at the worst corner of what is known: {worst.gain_db:.1f} dB{lowered}")
     for name, what, usual_s in (("heading_late", "heading", RATE_FILTER_S), ("place_late", "position", 0.0)):
         value, sure = fit.values.get(name, 0.0) - usual_s, 2.0 * fit.spread.get(name, 1.0)

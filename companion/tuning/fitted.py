@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -27,7 +28,9 @@ _CORNER_DRAWS: Final = 6
 _CORNER: Final = 2.0
 """Corners lie two standard deviations out along each principal axis of the confidence region."""
 _SLOWER: Final = 0.85
-_SPEEDS: Final = (0.0, 0.5, 1.0)
+_LEAST_BANDWIDTH: Final = 0.4
+"""rad/s: a slower heading loop lets any wind turn the bow."""
+_SPEEDS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the greatest speed at which margins are looked at."""
 
 PLACES: Final = {
@@ -143,27 +146,48 @@ class Gains:
 
     @property
     def holds(self) -> bool:
-        return all(m.gain_db >= GAIN_BAR_DB and m.phase_deg >= PHASE_BAR_DEG for m in self.worst)
+        return all(_kept(m) for m in self.worst)
+
+    @property
+    def up_to_mps(self) -> float:
+        """The greatest speed looked at up to which the bars hold at the worst corner; 0 when nowhere."""
+        kept = itertools.takewhile(lambda pair: _kept(pair[1]), zip(self.speeds, self.worst, strict=True))
+        return max((speed for speed, _ in kept), default=0.0)
+
+    def worth(self) -> float:
+        """The least margin at the worst corner, over its bar."""
+        return min(min(m.gain_db / GAIN_BAR_DB, m.phase_deg / PHASE_BAR_DEG) for m in self.worst)
+
+
+def _kept(margins: LoopMargins) -> bool:
+    return margins.gain_db >= GAIN_BAR_DB and margins.phase_deg >= PHASE_BAR_DEG
 
 
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
-    """Return the greatest bandwidth whose margins hold at the worst corner, or the least tried."""
-    ends = corners(fit)
-    bandwidth = steering.model.heading_bandwidth
-    first = True
-    while True:
+    """Return the greatest bandwidth whose margins hold at the worst corner, or the one that leaves most there.
+
+    That is not the slowest: a hull that turns away by itself needs a fast law, and a slow one lets it go.
+    """
+    ends, bandwidth = corners(fit), steering.model.heading_bandwidth
+    tried: list[Gains] = []
+    while bandwidth >= _LEAST_BANDWIDTH or not tried:
         model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
-        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=not first)
-        if found.holds or bandwidth < 0.4:
+        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=bool(tried))
+        if found.holds:
             return found
-        bandwidth, first = bandwidth * _SLOWER, False
+        tried.append(found)
+        bandwidth *= _SLOWER
+    return max(tried, key=Gains.worth)
 
 
 def _gains(
     vessel: VesselConfig, ends: Sequence[VesselConfig], steering: SteeringConfig, bandwidth: float, *, lowered: bool
 ) -> Gains:
     controller = ModelController(steering, vessel)
-    speeds = tuple(share * controller.steady_mps for share in _SPEEDS)
+    at_rest = yaw_plant(vessel, 0.0)
+    # where a rudder needs way on, nothing holds at rest and nothing fails
+    shares = _SPEEDS if any((*at_rest.by_rudder, *at_rest.by_thrust)) else _SPEEDS[1:]
+    speeds = tuple(share * controller.steady_mps for share in shares)
     gains = tuple(controller.heading_gains(speed) for speed in speeds)
     late_s = DELAY_S + steering.model.heading_late_s
     best, worst = [], []
