@@ -154,19 +154,16 @@ class Gains:
         kept = itertools.takewhile(lambda pair: _kept(pair[1]), zip(self.speeds, self.worst, strict=True))
         return max((speed for speed, _ in kept), default=0.0)
 
-    def worth(self) -> float:
-        """The least margin at the worst corner, over its bar."""
-        return min(min(m.gain_db / GAIN_BAR_DB, m.phase_deg / PHASE_BAR_DEG) for m in self.worst)
-
 
 def _kept(margins: LoopMargins) -> bool:
     return margins.gain_db >= GAIN_BAR_DB and margins.phase_deg >= PHASE_BAR_DEG
 
 
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
-    """Return the greatest bandwidth whose margins hold at the worst corner, or the one that leaves most there.
+    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds, or the settings' own when none does.
 
-    That is not the slowest: a hull that turns away by itself needs a fast law, and a slow one lets it go.
+    Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go. There the speed is to be
+    lowered, up to which the margins hold.
     """
     ends, bandwidth = corners(fit), steering.model.heading_bandwidth
     tried: list[Gains] = []
@@ -177,7 +174,7 @@ def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains
             return found
         tried.append(found)
         bandwidth *= _SLOWER
-    return max(tried, key=Gains.worth)
+    return tried[0]
 
 
 def _gains(

@@ -31,12 +31,11 @@ def test_a_rudder_that_turns_nothing_at_rest_costs_no_bandwidth():
 
 
 def test_a_hull_that_turns_away_by_itself_is_not_given_the_slowest_law():
-    """Nothing holds at the worst corner; slow gains would let it go, as they did with 0.37 rad/s."""
+    """Nothing holds at the worst corner at speed; slow gains would let it go, as they did with 0.37 rad/s."""
     vessel = bare("otter", 1.0)
     gains = gains_for(fit_of(vessel, "m33", 0.3), vessel, SteeringConfig())
     assert not gains.holds
-    assert gains.bandwidth > 0.5
-    assert gains.worth() > 0.0
+    assert not gains.lowered
     assert gains.up_to_mps < gains.speeds[-1]
 
 
