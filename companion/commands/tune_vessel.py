@@ -71,6 +71,7 @@ def command(arguments: argparse.Namespace) -> int:
     page = arguments.page or output.with_suffix(".html")
     write_whole(page, fit_page.page(fit, vessel, rows, gains, source).encode("utf-8"))
     _tell(fit, rows, gains)
+    print(f"gains of the seed's law for it: companion tune gains --vessel {output}")
     print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
     return 0
 
