@@ -71,6 +71,7 @@ def command(arguments: argparse.Namespace) -> int:
     page = arguments.page or output.with_suffix(".html")
     write_whole(page, fit_page.page(fit, vessel, rows, gains, source).encode("utf-8"))
     _tell(fit, rows, gains)
+    print(f"gains of the seed's law for it: companion tune gains --vessel {output}")
     print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
     return 0
 
@@ -100,19 +101,26 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
+    from ..tuning.problem import RATE_FILTER_S
+
     print(f"{'':40} {'before':>10} {'fitted':>10}")
     for what, before, after in rows:
         print(f"{what:40} {before:>10} {after:>10}")
     names = ("surge", "sway", "yaw rate")
     said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
     print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
+    if fit.turning != 1.0:
+        print(
+            f"what resists turning is {fit.turning:.2g} times what the file says, all of it: is thruster.lateral_m right?"
+        )
     if fit.untold:
         print(f"not told by the record, left as before: {', '.join(u.name for u in fit.untold)}")
     worst = min(gains.worst, key=lambda m: m.gain_db)
     lowered = f"; set STEER_BW {gains.bandwidth:.2f}" if gains.lowered else ""
-    state = "hold" if gains.holds else "DO NOT hold"
+    told = f"hold up to {gains.up_to_mps:.1f} m/s only" if gains.up_to_mps else "DO NOT hold"
+    state = "hold" if gains.holds else f"{told} (sail no faster, or record more)"
     print(f"margins {state} at the worst corner of what is known: {worst.gain_db:.1f} dB{lowered}")
-    for name, key in (("heading_late", "nmea.heading_latency_s"), ("velocity_late", "nmea.position_latency_s")):
-        value, sure = fit.values.get(name, 0.0), 2.0 * fit.spread.get(name, 1.0)
+    for name, what, usual_s in (("heading_late", "heading", RATE_FILTER_S), ("place_late", "position", 0.0)):
+        value, sure = fit.values.get(name, 0.0) - usual_s, 2.0 * fit.spread.get(name, 1.0)
         if value > max(sure, 0.05):
-            print(f"recorded {name.partition('_')[0]} is {value:.2f} s late: consider so much more {key}")
+            print(f"recorded {what} is {value:.2f} s late: consider so much more nmea.{what}_latency_s")

@@ -18,7 +18,7 @@ from .fit import Progress, covariance_of, solve, widened
 from .problem import TOGETHER, Noise, Problem
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
-from .windows import WINDOW_S, cut
+from .windows import WINDOW_S, Windows, cut
 
 Array = Any
 
@@ -32,6 +32,7 @@ _BARS: Final = {"thrust": 0.08, "drag": 0.15, "turning": 0.25, "starboard_share"
 _ALIKE: Final = 0.6
 """Thrust and drag that are smaller by shares whose ratio is at least this are one thing: mass."""
 _PER_MASS: Final = ("thrust", "drag")
+_PER_INERTIA: Final = ("turning", "area")
 _THROTTLE: Final = 0.6
 
 
@@ -70,7 +71,8 @@ class Comparison:
         if load is not None:
             kind = "heavier" if load > 0.0 else "lighter"
             told = f"the boat is about {abs(100 * load):.0f} % {kind} than the file says: load"
-            return (told, *(_line(name, share) for name, share in out.items() if name not in _PER_MASS))
+            rest = {name: share for name, share in out.items() if not _follows(name, share, load)}
+            return (told, *(_line(name, share) for name, share in rest.items()))
         return tuple(_line(name, share) for name, share in out.items())
 
 
@@ -82,6 +84,15 @@ def _load(out: dict[str, Share]) -> float | None:
     if small * large <= 0.0 or abs(small) < _ALIKE * abs(large):
         return None
     return 1.0 / (1.0 + 0.5 * (small + large)) - 1.0
+
+
+def _follows(name: str, share: Share, load: float) -> bool:
+    """Whether a change is the load once more: inertia in yaw grows with it, and what acts against that is less per inertia."""
+    if name in _PER_MASS:
+        return True
+    per_mass = 1.0 / (1.0 + load) - 1.0
+    small, large = sorted((share.more, per_mass), key=abs)
+    return name in _PER_INERTIA and small * large > 0.0 and abs(small) >= _ALIKE * abs(large)
 
 
 _WORDS: Final = {
@@ -106,7 +117,7 @@ def _line(name: str, share: Share) -> str:
 def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = lambda text: None) -> Comparison:
     """Hold a file against voyages. Raises ValueError, in words, when they are too short."""
     windows = cut(stretches)
-    unknowns = _free(vessel, int(windows.voyage.max()) + 1)
+    unknowns = _free(vessel, windows)
     noise, x = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0)), None
     for turn in range(_ROUNDS):
         problem = Problem(vessel, windows, unknowns, noise)
@@ -127,12 +138,12 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     return Comparison(windows.count * WINDOW_S, speeds, rest, shares)
 
 
-def _free(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
+def _free(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
     """What may have changed since the file was made, and what belongs to the record."""
     names = [name for name in _BARS if name in TOGETHER]
     found = [FitUnknown(name, 1.0, _PRIOR, True, low=-4.0, high=4.0) for name in names]
-    usual = unknowns_of(vessel, voyages)
-    record = ("wind_", "velocity_", "place_", "heading_", "offset")
+    usual = unknowns_of(vessel, windows)
+    record = ("wind_", "velocity_", "place_", "heading_", "bow_", "sensor_", "offset")
     return found + [u for u in usual if u.name in _BARS or u.name.startswith(record)]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from .hull_arrays import STEP_S
-from .problem import NUISANCES, SENSED, Noise, Problem
+from .problem import NUISANCES, SENSED, TOGETHER, Noise, Problem
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
@@ -25,16 +25,25 @@ Array = Any
 _KEPT_APART: Final = 5
 """Every fifth stretch is kept apart to judge the fit by."""
 _ROUNDS: Final = 3
+_MOVED: Final = 2.0
+"""A value that the record has moved by more than two widths of its prior is not as the file has it, however loosely it is known."""
 
 _ALWAYS: Final = ("wind_", *SENSED)
 """What belongs to the record and not to the boat is always fitted."""
 _ALIKE_WINDOWS: Final = 2
 """Windows of 16 s: wind and current of half a minute ago are still much the same."""
 _WIDER: Final = 1.5
-_UNSURE: Final = 0.015
+_UNSURE: Final = {"m22": 0.08, "yv": 0.08, "yvv": 0.08}
+_UNSURE_ELSE: Final = 0.015
 _UNSURE_S: Final = 0.015
 """Spreads are taken wider by this factor, and never narrower than this share of a coefficient, or of a tick: what the record's own
-filters and the model's shape add is in no residual."""
+filters and the model's shape add is in no residual. Sway is the smallest of the three motions and comes through position, heading and
+their filters: in trials of known hulls what it tells was off by so much beside the scatter."""
+
+_YAW_WIDTH: Final = 0.7
+"""A factor of two either way is nothing unusual,"""
+_FAR_OFF: Final = 1.6
+"""and what lies beyond is told; nearer, the unknowns find it one by one."""
 
 Progress = Callable[[str], None]
 
@@ -55,6 +64,8 @@ class Fit:
     errors_before: tuple[float, float, float]
     """The same with the file that the fit started from."""
     seconds: float
+    turning: float = 1.0
+    """Share by which all inertia and damping in yaw were set first, against the file's, because they were far off together."""
     untold: list[FitUnknown] = field(default_factory=list)
     """What the record cannot tell: left as the file had it."""
     samples: dict[str, Any] = field(default_factory=dict)
@@ -67,28 +78,60 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     too_poor(windows)
     apart = np.arange(windows.count) % _KEPT_APART == _KEPT_APART - 1
     noise = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0))
-    unknowns = unknowns_of(vessel, int(windows.voyage.max()) + 1)
-    used = windows.only(~apart)
-    x = None
-    for turn in range(_ROUNDS):
+    used, given = windows.only(~apart), vessel
+    vessel, turning, x = rebased(vessel, used, noise, say)
+    unknowns = unknowns_of(vessel, used)
+    if x is not None:
+        noise = Noise.of(Problem(vessel, used, unknowns, noise).off(x))
+    for turn in range(1, _ROUNDS):
         problem = Problem(vessel, used, unknowns, noise)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
         noise = Noise.of(problem.off(x))
     assert x is not None
     covariance = covariance_of(Problem(vessel, used, unknowns, noise), x)
     deviation = widened(unknowns, np.sqrt(np.diag(covariance)))
-    told = [u.known(x[k], deviation[k]) or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)]
+    told = [
+        u.known(x[k], deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)
+    ]
     untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
+    unsettled = left_open(problem, x, np.array(told), covariance)
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
     problem = Problem(vessel, used, unknowns, noise)
     x = solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
-    theta, covariance = problem.split(x)[0], covariance_of(problem, x)
+    theta, covariance = problem.split(x)[0], no_wider(covariance_of(problem, x) + unsettled)
     say("judging on the stretches kept apart")
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
-    before = _judge(vessel, judged, unknowns, noise, np.zeros(len(unknowns)))
+    before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
     found = _told(vessel, unknowns, theta, covariance, after=after, before=before, seconds=windows.count * WINDOW_S)
-    return replace(found, untold=untold)
+    return replace(found, untold=untold, turning=turning)
+
+
+def rebased(
+    vessel: VesselConfig, used: Windows, noise: Noise, say: Progress
+) -> tuple[VesselConfig, float, Array | None]:
+    """Return the vessel to start from, the share by which what resists turning differs from the file's, and what was found with it.
+
+    What a file knows least is what moment the propellers really turn the hull by: they blow on it and on each other, and motion tells
+    yaw inertia and damping per moment only. Where that is far off, all of them are, and each by itself would be held back by the file.
+    """
+    unknowns = unknowns_of(vessel, used)
+    problem = Problem(vessel, used, [*unknowns, FitUnknown("yaw", 1.0, _YAW_WIDTH, True, low=-4.0, high=4.0)], noise)
+    x = solve(problem, np.zeros(problem.size), 0, say)
+    share = float(np.exp(_YAW_WIDTH * x[len(unknowns)]))
+    if 1.0 / _FAR_OFF < share < _FAR_OFF:
+        return vessel, 1.0, _without_yaw(unknowns, x)
+    hull = {name: share * getattr(vessel.hull, name) for name in ("m33_kgm2", "nr", "nrr", "nur")}
+    return vessel.model_copy(update={"hull": vessel.hull.model_copy(update=hull)}), share, None
+
+
+def _without_yaw(unknowns: list[FitUnknown], x: Array) -> Array:
+    """The same boat with the common share put into each."""
+    count = len(unknowns)
+    for k, u in enumerate(unknowns):
+        if u.name in TOGETHER["yaw"] and u.relative:
+            x[k] += _YAW_WIDTH * x[count] / u.width
+    return np.delete(x, count)
 
 
 def solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
@@ -136,7 +179,26 @@ def covariance_of(problem: Problem, x: Array) -> Array:
         pairs = _going_on(problem.windows, lag)
         together = without[pairs].T @ without[pairs - lag]
         meat += (1.0 - lag / _ALIKE_WINDOWS) * (together + together.T)
-    return inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse
+    return no_wider(inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse)
+
+
+def no_wider(covariance: Array) -> Array:
+    """The same, but nothing less sure than it was before the record: few windows that contradict each other say too much."""
+    share = 1.0 / np.sqrt(np.maximum(np.diag(covariance), 1.0))
+    return covariance * np.outer(share, share)
+
+
+def left_open(problem: Problem, x: Array, told: Array, covariance: Array) -> Array:
+    """Covariance that the told unknowns owe to those that stay as the file has them, which may be wrong.
+
+    What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping). How far off the
+    file may be is what the fit of all found for it, and how sure that was.
+    """
+    says, _ = _by_window(problem, x)
+    whole = np.eye(len(told)) + says.sum(axis=0)
+    pull = np.linalg.solve(whole[np.ix_(told, told)], whole[np.ix_(told, ~told)])
+    away = x[: len(told)][~told]
+    return pull @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ pull.T
 
 
 def _by_window(problem: Problem, x: Array) -> tuple[Array, Array]:
@@ -166,10 +228,13 @@ def _going_on(windows: Windows, lag: int) -> Array:
     return np.array([k for k in range(lag, windows.count) if follows[k - lag + 1 : k + 1].all()], dtype=int)
 
 
-def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise, theta: Array) -> Any:
-    """RMS over standard deviation of each output on windows of which only start and drift are fitted."""
+def _judge(
+    vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise, theta: Array | None
+) -> Any:
+    """RMS over standard deviation of each output on windows of which only start and drift are fitted. ``theta`` None: the file's."""
     from scipy.optimize import least_squares
 
+    theta = np.zeros(len(unknowns)) if theta is None else theta
     problem = Problem(vessel, windows, unknowns, noise)
     count = len(unknowns)
 
@@ -198,7 +263,7 @@ def _judge(vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], n
 
 def widened(unknowns: list[FitUnknown], deviation: Array) -> Array:
     """Spreads, in widths of the priors, that a person may believe."""
-    least = np.array([_UNSURE / u.width if u.relative else 0.0 for u in unknowns])
+    least = np.array([_UNSURE.get(u.name, _UNSURE_ELSE) / u.width if u.relative else 0.0 for u in unknowns])
     late = [_UNSURE_S / (u.width * u.start if u.relative else u.width) for u in unknowns]
     floor = np.array(
         [s if u.name.endswith(("lag", "late", "smooth")) else 0.0 for u, s in zip(unknowns, late, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.model import ModelController
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 from .fit import Fit
+from .problem import TOGETHER
 
 Array = Any
 
@@ -26,7 +28,9 @@ _CORNER_DRAWS: Final = 6
 _CORNER: Final = 2.0
 """Corners lie two standard deviations out along each principal axis of the confidence region."""
 _SLOWER: Final = 0.85
-_SPEEDS: Final = (0.0, 0.5, 1.0)
+_LEAST_BANDWIDTH: Final = 0.4
+"""rad/s: a slower heading loop lets any wind turn the bow."""
+_SPEEDS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the greatest speed at which margins are looked at."""
 
 PLACES: Final = {
@@ -142,27 +146,45 @@ class Gains:
 
     @property
     def holds(self) -> bool:
-        return all(m.gain_db >= GAIN_BAR_DB and m.phase_deg >= PHASE_BAR_DEG for m in self.worst)
+        return all(_kept(m) for m in self.worst)
+
+    @property
+    def up_to_mps(self) -> float:
+        """The greatest speed looked at up to which the bars hold at the worst corner; 0 when nowhere."""
+        kept = itertools.takewhile(lambda pair: _kept(pair[1]), zip(self.speeds, self.worst, strict=True))
+        return max((speed for speed, _ in kept), default=0.0)
+
+
+def _kept(margins: LoopMargins) -> bool:
+    return margins.gain_db >= GAIN_BAR_DB and margins.phase_deg >= PHASE_BAR_DEG
 
 
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
-    """Return the greatest bandwidth whose margins hold at the worst corner, or the least tried."""
-    ends = corners(fit)
-    bandwidth = steering.model.heading_bandwidth
-    first = True
-    while True:
+    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds, or the settings' own when none does.
+
+    Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go. There the speed is to be
+    lowered, up to which the margins hold.
+    """
+    ends, bandwidth = corners(fit), steering.model.heading_bandwidth
+    tried: list[Gains] = []
+    while bandwidth >= _LEAST_BANDWIDTH or not tried:
         model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
-        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=not first)
-        if found.holds or bandwidth < 0.4:
+        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=bool(tried))
+        if found.holds:
             return found
-        bandwidth, first = bandwidth * _SLOWER, False
+        tried.append(found)
+        bandwidth *= _SLOWER
+    return tried[0]
 
 
 def _gains(
     vessel: VesselConfig, ends: Sequence[VesselConfig], steering: SteeringConfig, bandwidth: float, *, lowered: bool
 ) -> Gains:
     controller = ModelController(steering, vessel)
-    speeds = tuple(share * controller.steady_mps for share in _SPEEDS)
+    at_rest = yaw_plant(vessel, 0.0)
+    # where a rudder needs way on, nothing holds at rest and nothing fails
+    shares = _SPEEDS if any((*at_rest.by_rudder, *at_rest.by_thrust)) else _SPEEDS[1:]
+    speeds = tuple(share * controller.steady_mps for share in shares)
     gains = tuple(controller.heading_gains(speed) for speed in speeds)
     late_s = DELAY_S + steering.model.heading_late_s
     best, worst = [], []
@@ -203,7 +225,7 @@ def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> l
 def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
     """Return the text of a vessel file: every fitted value with its interval, what stayed is marked."""
     notes = {PLACES[name][:2]: _interval(name, fit) for name in fit.values if name in PLACES}
-    notes |= {PLACES[u.name][:2]: "not told by the record: as it was" for u in fit.untold if u.name in PLACES}
+    notes |= {PLACES[u.name][:2]: _left(u.name, fit) for u in fit.untold if u.name in PLACES}
     data = vessel.model_dump(exclude_none=True)
     lines = [
         f"# Fitted to {source}, {day}, {fit.seconds:.0f} s of record. Read it before you sail by it.",
@@ -222,6 +244,12 @@ def vessel_toml(vessel: VesselConfig) -> str:
     lines: list[str] = []
     _table(lines, "", vessel.model_dump(exclude_none=True), {})
     return "\n".join(lines) + "\n"
+
+
+def _left(name: str, fit: Fit) -> str:
+    if fit.turning != 1.0 and name in TOGETHER["yaw"]:
+        return f"not told by the record: {fit.turning:.2g} times what it was, as all that resists turning"
+    return "not told by the record: as it was"
 
 
 def _interval(name: str, fit: Fit) -> str:

@@ -33,9 +33,20 @@ _FLOOR: Final = (0.02, 0.02, 0.008)
 _NUDGE: Final = 1e-3
 _RHYTHM: Final = 8
 """Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
-TOGETHER: Final = {"thrust": ("ahead", "astern"), "drag": ("xu", "xuu"), "turning": ("nr", "nrr", "nur")}
+TOGETHER: Final = {
+    "thrust": ("ahead", "astern"),
+    "drag": ("xu", "xuu"),
+    "turning": ("nr", "nrr", "nur"),
+    "yaw": ("m33", "nr", "nrr", "nur"),
+}
 """Unknowns that stand for a share of several coefficients at once."""
-SENSED: Final = ("velocity_late", "velocity_smooth", "place_late", "heading_late", "heading_offset")
+SENSED: Final = (
+    *("velocity_late", "velocity_smooth", "place_late", "place_smooth"),
+    *("heading_late", "heading_offset", "bow_late", "sensor_forward"),
+)
+
+RATE_FILTER_S: Final = 0.05
+"""The vessel's own record tells the rate of turn so much later than the heading that it comes with: half a period of 10 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +89,33 @@ class Noise:
         return Noise(np.array([spread[0], spread[1], max(spread[2] * share, 0.3 * _FLOOR[2])]), rhythm)
 
 
+def _smoothed(motion: Array, smooth_s: Array) -> Array:
+    """Motion (steps, ...) through a filter of first order along the hull, with which an estimator turns what it believes."""
+    found = np.empty_like(motion)
+    share = 1.0 - np.exp(-STEP_S / np.maximum(smooth_s, 1e-3))
+    found[0] = motion[0]
+    for k in range(1, len(motion)):
+        found[k] = found[k - 1] + (motion[k] - found[k - 1]) * share
+    return found
+
+
+def _late(out: Array, late_s: Array, rows: Array) -> Array:
+    """Values at the rows, so many seconds ago."""
+    back = np.clip(late_s / STEP_S, -(SMOOTH_STEPS // 2), 1.0 / STEP_S - 1.0)
+    where = np.clip(rows[:, None] - back[None, :, 0], 0.0, out.shape[0] - 1.001)
+    lower = where.astype(int)
+    part = where - lower
+    if lower.shape[1] == 1:
+        lower, part = lower[:, 0], part[:, 0][:, None, None, None]
+        return out[lower] * (1.0 - part) + out[lower + 1] * part
+    boats = np.arange(out.shape[2])
+    part = part[:, :, None, None]
+    # boats to the second place, so that each picks its own rows
+    turned = np.moveaxis(out, 2, 1)
+    found = turned[lower, boats[None]] * (1.0 - part) + turned[lower + 1, boats[None]] * part
+    return np.moveaxis(found, 1, 2)
+
+
 class Problem:
     """Residuals and their slopes of one set of windows."""
 
@@ -87,6 +125,7 @@ class Problem:
         count, steps = windows.count, windows.measured.shape[0]
         self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, _EVERY)
         self._first = np.stack([windows.measured[:6, k].mean(axis=0) for k in range(3)])
+        self._own = bool(windows.smoothed.all())
         self._cosine = np.cos(windows.commands.psi_rad)
         self._sine = np.sin(windows.commands.psi_rad)
         self.size = len(unknowns) + NUISANCES * count
@@ -99,17 +138,17 @@ class Problem:
         along, across = drift[0] * cosine + drift[1] * sine, drift[1] * cosine - drift[0] * sine
         start = np.stack([self._first[k] + nuisance[:, k] * _START_SD[k] for k in range(3)])
         start[0] -= along
-        start[1] -= across
+        start[1] -= across + extra["sensor_forward"] * start[2]
         wind = self._wind(extra)
         out = self._hull.sail(c, self.windows.commands, start, wind, drift)
-        recorded = self._as_recorded(out[:, :2], extra["velocity_smooth"])
-        motion = self._late(recorded, extra["velocity_late"])
-        if self.windows.smoothed.any():
-            placed = self._late(recorded[:, 1:], extra["place_late"])
-            motion[:, 1] = np.where(self.windows.smoothed, placed[:, 0], motion[:, 1])
-        rate = self._late(out[:, 2:], extra["heading_late"])
+        sensed = out[:, :2].copy()
+        sensed[:, 1] += extra["sensor_forward"] * out[:, 2]
+        motion = self._as_recorded(sensed, extra)
+        rate = _late(out[:, 2:], extra["heading_late"], self.rows)
         cosine, sine = self._cosine[self.rows][:, None, :], self._sine[self.rows][:, None, :]
-        twist = extra["heading_offset"]
+        # a bow that is told late makes sway of surge in every turn; in a record of our own one compass tells heading and rate
+        late_s = extra["heading_late"] - RATE_FILTER_S if self._own else extra["bow_late"]
+        twist = extra["heading_offset"] - late_s * out[self.rows, 2]
         surge = motion[:, 0] + drift[0] * cosine + drift[1] * sine
         sway = motion[:, 1] + drift[1] * cosine - drift[0] * sine
         return np.stack([surge + twist * sway, sway - twist * surge, rate[:, 0]], axis=1)
@@ -117,12 +156,16 @@ class Problem:
     def _boats(self, theta: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         c = {name: np.full((1, 1), value) for name, value in self._base.items()}
         extra = {name: np.zeros((1, 1)) for name in SENSED}
+        shares: dict[str, Array] = {}
         for k, unknown in enumerate(self.unknowns):
             value = unknown.value(theta[:, k])[:, None]
-            for name in TOGETHER.get(unknown.name, ()):
-                c[name] = c[name] * value
-            if unknown.name not in TOGETHER:
+            if unknown.name in TOGETHER:
+                shares[unknown.name] = value
+            else:
                 (c if unknown.name in c else extra)[unknown.name] = value
+        for together, share in shares.items():
+            for name in TOGETHER[together]:
+                c[name] = c[name] * share
         return c, extra
 
     def _wind(self, extra: dict[str, Array]) -> tuple[Array, Array]:
@@ -133,16 +176,15 @@ class Problem:
             parts.append(np.concatenate([named[k] + 0.0 * named[0] for k in self.windows.voyage], axis=1))
         return parts[0], parts[1]
 
-    def _as_recorded(self, motion: Array, smooth_s: Array) -> Array:
-        """Velocities through the recorder's own filter, of first order; those from places weighted as a parabola through them does."""
-        filtered = np.empty_like(motion)
-        share = 1.0 - np.exp(-STEP_S / np.maximum(smooth_s, 1e-3))
-        filtered[0] = motion[0]
-        for k in range(1, len(motion)):
-            filtered[k] = filtered[k - 1] + (motion[k] - filtered[k - 1]) * share
+    def _as_recorded(self, motion: Array, extra: dict[str, Array]) -> Array:
+        """Surge and sway at the rows as an estimator tells them: velocities filtered, or taken from places that it tells."""
+        found = _late(_smoothed(motion, extra["velocity_smooth"]), extra["velocity_late"], self.rows)
         if self.windows.smoothed.any():
-            filtered[:, 1] = np.where(self.windows.smoothed, self._from_places(motion), filtered[:, 1])
-        return filtered
+            placed = self._from_places(_smoothed(motion, extra["place_smooth"]))[:, None]
+            found[:, 1] = np.where(
+                self.windows.smoothed, _late(placed, extra["place_late"], self.rows)[:, 0], found[:, 1]
+            )
+        return found
 
     def _from_places(self, motion: Array) -> Array:
         """Sway as it is taken from places: smoothed north and east, then turned.
@@ -158,23 +200,6 @@ class Problem:
         east = sine * motion[:, 0] + cosine * motion[:, 1]
         north, east = (convolve1d(way, weights / weights.sum(), axis=0, mode="nearest") for way in (north, east))
         return cosine * east - sine * north
-
-    def _late(self, out: Array, late_s: Array) -> Array:
-        """Values at the rows, so many seconds ago."""
-        back = np.clip(late_s / STEP_S, -10.0, 1.0 / STEP_S - 1.0)
-        where = self.rows[:, None, None] - back[None]
-        where = np.clip(where, 0.0, out.shape[0] - 1.001)
-        lower = where.astype(int)
-        part = where - lower
-        if lower.shape[1] == 1:
-            lower, part = lower[:, 0, 0], part[:, 0, 0][:, None, None, None]
-            return out[lower] * (1.0 - part) + out[lower + 1] * part
-        boats = np.arange(out.shape[2])
-        lower, part = lower[:, :, 0], part[:, :, 0][:, :, None, None]
-        # boats to the second place, so that each picks its own rows
-        turned = np.moveaxis(out, 2, 1)
-        found = turned[lower, boats[None]] * (1.0 - part) + turned[lower + 1, boats[None]] * part
-        return np.moveaxis(found, 1, 2)
 
     def split(self, x: Array) -> tuple[Array, Array]:
         count = len(self.unknowns)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from .hull_arrays import coefficients
+from .windows import Windows
 
 Array = Any
 
@@ -56,8 +57,8 @@ def _between(name: str, start: float, width: float, low: float, high: float) -> 
     )
 
 
-def unknowns_of(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
-    """Return what a fit of a vessel to so many voyages may change. Mass is not among it: motion tells forces per mass only."""
+def unknowns_of(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
+    """Return what a fit of a vessel to these windows may change. Mass is not among it: motion tells forces per mass only."""
     c = coefficients(vessel)
     least = {"xu": 0.02 * c["xuu"] + 0.1, "xuu": 0.05 * c["xu"] + 0.1, "yv": 0.1, "yvv": 0.1, "nr": 0.01, "nrr": 0.01}
     widths = {"m22": 0.4, "m33": 0.4, "xu": 0.6, "xuu": 0.5, "yv": 0.6, "yvv": 0.8, "nr": 0.6, "nrr": 0.7}
@@ -70,7 +71,7 @@ def unknowns_of(vessel: VesselConfig, voyages: int) -> list[FitUnknown]:
     )
     most = 2.0 * math.sqrt(c["nr"] * c["nrr"]) + c["nr"]
     found.append(_between("nur", c["nur"], 0.4 * (c["nur"] + c["nr"]), 0.0, 3.0 * most))
-    return found + _propulsion(vessel, c) + _sensors(voyages)
+    return found + _propulsion(vessel, c) + _sensors(vessel, windows)
 
 
 def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
@@ -92,9 +93,18 @@ def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
     return found
 
 
-def _sensors(voyages: int) -> list[FitUnknown]:
-    found = [_between(name, 0.0, 0.15, -0.3, 0.9) for name in ("velocity_late", "place_late", "heading_late")]
-    found.append(_between("velocity_smooth", 0.15, 0.15, 0.0, 1.5))
+def _sensors(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
+    """Of the record: a log may hold its commands later than what they did, so delays may be below zero."""
+    late, smooth = ["velocity_late", "heading_late"], ["velocity_smooth"]
+    if windows.smoothed.any():
+        late, smooth = [*late, "place_late"], [*smooth, "place_smooth"]
+    if not windows.smoothed.all():
+        late.append("bow_late")
+    found = [_between(name, 0.0, 0.15, -0.5, 0.9) for name in late]
+    found += [_between(name, 0.15, 0.15, 0.0, 1.5) for name in smooth]
     found.append(_between("heading_offset", 0.0, math.radians(2.5), -0.3, 0.3))
-    ways = [f"wind_{way}_{k}" for k in range(voyages) for way in ("north", "east")]
+    if not windows.smoothed.all():
+        half_m = 0.5 * vessel.hull.length_m
+        found.append(_between("sensor_forward", 0.0, 0.3 * half_m, -half_m, half_m))
+    ways = [f"wind_{way}_{k}" for k in range(int(windows.voyage.max()) + 1) for way in ("north", "east")]
     return found + [_between(name, 0.0, 4.0, -30.0, 30.0) for name in ways]

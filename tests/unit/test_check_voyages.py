@@ -5,7 +5,7 @@ import pytest
 import config
 from companion.cli import main
 from companion.core.trial import TrialConfig
-from companion.tuning.compare import compare
+from companion.tuning.compare import Comparison, Share, compare
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped
@@ -45,6 +45,23 @@ def test_a_voyage_that_is_none_is_named(tmp_path, capsys):
     run.write_text("t_s,heading_deg\n0,1\n")
     assert main([*CHECK, "--voyage", str(run)]) == 2
     assert "short.csv" in capsys.readouterr().err
+
+
+def _shares(**more):
+    usual = dict.fromkeys(("thrust", "drag", "turning", "starboard_share", "area"), 0.0)
+    return Comparison(400.0, (1.6, 1.6), (4.0, 4.0), {k: Share(v, 0.05) for k, v in (usual | more).items()}).findings
+
+
+def test_load_is_told_once_though_it_shows_in_all_that_acts_against_inertia():
+    assert _shares(thrust=-0.22, drag=-0.21, turning=-0.26, area=-0.2) == (
+        "the boat is about 27 % heavier than the file says: load",
+    )
+
+
+def test_a_fouled_hull_that_is_also_loaded_is_told_as_both():
+    told = _shares(thrust=-0.22, drag=-0.21, turning=0.4)
+    assert len(told) == 2
+    assert told[1].startswith("what damps turning is 40 %")
 
 
 @pytest.mark.soak

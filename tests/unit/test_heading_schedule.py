@@ -13,7 +13,7 @@ from companion.core.steer.model import ModelController
 from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
-from tools.benches.cells.foreign_hulls import bare, launch
+from tools.benches.cells.foreign_hulls import bare, launch, single_screw
 
 HAS_CONTROL = find_spec("control") is not None
 HULLS = {f"{name}, no rudders, munk {munk}": bare(name, munk) for name in vessel_names() for munk in (0.0, 0.5, 1.0)}
@@ -67,6 +67,12 @@ def test_the_top_speed_is_lowered_where_nothing_holds_and_said():
         assert bool(told) == (controller.steady_mps < 0.99 * controller.top_mps), name
         assert controller.steady_mps > 0.8
     assert ModelController(SteeringConfig(), HULLS["otter"]).steady_mps == pytest.approx(3.09, abs=0.01)
+
+
+def test_a_single_screw_that_nothing_turns_at_rest_keeps_its_top_speed():
+    """Without way on and without race a rudder gives no moment: no margin fails there, and none holds."""
+    controller = ModelController(SteeringConfig(), single_screw())
+    assert controller.steady_mps == pytest.approx(controller.top_mps)
 
 
 def test_slow_propellers_do_not_judge_a_boat_that_steers_by_rudders():

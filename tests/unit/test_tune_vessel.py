@@ -10,11 +10,12 @@ from companion.core.trial import TrialConfig
 from companion.settings import load_vessel
 from companion.tuning import fitted
 from companion.tuning.fit import fit_vessel
+from companion.tuning.hull_arrays import coefficients
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped
-from tools.benches.cells.foreign_hulls import launch
-from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.foreign_hulls import FOREIGN, any_hull
+from tools.benches.cells.sensed import SensedState, late_eyes
 from tools.benches.cells.trial_cells import sail_trial, turn_rate, wrong
 
 SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
@@ -83,15 +84,23 @@ def test_a_wrong_column_is_named_with_the_mend(tmp_path, capsys, columns, told):
     assert told in capsys.readouterr().err
 
 
+HULLS = ("otter", "blueboat", "wamv", *FOREIGN)
+
+
+def whole_trial(name, seed, file):
+    """Sail a whole trial of a hull by a file that is wrong by half; return truth and fit."""
+    truth = any_hull(name)
+    start, eyes = wrong(truth, seed), late_eyes(seed) if name == "crooked" else SensedState(seed)
+    radius_m = 150.0 if name == "launch" else 80.0
+    sail_trial(truth, SEA, TrialConfig(radius_m=radius_m), file, belief=start, seed=seed, source=eyes)
+    return truth, fit_vessel(start, read_voyage(file))
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
-@pytest.mark.parametrize("name", ["otter", "blueboat", "wamv", "launch"])
+@pytest.mark.parametrize("name", HULLS)
 def test_whole_trials_of_hulls_wrong_by_half(tmp_path, name, seed):
-    truth = launch() if name == "launch" else shipped(name)
-    start, run = wrong(truth, seed), tmp_path / "trial.csv"
-    radius_m = 150.0 if name == "launch" else 80.0
-    sail_trial(truth, SEA, TrialConfig(radius_m=radius_m), run, belief=start, seed=seed, source=SensedState(seed))
-    fit = fit_vessel(start, read_voyage(run))
+    truth, fit = whole_trial(name, seed, tmp_path / "trial.csv")
     new = fitted.fitted_vessel(fit)
     for throttle in (0.35, 0.65, 0.95):
         assert Statics(new).throttle_to_speed(throttle) == pytest.approx(
@@ -102,3 +111,17 @@ def test_whole_trials_of_hulls_wrong_by_half(tmp_path, name, seed):
     for speed in (1.0, 2.0):
         ratio = Statics(new).stopping_distance_m(speed) / Statics(truth).stopping_distance_m(speed)
         assert 1.0 <= ratio < 1.15
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_intervals_of_what_is_called_known_hold_the_truth(tmp_path, seed):
+    """Nine in ten, over all hulls."""
+    held = []
+    for name in HULLS:
+        truth, fit = whole_trial(name, seed, tmp_path / f"{name}.csv")
+        right = coefficients(truth)
+        known = [k for k in fit.values if k in fitted.PLACES and fit.known[k]]
+        held += [abs(fit.values[k] - right[k]) <= 2.0 * fit.spread[k] for k in known]
+    assert len(held) > 80
+    assert sum(held) >= 0.9 * len(held)

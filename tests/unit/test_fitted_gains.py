@@ -1,0 +1,48 @@
+"""The bandwidth that a fitted file is given: what is not known lowers it only where that helps."""
+
+import numpy as np
+import pytest
+
+from companion.core.hull import VesselConfig
+from companion.core.steer import SteeringConfig
+from companion.tuning.fit import Fit
+from companion.tuning.fitted import gains_for
+from companion.tuning.hull_arrays import coefficients
+from companion.tuning.unknowns import FitUnknown
+from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
+
+
+def fit_of(vessel: VesselConfig, name: str, deviation: float) -> Fit:
+    """A fit that found the file right, one coefficient so unsure (relative)."""
+    start = coefficients(vessel)[name]
+    unknown = FitUnknown(name, start, 0.5, relative=True)
+    return Fit(
+        vessel, {name: start}, {name: deviation * start},
+        known={name: True}, unknowns=[unknown], covariance=np.array([[(deviation / 0.5) ** 2]]),
+        errors=(0.1, 0.1, 0.1), errors_before=(0.1, 0.1, 0.1), seconds=600.0,
+    )  # fmt: skip
+
+
+def test_a_rudder_that_turns_nothing_at_rest_costs_no_bandwidth():
+    gains = gains_for(fit_of(single_screw(), "m33", 0.1), single_screw(), SteeringConfig())
+    assert gains.holds
+    assert not gains.lowered
+    assert gains.speeds[0] > 0.0
+
+
+def test_a_hull_that_turns_away_by_itself_is_not_given_the_slowest_law():
+    """Nothing holds at the worst corner at speed; slow gains would let it go, as they did with 0.37 rad/s."""
+    vessel = bare("otter", 1.0)
+    gains = gains_for(fit_of(vessel, "m33", 0.3), vessel, SteeringConfig())
+    assert not gains.holds
+    assert not gains.lowered
+    assert gains.up_to_mps < gains.speeds[-1]
+
+
+def test_what_is_unsure_lowers_the_bandwidth_where_that_holds():
+    vessel = rudderless()
+    sure, unsure = (gains_for(fit_of(vessel, "lag", d), vessel, SteeringConfig()) for d in (0.02, 0.2))
+    assert sure.holds
+    assert unsure.holds
+    assert unsure.bandwidth <= sure.bandwidth
+    assert unsure.up_to_mps == pytest.approx(unsure.speeds[-1])
