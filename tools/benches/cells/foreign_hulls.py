@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Final
+
 from companion.core.hull import VesselConfig
 from sitl.plant.library import load_vessel
 
@@ -13,35 +16,92 @@ def bare(name: str, munk: float) -> VesselConfig:
     return vessel.model_copy(update={"hull": hull, "rudder": vessel.rudder.model_copy(update={"count": 0})})
 
 
-def launch() -> VesselConfig:
-    """Return a twin-screw launch of 350 kg and 4 m whose propellers take 0.8 s and whose big rudders steer it."""
+def _foreign(
+    name: str,
+    hull: dict[str, float],
+    thruster: dict[str, float],
+    *,
+    rudder: dict[str, float],
+    windage: tuple[float, float],
+) -> VesselConfig:
+    """Return the default vessel with these coefficients in place of its own; areas to the wind from ahead and abeam, m²."""
     otter = load_vessel("otter")
-    hull = {
-        "length_m": 4.0,
-        "beam_m": 1.6,
-        "draught_m": 0.35,
-        "mass_kg": 350.0,
-        "m11_kg": 375.0,
-        "m22_kg": 640.0,
-        "m23_kgm": 0.0,
-        "m33_kgm2": 560.0,
-        "xu": 40.0,
-        "xuu": 60.0,
-        "yv": 400.0,
-        "yvv": 900.0,
-        "nr": 450.0,
-        "nrr": 2500.0,
-        "munk": 0.6,
-    }
-    thruster = {"lateral_m": 0.45, "ahead_n": 330.0, "astern_n": 200.0, "lag_s": 0.8, "diameter_m": 0.3}
-    rudder = {"area_m2": 0.045, "x_m": -1.8, "rate_dps": 45.0, "lag_s": 0.15}
-    windage = {"frontal_m2": 1.3, "lateral_m2": 2.6}
     return otter.model_copy(
         update={
-            "name": "launch",
+            "name": name,
             "hull": otter.hull.model_copy(update=hull),
             "thruster": otter.thruster.model_copy(update=thruster),
             "rudder": otter.rudder.model_copy(update=rudder),
-            "windage": otter.windage.model_copy(update=windage),
+            "windage": otter.windage.model_copy(update={"frontal_m2": windage[0], "lateral_m2": windage[1]}),
         }
     )
+
+
+def launch() -> VesselConfig:
+    """Return a twin-screw launch of 350 kg and 4 m whose propellers take 0.8 s and whose big rudders steer it."""
+    size = {"length_m": 4.0, "beam_m": 1.6, "draught_m": 0.35, "mass_kg": 350.0}
+    inertia = {"m11_kg": 375.0, "m22_kg": 640.0, "m23_kgm": 0.0, "m33_kgm2": 560.0}
+    damping = {"xu": 40.0, "xuu": 60.0, "yv": 400.0, "yvv": 900.0, "nr": 450.0, "nrr": 2500.0, "munk": 0.6}
+    thruster = {"lateral_m": 0.45, "ahead_n": 330.0, "astern_n": 200.0, "lag_s": 0.8, "diameter_m": 0.3}
+    rudder = {"area_m2": 0.045, "x_m": -1.8, "rate_dps": 45.0, "lag_s": 0.15}
+    return _foreign("launch", size | inertia | damping, thruster, rudder=rudder, windage=(1.3, 2.6))
+
+
+def single_screw() -> VesselConfig:
+    """Return a boat of 140 kg and 2.6 m with one propeller and one rudder behind it: it turns with way or race only."""
+    size = {"length_m": 2.6, "beam_m": 0.9, "draught_m": 0.25, "mass_kg": 140.0}
+    inertia = {"m11_kg": 150.0, "m22_kg": 270.0, "m23_kgm": 8.0, "m33_kgm2": 95.0}
+    damping = {"xu": 22.0, "xuu": 22.0, "yv": 250.0, "yvv": 320.0, "nr": 95.0, "nrr": 500.0, "munk": 0.45}
+    thruster = {"count": 1, "lateral_m": 0.0, "ahead_n": 180.0, "astern_n": 100.0, "lag_s": 0.35, "diameter_m": 0.22}
+    rudder = {"count": 1, "area_m2": 0.03, "x_m": -1.2, "lag_s": 0.12}
+    return _foreign("single screw", size | inertia | damping, thruster, rudder=rudder, windage=(0.5, 1.0))
+
+
+def rudderless() -> VesselConfig:
+    """Return a catamaran of 150 kg and 3 m that only its two propellers turn."""
+    size = {"length_m": 3.0, "beam_m": 1.5, "draught_m": 0.22, "mass_kg": 150.0}
+    inertia = {"m11_kg": 160.0, "m22_kg": 290.0, "m23_kgm": 10.0, "m33_kgm2": 150.0}
+    damping = {"xu": 30.0, "xuu": 28.0, "yv": 260.0, "yvv": 340.0, "nr": 140.0, "nrr": 900.0, "munk": 0.5}
+    thruster = {
+        "lateral_m": 0.6,
+        "ahead_n": 150.0,
+        "astern_n": 95.0,
+        "lag_s": 0.25,
+        "dead_band": 0.05,
+        "diameter_m": 0.2,
+    }
+    return _foreign("rudderless", size | inertia | damping, thruster, rudder={"count": 0}, windage=(0.7, 1.2))
+
+
+def crooked() -> VesselConfig:
+    """Return a boat of 90 kg whose rudders stand 4° off and whose propellers start at 12 %; it is met with ``late_eyes``."""
+    size = {"length_m": 2.2, "beam_m": 1.0, "draught_m": 0.2, "mass_kg": 90.0}
+    inertia = {"m11_kg": 97.0, "m22_kg": 175.0, "m23_kgm": 6.0, "m33_kgm2": 50.0}
+    damping = {"xu": 20.0, "xuu": 20.0, "yv": 170.0, "yvv": 230.0, "nr": 55.0, "nrr": 400.0, "munk": 0.4}
+    thruster = {"lateral_m": 0.4, "ahead_n": 110.0, "astern_n": 70.0, "dead_band": 0.12}
+    rudder = {"area_m2": 0.012, "offset_deg": 4.0}
+    return _foreign("crooked", size | inertia | damping, thruster, rudder=rudder, windage=(0.45, 0.8))
+
+
+def lopsided() -> VesselConfig:
+    """Return a boat of 110 kg whose starboard propeller gives a fifth less than the port one."""
+    size = {"length_m": 2.4, "beam_m": 1.2, "draught_m": 0.2, "mass_kg": 110.0}
+    inertia = {"m11_kg": 118.0, "m22_kg": 215.0, "m23_kgm": 8.0, "m33_kgm2": 75.0}
+    damping = {"xu": 24.0, "xuu": 22.0, "yv": 200.0, "yvv": 260.0, "nr": 70.0, "nrr": 600.0, "munk": 0.5}
+    thruster = {"lateral_m": 0.45, "ahead_n": 130.0, "astern_n": 80.0, "lag_s": 0.2, "starboard_share": 0.8}
+    return _foreign("lopsided", size | inertia | damping, thruster, rudder={"area_m2": 0.011}, windage=(0.5, 0.9))
+
+
+FOREIGN: Final[dict[str, Callable[[], VesselConfig]]] = {
+    "launch": launch,
+    "single": single_screw,
+    "rudderless": rudderless,
+    "crooked": crooked,
+    "lopsided": lopsided,
+}
+"""The five that no law or fit was made on, by name."""
+
+
+def any_hull(name: str) -> VesselConfig:
+    """Return one of ``FOREIGN``, or a shipped hull."""
+    return FOREIGN[name]() if name in FOREIGN else load_vessel(name)

@@ -100,7 +100,10 @@ def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput) -> str:
 
 
 def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
-    """Return a file of which every coefficient is off by up to so much, but the mass scale, which no motion tells."""
+    """Return a file of which every coefficient is off by up to so much, but the mass scale, which no motion tells.
+
+    Of rudders that stand off and of unlike sides it knows nothing.
+    """
     dice = random.Random(f"wrong {seed}")
 
     def off(value: float) -> float:
@@ -116,8 +119,8 @@ def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
     return vessel.model_copy(
         update={
             "hull": vessel.hull.model_copy(update=hull),
-            "thruster": vessel.thruster.model_copy(update=thruster),
-            "rudder": vessel.rudder.model_copy(update=rudder),
+            "thruster": vessel.thruster.model_copy(update=thruster | {"starboard_share": 1.0}),
+            "rudder": vessel.rudder.model_copy(update=rudder | {"offset_deg": 0.0}),
         }
     )
 
