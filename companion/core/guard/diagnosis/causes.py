@@ -40,7 +40,7 @@ def words(cause: Cause) -> str:
         case Cause.SWAPPED:
             found = "thrusters changed over"
         case Cause.SLIP:
-            found = "thrusters slip (air, weed, aground)"
+            found = "thrusters slip, or the boat is held (weed, a tow, aground)"
         case Cause.RUDDERS_STILL:
             found = "rudders stuck or free"
         case Cause.RUDDERS_REVERSED:

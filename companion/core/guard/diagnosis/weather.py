@@ -75,6 +75,10 @@ class Weather:
         self._both = [_QUIET * first for first in self._variance]
         self._last = [0.0, 0.0]
 
+    def upset(self) -> None:
+        """The water has changed: the push is found anew, the noise is what it was."""
+        self.seen_s = 0.0
+
     @property
     def settled(self) -> bool:
         return self.seen_s >= SETTLED_S

@@ -40,8 +40,6 @@ _HELM: Final = 1.15
 """A helm that answers gusts looks most like one that does nothing."""
 _AGAINST: Final = 0.65
 """And so much, in any weather, for what works the wrong way: no gust turns a boat against its helm."""
-_SUPPORT: Final = 0.8
-"""Share of that from which on a cause is an opinion that others reckon with."""
 _APART: Final = 4.0
 """Odds of fifty to one against the next cause, as soon as there is enough; the longer one stays ahead, the less it needs."""
 _HELD_S: Final = 3.0
@@ -83,7 +81,7 @@ class Weighing:
         return frozenset(
             one.cause
             for one, against, score in zip(self._among, self._against, self._score, strict=True)
-            if against > _SUPPORT * self._enough(one.cause) and score > best - _APART
+            if against > self._enough(one.cause) and score > best - _APART
         )
 
     def _enough(self, cause: Cause) -> float:
@@ -102,6 +100,10 @@ class Weighing:
 
     def step(self, step_s: float, sample: Sample) -> Cause | None:
         """Weigh one sample; return the cause that it decides for."""
+        if sample.upset:
+            self._weather.upset()
+            self._begin()
+            self.opinion = frozenset()
         if not self._weather.settled:
             self._weather.follow(step_s, sample, suspicious=False)
             return None
