@@ -92,6 +92,23 @@ def test_on_station_it_takes_more():
     assert needed() < needed(on_station=True)
 
 
+def test_what_is_not_told_apart_for_long_was_no_fault():
+    suspect = suspects(OTTER)[0]
+    weighing = Weighing((suspect, replace(suspect, cause=Cause.SWAPPED)), BOUNDS)
+    effects, found = ((-60.0, 25.0), (-60.0, 25.0)), []
+    for unexplained in QUIET + 8 * LOST:
+        found.append(weighing.step(SAMPLE_S, replace(HEALTHY, unexplained=unexplained, effects=effects)))
+    assert found == [None] * len(found)
+    assert not weighing.suspected
+
+
+def test_thrusters_on_one_line_are_not_judged():
+    inline = OTTER.model_copy(update={"thruster": OTTER.thruster.model_copy(update={"lateral_m": 0.0})})
+    diagnosis = Diagnosis(inline)
+    assert diagnosis.step(TICK_S, SLOW, HALF) is None
+    assert diagnosis.opinion is None
+
+
 # ---- the watch that acts
 
 
