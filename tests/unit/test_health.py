@@ -95,9 +95,8 @@ def test_on_station_it_takes_more():
 def test_what_is_not_told_apart_for_long_was_no_fault():
     suspect = suspects(OTTER)[0]
     weighing = Weighing((suspect, replace(suspect, cause=Cause.SWAPPED)), BOUNDS)
-    effects, found = ((-60.0, 25.0), (-60.0, 25.0)), []
-    for unexplained in QUIET + 8 * LOST:
-        found.append(weighing.step(SAMPLE_S, replace(HEALTHY, unexplained=unexplained, effects=effects)))
+    alike = replace(HEALTHY, effects=((-60.0, 25.0), (-60.0, 25.0)))
+    found = [weighing.step(SAMPLE_S, replace(alike, unexplained=unexplained)) for unexplained in QUIET + 8 * LOST]
     assert found == [None] * len(found)
     assert not weighing.suspected
 

@@ -38,6 +38,8 @@ _QUIET: Final = 0.6
 """In quiet water it takes so much of that to find thrust that is missing: there is no gust that could be it."""
 _HELM: Final = 1.15
 """A helm that answers gusts looks most like one that does nothing."""
+_SURGE_ALONE: Final = 1.75
+"""A single thruster is told by surge alone, and gusts push along too."""
 _AGAINST: Final = 0.65
 """And so much, in any weather, for what works the wrong way: no gust turns a boat against its helm."""
 _APART: Final = 4.0
@@ -87,8 +89,10 @@ class Weighing:
     def _enough(self, cause: Cause) -> float:
         """The evidence that it takes in this weather."""
         match cause:
-            case Cause.WEAK | Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
+            case Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
                 return self._base * self._missing
+            case Cause.WEAK | Cause.REVERSED:
+                return self._base * self._missing * _SURGE_ALONE
             case Cause.RUDDERS_STILL:
                 return self._base * _HELM
             case (
