@@ -6,14 +6,15 @@ import math
 import pytest
 
 from companion.core.guard.diagnosis import Cause, Diagnosis, words
+from companion.core.guard.propulsion import PropulsionWatch
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import EstimatedState, Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
-from tools.benches.cells.foreign_hulls import bare, launch
-from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare, launch
+from tools.benches.cells.sensed import SensedState, late_eyes
 
 HULLS = {
     "otter": load_vessel("otter"),
@@ -42,6 +43,26 @@ def suspected_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=1
         if cause is not None:
             return run.t_s - fault_s, cause
     return None
+
+
+def judged(hull, water, seconds, each=lambda run: None, seed=1, figure=None, mps=1.5):
+    """Sail north, or about a point; return what is suspected and what the watch that acts has found, as the vessel asks them."""
+    vessel = any_hull(hull)
+    run = Case(vessel, water, seed=seed, source=late_eyes if hull == "crooked" else SensedState).loop()
+    run.place(0.0, 0.0, 0.0, mps)
+    if figure is None:
+        run.sail(run.goto(400.0, 0.0), mps)
+    else:
+        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 20.0), figure=figure), mps)
+    diagnosis, watch, suspected = Diagnosis(vessel), PropulsionWatch(vessel), []
+    while run.t_s < seconds:
+        each(run)
+        run.tick(mps)
+        cause = diagnosis.step(TICK_S, run.state, run.sent)
+        suspected += [cause] if cause else []
+        if any(watch.step(TICK_S, run.state, run.sent, diagnosis.opinion)) or watch.helm_mirrored:
+            diagnosis.rest()
+    return suspected, watch.flags
 
 
 def thrusters(port, starboard):
@@ -128,6 +149,43 @@ def test_the_right_cause_is_suspected_on_every_hull(water):
 )
 def test_an_hour_of_rough_water_is_nothing_wrong(hull, figure, mps, seed):
     assert suspected_s(hull, GALE, figure, mps, 3600.0, seed=seed) is None
+
+
+def from_30_s(fault):
+    def break_down(run):
+        if run.t_s > 30.0:
+            fault(run.vessel)
+
+    return break_down
+
+
+def test_a_stuck_rudder_is_not_taken_for_a_thruster_that_pushes_the_wrong_way():
+    suspected, flags = judged("launch", WATERS["calm"], 50.0, from_30_s(stuck(15.0)))
+    assert suspected == [Cause.RUDDERS_STILL]
+    assert not flags.thruster_reversed
+    assert not flags.thruster_weak
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_eddies_are_no_fault(sense):
+    def shear(run):
+        across = sense if int(run.vessel.north_m // 25.0) % 2 else -sense
+        run.water.configure(WaterConfig(current_mps=0.7, current_to_deg=90.0 * across, wind_mps=2.0))
+
+    suspected, flags = judged("rudderless", WATERS["calm"], 90.0, shear)
+    assert suspected == []
+    assert not flags.thruster_weak
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("hull", ["otter", "blueboat", "wamv", *FOREIGN])
+@pytest.mark.parametrize(("figure", "mps"), [(None, 2.0), (Circle(radius_m=10.0), 1.5), (Hover(), 1.0)])
+def test_rough_water_is_nothing_wrong_on_hulls_that_nobody_modelled(hull, figure, mps, seed):
+    suspected, flags = judged(hull, GALE, 190.0 if figure is None else 1800.0, seed=seed, figure=figure, mps=mps)
+    assert suspected == []
+    assert not flags.thruster_weak
+    assert not flags.thruster_reversed
 
 
 def test_each_cause_has_words_of_its_own():

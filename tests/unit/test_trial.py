@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 
 import pytest
 
@@ -37,7 +38,7 @@ class Boat:
         state = state or self.state()
         out = self.trial.step(self.now_us, state, stopping_distance_m(OTTER, state.sog_mps or 0.0))
         self.texts += out.texts
-        self.told, self.sticks = out.told, (out.surge, out.yaw)
+        self.told, self.sticks, self.home = out.told, (out.surge, out.yaw), out.home
         demand = manual_demand(self.now_us, out.surge, out.yaw, SteeringConfig(), self.hull.config)
         for _ in range(2):
             self.sea.step(TICK_S / 2)
@@ -110,6 +111,28 @@ def test_a_lost_position_is_waited_for_a_second_and_then_ends_it():
     assert any("position or heading lost" in text for text in boat.texts)
     boat.sail(5.0)
     assert boat.told is TrialStanding.ENDED
+
+
+def test_a_silent_compass_ends_it_though_a_course_stands_in_for_the_heading():
+    boat = Boat()
+    boat.sail(20.0)
+    for k in range(60):
+        boat.tick(replace(boat.state(), heading_age_s=k * TICK_S))
+        if k * TICK_S > 1.25:
+            assert boat.sticks == (0.0, 0.0)
+            assert not boat.home
+    assert any("position or heading lost" in text for text in boat.texts)
+    boat.tick()
+    assert boat.told is TrialStanding.ENDED
+    assert boat.home
+
+
+def test_a_compass_that_speaks_once_a_second_is_enough():
+    boat = Boat()
+    boat.sail(20.0)
+    for k in range(100):
+        boat.tick(replace(boat.state(), heading_age_s=k % 22 * TICK_S))
+    assert boat.told is TrialStanding.RUNNING
 
 
 def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_but_is_never_left():

@@ -19,6 +19,7 @@ from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
 from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
+from .diagnosis import Cause
 from .wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
@@ -59,6 +60,11 @@ _SOMETHING: Final = 0.4
 """And above this it is something again: the vessel is steered quite otherwise with nothing."""
 _STEP: Final = 0.15
 """The share that others reckon with follows the estimate in steps: each means a new allocation."""
+_SIDES: Final = (
+    (Cause.PORT_WEAK, Cause.PORT_REVERSED),
+    (Cause.STARBOARD_WEAK, Cause.STARBOARD_REVERSED),
+)
+"""What the diagnosis calls it: gives little, and pushes the wrong way."""
 _SMALL_NM: Final = 1.0
 """Below this a hull's moment is lost in the noise of any gyro or compass."""
 _USUAL_S: Final = 30.0
@@ -108,6 +114,7 @@ class PropulsionWatch:
         self._fit = [(0.0, 0.0), (0.0, 0.0)]
         self._slow_s = [math.inf, math.inf]
         self._usual_nm = self._known_s = 0.0
+        self._opinion: frozenset[Cause] | None = None
         self.weak = (False, False)
         """Port, starboard: this thruster gives much less than it is told to."""
         self.shares: Shares = WHOLE
@@ -129,8 +136,18 @@ class PropulsionWatch:
         """The thrusters' difference or the rudders turn the hull the other way than they are told to."""
         return self._swapped.found or self._mirrored.found
 
-    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> tuple[bool, bool]:
-        """Take one tick; return which thrusters, port and starboard, are weak."""
+    def step(
+        self,
+        dt_s: float,
+        state: EstimatedState,
+        sent: ActuatorOutput | None,
+        opinion: frozenset[Cause] | None = None,
+    ) -> tuple[bool, bool]:
+        """Take one tick; return which thrusters, port and starboard, are weak.
+
+        ``opinion``: what the diagnosis holds for possible. What it does not is not found here; None = it has none yet.
+        """
+        self._opinion = opinion
         psi, u, v, r = state.psi_rad, state.u_mps, state.v_mps, state.r_radps
         if not self._lateral_m or psi is None or u is None or v is None or r is None or not 0.0 < dt_s < 0.5:
             self._actuators.step(dt_s, sent)
@@ -170,8 +187,9 @@ class PropulsionWatch:
         if any(self.weak):  # a helm is judged with thrusters that push
             return self.weak
         sides_nm = (smooth[7], smooth[8])
-        self._swapped.step(dt_s, self._lateral_m * (smooth[2] - smooth[3]), sides_nm, missing_nm)
-        self._mirrored.step(dt_s, smooth[9], sides_nm, missing_nm)
+        apart_nm = self._lateral_m * (smooth[2] - smooth[3])
+        self._swapped.step(dt_s, apart_nm, sides_nm, missing_nm, may_be=self._may_be(Cause.SWAPPED))
+        self._mirrored.step(dt_s, smooth[9], sides_nm, missing_nm, may_be=self._may_be(Cause.RUDDERS_REVERSED))
         return self.weak
 
     def _race_nm(self, thrust_n: float, angle_rad: float) -> float:
@@ -222,10 +240,20 @@ class PropulsionWatch:
         self._fit[side] = (told, both)
         self._given_s[side] = self._given_s[side] + dt_s if both < _GIVEN * told else 0.0
 
+    def _may_be(self, *causes: Cause) -> bool:
+        return self._opinion is None or not self._opinion.isdisjoint(causes)
+
     def _is_weak(self, side: int) -> bool:
-        if self._held_s[side] > _HELD_S:
-            return True
-        return self.weak[side] and self._given_s[side] < _GONE_S
+        if self.weak[side]:
+            return self._held_s[side] > _HELD_S or self._given_s[side] < _GONE_S
+        # what was found first explains all the rest
+        is_explained = self.weak[1 - side] or self.helm_mirrored
+        return self._held_s[side] > _HELD_S and not is_explained and self._may_be(*_SIDES[side])
+
+    def _is_against(self, side: int, fitted: float) -> bool:
+        """The diagnosis decides, the fitted share where it holds both or neither for possible."""
+        little, against = (self._opinion is not None and cause in self._opinion for cause in _SIDES[side])
+        return fitted < _AGAINST if little == against else against
 
     def _set_shares(self) -> None:
         """What the one that was found first still gives: two that give nothing leave no moment to tell by."""
@@ -237,7 +265,7 @@ class PropulsionWatch:
         fitted = 1.0 - both / told if told > 0.0 else 0.0
         old, left = self.shares[side], max(0.0, min(fitted, _SHARE))
         # later the boat is steered by what is left, and gusts and rudders weigh more than a thruster that pushes nothing
-        self.reversed = self.reversed or (fitted < _AGAINST and old == 1.0)
+        self.reversed = self.reversed or (old == 1.0 and self._is_against(side, fitted))
         new = 0.0 if left < (_SOMETHING if old == 0.0 else _NOTHING) else left
         if abs(new - old) > _STEP or new == 0.0 < old:
             self.shares = shares = (new, 1.0) if side == 0 else (1.0, new)

@@ -53,8 +53,13 @@ class WrongWay:
         self._held_s = self._right_s = 0.0
         self.found = False
 
-    def step(self, dt_s: float, helm_nm: float, sides_nm: tuple[float, float], missing_nm: float) -> None:
-        """Take what this helm and each thruster should turn the hull by, and what is missing of all, after one low-pass."""
+    def step(
+        self, dt_s: float, helm_nm: float, sides_nm: tuple[float, float], missing_nm: float, *, may_be: bool = True
+    ) -> None:
+        """Take what this helm and each thruster should turn the hull by, and what is missing of all, after one low-pass.
+
+        ``may_be``: nothing else is likelier.
+        """
         self._helm.step(dt_s, helm_nm, missing_nm)
         for fit, side_nm in zip(self._sides, sides_nm, strict=True):
             fit.step(dt_s, side_nm, missing_nm)
@@ -64,4 +69,4 @@ class WrongWay:
         looks_so = is_clear and self._helm.explains(*_TWICE) and not one_alone
         self._held_s = self._held_s + dt_s if looks_so else 0.0
         self._right_s += dt_s if is_clear and not looks_so else 0.0
-        self.found = self.found or (self._held_s > _HELD_S and self._right_s < _PROVEN_S)
+        self.found = self.found or (may_be and self._held_s > _HELD_S and self._right_s < _PROVEN_S)

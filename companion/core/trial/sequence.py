@@ -35,6 +35,8 @@ _BACK_THROTTLE: Final = 0.4
 """The way back is not measured: it is made gently."""
 _BLIND_S: Final = 1.0
 """A vessel that knows not where it is stops the trial within this."""
+_COMPASS_S: Final = 1.2
+"""A heading may be so old, one of a slow compass is: a course that stands in for it measures nothing, and is gone without way."""
 LEAST_RADIUS_M: Final = 25.0
 MOST_RADIUS_M: Final = 500.0
 """In less no steady run and its stop fit, from more the person who watches no longer sees the boat."""
@@ -98,6 +100,7 @@ class Trial:
         self._seen_us = self._stepped_us = start.t_us
         self._texts: list[str] = []
         self._told = TrialStanding.RUNNING
+        self._ordered = False
         self.skipped: list[str] = []
         """Manoeuvres that were disturbed too often."""
 
@@ -113,8 +116,9 @@ class Trial:
             self._texts.append("Trial: whole throttle allowed")
 
     def end(self, why: str) -> tuple[str, ...]:
-        """End it, for good; return what is still to be said."""
+        """End it by an order, for good: its sticks rest from now on. Return what is still to be said."""
         self.abandon(why)
+        self._ordered = True
         texts, self._texts = tuple(self._texts), []
         return texts
 
@@ -158,12 +162,14 @@ class Trial:
         texts, self._texts = tuple(self._texts), []
         back = self._told is not TrialStanding.RUNNING or self._phase is _Phase.BACK
         by_hand = back and self._homing.by_hand
-        return TrialOutput(*sticks, self._told, texts, back and not by_hand, by_hand and self._homing.by_rudders)
+        by_law = back and not by_hand and _here(state) is not None
+        return TrialOutput(*sticks, self._told, texts, by_law, by_hand and self._homing.by_rudders)
 
     def _keep(self, now_us: int, state: EstimatedState) -> tuple[float, float]:
         """It is over: look whether the law keeps the vessel about the middle, and do it by the sticks when not."""
         here = _here(state)
-        if here is None:
+        if here is None or self._ordered:
+            self._homing.begin(now_us)
             return 0.0, 0.0
         if self._homing.step(now_us, here):
             self._texts.append("Trial: the vessel is driven off, and sailed back to the middle by the sticks")
@@ -280,5 +286,7 @@ def manoeuvres_of(*, quick: bool) -> tuple[tuple[Manoeuvre, ...], ...]:
 def _here(state: EstimatedState) -> NorthEast | None:
     """Where the vessel is; None when too little is known to sail."""
     if state.x_m is None or state.y_m is None or state.psi_rad is None or state.sog_mps is None:
+        return None
+    if state.heading_age_s is None or state.heading_age_s > _COMPASS_S:
         return None
     return NorthEast((state.x_m, state.y_m))

@@ -126,7 +126,7 @@ def trial_area(controls: Controls, body: SeaTrial) -> TrialArea | str:
     if body.fitted:
         area = TrialArea(here, free_around(here, body.radius_m, lambda point: not refused(point)))
         if area.least_m < LEAST_RADIUS_M:
-            why = f"only {area.least_m:.0f} m are free on one side of here"
+            why = f"only {math.floor(area.least_m)} m are free on one side of here"
             return f"{why}, a sea trial needs {LEAST_RADIUS_M:.0f}: begin in the middle of the free water"
     else:
         area = TrialArea(here, (body.radius_m,))

@@ -124,8 +124,8 @@ class Vehicle:
             controls.look_where_started()
         if parts.mission.home is None:
             controls.set_home_here()
-        self._watch_thrusters(sensed, before)
         self._diagnose(sensed, before)
+        self._watch_thrusters(sensed, before)
         return sensed
 
     def _measure(self, inputs: TickInputs) -> None:
@@ -145,7 +145,8 @@ class Vehicle:
                 self.controls.use_thrusters(watch.shares)
             return
         mirrored = watch.helm_mirrored
-        was, shares, now = watch.weak, watch.shares, watch.step(sensed.dt_s, sensed.state, before.output)
+        was, shares, opinion = watch.weak, watch.shares, self.parts.diagnosis.opinion
+        now = watch.step(sensed.dt_s, sensed.state, before.output, opinion)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
         if watch.shares != shares:

@@ -9,6 +9,9 @@ from typing import assert_never
 class Cause(Enum):
     """One fault of the propulsion. A lost propeller and a fouled one differ in degree only."""
 
+    WEAK = auto()
+    """Of the only thruster."""
+    REVERSED = auto()
     PORT_WEAK = auto()
     STARBOARD_WEAK = auto()
     PORT_REVERSED = auto()
@@ -22,6 +25,10 @@ class Cause(Enum):
 def words(cause: Cause) -> str:
     """What an operator is told: what it looks like and what to look at."""
     match cause:
+        case Cause.WEAK:
+            found = "the thruster gives little (lost, weed)"
+        case Cause.REVERSED:
+            found = "the thruster pushes the wrong way"
         case Cause.PORT_WEAK:
             found = "port thruster gives little (lost, weed)"
         case Cause.STARBOARD_WEAK:
@@ -33,7 +40,7 @@ def words(cause: Cause) -> str:
         case Cause.SWAPPED:
             found = "thrusters changed over"
         case Cause.SLIP:
-            found = "thrusters slip (air, weed, aground)"
+            found = "thrusters slip, or the boat is held (weed, a tow, aground)"
         case Cause.RUDDERS_STILL:
             found = "rudders stuck or free"
         case Cause.RUDDERS_REVERSED:

@@ -11,7 +11,8 @@ from ...hull import ForceModel, VesselConfig
 from .causes import Cause
 from .residual import SAMPLE_S, Residual
 from .suspects import suspects
-from .weighing import Bounds, Pair, Weighing
+from .weather import Bounds, Pair
+from .weighing import Weighing
 
 _GALE_MPS: Final = 10.0
 """More wind than such boats are sent out in."""
@@ -24,11 +25,11 @@ _OFF: Final = 0.2
 
 
 class Diagnosis:
-    """One call per tick under arms. A vessel with one thruster, or with both on the centre line, is not judged."""
+    """One call per tick under arms. A vessel with two thrusters on the centre line is not judged: it has no side."""
 
     def __init__(self, vessel: VesselConfig) -> None:
         model = ForceModel(vessel)
-        self._is_judged = model.lateral_m > 0.0
+        self._is_judged = vessel.thruster.count == 1 or model.lateral_m > 0.0
         among = suspects(vessel)
         self._residual = Residual(vessel, model, among)
         self._weighing = Weighing(among, _bounds(vessel, model))
@@ -44,6 +45,11 @@ class Diagnosis:
         self._residual.forget()
         self._weighing.forget()
 
+    @property
+    def opinion(self) -> frozenset[Cause] | None:
+        """What may be behind what the hull does now, and nothing else may; None as long as nothing is known of the weather."""
+        return self._weighing.opinion if self._is_judged else None
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> Cause | None:
         """Return a cause when there is a new one."""
         if not self._is_judged:
@@ -58,13 +64,20 @@ class Diagnosis:
 
 def _bounds(vessel: VesselConfig, model: ForceModel) -> Bounds:
     side_n = vessel.thruster.ahead_n
-    side = (side_n, side_n * model.lateral_m)
+    lever_m = model.lateral_m or _rudder_lever_m(vessel, model)
+    side = (side_n, side_n * lever_m)
     slant_mps = _GALE_MPS * math.sqrt(0.5)
     gale = (abs(model.wind(_GALE_MPS, 0.0)[0]), abs(model.wind(slant_mps, slant_mps)[2]))
     least, first = _squares(_LEAST, side), _squares(_GUSTS, gale)
     first = (max(least[0], first[0]), max(least[1], first[1]))
     most = (gale[0] + _OFF * side[0], gale[1] + _OFF * side[1])
-    return Bounds(least, first, most, lateral_m=model.lateral_m)
+    return Bounds(least, first, most, lever_m=lever_m)
+
+
+def _rudder_lever_m(vessel: VesselConfig, model: ForceModel) -> float:
+    """Moment of the rudder hard over in the race, over the thrust of the only propeller: what stands for a side's lever."""
+    half_n = 0.5 * vessel.thruster.ahead_n
+    return model.rudder_slope_nm(0.0, half_n, half_n) * vessel.rudder.max_rad / vessel.thruster.ahead_n
 
 
 def _squares(share: float, pair: Pair) -> Pair:

@@ -33,12 +33,21 @@ class Sample:
     thrust_n: float
     """Both sides together, whatever their sense: how much the model can be wrong by."""
     on_station: bool
+    upset: bool = False
+    """The water itself has just changed: what was known of the weather is gone."""
 
 
 _STATION_MPS: Final = 0.5
 """Slower than this over ground the boat keeps a station."""
 _STATION_TAU_S: Final = 5.0
 """Longer than a gust drives it off or a corner slows it."""
+
+
+_JUMP_MPS: Final = 0.6
+"""Sway over ground that changes by more within ``_JUMP_SAMPLES`` is an eddy: no thruster and no rudder sets a hull aside so quickly."""
+_JUMP_SAMPLES: Final = 2
+_SPIN_RADPS: Final = 0.3
+"""Twice what steering turns a boat by: a hull that spins slips as quickly."""
 
 
 class Residual:
@@ -52,7 +61,8 @@ class Residual:
     def forget(self) -> None:
         """Begin anew: a time without position or heading, or another arming."""
         self._low: list[float] | None = None
-        self._sum = [0.0] * 7
+        self._sum = [0.0] * 8
+        self._sways: list[float] = []
         self._sum_s = self._seen_s = self._ground_mps = 0.0
         self._drift_mps = (0.0, 0.0)
 
@@ -69,26 +79,34 @@ class Residual:
         water_u, water_v = u - north * cos - east * sin, v + north * sin - east * cos
         actuators = self._actuators
         actuators.step(dt_s, sent, water_u)
-        values = (water_u, water_v, r, actuators.port_n, actuators.starboard_n, actuators.rudder_rad, u)
+        values = (water_u, water_v, r, actuators.port_n, actuators.starboard_n, actuators.rudder_rad, u, v)
         self._sum = [total + dt_s * newest for total, newest in zip(self._sum, values, strict=True)]
         self._sum_s += dt_s
         if self._sum_s < SAMPLE_S - 0.5 * dt_s:
             return None
         step_s = self._sum_s
-        mean_u, mean_v, mean_r, port_n, starboard_n, angle, ground = [total / step_s for total in self._sum]
-        self._sum, self._sum_s = [0.0] * 7, 0.0
+        mean_u, mean_v, mean_r, port_n, starboard_n, angle, ground, sway = [total / step_s for total in self._sum]
+        self._sum, self._sum_s = [0.0] * 8, 0.0
         self._ground_mps += step_s / _STATION_TAU_S * (abs(ground) - self._ground_mps)
         acting = Acting(
             u_mps=mean_u, v_mps=mean_v, r_radps=mean_r, port_n=port_n, starboard_n=starboard_n, rudder_rad=angle
         )
-        return self._sample(step_s, acting)
+        return self._sample(step_s, acting, upset=self._jumps(sway, mean_r))
+
+    def _jumps(self, sway_mps: float, turn_radps: float) -> bool:
+        """Whether the sway has jumped; then the drift is found anew."""
+        past = self._sways = [*self._sways[-_JUMP_SAMPLES:], sway_mps]
+        if abs(sway_mps - past[0]) < _JUMP_MPS or abs(turn_radps) > _SPIN_RADPS:
+            return False
+        self._seen_s = 0.0
+        return True
 
     def _follow_drift(self, dt_s: float, north_mps: float, east_mps: float) -> None:
         share = dt_s / (self._seen_s if self._seen_s < _DRIFT_TAU_S else _DRIFT_TAU_S)
         north, east = self._drift_mps
         self._drift_mps = (north + share * (north_mps - north), east + share * (east_mps - east))
 
-    def _sample(self, step_s: float, acting: Acting) -> Sample | None:
+    def _sample(self, step_s: float, acting: Acting, *, upset: bool) -> Sample | None:
         hull, model = self._hull, self._model
         u, v, r = acting.u_mps, acting.v_mps, acting.r_radps
         healthy = pushed(model, acting, acting.port_n, acting.starboard_n, acting.rudder_rad)
@@ -113,4 +131,4 @@ class Residual:
         unexplained = ((momenta[0] - low[0]) / _TAU_S - low[2], (momenta[1] - low[1]) / _TAU_S - low[3])
         pairs = tuple(zip(low[4::2], low[5::2], strict=True))
         thrust_n = abs(acting.port_n) + abs(acting.starboard_n)
-        return Sample(unexplained, pairs, thrust_n, on_station=self._ground_mps < _STATION_MPS)
+        return Sample(unexplained, pairs, thrust_n, on_station=self._ground_mps < _STATION_MPS, upset=upset)

@@ -49,8 +49,26 @@ class Suspect:
 
 def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
     """Every hypothesis that this vessel's actuators allow."""
-    astern = vessel.thruster.astern_n / vessel.thruster.ahead_n
-    found = [
+    found = _of_one(vessel) if vessel.thruster.count == 1 else _of_two(vessel)
+    if vessel.rudder.count:
+        found += [Suspect(Cause.RUDDERS_STILL, partial(_stands, at * vessel.rudder.max_rad)) for at in _STANDS]
+        found.append(Suspect(Cause.RUDDERS_STILL, _trails))
+        found.append(Suspect(Cause.RUDDERS_REVERSED, _mirrored))
+    return tuple(found)
+
+
+def _of_one(vessel: VesselConfig) -> list[Suspect]:
+    """A single thruster that slips is one that gives little."""
+    return [
+        Suspect(Cause.WEAK, partial(_share, 0.0, 0.0)),
+        Suspect(Cause.WEAK, partial(_share, _LITTLE, _LITTLE)),
+        Suspect(Cause.REVERSED, partial(_both_reversed, _astern(vessel))),
+    ]
+
+
+def _of_two(vessel: VesselConfig) -> list[Suspect]:
+    astern = _astern(vessel)
+    return [
         Suspect(Cause.PORT_WEAK, partial(_share, 0.0, 1.0)),
         Suspect(Cause.PORT_WEAK, partial(_share, _LITTLE, 1.0)),
         Suspect(Cause.STARBOARD_WEAK, partial(_share, 1.0, 0.0)),
@@ -58,13 +76,13 @@ def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
         Suspect(Cause.PORT_REVERSED, partial(_port_reversed, astern)),
         Suspect(Cause.STARBOARD_REVERSED, partial(_starboard_reversed, astern)),
         Suspect(Cause.SLIP, partial(_share, _SLIP, _SLIP)),
-        Suspect(Cause.SWAPPED, _swapped),
+        Suspect(Cause.SWAPPED, partial(_swapped, vessel.thruster.starboard_share)),
     ]
-    if vessel.rudder.count:
-        found += [Suspect(Cause.RUDDERS_STILL, partial(_stands, at * vessel.rudder.max_rad)) for at in _STANDS]
-        found.append(Suspect(Cause.RUDDERS_STILL, _trails))
-        found.append(Suspect(Cause.RUDDERS_REVERSED, _mirrored))
-    return tuple(found)
+
+
+def _astern(vessel: VesselConfig) -> float:
+    """Thrust astern over thrust ahead."""
+    return vessel.thruster.astern_n / vessel.thruster.ahead_n
 
 
 def effect(model: ForceModel, suspect: Suspect, acting: Acting, healthy: tuple[float, float]) -> tuple[float, float]:
@@ -92,13 +110,18 @@ def _starboard_reversed(astern: float, a: Acting) -> Instead:
     return a.port_n, _reversed(a.starboard_n, astern), a.rudder_rad
 
 
+def _both_reversed(astern: float, a: Acting) -> Instead:
+    return _reversed(a.port_n, astern), _reversed(a.starboard_n, astern), a.rudder_rad
+
+
 def _reversed(thrust_n: float, astern: float) -> float:
     """A propeller that turns the other way gives less than it should ahead, and more than it should astern."""
     return -thrust_n * astern if thrust_n > 0.0 else -thrust_n / astern
 
 
-def _swapped(a: Acting) -> Instead:
-    return a.starboard_n, a.port_n, a.rudder_rad
+def _swapped(share: float, a: Acting) -> Instead:
+    """Each turns as the other should; ``share``: what the starboard one gives of what the port one does."""
+    return a.starboard_n / share, a.port_n * share, a.rudder_rad
 
 
 def _stands(at_rad: float, a: Acting) -> Instead:

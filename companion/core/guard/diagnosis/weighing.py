@@ -3,32 +3,19 @@
 Wind and current push slowly, and each suspect is weighed with an estimate of that push beside it, so only what begins or
 changes with the commands counts. A suspect whose effect is small against the weather's noise gathers no evidence.
 Two sums are kept: one against a healthy boat, bounded and leaking, says whether there is anything (CUSUM); one among the
-suspects, with heavy tails and without bounds since the suspicion began, says which.
+suspects, with heavy tails and fading, says which.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final
-
-from mavlink_bridge.language.value import value
+from typing import Final, assert_never
 
 from .causes import Cause
 from .residual import Sample
 from .suspects import Suspect
+from .weather import Bounds, Noise, Pair, Weather, carried
 
-_PUSH_TAU_S: Final = 6.0
-"""The slow push is followed so quickly: a gust lasts about as long."""
-_BACK_S: Final = 20.0
-"""And forgotten so slowly: nothing pushes for ever."""
-_WEATHER_TAU_S: Final = 25.0
-"""The noise is that of the last few gusts."""
-_CLIP: Final = 9.0
-"""Variances that one sample can count for in the noise: a fault's first second must not drown the fault."""
-_SETTLED_S: Final = 10.0
-"""Low-passes and drift have settled."""
-_ALIKE: Final = 2.0
-"""Samples that say the same once: they lie closer than the low-pass."""
 _MOST_STEP: Final = 6.0
 """Evidence of one sample: none decides alone."""
 _MOST_RATIO: Final = 25.0
@@ -37,37 +24,30 @@ _TAILS: Final = 6.0
 """Misfits have heavy tails: model errors in a spin are no noise."""
 _LEAK_S: Final = 20.0
 """A helm answers to gusts, so gusts look a little like a helm that does nothing: such evidence comes slowly, and leaks away."""
+_SCORE_S: Final = 10.0
+"""Suspects are compared over this time: what favoured one before the fault must not count for ever."""
 _NEAR: Final = 0.05
 """Share by which a suspect's own effect may be off."""
-_MODEL: Final = 0.08
-"""Share of the thrust by which a fitted model is off."""
 _SUSPICION: Final = 6.0
 """From here on the drift is frozen and suspects are compared: what wind favours before must not count for the fault after it."""
-_ENOUGH: Final = 30.0
-"""What clean gales of hours reach under way, and half as much again; a lost thruster brings sixty in six seconds."""
-_ENOUGH_ON_STATION: Final = 45.0
+_ENOUGH: Final = 32.0
+"""A quarter more than what thirty hours of clean gales reach under way; a lost thruster brings sixty in six seconds."""
+_ENOUGH_ON_STATION: Final = 48.0
 """On station the thrust follows the gusts."""
+_QUIET: Final = 0.6
+"""In quiet water it takes so much of that to find thrust that is missing: there is no gust that could be it."""
+_HELM: Final = 1.15
+"""A helm that answers gusts looks most like one that does nothing."""
+_SURGE_ALONE: Final = 1.75
+"""A single thruster is told by surge alone, and gusts push along too."""
+_AGAINST: Final = 0.65
+"""And so much, in any weather, for what works the wrong way: no gust turns a boat against its helm."""
 _APART: Final = 4.0
-"""Odds of fifty to one against the next cause."""
+"""Odds of fifty to one against the next cause, as soon as there is enough; the longer one stays ahead, the less it needs."""
 _HELD_S: Final = 3.0
 """A reversed propeller looks like a lost one while it stops."""
 _GIVE_UP_S: Final = 40.0
 """What is not told apart by then was weather or something that is no suspect."""
-
-Pair = tuple[float, float]
-
-
-@value
-class Bounds:
-    """What this vessel's weather and sensors can do, in surge (N) and yaw (Nm)."""
-
-    least: Pair
-    """Least variance of what is unexplained."""
-    first: Pair
-    """And what is taken for it until the weather is known."""
-    most: Pair
-    """The greatest push that a suspect may need beside it."""
-    lateral_m: float
 
 
 class Weighing:
@@ -75,12 +55,15 @@ class Weighing:
 
     def __init__(self, among: tuple[Suspect, ...], bounds: Bounds) -> None:
         self._among, self._bounds = among, bounds
+        self._weather = Weather(bounds)
         self.forget()
 
     def forget(self) -> None:
-        self._seen_s, self._variance = 0.0, list(self._bounds.first)
-        self._push = [0.0, 0.0]
+        """Another arming, or a time without position or heading."""
+        self._weather.forget()
         self._begin()
+        self.opinion: frozenset[Cause] | None = None
+        """The causes that may be behind what the hull does; empty when it is healthy, None before the weather is known."""
 
     def _begin(self) -> None:
         """No suspicion."""
@@ -88,85 +71,99 @@ class Weighing:
         self._against, self._score = [0.0] * count, [0.0] * count
         self._pushes = [[0.0, 0.0] for _ in range(count)]
         self._suspected_s = self._held_s = 0.0
+        self._base, self._missing = _ENOUGH, 1.0
 
     @property
     def suspected(self) -> bool:
         """Something is unexplained that a suspect explains."""
         return self._suspected_s > 0.0
 
+    def _opinion(self) -> frozenset[Cause]:
+        best = max(self._score)
+        return frozenset(
+            one.cause
+            for one, against, score in zip(self._among, self._against, self._score, strict=True)
+            if against > self._enough(one.cause) and score > best - _APART
+        )
+
+    def _enough(self, cause: Cause) -> float:
+        """The evidence that it takes in this weather."""
+        match cause:
+            case Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
+                return self._base * self._missing
+            case Cause.WEAK | Cause.REVERSED:
+                return self._base * self._missing * _SURGE_ALONE
+            case Cause.RUDDERS_STILL:
+                return self._base * _HELM
+            case (
+                Cause.REVERSED | Cause.PORT_REVERSED | Cause.STARBOARD_REVERSED | Cause.SWAPPED | Cause.RUDDERS_REVERSED
+            ):
+                return self._base * _AGAINST
+            case _:
+                assert_never(cause)
+
     def step(self, step_s: float, sample: Sample) -> Cause | None:
         """Weigh one sample; return the cause that it decides for."""
-        self._seen_s += step_s
-        if self._seen_s < _SETTLED_S:
-            for axis in (0, 1):
-                self._push[axis] += 0.5 * (sample.unexplained[axis] - self._push[axis])
+        if sample.upset:
+            self._weather.upset()
+            self._begin()
+            self.opinion = frozenset()
+        if not self._weather.settled:
+            self._weather.follow(step_s, sample, suspicious=False)
             return None
-        spread = self._spread(sample.thrust_n)
-        self._weigh(step_s, sample, spread)
-        self._follow(step_s, sample.unexplained)
-        most = max(self._against)
-        self._suspected_s = self._suspected_s + step_s if most > _SUSPICION else 0.0
+        self._weigh(step_s, sample, self._weather.noise(sample.thrust_n))
+        self._weather.follow(step_s, sample, self.suspected)
+        self._suspected_s = self._suspected_s + step_s if max(self._against) > _SUSPICION else 0.0
         if not self._suspected_s:
             self._score = [0.0] * len(self._among)
         elif self._suspected_s > _GIVE_UP_S:
             self._begin()
-        return self._decide(step_s, most, _ENOUGH_ON_STATION if sample.on_station else _ENOUGH)
+        self._base = _ENOUGH_ON_STATION if sample.on_station else _ENOUGH
+        self._missing = max(_QUIET, min(self._weather.gale_share, 1.0))
+        self.opinion = self._opinion()
+        return self._decide(step_s)
 
-    def _spread(self, thrust_n: float) -> Pair:
-        """Variances of a healthy boat's samples."""
-        off_n = _MODEL * thrust_n
-        off_nm = off_n * self._bounds.lateral_m
-        return self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
-
-    def _weigh(self, step_s: float, sample: Sample, spread: Pair) -> None:
-        healthy = 0.0
-        for axis in (0, 1):
-            miss = sample.unexplained[axis] - self._push[axis]
-            healthy += min(miss * miss / spread[axis], _MOST_RATIO)
-        leak = 1.0 - step_s / _LEAK_S
+    def _weigh(self, step_s: float, sample: Sample, noise: Noise) -> None:
+        healthy = self._healthy(sample, noise)
+        leak, fade = 1.0 - step_s / _LEAK_S, 1.0 - step_s / _SCORE_S
         for k, effects in enumerate(sample.effects):
             if self._against[k] <= 0.0 and not self.suspected:
-                self._pushes[k][:] = self._push
-            bounded, tailed = self._misfit(step_s, sample.unexplained, effects, spread, self._pushes[k])
-            gained = 0.5 * (healthy - bounded) / _ALIKE
-            gained = max(-_MOST_STEP, min(_MOST_STEP, gained))
+                self._pushes[k][:] = self._weather.push
+            bounded, tailed = self._misfit(step_s, sample.unexplained, effects, noise, self._pushes[k])
+            gained = max(-_MOST_STEP, min(_MOST_STEP, 0.5 * (healthy - bounded)))
             self._against[k] = max(0.0, leak * self._against[k] + gained)
-            self._score[k] -= 0.5 * tailed / _ALIKE
+            self._score[k] = fade * self._score[k] - 0.5 * tailed
 
-    def _misfit(self, step_s: float, unexplained: Pair, effects: Pair, spread: Pair, push: list[float]) -> Pair:
-        """Minus twice the log-likelihood of one sample under one suspect, bounded and with heavy tails; its push follows."""
+    def _healthy(self, sample: Sample, noise: Noise) -> float:
+        """Minus twice the log-likelihood of one sample of a boat that has nothing, bounded."""
+        found = 0.0
+        for axis in (0, 1):
+            miss = sample.unexplained[axis] - self._weather.push[axis]
+            found += min(miss * miss / noise.variance[axis], _MOST_RATIO) / noise.alike[axis]
+        return found
+
+    def _misfit(self, step_s: float, unexplained: Pair, effects: Pair, noise: Noise, push: list[float]) -> Pair:
+        """The same under one suspect, bounded and with heavy tails; its push follows."""
         bounded = tailed = 0.0
         for axis in (0, 1):
             miss = unexplained[axis] - effects[axis] - push[axis]
-            near = _NEAR * effects[axis]
-            wide = 1.0 + near * near / spread[axis]
-            ratio, size = miss * miss / (wide * spread[axis]), math.log(wide)
-            bounded += min(ratio + size, _MOST_RATIO)
-            tailed += _TAILS * math.log1p(ratio / _TAILS) + size
-            most, followed = self._bounds.most[axis], _carried(step_s, push[axis], miss)
+            near, variance, alike = _NEAR * effects[axis], noise.variance[axis], noise.alike[axis]
+            wide = 1.0 + near * near / variance
+            ratio, size = miss * miss / (wide * variance), math.log(wide)
+            bounded += min(ratio + size, _MOST_RATIO) / alike
+            tailed += (_TAILS * math.log1p(ratio / _TAILS) + size) / alike
+            most, followed = self._bounds.most[axis], carried(step_s, push[axis], miss)
             push[axis] = max(-most, min(most, followed))
         return bounded, tailed
 
-    def _follow(self, step_s: float, unexplained: Pair) -> None:
-        """The slow push and the weather, as a healthy boat would have them."""
-        share = step_s / _WEATHER_TAU_S * (0.2 if self.suspected else 1.0)
-        for axis in (0, 1):
-            miss = unexplained[axis] - self._push[axis]
-            variance = self._variance[axis]
-            variance += share * (min(miss * miss, _CLIP * variance) - variance)
-            self._variance[axis] = max(self._bounds.least[axis], variance)
-            self._push[axis] = _carried(step_s, self._push[axis], miss)
-
-    def _decide(self, step_s: float, most: float, enough: float) -> Cause | None:
-        self._held_s = self._held_s + step_s if most > enough else 0.0
+    def _decide(self, step_s: float) -> Cause | None:
+        score, among = self._score, self._among
+        is_enough = [against > self._enough(one.cause) for one, against in zip(among, self._against, strict=True)]
+        self._held_s = self._held_s + step_s if any(is_enough) else 0.0
         if self._held_s < _HELD_S:
             return None
-        score = self._score
         best = max(range(len(score)), key=score.__getitem__)
-        cause = self._among[best].cause
-        other = max(score[k] for k, suspect in enumerate(self._among) if suspect.cause is not cause)
-        return cause if score[best] - other > _APART and self._against[best] > enough else None
-
-
-def _carried(step_s: float, push: float, miss: float) -> float:
-    return (1.0 - step_s / _BACK_S) * (push + step_s / _PUSH_TAU_S * miss)
+        cause = among[best].cause
+        other = max(score[k] for k, suspect in enumerate(among) if suspect.cause is not cause)
+        is_clear = score[best] - other > _APART * _HELD_S / self._held_s
+        return cause if is_clear and is_enough[best] else None
