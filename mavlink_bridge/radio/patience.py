@@ -31,7 +31,7 @@ _PAUSE_STEP_US: Final = 100_000
 """That pause is counted from the answer's beginning in whole ticks, of any usual length: so the shore knows to the tick when a state comes
 that was held back.
 """
-_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
+_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.PLAN))
 """Refusals of these come with words."""
 
 
@@ -66,7 +66,7 @@ class Patience:
             base_us += STORING_US
         if item.tries >= _LONG_TRY and item.kind in _EXPLAINED:
             base_us = max(base_us, self.longest_us())
-        elif item.tries == 1 and item.kind in _EXPLAINED:
+        elif item.tries == 1 and item.kind in _EXPLAINED and item.kind is not Kind.PLAN:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)

@@ -51,9 +51,20 @@ def fitted(text: str, most_bytes: int) -> bytes:
     tail = b"" if at is None else (_GAP + text[at:]).encode()
     if len(tail) > most_bytes // 2:
         tail = tail.partition(b";")[0]
-    if len(tail) >= most_bytes:
-        tail = b""
+    if not tail or len(tail) >= most_bytes:
+        return shortened(text, most_bytes)
     return _cut(data, most_bytes - len(tail)).rstrip(b" ,;:") + tail
+
+
+def shortened(text: str, most_bytes: int) -> bytes:
+    """The text's beginning as UTF-8 in at most so many bytes: to the end of a part of the sentence, or of a word, where one is near."""
+    data = text.encode()
+    if len(data) <= most_bytes:
+        return data
+    cut = _cut(data, most_bytes)
+    ends = (max(cut.rfind(b";"), cut.rfind(b": "), cut.rfind(b", ")), _cut(data, most_bytes + 1).rfind(b" "))
+    end = next((at for at in ends if at >= most_bytes // 2), len(cut))
+    return cut[:end].rstrip(b" ,;:")
 
 
 def _cut(data: bytes, size: int) -> bytes:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from mavlink_bridge.mavlink.telemetry.ages import AHRS
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.ashore import Ashore
 
-ARM, SET_MODE, TERMINATE = 400, 176, 185
-AUTO = 10.0
+WAYPOINT, CHANGE_SPEED = 16, 178
+ARM, TERMINATE = 400, 185
 ACCEPTED, REJECTED_NOW, IN_PROGRESS = 0, 1, 5
 EMERGENCY = 6
 
@@ -75,3 +76,25 @@ def test_a_sound_boat_without_a_roll_and_pitch_sensor_has_no_sick_sensor_ashore(
     enabled, healthy = status.onboard_control_sensors_enabled, status.onboard_control_sensors_health
     assert enabled & ~healthy == 0
     assert not status.onboard_control_sensors_present & AHRS
+
+
+def test_a_plan_that_the_vessel_refuses_ends_with_its_reason_and_the_vessel_stays_in_sight(tmp_path):
+    """The gateway's repeats met the reason each time: 19 s, and "nothing from the vessel" meanwhile."""
+    shore = Ashore(tmp_path)
+    shore.run(40.0)
+    home = (0, WAYPOINT, *[0.0] * 4, 411_850_000, -87_062_000, 0.0)
+    items = [home, (2, CHANGE_SPEED, 1.0, 40.0, -1.0, 0.0, 0, 0, 0.0), (3, *home[1:])]
+    shore.operator.clear()
+    shore.link.write(0, shore.operator.codec.encode(dialect.MAVLink_mission_count_message(1, 1, len(items), 0)))
+    began_us, sent = shore.world.now_us, set()
+    while not shore.operator.all("MISSION_ACK"):
+        assert shore.world.now_us - began_us < 8e6
+        shore.step()
+        for seq in {asked.seq for asked in shore.operator.all("MISSION_REQUEST_INT")} - sent:
+            sent.add(seq)
+            frame, command, *numbers = items[seq]
+            item = dialect.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, 1, *numbers, 0)
+            shore.link.write(0, shore.operator.codec.encode(item))
+    assert shore.operator.last("MISSION_ACK").type != 0
+    assert "Plan refused: item 1: 40.0 m/s is more than the" in "".join(shore.texts())
+    assert "nothing from the vessel" not in "".join(shore.texts())

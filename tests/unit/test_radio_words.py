@@ -8,7 +8,7 @@ from companion.core.guard.failsafe_row import Clear
 from companion.core.guard.failsafe_table import TABLE
 from companion.core.guard.failsafe_words import BACK, capital, until
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.radio.words import Waiting, crosses, fitted
+from mavlink_bridge.radio.words import Waiting, crosses, fitted, shortened
 
 FRAME = 50
 """Bytes of a text in a frame."""
@@ -49,3 +49,27 @@ def test_of_texts_that_wait_the_gravest_goes_first_and_the_mildest_is_given_up()
     assert [waiting.take(50)[1] for _ in range(len(waiting))] == [b"e", b"c", b"a", b"d"]
     with pytest.raises(ValueError, match="empty"):
         waiting.take(50)
+
+
+@pytest.mark.parametrize(
+    ("text", "most", "sent"),
+    [
+        ("item 2 is 40 m outside the fence; FENCE_ENABLE=0 insists", 40, "item 2 is 40 m outside the fence"),
+        (
+            "Plan: item 1 is 40 m outside the fence; it will not be started",
+            50,
+            "Plan: item 1 is 40 m outside the fence",
+        ),
+        ("item 1: 40.0 m/s is more than the vessel's 3.1 m/s", 40, "item 1: 40.0 m/s is more than the"),
+        ("terminated: restart first", 40, "terminated: restart first"),
+        ("x" * 60, 40, "x" * 40),
+        ("no, " + "y" * 60, 40, "no, " + "y" * 36),
+    ],
+)
+def test_what_has_no_room_ends_with_a_part_of_the_sentence_or_a_word(text, most, sent):
+    assert shortened(text, most).decode() == sent
+
+
+def test_what_fits_to_its_last_byte_is_whole_and_a_word_that_just_fits_stays():
+    assert shortened("a" * 40, 40) == b"a" * 40
+    assert shortened("holding here until further notice comes along", 33) == b"holding here until further notice"
