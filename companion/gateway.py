@@ -358,7 +358,7 @@ class Gateway:
         if fresh and self.twin.link.heard_us is None:
             text = f"Radio: started anew; the vessel was heard {self.twin.age_s(self._now_us) or 0.0:.0f} s ago"
         log.warning(text)
-        self._say(5 if fresh else 4, text)
+        self._say((Severity.INFO if fresh else Severity.WARNING).value, text)
 
     def _say(self, severity: int, text: str) -> None:
         for talk in self._conversations():

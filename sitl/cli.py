@@ -112,7 +112,7 @@ def command(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     driven: LoopApp = starter or world
     if gateway is not None:
-        driven = WithGateway(driven, gateway)
+        driven = WithGateway(driven, gateway, lambda: world.now_us)
     if speed is not None:
         airtime = airtime_of(world.app.grounds)
         service = serve(world.app, run_dir, say=world.tell, airtime_fn=airtime, speed=speed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -64,11 +64,19 @@ def shore_gateway(settings: Settings, instance: int, run_dir: Path, *, modem: Li
 
 
 class WithGateway:
-    """Vessel and gateway in one loop."""
+    """Vessel and gateway in one loop.
 
-    def __init__(self, vessel: LoopApp, gateway: Gateway) -> None:
+    ``vessel_us``: the time of a vessel that falls behind the clock on a busy machine instead of jumping. The gateway goes by it: two
+    clocks that part by more than a second take each other's frames for held back, and the link is dead for minutes.
+    """
+
+    def __init__(self, vessel: LoopApp, gateway: Gateway, vessel_us: Callable[[], int] | None = None) -> None:
         self._vessel = vessel
+        self._vessel_us = vessel_us
         self.gateway = gateway
+
+    def _time_us(self, now_us: int) -> int:
+        return now_us if self._vessel_us is None else self._vessel_us()
 
     @property
     def links(self) -> Sequence[Waited]:
@@ -76,14 +84,14 @@ class WithGateway:
 
     def pump(self, now_us: int) -> None:
         self._vessel.pump(now_us)
-        self.gateway.pump(now_us)
+        self.gateway.pump(self._time_us(now_us))
 
     def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> object:
         done = self._vessel.tick(now_us, late_s=late_s, load=load)
-        self.gateway.tick(now_us)
+        self.gateway.tick(self._time_us(now_us))
         return done
 
     def shutdown(self, now_us: int) -> None:
         """The vessel writes neutral first."""
         self._vessel.shutdown(now_us)
-        self.gateway.shutdown(now_us)
+        self.gateway.shutdown(self._time_us(now_us))

@@ -93,6 +93,8 @@ class Noted:
 
     seq: int
     command: int
+    name: str = ""
+    """What the protocol that brought it calls the command."""
 
 
 Maneuver = Goto | Loiter | ChangeSpeed | Delay | Jump | ReturnHome | SetHome | FenceEnable | Noted

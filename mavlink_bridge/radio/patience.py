@@ -18,7 +18,9 @@ _MARGIN: Final = 1.03
 _EAGER_US: Final = 50_000
 """The first wait of an order has nothing to spare: two tries have to fit the second and a half of a station's patience."""
 _PATIENT_TRIES: Final = 14
-_LONG_TRY: Final = 2
+_LONG_TRY: Final = 3
+"""From this try on there is time for a refusal with its reason: our second question met the answer to the first, and was not heard; each
+further one would do the same."""
 STORING_US: Final = 200_000
 """A plan is answered when it is stored, some ticks later than an order; a repeat in between meets the answer on the air."""
 _AFTER_ANSWER_US: Final = 2_000_000
@@ -29,7 +31,7 @@ _PAUSE_STEP_US: Final = 100_000
 """That pause is counted from the answer's beginning in whole ticks, of any usual length: so the shore knows to the tick when a state comes
 that was held back.
 """
-_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
+_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.PLAN))
 """Refusals of these come with words."""
 
 
@@ -62,10 +64,9 @@ class Patience:
         base_us = max(self.answer_us(), slowest_us)
         if item.kind is Kind.PLAN and not slowest_us:
             base_us += STORING_US
-        if item.tries == _LONG_TRY and item.kind in _EXPLAINED:
-            # nothing came to two questions: perhaps it does, with a reason, and our repeats meet it
+        if item.tries >= _LONG_TRY and item.kind in _EXPLAINED:
             base_us = max(base_us, self.longest_us())
-        elif item.tries == 1 and item.kind in _EXPLAINED:
+        elif item.tries == 1 and item.kind in _EXPLAINED and item.kind is not Kind.PLAN:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, replace
 from typing import Final
 
-from ..language.messages import GuardState, Severity
+from ..language.messages import GuardState
 from ..language.snapshot import Snapshot
 from .air import Priority, RadioProfile
 from .air.profile import batch_bytes
@@ -26,7 +26,7 @@ from .codec.state_fields import RadioState, with_flags
 from .codec.wire import OVERHEAD, SEVERITY, Kind
 from .hello import SHOWN_BYTES
 from .link import CompactLink
-from .words import fitted
+from .words import Waiting, crosses
 
 _OWN_ORDER_US: Final = 3_500_000
 _STATUS_GAP_US: Final = 1_500_000
@@ -108,7 +108,7 @@ class Reporter:
         self._pending: dict[bytes, _Posted] = {}
         self.told: RadioState | None = None
         """Mode, armed bit, plan and readiness as the last state that told them, or the last answer, went out with them."""
-        self._texts: deque[tuple[Severity, str]] = deque(maxlen=4)
+        self._texts = Waiting()
         self._text_us: int | None = None
 
     def acknowledged(self, counter_low: int) -> None:
@@ -337,15 +337,13 @@ class Reporter:
         if not self.profile.link.texts:
             return
         for text in snapshot.texts:
-            if text.severity <= Severity.WARNING:
-                self._texts.append((text.severity, text.text))
+            if crosses(text.severity, text.text):
+                self._texts.put(text.severity, text.text)
         if self._texts and now_us >= self.chat_us and (self._text_us is None or now_us - self._text_us >= _TEXT_GAP_US):
-            severity, words = self._texts.popleft()
+            severity, words = self._texts.take(self._text_bytes)
             self._text_us = now_us
             self.chat_us = now_us + CHAT_GAP_US
-            self._link.post(
-                Kind.TEXT, bytes((SEVERITY.number(severity),)) + fitted(words, self._text_bytes), Priority.EVENT
-            )
+            self._link.post(Kind.TEXT, bytes((SEVERITY.number(severity),)) + words, Priority.EVENT)
 
 
 def _standing_so(state: RadioState, now: RadioState) -> RadioState:

@@ -19,6 +19,7 @@ from .codec import erasure
 from .codec.bits import BitsError
 from .codec.frames import RadioFrame, frame_bytes, is_brief
 from .codec.wire import BRIEF_AIMS, BRIEF_HOLD, OVERHEAD, RESULT, Kind
+from .words import shortened
 
 _POLL: Final = 0x80
 _LENGTH_MARK: Final = b"\x80"
@@ -351,7 +352,7 @@ class Inbox:
         known = self._known.get(number)
         if known is None:
             return None
-        reason = b"" if reply.result is Result.ACCEPTED else reply.reason.encode()[:reason_bytes]
+        reason = b"" if reply.result is Result.ACCEPTED else shortened(reply.reason, reason_bytes)
         known.reply = bytes(((number & 31) << 3 | RESULT.number(reply.result),)) + reason
         return Answer(known.reply, known.is_stop, known.order)
 

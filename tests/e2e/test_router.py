@@ -21,7 +21,12 @@ def free_udp_port() -> int:
 
 
 def morning(station: QgcClient) -> Steps:
-    """Plan, Guided, arm, Hold, disarm."""
+    """Plan, Guided, arm, Hold, disarm.
+
+    Begun after a heartbeat has gone through: the first one is said before the socket knows whom to tell, and no hand is on the screen so
+    soon. The vessel arms for no station whose HEARTBEAT it has not heard.
+    """
+    yield ("a heartbeat of ours", lambda message: False, 1.5)
     x, y = round(LAT_DEG * 1e7), round(LON_DEG * 1e7)
     home = (0, 16, 0.0, 0.0, 0.0, 0.0, x, y, 0.0)
     stored = yield from station.upload_plan(

@@ -94,15 +94,15 @@ MEANINGS = [
     (plain(178, 1.0, 2.5, -1.0), ChangeSpeed(0, 2.5)),
     (plain(178, 0.0, 2.5, 0.0), ChangeSpeed(0, 2.5)),
     (plain(178, 1.0, -2.0, -1.0), ChangeSpeed(0, None)),
-    (plain(178, 1.0, -1.0, -1.0), Noted(0, 178)),
+    (plain(178, 1.0, -1.0, -1.0), Noted(0, 178, "DO_CHANGE_SPEED")),
     (dataclasses.replace(plain(178, 1.0, 2.0, -1.0), z=NAN), ChangeSpeed(0, 2.0)),
     (plain(179, 1.0), SetHome(0)),
     (at(179, 0.0), SetHome(0, *HERE)),
     (plain(207, 1.0), FenceEnable(0, True)),
     (plain(207, 0.0), FenceEnable(0, False)),
-    (plain(206, 25.0, 0.0, 1.0), Noted(0, 206)),
-    (at(195), Noted(0, 195)),
-    (plain(530, 0.0, 2.0, NAN, NAN), Noted(0, 530)),
+    (plain(206, 25.0, 0.0, 1.0), Noted(0, 206, "DO_SET_CAM_TRIGG_DIST")),
+    (at(195), Noted(0, 195, "DO_SET_ROI_LOCATION")),
+    (plain(530, 0.0, 2.0, NAN, NAN), Noted(0, 530, "SET_CAMERA_MODE")),
 ]
 
 

@@ -348,7 +348,7 @@ MANOEUVRES = st.one_of(
     st.builds(imc.ChangeSpeed, st.just(0), st.none() | st.floats(0.125, 10.0)),
     st.builds(imc.SetHome, st.just(0), angle, angle),
     st.builds(imc.FenceEnable, st.just(0), st.booleans()),
-    st.sampled_from([imc.ReturnHome(0), imc.SetHome(0), imc.Noted(0, 206)]),
+    st.sampled_from([imc.ReturnHome(0), imc.SetHome(0), imc.Noted(0, 206, "DO_SET_CAM_TRIGG_DIST")]),
 )
 
 

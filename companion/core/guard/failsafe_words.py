@@ -35,7 +35,7 @@ BACK: Final = {
     "oscillating": "control is steady again",
     "actuator_garbage": "the actuator line is readable",
     "manual_lost": "sticks are heard again",
-    "guided_lost": "set-points come again",
+    "guided_lost": "Guided is ordered again",
     "tick_very_late": "the control loop keeps its time",
     "overruns": "the control loop keeps its time",
     "thruster_reversed": "the thrusters push as told",

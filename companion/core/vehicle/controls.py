@@ -44,7 +44,8 @@ _TOLD_UNKNOWN: Final = 0.01
 """Share of a plan in uncharted water that an operator is told of: less is a border of the chart."""
 
 
-GUARD_OFF: Final = "depth guard OFF: nothing watches the water under the keel"
+GUARD_OFF: Final = "depth guard OFF: nothing watches the depth"
+"""Whole in the 50 bytes that a text has on the radio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +108,10 @@ class Controls:
 
     @property
     def goes_on_with(self) -> str:
-        """The mode that an order would go on with: the one broken off, or the one in force; "" = none."""
+        """The mode that an order would go on with: the one broken off, or the one in force; "" = none. Auto is refused without a plan."""
         mode = self.interrupted or self.parts.navigator.mode
+        if mode in (Mode.HOLD, Mode.MANUAL, Mode.AUTO) and not self.parts.mission.total:
+            return Mode.HOLD.value
         return "" if mode in (Mode.HOLD, Mode.MANUAL) else mode.value
 
     def configure(self, config: VehicleConfig) -> None:
@@ -121,7 +124,10 @@ class Controls:
             self.standing = self._say_guard()
 
     def load_plan(self, plan: PlanSpecification) -> None:
+        sails = self.armed and self.parts.navigator.mode is Mode.AUTO and self.parts.mission.state is PlanState.ACTIVE
         self.parts.mission.load(plan)
+        if sails and not plan.maneuvers:
+            self.voice.say(Severity.INFO, "the plan was cleared: keeping station here")
         legs = plan_legs(plan.maneuvers, self.here, self.config.guidance.loiter_radius_m)
         unknown = self.parts.guard.unknown_share(legs)
         if unknown is not None and unknown >= _TOLD_UNKNOWN:

@@ -92,7 +92,7 @@ class Orders:
     def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
         controls = self._controls
         if not body.arm:
-            why = "operator abort" if body.force else "disarmed by the operator"
+            why = "operator abort" if body.force else "by the operator"
             controls.disarm(why, abort=body.force, by_operator=True)
             return ACCEPTED
         reasons = prearm_reasons(controls, now_us, force=body.force)

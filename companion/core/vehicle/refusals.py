@@ -195,7 +195,9 @@ def shutdown_refusal(controls: Controls, now_us: int, *, by_radio: bool) -> str:
     if here is None or began is None:
         return f"no position: a vessel that may be adrift does not go dark{mend}"
     away_m, speed_mps = inverse(*began, *here)[0], controls.state.sog_mps or 0.0
-    if controls.voyage.has_begun(now_us) or away_m > LYING_M or speed_mps > LYING_MPS:
+    if controls.voyage.has_begun(now_us):
+        return f"on a voyage ({away_m:.0f} m from where it was started): a vessel afloat does not go dark{mend}"
+    if away_m > LYING_M or speed_mps > LYING_MPS:
         return f"not where it was started ({away_m:.0f} m, {speed_mps:.1f} m/s): a vessel adrift does not go dark{mend}"
     return ""
 

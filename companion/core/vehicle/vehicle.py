@@ -341,7 +341,7 @@ class Vehicle:
             case FenceEnable():
                 controls.enable_fence(effect.enable)
             case Noted():
-                controls.voice.say(Severity.INFO, f"item {effect.seq}: command {effect.command} noted, nothing done")
+                controls.voice.say(Severity.INFO, f"item {effect.seq} ({effect.name}) noted, nothing done")
             case _:
                 assert_never(effect)
 

@@ -32,6 +32,7 @@ from .plan_rules import (
     with_places,
     within,
 )
+from .wire import command_name
 
 __all__ = [
     "Cmd",
@@ -113,7 +114,7 @@ def _change_speed(seq: int, item: PlanItem, limits: PlanLimits) -> imc.Maneuver:
     if speed is None or speed == -1.0:
         if throttle is not None and throttle > 0.0:
             raise RefusedError(3, "a plan sets speed in m/s, not a share of throttle")
-        return imc.Noted(seq, item.command)
+        return imc.Noted(seq, item.command, command_name(item.command))
     if speed == -2.0:
         return imc.ChangeSpeed(seq, None)
     if not 0.0 < speed <= limits.max_speed_mps:
@@ -154,7 +155,7 @@ def compile_item(seq: int, item: PlanItem, limits: PlanLimits = DEFAULT_LIMITS) 
     """The manoeuvre of one item, or why it is refused. ``seq`` is its place in the canonical plan."""
     try:
         if item.command in NOTED:
-            return imc.Noted(seq, item.command)
+            return imc.Noted(seq, item.command, command_name(item.command))
         compiler = _COMPILERS.get(item.command)
         if compiler is None:
             raise RefusedError(None, f"command {item.command} is not supported", MissionResult.UNSUPPORTED)

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ...language.messages import ActuatorOutput, ActuatorStatus, EstimatedState, GpsFix, LogText, SupplyVoltage
+from ...language.messages import Action, ActuatorOutput, ActuatorStatus, EstimatedState, GpsFix, LogText, SupplyVoltage
 from ...language.requests import PlanItem, PlanKind
 from ...language.snapshot import Health, Progress, Snapshot
 from ...language.traffic import NO_TRAFFIC, TrafficPicture
@@ -128,6 +128,7 @@ def snapshot_of(
         fix=_fix(state, heard_us),
         guard=state.guard,
         action=state.action,
+        terminated=state.action is Action.TERMINATE,
         health=_health(state),
         supply=None if state.battery is None else SupplyVoltage(heard_us, None, remaining=state.battery),
         actuator=ActuatorStatus(heard_us),
@@ -180,7 +181,8 @@ def _health(state: RadioState) -> Health:
     return Health(
         gps=state.gps_ok,
         heading=state.heading_ok,
-        attitude=state.phi_rad is not None,
+        # a tilt that is not known may never have been measured: no fault is claimed of what may not be there, as with the depth
+        attitude=None if state.phi_rad is None and state.theta_rad is None else True,
         depth=None if state.alt_m is None else True,
         actuators=state.actuators_ok,
         battery=None if state.battery is None else True,
