@@ -178,3 +178,9 @@ def test_a_list_or_table_in_which_something_is_wrong_is_named_without_its_kind(t
     told = capsys.readouterr().err
     assert "operator.ids: 'qgc' is no station" in told
     assert "actuators.board: lower_us 1900 must be below upper_us 1100" in told
+
+
+def test_a_boat_that_keeps_nothing_may_be_started_anywhere(tmp_path, capsys, monkeypatch):
+    path, _ = write(tmp_path, [('store = "DIR/boat.db"', 'store = ""')])
+    monkeypatch.chdir("/")
+    assert main(["check", str(path)]) == 0, capsys.readouterr().err
