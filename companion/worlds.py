@@ -118,8 +118,9 @@ def simulated_store(path: Path | None, content: StoreContent, writer: Writer | N
 def _refuse_foreign(path: Path) -> None:
     try:
         world = look(path).content.world
-    except Exception:
-        return  # damaged: the store itself knows what to do
+    except Exception:  # damaged, or another kind of file: whose it is nobody can say, and a store would move it aside
+        told = f"{path}: no store that can be read; a simulation leaves it alone: give another file, or a name that is not there yet"
+        raise ConfigError(str(path), [told]) from None
     if world != WorldKind.SIMULATED:
         whose = "of a real boat" if world else "without the mark of a simulation"
         raise ConfigError(str(path), [f"{path}: a store {whose}; a simulation leaves it alone: give another file"])

@@ -10,7 +10,9 @@ from ..core.hull.statics import top_speed_mps
 from ..core.steer.gain_check import gains_problem
 from ..settings import Settings
 from ..settings.schema import EndpointSettings
+from .carriers import carrier_mistakes
 from .places import place_mistakes
+from .thresholds import hull_threshold_mistakes, threshold_mistakes
 from .values import hull_value_mistakes, value_mistakes
 
 MAX_GUARD_M: Final = 50.0
@@ -34,13 +36,19 @@ def vessel_meaning(settings: Settings) -> list[str]:
         *_keys(settings),
         *value_mistakes(settings),
         *place_mistakes(settings),
+        *carrier_mistakes(settings),
+        *threshold_mistakes(settings),
         *_open_or_shut(settings.endpoints),
     ]
 
 
 def hull_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
     """What cannot be meant of them on this hull."""
-    return [*_speeds(settings, vessel), *hull_value_mistakes(settings, vessel)]
+    return [
+        *_speeds(settings, vessel),
+        *hull_value_mistakes(settings, vessel),
+        *hull_threshold_mistakes(settings, vessel),
+    ]
 
 
 def gain_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:

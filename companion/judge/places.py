@@ -44,6 +44,8 @@ def _places(settings: Settings) -> Iterator[str]:
     """Files and folders that cannot be where they are said to be."""
     store, runs = settings.store, settings.record.directory
     for key, place in (("store", store), ("record.directory", runs)):
+        if not place:
+            continue  # nothing is kept, wherever the program is started
         if place.startswith("~"):
             yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
         elif "$" in place or "%" in place:

@@ -17,6 +17,9 @@ from ..io.links import LinkConfigError, parse_link_url
 from ..io.links.url import LinkUrl
 from ..settings import Settings
 from ..settings.told import named
+from .carriers import carrier_warnings
+from .idle import idle_notes
+from .thresholds import threshold_warnings
 
 if TYPE_CHECKING:
     from ..gateway import GatewaySettings
@@ -51,8 +54,8 @@ def vessel_warnings(settings: Settings) -> list[str]:
         *_old_positions(settings),
     ]
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
-    called = {"sensors": [{"name": item.name} for item in settings.sensors]}
-    found += [f"{named(key, called)}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
+    found += [f"{named(key, _names(settings))}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
+    found += [named(text, _names(settings)) for text in (*carrier_warnings(settings), *threshold_warnings(settings))]
     found += _opens_nothing(settings)
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:
@@ -64,7 +67,16 @@ def vessel_warnings(settings: Settings) -> list[str]:
 def vessel_notes(settings: Settings) -> list[str]:
     """What is so now, and may be meant: devices that are not plugged in, a simulator's address."""
     found = [text for key, url, _ in _vessel_links(settings) for text in _device(key, url)]
-    return [*found, *_simulator(settings), *_unused(settings), *_habits(settings)]
+    found += [*_simulator(settings), *_unused(settings), *_habits(settings)]
+    return found + [named(text, _names(settings)) for text in idle_notes(settings)]
+
+
+def _names(settings: Settings) -> dict[str, list[dict[str, str]]]:
+    """The lists of links by which an item is named instead of numbered."""
+    sensors, endpoints = ([item.name for item in settings.sensors], [item.name for item in settings.endpoints])
+    return {
+        table: [{"name": name} for name in names] for table, names in (("sensors", sensors), ("endpoints", endpoints))
+    }
 
 
 def gateway_warnings(settings: GatewaySettings) -> list[str]:

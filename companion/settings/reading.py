@@ -18,7 +18,7 @@ from pydantic import BaseModel, ValidationError
 
 from .lines import Key, lines_of
 from .moved import told as moved_to
-from .told import NO_SUCH_KEY, key_of, told, wrong_kinds
+from .told import NO_SUCH_KEY, key_of, line_of_named, told, wrong_kinds
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -133,6 +133,13 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[Key, int]]:
     return {key: _placed(value, folder) for key, value in data.items()}, lines_of(text)
 
 
+def with_lines(path: Path, texts: Sequence[str]) -> list[str]:
+    """Sentences about a file that can be used, each with the line of the key that it begins with, where the file has one."""
+    data, lines = _read(path)
+    found = [(text, line_of_named(text, lines, data)) for text in texts]
+    return [f"{text} (line {line})" if line else text for text, line in found]
+
+
 _AT: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 _OF_TOML: Final = {
     "Cannot overwrite a value": "this key stands above already; leave out one of the two",
@@ -238,8 +245,11 @@ def explain(error: Any) -> str:
     if isinstance(value, dict) and _OF_A_PART.match(message):
         return "\n".join(f"{key}.{part}" for part in message.split("\n"))
     wanted = _WANTED.get(kind) or _in_names(value, limits) or _in_range(kind, limits)
-    wanted = wanted or (message if message[1:2].isupper() else f"{message[:1].lower()}{message[1:]}")
-    return f"{key} = {_shown(value)}: {wanted}"
+    said = wanted or (message if message[1:2].isupper() else f"{message[:1].lower()}{message[1:]}")
+    shown = (
+        "" if isinstance(value, dict | list) and not wanted else f" = {_shown(value)}"
+    )  # what is wrong in it is told behind
+    return f"{key}{shown}: {said}"
 
 
 def _shown(value: Any) -> str:

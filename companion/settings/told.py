@@ -16,6 +16,7 @@ from .lines import Key
 NO_SUCH_KEY: Final = "no such key; remove it or check the spelling"
 _KEY: Final = re.compile(r"[A-Za-z_][\w-]*(?:\.[\w-]+)*")
 _ITEM: Final = re.compile(r"\b(sensors|endpoints)\.(\d+)\b(?: \([^)]*\))?(\.)?")
+_NAMED: Final = re.compile(r"(sensors|endpoints) '([^']*)' ?([\w.]*)")
 _SWITCHES: Final = ("yes", "no", "true", "false", "on", "off")
 _NUMBER: Final = re.compile(r"[-+]?\d+([.,]\d+)?")
 _ALIKE: Final = 0.72
@@ -55,6 +56,17 @@ def key_of(mistake: str) -> Key:
     """The key that a mistake begins with."""
     found = _KEY.match(mistake)
     return tuple(int(part) if part.isdigit() else part for part in found[0].split(".")) if found else ()
+
+
+def line_of_named(text: str, lines: Mapping[Key, int], data: Mapping[str, Any]) -> int | None:
+    """The line that a sentence is about which begins with a key; items of a list may have their names in it."""
+    found = _NAMED.match(text)
+    if found is None:
+        return _line(key_of(text), lines)
+    items = data.get(found[1], [])
+    here = (number for number, item in enumerate(items) if isinstance(item, dict) and item.get("name") == found[2])
+    number = next(here, None)
+    return None if number is None else _line((found[1], number, *filter(None, found[3].split("."))), lines)
 
 
 def _line(key: Key, lines: Mapping[Key, int]) -> int | None:

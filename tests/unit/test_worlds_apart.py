@@ -80,6 +80,7 @@ def test_a_simulation_changes_nothing_of_the_boats(boat, more, capsys):
     ("more", "said"),
     [
         (("--store", "state/companion.db"), "a store of a real boat; a simulation leaves it alone"),
+        (("--store", "my-boat.toml"), "no store that can be read; a simulation leaves it alone"),
         (("--set", "store=state/companion.db"), "--store F keeps one of its own"),
         (("--run-dir", "runs/20260101-120000"), "holds the run of a real boat"),
         (("--run-dir", "runs/mine"), "stands among the runs of a real boat; give another, such as runs-sim/mine"),

@@ -13,6 +13,7 @@ from ...doors import page_door, vessel_doors
 from ...judge import verdict, vessel_notes, vessel_warnings
 from ...radio import load_radio, read_key, stops_of
 from ...settings import load_vessel
+from ...settings.reading import with_lines
 from ..numbers import positive
 from .live_data import watch
 from .steering import heading_loop
@@ -79,9 +80,9 @@ def command(arguments: argparse.Namespace) -> int:
     for door in vessel_doors(settings):
         print(f"  socket      {door.line}")
     print(f"  page        only while 'companion web' runs: {page_door(settings).line}")
-    for note in vessel_notes(settings):
+    for note in with_lines(arguments.config, vessel_notes(settings)):
         print(f"  NOTE        {note}")
-    for warning in warnings:
+    for warning in with_lines(arguments.config, warnings):
         print(f"  WARNING     {warning}")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
