@@ -21,6 +21,10 @@ _PATIENT_TRIES: Final = 14
 _LONG_TRY: Final = 3
 """From this try on there is time for a refusal with its reason: our second question met the answer to the first, and was not heard; each
 further one would do the same."""
+_LONG_PLAN_TRIES: Final = (11, 12)
+"""The same of a plan, late: a plan is mostly lost, not refused, and waiting longer before would cost half a second at 50 % loss. Two in a
+row, because the first may be the question that met the answer.
+"""
 STORING_US: Final = 200_000
 """A plan is answered when it is stored, some ticks later than an order; a repeat in between meets the answer on the air."""
 _AFTER_ANSWER_US: Final = 2_000_000
@@ -31,7 +35,7 @@ _PAUSE_STEP_US: Final = 100_000
 """That pause is counted from the answer's beginning in whole ticks, of any usual length: so the shore knows to the tick when a state comes
 that was held back.
 """
-_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE, Kind.PLAN))
+_EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
 """Refusals of these come with words."""
 
 
@@ -64,9 +68,11 @@ class Patience:
         base_us = max(self.answer_us(), slowest_us)
         if item.kind is Kind.PLAN and not slowest_us:
             base_us += STORING_US
-        if item.tries >= _LONG_TRY and item.kind in _EXPLAINED:
+        if (item.tries >= _LONG_TRY and item.kind in _EXPLAINED) or (
+            item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES
+        ):
             base_us = max(base_us, self.longest_us())
-        elif item.tries == 1 and item.kind in _EXPLAINED and item.kind is not Kind.PLAN:
+        elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
         return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
