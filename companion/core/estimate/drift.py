@@ -81,7 +81,7 @@ class DriftFilter:
             self.north_mps = self.east_mps = 0.0
         cos, sin = bow
         surge, sway = through
-        walk = _NOISE2 * (dt_s / tau_s) ** 2
+        walk = _NOISE2 * dt_s * dt_s / (tau_s * tau_s)
         self._nn += walk
         self._ee += walk
         self._ss = min(self._ss + _SHARE_SIGMA * _SHARE_SIGMA * dt_s / _FOULS_S, _SHARE_SIGMA * _SHARE_SIGMA)

@@ -34,6 +34,7 @@ _QUIET: Final = 0.72
 _GUSTY: Final = 0.97
 """The slowest weather that can be told from the slow push."""
 _QUIET_TIMES: Final = (1.0 + _QUIET) / (1.0 - _QUIET)
+"""So many such neighbours say what one independent sample says: the sum of a geometric series of their likeness."""
 
 
 @value
@@ -51,7 +52,7 @@ class Bounds:
 
 
 @value
-class Noise:
+class HealthyNoise:
     """Of one sample of a healthy boat, in surge and yaw."""
 
     variance: Pair
@@ -89,12 +90,12 @@ class Weather:
         found, first = self._variance, self._bounds.first
         return math.sqrt(max(found[0] / first[0], found[1] / first[1]))
 
-    def noise(self, thrust_n: float) -> Noise:
+    def noise(self, thrust_n: float) -> HealthyNoise:
         """With this much thrust, both sides together."""
         off_n = _MODEL * thrust_n
         off_nm = off_n * self._bounds.lever_m
         variance = self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
-        return Noise(variance, (self._alike(0), self._alike(1)))
+        return HealthyNoise(variance, (self._alike(0), self._alike(1)))
 
     def _alike(self, axis: int) -> float:
         """Of what lasts, samples that are alike say (1 + phi) / (1 - phi) times less; of what comes and goes, less so: between them."""

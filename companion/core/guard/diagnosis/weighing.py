@@ -14,7 +14,7 @@ from typing import Final, assert_never
 from .causes import Cause
 from .residual import Sample
 from .suspects import Suspect
-from .weather import Bounds, Noise, Pair, Weather, carried
+from .weather import Bounds, HealthyNoise, Pair, Weather, carried
 
 _MOST_STEP: Final = 6.0
 """Evidence of one sample: none decides alone."""
@@ -123,7 +123,7 @@ class Weighing:
         self.opinion = self._opinion()
         return self._decide(step_s)
 
-    def _weigh(self, step_s: float, sample: Sample, noise: Noise) -> None:
+    def _weigh(self, step_s: float, sample: Sample, noise: HealthyNoise) -> None:
         healthy = self._healthy(sample, noise)
         leak, fade = 1.0 - step_s / _LEAK_S, 1.0 - step_s / _SCORE_S
         for k, effects in enumerate(sample.effects):
@@ -134,7 +134,7 @@ class Weighing:
             self._against[k] = max(0.0, leak * self._against[k] + gained)
             self._score[k] = fade * self._score[k] - 0.5 * tailed
 
-    def _healthy(self, sample: Sample, noise: Noise) -> float:
+    def _healthy(self, sample: Sample, noise: HealthyNoise) -> float:
         """Minus twice the log-likelihood of one sample of a boat that has nothing, bounded."""
         found = 0.0
         for axis in (0, 1):
@@ -142,7 +142,7 @@ class Weighing:
             found += min(miss * miss / noise.variance[axis], _MOST_RATIO) / noise.alike[axis]
         return found
 
-    def _misfit(self, step_s: float, unexplained: Pair, effects: Pair, noise: Noise, push: list[float]) -> Pair:
+    def _misfit(self, step_s: float, unexplained: Pair, effects: Pair, noise: HealthyNoise, push: list[float]) -> Pair:
         """The same under one suspect, bounded and with heavy tails; its push follows."""
         bounded = tailed = 0.0
         for axis in (0, 1):
