@@ -24,9 +24,10 @@ from sitl.plant import SimVessel, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells import control_cells as cells, pursuit_cells
 from tools.benches.cells.control_cells import BLOW, CALM, WATERS, Case, Errors
-from tools.benches.cells.foreign_hulls import bare
+from tools.benches.cells.foreign_hulls import any_hull, bare
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.shear_cells import Current, eddy_line, leg_through, turning
 
 SEEDS = (1, 2, 3, 4, 5)
 SPEEDS = (1.5, 2.5)
@@ -109,6 +110,32 @@ def _square(current: float, speed: float, seed: int) -> Figures:
     figures = {f"straight {name}": value for name, value in _plain(result.straight).items()}
     extra = {"unreached": 9.0 - result.reached, "passed at": result.closest_m, "duration": result.whole.duration_s}
     return _plain(result.whole) | figures | extra
+
+
+def _corners(current: float, seed: int) -> Figures:
+    water = WaterConfig(current_mps=current, current_to_deg=90.0)
+    return _plain(cells.big_square(case(water=water, seed=seed), 1.5).whole)
+
+
+def _shear(current: Current, seed: int) -> Figures:
+    return _plain(leg_through(case(seed=seed), current, 1.5))
+
+
+def _launch(water: str, seed: int) -> Figures:
+    return _plain(cells.legs(replace(case(water=WATERS[water], seed=seed), vessel=any_hull("launch")), 1.5)[0])
+
+
+def _rows_of_trials() -> list[Row]:
+    """What strangers' trials found weak, on the default hull and on a launch with slow propellers."""
+    part = functools.partial
+    table = [
+        Row(f"whole legs with corners, {mps} m/s current", part(_corners, mps), {"rms": 0.13}) for mps in (0.0, 0.5)
+    ]
+    table.append(Row("leg across an eddy line, 0.7 m/s each 25 m", part(_shear, eddy_line), {"rms": 0.6}))
+    table.append(Row("leg in a current that turns 4.5° a metre, 0.6 m/s", part(_shear, turning), {"rms": 0.4}))
+    for water, bar in (("calm", 0.15), ("0.5 m/s + 8 m/s", 0.3)):
+        table.append(Row(f"launch of slow propellers, legs 1.5 m/s, {water}", part(_launch, water), {"rms": bar}))
+    return table
 
 
 def _overpowered(speed: float, seed: int) -> Figures:
@@ -277,7 +304,7 @@ def rows() -> list[Row]:
     for water in WATERS:
         bars = {"rms": 0.5, "p95": 0.9} if water == "0.5 m/s + 8 m/s" else {}
         table.append(Row(f"hover, {water}", part(_hover, water), bars))
-    return table + _rows_against_peer() + _rows_of_loops() + _rows_of_hulls()
+    return table + _rows_against_peer() + _rows_of_loops() + _rows_of_hulls() + _rows_of_trials()
 
 
 def _rows_against_peer() -> list[Row]:
