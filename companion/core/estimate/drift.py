@@ -103,7 +103,7 @@ class DriftFilter:
 
     def _cornered(self, dt_s: float, cos: float, sin: float) -> bool:
         """True from when the bow leaves the heading of the last seconds until the new one has become that."""
-        part = dt_s / _CORNER_S
+        part = dt_s / _CORNER_S if dt_s < _CORNER_S else 1.0
         self._bow_n += part * (cos - self._bow_n)
         self._bow_e += part * (sin - self._bow_e)
         along = self._bow_n * cos + self._bow_e * sin
