@@ -49,7 +49,6 @@ _SHOWN_US = 2_500_000
 """A compass slower than one heading in this time is not believed either (slow_compass_s)."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
 _AT_THE_POINT = HullGeometry()
-_Pair = tuple[float, float]
 
 
 class Estimator:
@@ -81,7 +80,6 @@ class Estimator:
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
         self._water_mps: float | None = None
-        self._sway_mps = 0.0
         self._place: tuple[float | None, float | None] | None = None
         """Of the last fix, and the drift when it changed."""
         self._place_drift = (0.0, 0.0)
@@ -172,16 +170,17 @@ class Estimator:
         """Operator texts since the last call."""
         if not self._texts:
             return []
-        texts, self._texts[:] = self._texts[:], []
+        texts = self._texts[:]
+        self._texts.clear()
         return texts
 
     def utc_us(self, now_us: int) -> int | None:
         """UTC now, microseconds since 1970; None before a receiver gave date and time."""
         return None if self._utc_offset_us is None else now_us + self._utc_offset_us
 
-    def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0, *, freeze: bool = False) -> None:
-        """Tell the modelled surge and sway through the water, m/s; None or ``freeze`` holds the drift as it is."""
-        self._water_mps, self._sway_mps = u_mps, v_mps
+    def note_water_speed(self, u_mps: float | None, *, freeze: bool = False) -> None:
+        """Tell the modelled speed through the water, ahead positive; None or ``freeze`` holds the drift as it is."""
+        self._water_mps = u_mps
         self._drift_frozen = freeze
 
     def update(self, measurement: Measurement, source: int = 0) -> bool:
@@ -223,7 +222,7 @@ class Estimator:
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
             water_mps = self._water_mps
             if water_mps is not None and heading_valid and not self._drift_frozen:
-                self._step_drift(dt_s, (vn, ve), (cosine, sine), (water_mps, self._sway_mps), r_radps)
+                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine, r_radps)
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -394,7 +393,8 @@ class Estimator:
             return None
         return value[0]
 
-    def _step_drift(self, dt_s: float, ground: _Pair, bow: _Pair, through: _Pair, r_radps: float) -> None:
-        drift, position = self._drift, self._position
-        drift.step(dt_s, self._drift_tau_s, ground=ground, bow=bow, through=through, r_radps=r_radps)
-        position.drift_n_mps, position.drift_e_mps = drift.north_mps or 0.0, drift.east_mps or 0.0
+    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
+        drift = self._drift
+        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps, r_radps)
+        self._position.drift_n_mps = drift.north_mps or 0.0
+        self._position.drift_e_mps = drift.east_mps or 0.0

@@ -42,6 +42,10 @@ _AFTER_CORNER_S = 3.0
 """A corner's transient is no drift: the integral waits so long."""
 _TURN_TAU_S = 0.3
 """As long as the path's turning takes to become the hull's."""
+_ANY_MPS = (0.0, math.inf)
+"""Bends may be sailed at any speed: both thrusters work."""
+_ALONE_SHARE = 0.7
+"""Share of the turning ability for bends with one thruster: the same thrust must also hold against wind and current."""
 _NO_DRIFT = (0.0, 0.0)
 """m/s north and east."""
 
@@ -61,7 +65,7 @@ class Follower:
         self._early = EarlySwing()
         self._sway_mps = self._turning = 0.0
         self._straight_s = math.inf
-        self._bends_mps = (0.0, math.inf)
+        self._bends_mps = _ANY_MPS
         self.configure(config)
 
     def configure(self, config: FollowConfig) -> None:
@@ -110,7 +114,8 @@ class Follower:
         handling, least = self._handling, max(self._config.speed_min_mps, self._bends_mps[0])
         top = max(min(handling.top_mps, self._bends_mps[1]), least)
         speeds = [least + (top - least) * k / 60.0 for k in range(61)]
-        self._radii = [(mps, mps / (self._config.turn_share * handling.max_yaw_rate(mps))) for mps in speeds]
+        share = self._config.turn_share if self._bends_mps == _ANY_MPS else min(self._config.turn_share, _ALONE_SHARE)
+        self._radii = [(mps, mps / (share * handling.max_yaw_rate(mps))) for mps in speeds]
         self._bend_speeds: dict[float, float] = {}
 
     def heading_for(self, state: EstimatedState, course_rad: float, speed_mps: float) -> float | None:
