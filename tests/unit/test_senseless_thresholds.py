@@ -103,7 +103,7 @@ TOLD = {
         "were the two exchanged?",
     ),
     "a name longer than a text": (('"sdk"', f'"{"x" * 40}" # <<'), "no room for so long a name"),
-    "a loiter that she cannot turn": (("", "[guidance]\nloiter_radius_m = 1 # <<"), "no tighter than 1.6 m"),
+    "a loiter that she cannot turn": (("", "[guidance]\nloiter_radius_m = 1 # <<"), "no tighter than 1.2 m"),
     "a compass on a slow line": ((COMPASS, 'url = "serial:/dev/ttyS0?baud=1200" # <<'), "NMEA 0183 begins at 4800"),
     "a station on a slow line": ((SDK, 'url = "serial:/dev/ttyUSB5?baud=4800"'), "the line carries 480"),
     "the module at another rate": (
