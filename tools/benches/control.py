@@ -304,7 +304,8 @@ def rows() -> list[Row]:
     for water in WATERS:
         bars = {"rms": 0.5, "p95": 0.9} if water == "0.5 m/s + 8 m/s" else {}
         table.append(Row(f"hover, {water}", part(_hover, water), bars))
-    return table + _rows_against_peer() + _rows_of_loops() + _rows_of_hulls() + _rows_of_trials()
+    table += _rows_against_peer() + _rows_of_loops()
+    return table + _rows_of_hulls() + _rows_of_station() + _rows_of_trials()
 
 
 def _rows_against_peer() -> list[Row]:
