@@ -8,6 +8,7 @@ import pytest
 import config as shipped
 from companion.cli import main
 from companion.core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
+from companion.core.steer.gain_check import gains_problem
 from companion.core.steer.law import ModelConfig, SteeringConfig, lowered_text
 from companion.core.steer.model import ModelController
 from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
@@ -98,3 +99,8 @@ def test_check_runs_the_margins_and_says_what_it_finds(tmp_path, capsys):
     hull = f"vessel='{tmp_path / 'bare.toml'}'"
     assert main(["check", str(shipped.path("sim.toml")), "--set", hull]) == 0
     assert "Top speed lowered from 3.1 to 1.8 m/s" in capsys.readouterr().out
+
+
+def test_a_boat_with_one_screw_and_a_rudder_may_be_steered_at_all():
+    """Its gains had been refused as unstable: at rest there is no loop."""
+    assert gains_problem(SteeringConfig(), single_screw()) == ""
