@@ -1,8 +1,10 @@
 /* The simulated board in real time, its serial line on a pseudo-terminal.
  *   chip_pty FIRMWARE.elf MCU LINK [BOOT_LOADER_MS]
  * LINK becomes a symbolic link to the terminal. With BOOT_LOADER_MS the chip restarts whenever the terminal is opened, as a real
- * board does, and is deaf for that long. Every 20 ms a line on stdout: monotonic time in us, four pulse widths in us (0 =
- * no pulse). Lines on stdin: "reset [MS]", "stop 0|1", "mv N" (at A0), "quit"; end of file ends the program too. */
+ * board does, and is deaf for that long. Every 20 ms of its own time a line on stdout: that time as the machine's monotonic
+ * one in us, four pulse widths in us (0 = no pulse). A board has a processor of its own: on a busy machine the chip falls behind
+ * and catches up, and its clock, never ahead of the machine's, still tells when its pins moved.
+ * Lines on stdin: "reset [MS]", "stop 0|1", "mv N" (at A0), "quit"; end of file ends the program too. */
 #include "chip.h"
 
 #include <errno.h>
@@ -18,7 +20,7 @@
 
 #define SLICE_US 1000
 #define REPORT_US 20000
-#define LATE_US 200000 /* after a longer pause (a stopped process) simulated time goes on from now, it does not race */
+#define LATE_US 1000000 /* after a longer pause (a stopped process) simulated time goes on from now, it does not race */
 #define LINE_BYTES 256 /* what the serial converter and its driver hold for the chip */
 
 static uint64_t monotonic_us(void) {
@@ -86,6 +88,11 @@ static int commands(chip_t *chip) {
     return count != 0;
 }
 
+static void tell_pins(const chip_t *chip, uint64_t at_us) {
+    printf("%llu %.1f %.1f %.1f %.1f\n", (unsigned long long)at_us, chip_width(chip, 0) / 16.0,
+           chip_width(chip, 1) / 16.0, chip_width(chip, 2) / 16.0, chip_width(chip, 3) / 16.0);
+}
+
 int main(int argc, char **argv) {
     if (argc < 4) {
         fprintf(stderr, "usage: %s FIRMWARE.elf MCU LINK [BOOT_LOADER_MS]\n", argv[0]);
@@ -112,11 +119,9 @@ int main(int argc, char **argv) {
         while (simulated < now - start) {
             simulated += SLICE_US;
             if (chip_run(chip, simulated) != 0) return 1;
-        }
-        if (now >= report) {
-            report = now + REPORT_US;
-            printf("%llu %.1f %.1f %.1f %.1f\n", (unsigned long long)now, chip_width(chip, 0) / 16.0,
-                   chip_width(chip, 1) / 16.0, chip_width(chip, 2) / 16.0, chip_width(chip, 3) / 16.0);
+            if (simulated < report) continue;
+            report = simulated + REPORT_US;
+            tell_pins(chip, start + simulated);
         }
         usleep(SLICE_US);
     }

@@ -77,7 +77,7 @@ def test_mavsdk_through_the_radio(tmp_path: Path) -> None:
 
 def test_the_qgc_like_client_over_udp(tmp_path: Path) -> None:
     with Sim(tmp_path / "run", 17, arguments=NO_GCS) as sim:
-        words = [str(sim.port(14550)), str(LAT_DEG), str(LON_DEG), str(LOITER_S), "18"]
+        words = [str(sim.port(14550)), str(LAT_DEG), str(LON_DEG), str(LOITER_S), "200"]
         lines = client("qgc_loiter.py", *words)
     assert [step for step in steps(lines) if step != "retry"] == [
         "connected",

@@ -1,7 +1,7 @@
 """Real processes and the real firmware in real time: a companion that dies, stops, or finds its port taken.
 
-The chip runs in its own process on a pty and reports its pins with the machine's monotonic time; the companion is the
-bench command, which uses the vessel's own codec, gate and serial link. Stated tolerance: 60 ms for a loaded machine.
+The chip runs in its own process on a pty and reports its pins by its own clock, told as the machine's monotonic time; the companion
+is the bench command, which uses the vessel's own codec, gate and serial link. Stated tolerance: 60 ms for a loaded machine.
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ a line.
 from __future__ import annotations
 
 import json
-import math
 import socket
 import sys
 import time
@@ -17,6 +16,7 @@ from tests.qgc_client import QgcClient
 
 ARM, START_MISSION, SET_MODE = 400, 300, 176
 GUIDED, CUSTOM = 15, 1
+DONE = "plan complete"
 
 
 def say(step: str, **more: Any) -> None:
@@ -58,6 +58,13 @@ class Station:
                 return self.client.result
         raise SystemExit(f"no end: {self.client.report}")
 
+    def watch(self, limit_s: float) -> None:
+        """Look on until the vessel says that its plan is done."""
+        end = time.monotonic() + limit_s
+        while time.monotonic() < end and not any(DONE in text for _, _, text in self.client.report.texts):
+            self.turn()
+
+
 
 def main(port: int, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
     station = Station(port)
@@ -88,9 +95,7 @@ def main(port: int, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
         else:
             raise SystemExit(f"{name}: {result}")
         say(name)
-    end = time.monotonic() + float(sys.argv[5] if len(sys.argv) > 5 else 60)
-    while time.monotonic() < end and math.isfinite(end):
-        station.turn()
+    station.watch(float(sys.argv[5] if len(sys.argv) > 5 else 60))
     say("done")
 
 
