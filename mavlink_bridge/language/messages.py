@@ -177,6 +177,9 @@ class EstimatedState:
     drift_n_mps: float | None = None
     """Estimated drift of the water and the wind together, NED: ground velocity less speed through the water."""
     drift_e_mps: float | None = None
+    current_n_mps: float | None = None
+    """The drift without what the hull's file says wrongly of the speed through the water, NED: to steer by."""
+    current_e_mps: float | None = None
     alt_m: float | None = None
     """Height of the keel above the bottom, filtered by the depth guard's input chain."""
     position_age_s: float | None = None

@@ -89,7 +89,7 @@ def test_one_thruster_and_rudders_sail_a_leg_straight():
 
 
 def test_one_thruster_and_rudders_stay_near_a_point():
-    assert worst_of_a_stay("otter", 110.0) <= 30.0
+    assert worst_of_a_stay("otter", 110.0) <= 40.0
 
 
 @pytest.mark.soak

@@ -43,6 +43,8 @@ def state(north=0.0, east=0.0, psi_deg=0.0, speed=0.0, drift=(0.0, 0.0), t_us=0)
         cog_rad=psi,
         drift_n_mps=drift[0],
         drift_e_mps=drift[1],
+        current_n_mps=drift[0],
+        current_e_mps=drift[1],
     )
 
 

@@ -24,17 +24,16 @@ from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import HullGeometry
 from .config import EstimatorConfig
-from .drift import DriftFilter, FixText
 from .flags import PlaceFlags
 from .heading import HeadingTrack
 from .magnetic import MagneticModel
 from .position import Attitude, Motion, PositionTrack
 from .sources import Choice, FixChoice, degrees, degrees_a_second
+from .told import FixText
+from .water import MadeWay, WaterMeans
 
 __all__ = ["Estimator", "EstimatorConfig"]
 
-_MOVING_MPS = 0.3
-"""Below this way the course over ground is the noise of the position."""
 _COURSE_MIN_MPS = 0.1
 """Below this no course is shown: it is the direction of noise."""
 _HEADING_APART_RAD = math.radians(4.0)
@@ -49,6 +48,7 @@ _SHOWN_US = 2_500_000
 """A compass slower than one heading in this time is not believed either (slow_compass_s)."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
 _AT_THE_POINT = HullGeometry()
+_Pair = tuple[float, float]
 
 
 class Estimator:
@@ -67,7 +67,7 @@ class Estimator:
         self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
         self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
         self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
-        self._drift = DriftFilter()
+        self._water = WaterMeans()
         self._magnetic: MagneticModel | None = None
         self.latest_fix: GpsFix | None = None
         self._attitude: EulerAngles | None = None
@@ -79,10 +79,9 @@ class Estimator:
         self._theta: tuple[float, int] | None = None
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
-        self._water_mps: float | None = None
-        self._place: tuple[float | None, float | None] | None = None
-        """Of the last fix, and the drift when it changed."""
-        self._place_drift = (0.0, 0.0)
+        self._through_mps: tuple[float, float] | None = None
+        """Surge and sway through the water, modelled."""
+        self._way = MadeWay()
         self._drift_frozen = False
         self._last_us: int | None = None
         self._motion: Motion | None = None
@@ -170,17 +169,16 @@ class Estimator:
         """Operator texts since the last call."""
         if not self._texts:
             return []
-        texts = self._texts[:]
-        self._texts.clear()
+        texts, self._texts[:] = self._texts[:], []
         return texts
 
     def utc_us(self, now_us: int) -> int | None:
         """UTC now, microseconds since 1970; None before a receiver gave date and time."""
         return None if self._utc_offset_us is None else now_us + self._utc_offset_us
 
-    def note_water_speed(self, u_mps: float | None, *, freeze: bool = False) -> None:
-        """Tell the modelled speed through the water, ahead positive; None or ``freeze`` holds the drift as it is."""
-        self._water_mps = u_mps
+    def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0, *, freeze: bool = False) -> None:
+        """Tell the modelled surge and sway through the water, m/s; None or ``freeze`` holds the drift as it is."""
+        self._through_mps = None if u_mps is None else (u_mps, v_mps)
         self._drift_frozen = freeze
 
     def update(self, measurement: Measurement, source: int = 0) -> bool:
@@ -220,9 +218,10 @@ class Estimator:
         if vn is not None and ve is not None and psi_rad is not None:
             sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
-            water_mps = self._water_mps
-            if water_mps is not None and heading_valid and not self._drift_frozen:
-                self._step_drift(dt_s, vn - water_mps * cosine, ve - water_mps * sine, r_radps)
+            through = self._through_mps
+            if through is not None and heading_valid and not self._drift_frozen:
+                self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
+        drift, current = self._water.drift_mps, self._water.current_mps
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -242,8 +241,10 @@ class Estimator:
             r_radps=None if psi_rad is None else r_radps,
             sog_mps=sog_mps,
             cog_rad=cog_rad,
-            drift_n_mps=self._drift.north_mps,
-            drift_e_mps=self._drift.east_mps,
+            drift_n_mps=drift[0],
+            drift_e_mps=drift[1],
+            current_n_mps=current[0],
+            current_e_mps=current[1],
             alt_m=alt_m,
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
@@ -261,25 +262,17 @@ class Estimator:
         if fix.utc_us is not None:
             self._utc_offset_us = fix.utc_us - t_us
         attitude = self._attitude_at(t_us)
-        moving = (fix.sog_mps is not None and fix.sog_mps > _MOVING_MPS) or self._should_move(fix, attitude.psi_rad)
+        water_mps = self._through_mps[0] if self._through_mps else None
+        moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._known_drift())
         antenna = self._geometry.antenna_of(link)
         self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
         return True
 
-    def _should_move(self, fix: GpsFix, psi_rad: float | None) -> bool:
-        """Whether the vessel makes way over ground by its own motion through the water and the drift.
-
-        The drift as it was when the position last changed: a receiver that repeats itself teaches a wrong one.
-        """
-        place, water_mps = (fix.lat_rad, fix.lon_rad), self._water_mps
-        if place != self._place:
-            self._place, self._place_drift = place, (self._position.drift_n_mps, self._position.drift_e_mps)
-        if water_mps is None or psi_rad is None:
-            return water_mps is not None and abs(water_mps) > _MOVING_MPS
-        north, east = self._place_drift
-        return math.hypot(water_mps * math.cos(psi_rad) + north, water_mps * math.sin(psi_rad) + east) > _MOVING_MPS
+    def _known_drift(self) -> _Pair:
+        north, east = self._water.drift_mps
+        return north or 0.0, east or 0.0
 
     def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
         """The compass is lost: the direction of the motion through the water is the next best heading.
@@ -288,8 +281,9 @@ class Estimator:
         """
         if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self._course_mps:
             return
-        north = fix.sog_mps * math.cos(fix.cog_rad) - self._position.drift_n_mps
-        east = fix.sog_mps * math.sin(fix.cog_rad) - self._position.drift_e_mps
+        drift = self._known_drift()
+        north = fix.sog_mps * math.cos(fix.cog_rad) - drift[0]
+        east = fix.sog_mps * math.sin(fix.cog_rad) - drift[1]
         sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / fix.sog_mps)
         self._heading.update_course(t_us, math.atan2(east, north), sigma)
 
@@ -393,8 +387,7 @@ class Estimator:
             return None
         return value[0]
 
-    def _step_drift(self, dt_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
-        drift = self._drift
-        drift.step(dt_s, self._drift_tau_s, north_mps, east_mps, r_radps)
-        self._position.drift_n_mps = drift.north_mps or 0.0
-        self._position.drift_e_mps = drift.east_mps or 0.0
+    def _step_water(self, dt_s: float, ground: _Pair, *, bow: _Pair, through_mps: _Pair, r_radps: float) -> None:
+        water, position = self._water, self._position
+        water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through_mps, r_radps=r_radps)
+        position.drift_n_mps, position.drift_e_mps = (mps or 0.0 for mps in water.current_mps)

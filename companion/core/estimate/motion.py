@@ -39,7 +39,7 @@ class SmoothMotion:
         x, y, psi = state.x_m, state.y_m, state.psi_rad
         assert x is not None and y is not None and psi is not None  # noqa: PT018
         cos, sin = math.cos(psi), math.sin(psi)
-        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
+        drift_n, drift_e = state.current_n_mps or 0.0, state.current_e_mps or 0.0
         north, east = (state.vx_mps or 0.0) - drift_n, (state.vy_mps or 0.0) - drift_e
         u, v = north * cos + east * sin, east * cos - north * sin
         if self._running and math.hypot(x - self.north_m, y - self.east_m) < _JUMP_M:

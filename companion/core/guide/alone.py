@@ -1,8 +1,9 @@
-"""Keeping a place with one thruster of two and rudders: there is no astern, and no turn at rest.
+"""Keeping a place with what turns only under way: one thruster left of two, or one screw and a rudder from the yard.
 
-Thrust turns the bow its own way and the rudders hold against it only under way. Where nothing pushes, the boat rests at its
-point and sails back when it has left it. Where wind and current push it circles the point, the way round that the lone
-thruster turns it by itself: that turn it can always make.
+A lone thruster beside the centre line turns the bow its own way, and the rudders hold against it only under way; a rudder behind
+a screw that rests turns nothing. Where nothing pushes, the boat rests at its point and sails back when it has left it. Where wind
+and current push, a boat with one screw lies against them, with the screw's race on its rudder; one with a lone thruster circles the
+point, the way round that the thruster turns it by itself: that turn it can always make.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
 
 from ..hull import VesselConfig
+from ..hull.forces import ForceModel
 from ..hull.left import Shares, straight_mps
 from .paths import Chain
 
@@ -24,27 +26,47 @@ _ROUND_M: Final = 8.0
 """Four lengths of a boat of 2 m: near enough to be held, wide enough for a gust in the turn."""
 _TURNING: Final = 0.8
 """Share of the greatest speed on one thruster at which bends are sailed: rudders need flow, a gust needs spare thrust."""
+_LIES_MPS: Final = 0.25
+"""Current in which a screw gives its rudder a race worth steering by; wind alone asks for less thrust, and in gusts."""
+_STOPS_LYING: Final = 0.6
+"""Share of it below which the boat lets go."""
+_WHOLE_TURNING: Final = 0.5
+"""Nothing turns a hull with one screw off its course: half its speed is flow enough, and spare enough."""
+
+
+def turns_under_way(vessel: VesselConfig, shares: Shares) -> Alone | None:
+    """Return how a vessel stays anywhere that turns only under way; None when it turns at rest, and can hold its place."""
+    return Alone(vessel, shares) if min(shares) == 0.0 or not ForceModel(vessel).lateral_m else None
 
 
 class Alone:
-    """What one vessel can do with the thruster that is left."""
+    """What one vessel can do with the thruster that it has, or that is left."""
 
     def __init__(self, vessel: VesselConfig, shares: Shares) -> None:
+        """``shares``: what port and starboard thruster give of what they are told."""
         speeds = straight_mps(vessel, shares)
         self.least_mps, self.most_mps = speeds or (0.0, 0.0)
         """Steady speeds through the water at which rudders hold it straight."""
         self.sense = -1 if shares[0] < shares[1] else 1
         """1 clockwise: the side to which the lone thruster turns it."""
+        self.turning_mps = max((_TURNING if min(shares) == 0.0 else _WHOLE_TURNING) * self.most_mps, self.least_mps)
+        """Speed through the water at which rudders turn it well both ways."""
+        self._whole, self._lies = min(shares) > 0.0, False
         self._round: Chain | None = None
+
+    def lies(self, push_mps: float) -> bool:
+        """Whether it can lie against what would carry it this fast, m/s: with thrust enough for the rudder, all of the time."""
+        self._lies = self._whole and push_mps > (_STOPS_LYING if self._lies else 1.0) * _LIES_MPS
+        return self._lies
 
     def begin(self) -> None:
         """Another point."""
         self._round = None
 
     def way_round(self, state: EstimatedState, point: NorthEast, tightest_m: float) -> tuple[Chain | None, str]:
-        """Return the circle to sail about the point, None where nothing pushes; and what to tell when it begins."""
+        """Return the circle to sail about the point, None where nothing pushes or it can lie; and what to tell when it begins."""
         drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        if drift_mps <= (_CALM_MPS if self._round is None else 0.5 * _CALM_MPS):
+        if self._whole or drift_mps <= (_CALM_MPS if self._round is None else 0.5 * _CALM_MPS):
             self._round = None
         elif self._round is None:
             radius_m = max(_ROUND_M, tightest_m)
@@ -52,8 +74,3 @@ class Alone:
             self._round.nearest(state.x_m or 0.0, state.y_m or 0.0)
             return self._round, f"one thruster: circling the point at {radius_m:.0f} m, it cannot be held"
         return self._round, ""
-
-    @property
-    def turning_mps(self) -> float:
-        """Speed through the water at which rudders turn it well both ways."""
-        return max(_TURNING * self.most_mps, self.least_mps)

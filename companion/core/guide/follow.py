@@ -123,11 +123,11 @@ class Follower:
 
         The slip of the turn that leads there is no part of it: a bow that followed it would swing past.
         """
-        if state.drift_n_mps is None or state.drift_e_mps is None or state.psi_rad is None:
+        if state.current_n_mps is None or state.current_e_mps is None or state.psi_rad is None:
             return None
-        north, east = (state.vx_mps or 0.0) - state.drift_n_mps, (state.vy_mps or 0.0) - state.drift_e_mps
+        north, east = (state.vx_mps or 0.0) - state.current_n_mps, (state.vy_mps or 0.0) - state.current_e_mps
         now_mps = north * math.cos(state.psi_rad) + east * math.sin(state.psi_rad)
-        drift = (state.drift_n_mps, state.drift_e_mps)
+        drift = (state.current_n_mps, state.current_e_mps)
         return triangle(course_rad, speed_mps, drift, self._fast_mps, now_mps).psi_rad
 
     def step(
@@ -140,8 +140,9 @@ class Follower:
         now_mps = math.hypot(motion.vn_mps, motion.ve_mps)
         planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
         course, rate = self._course(dt_s, track, here, now_mps, planned)
-        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0) if self._use_drift else _NO_DRIFT
-        desired, possible = self._steer(dt_s, state, course, rate=rate, planned=planned, drift=drift)
+        drift = (state.current_n_mps or 0.0, state.current_e_mps or 0.0) if self._use_drift else _NO_DRIFT
+        desired = self._steer(dt_s, state, course, rate=rate, planned=planned, drift=drift)
+        possible = not self._use_drift or self._is_possible(state, course, planned)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= STRONG * speed_mps:
             desired = self._swing(state, track, here, speed_mps=speed_mps, planned=planned, drift=drift) or desired
         return desired, here, planned, possible
@@ -201,7 +202,7 @@ class Follower:
 
     def _steer(
         self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: tuple[float, float]
-    ) -> tuple[Desired, bool]:
+    ) -> Desired:
         water = self._water_mps()
         limit = self._handling.max_yaw_rate(water)
         heading = triangle(course, planned, drift, self._fast_mps, water)
@@ -212,7 +213,12 @@ class Follower:
         bow = psi if state.psi_rad is None else state.psi_rad
         surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
         rate_radps = clamp(turning - slipping, -limit, limit)
-        return Desired(psi, surge, rate_radps, asked_mps=planned), heading.possible
+        return Desired(psi, surge, rate_radps, asked_mps=planned)
+
+    def _is_possible(self, state: EstimatedState, course: float, planned: float) -> bool:
+        """Whether the vessel makes way along a course: by all that carries it off, what its file says wrongly too."""
+        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+        return triangle(course, planned, drift, self._fast_mps, self._water_mps()).possible
 
     def _water_mps(self) -> float:
         """The way ahead through the water."""

@@ -28,8 +28,8 @@ from mavlink_bridge.language.value import value
 
 from ..config import Config, param
 from ..hull import Handling, VesselConfig
-from ..hull.left import Shares
-from .alone import Alone
+from ..hull.left import WHOLE, Shares
+from .alone import turns_under_way
 from .follow import FollowConfig, Follower
 from .paths import Arc, Chain, Line, Projection, fillet, straight_on
 from .station import StationConfig, StationKeeper
@@ -83,8 +83,7 @@ class Guidance:
         self._handling = Handling(vessel)
         self.follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
-        self._alone: Alone | None = None
-        """One thruster gives nothing: how the boat stays anywhere with the other."""
+        self._alone = turns_under_way(vessel, WHOLE)
         self._texts: list[tuple[Severity, str]] = []
         self._unable = ""
         self._corner: tuple[NorthEast, Arc] | None = None
@@ -125,8 +124,9 @@ class Guidance:
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
         self._handling.thrusters(shares)
-        self._alone = alone = Alone(self._handling.vessel, shares) if min(shares) == 0.0 else None
-        self.follower.bends_within(*((alone.turning_mps, alone.most_mps) if alone else (0.0, math.inf)))
+        self._alone = alone = turns_under_way(self._handling.vessel, shares)
+        lost = (alone.turning_mps, alone.most_mps) if alone and min(shares) == 0.0 else None
+        self.follower.bends_within(*(lost or (0.0, math.inf)))
         self._station.thrusters(shares)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
@@ -224,7 +224,7 @@ class Guidance:
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
             least = self.follower.tightest_m()
-            drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
+            drift_mps = math.hypot(state.current_n_mps or 0.0, state.current_e_mps or 0.0)
             # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
             cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
             arc = fillet(begin, self._target, onward, cut_m=cut_m, least_m=least, reach_m=reach)

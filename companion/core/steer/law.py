@@ -147,6 +147,14 @@ def steady_speed_mps(controller: Controller) -> float | None:
     return None if found is None else float(found)
 
 
+def sway_through_water_mps(controller: Controller) -> float:
+    """Return the modelled sway through the water, to starboard positive; 0 when a law does not say it.
+
+    A law says it by an attribute ``water_sway_mps``.
+    """
+    return float(getattr(controller, "water_sway_mps", 0.0))
+
+
 def lowered_text(steady_mps: float, top_mps: float) -> str:
     """Say that the vessel is not sailed as fast as it could go; empty when it is."""
     if steady_mps > 0.995 * top_mps:

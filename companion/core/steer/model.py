@@ -31,6 +31,8 @@ _REFERENCE_RATE = 2.4
 """The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
+_BY_COURSE = 0.5
+"""Share of the bandwidth while the course stands in for a lost heading: it is late by the hull's way round, and swings with the slip."""
 _TURNS_WITH = 0.6
 """Share of the astern thrust that a gentle turn may use: both propellers can still give as much astern as ahead."""
 _PLANNED = 0.7
@@ -162,6 +164,11 @@ class ModelController:
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps()
 
+    @property
+    def water_sway_mps(self) -> float:
+        """The modelled sway through the water, to starboard positive."""
+        return self._observer.v_mps
+
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:
@@ -169,7 +176,7 @@ class ModelController:
         self._observer.step(dt_s, state, sent)
         water = self._observer.u_mps
         ahead = water if water > 0.0 else 0.0
-        omega = self._omega(ahead)
+        omega = self._omega(ahead) * (_BY_COURSE if state.heading_from_course else 1.0)
         surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
         yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
         if desired.psi_rad is None and desired.speed_mps is None:

@@ -115,7 +115,7 @@ class WaterSpeedObserver:
         if state.u_mps is None or psi is None:
             self.surge_mps = None
             return
-        along = (state.drift_n_mps or 0.0) * math.cos(psi) + (state.drift_e_mps or 0.0) * math.sin(psi)
+        along = (state.current_n_mps or 0.0) * math.cos(psi) + (state.current_e_mps or 0.0) * math.sin(psi)
         if self.surge_mps is None:
             self.surge_mps = state.u_mps
         else:

@@ -63,6 +63,11 @@ class SeedController:
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps()
 
+    @property
+    def water_sway_mps(self) -> float:
+        """The modelled sway through the water, to starboard positive."""
+        return self._observer.v_mps
+
     def step(
         self, now_us: int, dt_s: float, state: EstimatedState, desired: Desired, sent: ActuatorOutput | None
     ) -> tuple[ActuatorDemand, ControlTrace]:

@@ -34,7 +34,7 @@ from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..hull import VesselConfig
-from ..steer import manual_demand
+from ..steer import manual_demand, sway_through_water_mps
 from .config import TickInputs, VehicleConfig
 from .controls import Controls, Decided
 from .flags import flags_of
@@ -108,7 +108,7 @@ class Vehicle:
         dt_s = (now_us - controls.sensed.now_us) * 1e-6 if before.number else 0.0
         controls.voice.now_us = now_us
         self._measure(inputs)
-        parts.estimator.note_water_speed(parts.controller.water_speed_mps())
+        parts.estimator.note_water_speed(parts.controller.water_speed_mps(), sway_through_water_mps(parts.controller))
         state = parts.estimator.predict(now_us, before.guarded.depth.altitude_m)
         utc_us = parts.estimator.utc_us(now_us)
         parts.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0

@@ -65,7 +65,6 @@ class Station:
             self.turn()
 
 
-
 def main(port: int, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
     station = Station(port)
     station.run()

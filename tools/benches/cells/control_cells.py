@@ -76,12 +76,12 @@ class Outage:
         self._inner = inner
         self._span_s = span_s
 
-    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None) -> EstimatedState:
+    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None, sway_mps: float = 0.0) -> EstimatedState:
         sensors = getattr(self._inner, "sensors", None)
         if sensors is None:
             raise ValueError("an outage needs a source with sensors")
         sensors.faults.gnss_silent = self._span_s[0] <= now_us * 1e-6 < self._span_s[1]
-        return self._inner.sense(now_us, vessel, water_mps)
+        return self._inner.sense(now_us, vessel, water_mps, sway_mps)
 
 
 @dataclass(frozen=True, slots=True)

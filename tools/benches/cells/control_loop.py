@@ -15,7 +15,7 @@ from typing import Protocol
 from companion.core.guard.gate import Evidence, Gate, GateConfig
 from companion.core.guide import Guidance, GuidanceConfig, GuidanceOutput
 from companion.core.hull import VesselConfig
-from companion.core.steer import SteeringConfig, make_controller
+from companion.core.steer import SteeringConfig, make_controller, sway_through_water_mps
 from companion.core.steer.law import steady_speed_mps
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
@@ -34,7 +34,9 @@ _READY = Evidence(actuator_ready=True)
 class StateSource(Protocol):
     """Turns truth into what the vessel knows."""
 
-    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None) -> EstimatedState: ...
+    def sense(
+        self, now_us: int, vessel: SimVessel, water_mps: float | None, sway_mps: float = 0.0
+    ) -> EstimatedState: ...
 
 
 class IdealState:
@@ -44,7 +46,7 @@ class IdealState:
         self._bias = heading_bias_rad
         self._drift: list[float] | None = None
 
-    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None) -> EstimatedState:
+    def sense(self, now_us: int, vessel: SimVessel, water_mps: float | None, sway_mps: float = 0.0) -> EstimatedState:
         psi = wrap_pi(vessel.psi_rad + self._bias)
         cos, sin = math.cos(psi), math.sin(psi)
         vn, ve = vessel.vn_mps, vessel.ve_mps
@@ -73,6 +75,8 @@ class IdealState:
             cog_rad=math.atan2(ve, vn),
             drift_n_mps=drift[0],
             drift_e_mps=drift[1],
+            current_n_mps=drift[0],
+            current_e_mps=drift[1],
             position_age_s=0.0,
             heading_age_s=0.0,
             fix_type=FixType.RTK_FIXED,
@@ -166,7 +170,8 @@ class ControlLoop:
         self.sent = output
         self._move(self._delayed(output))
         self.now_us += round(TICK_S * 1e6)
-        self.state = self.source.sense(self.now_us, self.vessel, self.controller.water_speed_mps())
+        water_mps, sway_mps = self.controller.water_speed_mps(), sway_through_water_mps(self.controller)
+        self.state = self.source.sense(self.now_us, self.vessel, water_mps, sway_mps)
 
     def _delayed(self, output: ActuatorOutput) -> ActuatorOutput:
         self._pending.append(output)

@@ -48,7 +48,7 @@ class SensedState:
                 self.estimator.update(measurement)
         for measurement in self._reader.poll(now_us):
             self.estimator.update(measurement)
-        self.estimator.note_water_speed(water_mps)
+        self.estimator.note_water_speed(water_mps, sway_mps)
         return self.estimator.predict(now_us)
 
     def _truth(self, now_us: int, vessel: SimVessel) -> Truth:

@@ -1,0 +1,214 @@
+"""What the water does under the vessel: two means of the velocity over ground less the one through the water.
+
+``DriftFilter`` is the plain slow mean. It holds everything that the hull's file does not explain: current, wind, and what the file
+says wrongly. Who watches over the vessel takes that one. ``CurrentFilter`` tells the last of the three apart. Who steers takes that.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from mavlink_bridge.language.messages import GpsFix
+from mavlink_bridge.language.units import clamp
+
+_JOLT_S: Final = 1.2
+"""What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""
+_JOLT_MPS: Final = 0.25
+"""Beyond this much off the mean the water has changed: more than gusts, waves and turns leave in the samples."""
+_QUICK_S: Final = 1.5
+"""Time constant of the mean while it has that far to go."""
+_TURNING_RADPS: Final = 0.12
+"""7 degrees a second: what steering keeps straight in waves turns less."""
+_SLIPS_S: Final = 2.5
+"""After a turn the slip of the small hulls has died away by then."""
+_SLIP_MPS: Final = 0.5
+"""For so long after a turn faster than that the hull slips by up to this: that is no change of the water."""
+_MODELLED_JOLT_MPS: Final = 0.2
+_MODELLED_SLIP_MPS: Final = 0.4
+"""The same two for samples that the slip by the file is taken off."""
+_SHARE_SIGMA: Final = 0.25
+"""How wrong a file's speed through the water may well be: thrust and drag by half, each."""
+_LEAST_SHARE, _MOST_SHARE = -2.0 / 3.0, 2.0
+"""A third or thrice the speed: thrust and linear drag wrong by half, each. More is a tow or the ground."""
+_NOISE: Final = 0.04
+"""Of a corner's samples, m2/s: slip and gusts of 0.2 m/s that last for a second."""
+_COUNTS_S: Final = 30.0
+"""So much turning counts, half a dozen corners: what the hull makes of its thrust changes with trim, a battery that sags, weed."""
+_CORNER_S: Final = 8.0
+"""A course is a new one against the mean of this time: longer than a turn lasts, shorter than a leg."""
+_CORNER_COS: Final = 0.9
+"""... when it is 25 degrees off. Only then the share is learnt: on one course the bow turns because the water did."""
+_WAY_MPS: Final = 0.3
+"""Below this way the course over ground is the noise of the position."""
+
+_Pair = tuple[float, float]
+_NOWHERE: _Pair = (0.0, 0.0)
+
+
+def _part(dt_s: float, tau_s: float) -> float:
+    """Share of the way that a mean goes in one step."""
+    return dt_s / tau_s if dt_s < tau_s else 1.0
+
+
+def _gain(dt_s: float, tau_s: float, *, is_jolted: bool) -> float:
+    """Share of the way that a mean of the water goes in one step."""
+    if dt_s <= 0.0:
+        return 0.0
+    return _part(dt_s, _QUICK_S if is_jolted and tau_s > _QUICK_S else tau_s)
+
+
+class _Jolt:
+    """Tells when the water itself has changed: eddies, shear lines change it by more, and for longer, than a mean is slow for."""
+
+    def __init__(self, least_mps: float, slip_mps: float) -> None:
+        """``least_mps``: what the samples may be off; ``slip_mps``: those of a hull that has just turned."""
+        self._least_mps, self._slip_mps = least_mps, slip_mps
+        self._off_n = self._off_e = 0.0
+        self._straight_s = 0.0
+
+    def step(self, dt_s: float, off_n: float, off_e: float, r_radps: float) -> bool:
+        """Take how far a sample is off the mean, m/s NED, and the turn rate: a turning hull slips sideways."""
+        self._straight_s = 0.0 if r_radps * r_radps > _TURNING_RADPS * _TURNING_RADPS else self._straight_s + dt_s
+        share = _part(dt_s, _JOLT_S)
+        self._off_n += share * (off_n - self._off_n)
+        self._off_e += share * (off_e - self._off_e)
+        least_mps = self._least_mps if self._straight_s > _SLIPS_S else self._slip_mps
+        return self._off_n * self._off_n + self._off_e * self._off_e > least_mps * least_mps
+
+
+class DriftFilter:
+    """Slow mean of (ground velocity - velocity through the water), NED; quick where the water itself has changed."""
+
+    def __init__(self) -> None:
+        self.north_mps: float | None = None
+        self.east_mps: float | None = None
+        self._seen_s = 0.0
+        self._jolt = _Jolt(_JOLT_MPS, _SLIP_MPS)
+
+    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
+        """Take one sample; a plain mean at first, then a first-order low-pass. ``r_radps``: a turning hull slips sideways."""
+        if self.north_mps is None or self.east_mps is None:
+            self.north_mps, self.east_mps = north_mps, east_mps
+        self._seen_s += dt_s
+        off_n, off_e = north_mps - self.north_mps, east_mps - self.east_mps
+        is_jolted = self._jolt.step(dt_s, off_n, off_e, r_radps)
+        gain = _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted)
+        self.north_mps += gain * off_n
+        self.east_mps += gain * off_e
+
+
+class CurrentFilter:
+    """The current, NED, told apart from what the hull's file says wrongly of the speed through the water.
+
+    Velocity over ground = current + (1 + share) * velocity through the water by the file. Means of both velocities are kept, slow
+    and quick as the drift's; their difference is the current. The share is what fits the turns: there the velocity over ground
+    changes by (1 + share) times the other, and the water has not changed. So the first corner tells them apart, and a file that is
+    wrong by half no longer passes for a current that jumps at each corner. On one course they cannot be told apart: there the vessel
+    turns her bow as the water turns, and what she makes over ground stays.
+    """
+
+    def __init__(self) -> None:
+        self.share = 0.0
+        """What the hull makes more through the water than its file says, over what the file says."""
+        self._ground: _Pair | None = None
+        self._through = _NOWHERE
+        self._seen_s = 0.0
+        self._jolt = _Jolt(_MODELLED_JOLT_MPS, _MODELLED_SLIP_MPS)
+        self._course = _NOWHERE
+        self._fit = self._weight = 0.0
+        """Sums over the turns: of how the changes of both velocities go together, and of the square of the one by the file."""
+
+    @property
+    def mps(self) -> _Pair:
+        """North and east."""
+        (north, east), made = self._ground or _NOWHERE, 1.0 + self.share
+        return north - made * self._through[0], east - made * self._through[1]
+
+    def step(
+        self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
+    ) -> None:
+        """Take one sample.
+
+        ``ground_mps``: velocity over ground, NED. ``bow``: unit vector that the hull points along, NED. ``through_mps``: surge and
+        sway through the water by the file. ``r_radps``: turn rate. ``tau_s``: time constant that the current ends at.
+        """
+        (cos, sin), (surge, sway) = bow, through_mps
+        made, through = (ground_mps[0] + sway * sin, ground_mps[1] - sway * cos), (surge * cos, surge * sin)
+        if self._ground is None:
+            self._ground, self._through = made, through
+        self._seen_s += dt_s
+        changed = (made[0] - self._ground[0], made[1] - self._ground[1])
+        by_file = (through[0] - self._through[0], through[1] - self._through[1])
+        if self._has_turned(dt_s, ground_mps):
+            self._learn(dt_s, changed, by_file)
+        whole = 1.0 + self.share
+        is_jolted = self._jolt.step(dt_s, changed[0] - whole * by_file[0], changed[1] - whole * by_file[1], r_radps)
+        gain = _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted)
+        self._ground = (self._ground[0] + gain * changed[0], self._ground[1] + gain * changed[1])
+        self._through = (self._through[0] + gain * by_file[0], self._through[1] + gain * by_file[1])
+
+    def _has_turned(self, dt_s: float, ground_mps: _Pair) -> bool:
+        """True from when the course leaves that of the last seconds until the new one has become that."""
+        part, (north, east) = _part(dt_s, _CORNER_S), self._course
+        self._course = (north + part * (ground_mps[0] - north), east + part * (ground_mps[1] - east))
+        now_mps, mean_mps = math.hypot(*ground_mps), math.hypot(*self._course)
+        along = self._course[0] * ground_mps[0] + self._course[1] * ground_mps[1]
+        return min(now_mps, mean_mps) > _WAY_MPS and along < _CORNER_COS * now_mps * mean_mps
+
+    def _learn(self, dt_s: float, changed: _Pair, by_file: _Pair) -> None:
+        """Least squares, drawn to a file that is right; the last turns count."""
+        keep = 1.0 - _part(dt_s, _COUNTS_S)
+        more_n, more_e = changed[0] - by_file[0], changed[1] - by_file[1]
+        self._fit = keep * self._fit + dt_s * (by_file[0] * more_n + by_file[1] * more_e)
+        self._weight = keep * self._weight + dt_s * (by_file[0] * by_file[0] + by_file[1] * by_file[1])
+        share = self._fit / (self._weight + _NOISE / (_SHARE_SIGMA * _SHARE_SIGMA))
+        self.share = clamp(share, _LEAST_SHARE, _MOST_SHARE)
+
+
+class WaterMeans:
+    """Both means, fed alike."""
+
+    def __init__(self) -> None:
+        self._drift, self._current = DriftFilter(), CurrentFilter()
+
+    @property
+    def drift_mps(self) -> tuple[float, float] | tuple[None, None]:
+        """North and east; None before the first sample."""
+        north, east = self._drift.north_mps, self._drift.east_mps
+        return (None, None) if north is None or east is None else (north, east)
+
+    @property
+    def current_mps(self) -> tuple[float, float] | tuple[None, None]:
+        """North and east; None before the first sample."""
+        return (None, None) if self._drift.north_mps is None else self._current.mps
+
+    def step(
+        self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
+    ) -> None:
+        """Take one sample, as ``CurrentFilter`` does."""
+        (north, east), (cos, sin), u_mps = ground_mps, bow, through_mps[0]
+        self._drift.step(dt_s, tau_s, north - u_mps * cos, east - u_mps * sin, r_radps)
+        self._current.step(dt_s, tau_s, ground_mps=ground_mps, bow=bow, through_mps=through_mps, r_radps=r_radps)
+
+
+class MadeWay:
+    """Whether the vessel makes way over ground: a receiver that then repeats itself is frozen."""
+
+    def __init__(self) -> None:
+        self._place: tuple[float | None, float | None] | None = None
+        self._drift_mps = _NOWHERE
+
+    def is_made(self, fix: GpsFix, psi_rad: float | None, *, water_mps: float | None, drift_mps: _Pair) -> bool:
+        """By what the fix says, or by the vessel's motion through the water and the drift, m/s north and east.
+
+        The drift as it was when the position last changed: a receiver that repeats itself teaches a wrong one.
+        """
+        if (fix.lat_rad, fix.lon_rad) != self._place:
+            self._place, self._drift_mps = (fix.lat_rad, fix.lon_rad), drift_mps
+        if fix.sog_mps is not None and fix.sog_mps > _WAY_MPS:
+            return True
+        if water_mps is None or psi_rad is None:
+            return water_mps is not None and abs(water_mps) > _WAY_MPS
+        north, east = self._drift_mps
+        return math.hypot(water_mps * math.cos(psi_rad) + north, water_mps * math.sin(psi_rad) + east) > _WAY_MPS
