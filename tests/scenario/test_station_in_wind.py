@@ -5,7 +5,7 @@ import pytest
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import Case
-from tools.benches.cells.foreign_hulls import bare
+from tools.benches.cells.foreign_hulls import bare, launch, single_screw
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState
 
@@ -17,6 +17,7 @@ HULLS = {
     "bare otter, munk 0.5": bare("otter", 0.5),
     "bare otter, munk 1": bare("otter", 1.0),
 }
+ONE_SCREW = single_screw()
 
 
 def wind(hull, wind_mps, current_mps=0.0, seed=1):
@@ -41,6 +42,22 @@ def test_drift_mode_spends_less():
     steady, spared = (held(wind("otter", 5.0), mode, 180.0, 60.0) for mode in ("weathervane", "drift"))
     assert spared.power < 0.9 * steady.power
     assert spared.most_m < 2.5
+
+
+def test_a_heavy_boat_in_no_wind_does_not_turn_after_its_own_noise():
+    found = held(Case(launch(), seed=1, source=SensedState), seconds=300.0)
+    assert found.most_m < 1.0
+    assert found.swept_deg < 180.0
+
+
+def test_a_boat_with_one_screw_and_a_rudder_lies_against_a_current():
+    found = held(Case(ONE_SCREW, WaterConfig(wind_mps=5.0, current_mps=0.3), seed=1, source=SensedState), seconds=250.0)
+    assert found.rms_m < 0.3
+
+
+def test_a_boat_with_one_screw_and_a_rudder_stays_about_its_point_in_wind_alone():
+    found = held(Case(ONE_SCREW, WaterConfig(wind_mps=5.0), seed=1, source=SensedState), seconds=250.0)
+    assert found.furthest_m < 20.0
 
 
 @pytest.mark.soak

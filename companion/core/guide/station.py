@@ -17,9 +17,9 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
-from ..hull.left import Shares
+from ..hull.left import WHOLE, Shares
 from ..hull.statics import Statics
-from .alone import Alone
+from .alone import Alone, turns_under_way
 from .push import PushObserver
 
 _TURN_ROUND_S = 6.0
@@ -32,11 +32,18 @@ _FACE_RADPS = 0.1
 _SURE = 1.2
 _GONE = 0.4
 """Shares of the calm's limit at which a push is faced, and at which it is gone and the vessel rests as it lies."""
+_UNKNOWN_MPS2 = 0.0025
+"""A push that would hardly move the hull's mass is lost in the noise of its speed: a heavy one with little drag turned to that."""
 _WEAK_MPS = 0.1
 """A push that carries the boat slower than this does not bring it over to a point that lies abeam: the boat must sail there. What
 is left of the braking at the end of a voyage looks like such a push, too."""
 _BACK = 0.3
 """Share of the radius within which the vessel is back at its point."""
+_RESTS, _GOES, _TURNS = 0.08, 0.16, 0.22
+"""Shares of the radius in still water: within the first the vessel rests, beyond the second it closes the distance along its bow,
+beyond the third it turns for it when the point lies abeam."""
+_ALONG_RAD = 0.5
+"""With the bow so far off its heading the way that it makes leads past the point."""
 _PAYS_S = 60.0
 """Mode drift: letting go pays when it lasts longer than this; turning the bow back costs more than holding meanwhile."""
 _ALONE_M = 3.0
@@ -81,8 +88,8 @@ class StationKeeper:
         self._motion = SmoothMotion()
         self._push = PushObserver(handling)
         self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
-        self._alone: Alone | None = None
-        """One thruster gives nothing: what the other can do."""
+        self._alone = turns_under_way(handling.vessel, WHOLE)
+        """It turns only under way: what it can do."""
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
         self._returning = self._sailing_back = False
@@ -96,12 +103,14 @@ class StationKeeper:
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives of what it is told."""
         self._push.thrusters(shares)
-        self._alone = Alone(self._vessel, shares) if min(shares) == 0.0 else None
+        self._alone = turns_under_way(self._vessel, shares)
 
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"
         self._radius_m, self._gain = config.radius_m, config.gain * (_LIGHT if self._drifts else 1.0)
-        self._speed_mps, self._calm_n = config.speed_mps, self._statics.drag_n(config.calm_mps)
+        self._speed_mps = config.speed_mps
+        unknown_n = _UNKNOWN_MPS2 * self._vessel.hull.m11_kg
+        self._calm_n = max(self._statics.drag_n(config.calm_mps), unknown_n)
 
     def begin(self, anchor: tuple[float, float], drift: tuple[float, float] = (0.0, 0.0)) -> None:
         """Hold this point from now on. ``drift``: what the estimator knows of the water, m/s north and east."""
@@ -125,7 +134,7 @@ class StationKeeper:
         north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         strength = math.hypot(drift[0], drift[1])
-        if self._alone is not None:
+        if self._alone is not None and not self._alone.lies(strength):
             return self._on_one(state, north, east, drift, self._alone), strength < self._able_mps
         if self._drifts:
             return self._drift_and_return(dt_s, state, north, east, drift), strength < self._able_mps
@@ -173,9 +182,14 @@ class StationKeeper:
             self._bow_rad = wrap_pi(self._bow_rad + clamp(step, -most, most))
         return self._bow_rad
 
+    def _would_face(self, psi_rad: float) -> float:
+        """Where the bow had best look when it must turn: against what pushes a little, or it would soon turn again; else as it lies."""
+        push = self._push
+        return psi_rad if push.strength_n < _GONE * self._calm_n else math.atan2(-push.east_n, -push.north_n)
+
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
-        self._returning = distance > (0.2 if self._returning else 0.4) * self._radius_m
+        self._returning = distance > (_RESTS if self._returning else _GOES) * self._radius_m
         if not self._returning:
             self._heading_rad = None
             return _AT_REST
@@ -183,13 +197,13 @@ class StationKeeper:
         if self._heading_rad is None:
             self._heading_rad = psi
         cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        if distance > 0.5 * self._radius_m and abs(east * cos - north * sin) > 0.5:
+        if distance > _TURNS * self._radius_m and abs(east * cos - north * sin) > 0.8 * distance:
             bearing = math.atan2(east, north)
-            behind = abs(wrap_pi(bearing - psi)) > 0.5 * math.pi
+            behind = abs(wrap_pi(bearing - self._would_face(psi))) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))
-            cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        speed = clamp(self._gain * (north * cos + east * sin), -0.4, self._speed_mps)
-        return Desired(self._heading_rad, speed, 0.0, False, True)
+        steer = replace(self._steer(state, north, east), brake=False, firmness=0.0)
+        # a hull that turns slowly would go round and round its point if it made way meanwhile
+        return steer if abs(wrap_pi(self._heading_rad - psi)) < _ALONG_RAD else replace(steer, speed_mps=0.0)
 
     def _go(self, state: EstimatedState, north: float, east: float, drift: tuple[float, float]) -> Desired:
         """Head for the point by the triangle of velocities, slower while the bow is elsewhere."""
