@@ -20,7 +20,7 @@
 
 #define SLICE_US 1000
 #define REPORT_US 20000
-#define LATE_US 1000000 /* after a longer pause (a stopped process) simulated time goes on from now, it does not race */
+#define LATE_US 200000 /* after a longer pause (a stopped process) simulated time goes on from now, it does not race */
 #define LINE_BYTES 256 /* what the serial converter and its driver hold for the chip */
 
 static uint64_t monotonic_us(void) {
