@@ -51,8 +51,8 @@ test: compiled ## the whole test suite (what CI runs); what fails in the first h
 	echo "tests in virtual time ..."; \
 	run env $(PYTEST) -n 2 -m "not soak and not e2e" $(PYTEST_ARGS); \
 	echo "tests on the real clock, with the machine to themselves ..."; \
-	how=6; ! $(IS_BUSY) || how=2; \
-	run $$([ $$how = 6 ] || echo tools/preferred.sh) env $(PYTEST) -n $$how -m "e2e and not soak" $(REAL_CLOCK) $(PYTEST_ARGS); \
+	workers=6; preferred=; if $(IS_BUSY); then workers=2; preferred=tools/preferred.sh; fi; \
+	run $$preferred env $(PYTEST) -n $$workers -m "e2e and not soak" $(REAL_CLOCK) $(PYTEST_ARGS); \
 	exit $$failed
 
 check: $(STAMP) ## format, lint, types, import rules

@@ -194,6 +194,11 @@ class EstimatedState:
         return self.x_m is not None and self.y_m is not None
 
     @property
+    def compass_rad(self) -> float | None:
+        """Where the bow points; None while only the course stands in for it, which says nothing of slip and turning."""
+        return None if self.heading_from_course else self.psi_rad
+
+    @property
     def heading_valid(self) -> bool:
         return self.psi_rad is not None
 

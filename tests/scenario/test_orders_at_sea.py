@@ -271,8 +271,8 @@ def test_with_the_sticks_in_hand_no_action_is_announced(voyage):
     assert not any(text.endswith(("HOLD", "RETURN")) for text in trip.texts)
 
 
-@pytest.mark.parametrize(("current_mps", "past_deg"), [(0.0, 3.0), (0.3, 3.5)])
-def test_a_new_course_is_turned_to_without_swinging_past(voyage, current_mps, past_deg):
+@pytest.mark.parametrize("current_mps", [0.0, 0.3])
+def test_a_new_course_is_turned_to_without_swinging_past(voyage, current_mps):
     """A quarter turn at 1.5 m/s, the second time across a current: it had been 8 degrees, the slip of the turn itself."""
     trip = guided(voyage, f"world.water.current_mps={current_mps}", "world.water.current_to_deg=90")
     assert trip.ask(GuidedHeading(0.0, 1.5, course=True)).reason == ""
@@ -283,5 +283,5 @@ def test_a_new_course_is_turned_to_without_swinging_past(voyage, current_mps, pa
     for _ in range(20 * 20):
         trip.step()
         most_rad = max(most_rad, trip.truth.psi_rad)
-    assert math.degrees(most_rad) - 90.0 < past_deg
+    assert math.degrees(most_rad) - 90.0 < 3.0
     assert abs(math.degrees(math.atan2(trip.truth.ve_mps, trip.truth.vn_mps)) - 90.0) < 1.5

@@ -8,57 +8,51 @@ import pytest
 from companion.core.estimate.water import CurrentFilter, DriftFilter
 
 
-def fed(mean, seconds, north, rate=0.0):
-    for _ in range(round(seconds / 0.05)):
-        mean.step(0.05, 12.0, north, 0.0, rate)
-    return mean.north_mps
+class Drift:
+    """A hull that lies still, bow to the north, in water that moves north: as the drift sees it."""
+
+    def __init__(self):
+        self.mean = DriftFilter()
+
+    def fed(self, seconds, north, rate=0.0):
+        for _ in range(round(seconds / 0.05)):
+            self.mean.step(0.05, 12.0, north, 0.0, rate)
+        return self.mean.north_mps
 
 
-def test_an_eddy_line_is_taken_up_within_four_seconds():
-    mean = DriftFilter()
-    fed(mean, 60.0, 0.3)
-    assert fed(mean, 4.0, -0.4) < -0.1
+class Current:
+    """The same as the current sees it."""
+
+    def __init__(self):
+        self.mean = CurrentFilter()
+
+    def fed(self, seconds, north, rate=0.0):
+        for _ in range(round(seconds / 0.05)):
+            self.mean.step(0.05, 12.0, ground_mps=(north, 0.0), bow=(1.0, 0.0), through_mps=(0.0, 0.0), r_radps=rate)
+        return self.mean.mps[0]
 
 
-def test_gusts_leave_it_slow():
-    mean = DriftFilter()
-    fed(mean, 60.0, 0.3)
-    assert fed(mean, 2.0, 0.5) == pytest.approx(0.3 + 0.2 * (1 - 2.718 ** (-2 / 12)), abs=0.01)
+@pytest.mark.parametrize("kind", [Drift, Current])
+def test_an_eddy_line_is_taken_up_within_four_seconds(kind):
+    water = kind()
+    water.fed(60.0, 0.3)
+    assert water.fed(4.0, -0.4) < -0.1
 
 
-def test_the_slip_of_a_turn_is_no_change_of_the_water():
-    turning, straight = DriftFilter(), DriftFilter()
-    for mean in (turning, straight):
-        fed(mean, 60.0, 0.3)
-    assert fed(turning, 3.0, -0.1, rate=0.3) > 0.2
-    assert fed(straight, 3.0, -0.1) < 0.15
+@pytest.mark.parametrize(("kind", "near"), [(Drift, 0.01), (Current, 0.02)])
+def test_gusts_leave_it_slow(kind, near):
+    water = kind()
+    water.fed(60.0, 0.3)
+    assert water.fed(2.0, 0.5) == pytest.approx(0.3 + 0.2 * (1 - 2.718 ** (-2 / 12)), abs=near)
 
 
-def lying(drift, seconds, north, rate=0.0):
-    """Feed a hull that lies still, bow to the north, in water that moves north."""
-    for _ in range(round(seconds / 0.05)):
-        drift.step(0.05, 12.0, ground_mps=(north, 0.0), bow=(1.0, 0.0), through_mps=(0.0, 0.0), r_radps=rate)
-    return drift.mps[0]
-
-
-def test_the_current_of_an_eddy_line_is_taken_up_within_four_seconds():
-    drift = CurrentFilter()
-    lying(drift, 60.0, 0.3)
-    assert lying(drift, 4.0, -0.4) < -0.1
-
-
-def test_gusts_leave_the_current_slow():
-    drift = CurrentFilter()
-    lying(drift, 60.0, 0.3)
-    assert lying(drift, 2.0, 0.5) == pytest.approx(0.3 + 0.2 * (1 - 2.718 ** (-2 / 12)), abs=0.02)
-
-
-def test_the_slip_of_a_turn_is_no_current():
-    turning, straight = CurrentFilter(), CurrentFilter()
-    for drift in (turning, straight):
-        lying(drift, 60.0, 0.3)
-    assert lying(turning, 3.0, -0.1, rate=0.3) > 0.2
-    assert lying(straight, 3.0, -0.1) < 0.17
+@pytest.mark.parametrize(("kind", "most"), [(Drift, 0.15), (Current, 0.17)])
+def test_the_slip_of_a_turn_is_no_change_of_the_water(kind, most):
+    turning, straight = kind(), kind()
+    for water in (turning, straight):
+        water.fed(60.0, 0.3)
+    assert turning.fed(3.0, -0.1, rate=0.3) > 0.2
+    assert straight.fed(3.0, -0.1) < most
 
 
 def sail(drift, course_deg, seconds, made, through, current):

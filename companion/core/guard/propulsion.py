@@ -148,7 +148,7 @@ class PropulsionWatch:
         ``opinion``: what the diagnosis holds for possible. What it does not is not found here; None = it has none yet.
         """
         self._opinion = opinion
-        psi, u, v, r = None if state.heading_from_course else state.psi_rad, state.u_mps, state.v_mps, state.r_radps
+        psi, u, v, r = state.compass_rad, state.u_mps, state.v_mps, state.r_radps
         if not self._lateral_m or psi is None or u is None or v is None or r is None or not 0.0 < dt_s < 0.5:
             self._actuators.step(dt_s, sent)
             self._smooth = None

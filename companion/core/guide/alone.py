@@ -15,8 +15,7 @@ from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
 
-from ..hull import VesselConfig
-from ..hull.forces import ForceModel
+from ..hull import ForceModel, VesselConfig
 from ..hull.left import Shares, straight_mps
 from .paths import Chain
 
@@ -36,7 +35,7 @@ _WHOLE_TURNING: Final = 0.5
 
 def turns_under_way(vessel: VesselConfig, shares: Shares) -> Alone | None:
     """Return how a vessel stays anywhere that turns only under way; None when it turns at rest, and can hold its place."""
-    return Alone(vessel, shares) if min(shares) == 0.0 or not ForceModel(vessel).lateral_m else None
+    return Alone(vessel, shares) if min(shares) == 0.0 or not ForceModel(vessel).turns_at_rest else None
 
 
 class Alone:

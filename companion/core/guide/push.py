@@ -71,6 +71,11 @@ class PushObserver:
         return math.hypot(self.north_n, self.east_n)
 
     @property
+    def against_rad(self) -> float:
+        """Where the push comes from: the heading that faces it."""
+        return math.atan2(-self.east_n, -self.north_n)
+
+    @property
     def firmness(self) -> float:
         """How much the wind, if it were all of the push, would turn the bow away, over what a soft heading loop bears; 0 to 1."""
         return min(1.0, self._turning_m * self.strength_n / self._stiff_nm)

@@ -42,6 +42,8 @@ _BACK = 0.3
 _RESTS, _GOES, _TURNS = 0.08, 0.16, 0.22
 """Shares of the radius in still water: within the first the vessel rests, beyond the second it closes the distance along its bow,
 beyond the third it turns for it when the point lies abeam."""
+_ABEAM = 0.8
+"""The sine of the bearing off the bow, 53 degrees: from there on way ahead or astern brings the vessel no nearer to speak of."""
 _ALONG_RAD = 0.5
 """With the bow so far off its heading the way that it makes leads past the point."""
 _PAYS_S = 60.0
@@ -169,15 +171,14 @@ class StationKeeper:
         """The direction that the bow is to look in, chosen once and then following slowly; None where nothing pushes."""
         push = self._push
         strength_n = push.strength_n
-        against = math.atan2(-push.east_n, -push.north_n)
         if self._bow_rad is None:
             if strength_n < _SURE * self._calm_n:
                 return None
-            self._bow_rad = against
+            self._bow_rad = push.against_rad
         elif strength_n < _GONE * self._calm_n:
             self._bow_rad = None
         else:
-            step = wrap_pi(against - self._bow_rad) * dt_s / _FACE_TAU_S
+            step = wrap_pi(push.against_rad - self._bow_rad) * dt_s / _FACE_TAU_S
             most = _FACE_RADPS * dt_s
             self._bow_rad = wrap_pi(self._bow_rad + clamp(step, -most, most))
         return self._bow_rad
@@ -185,7 +186,7 @@ class StationKeeper:
     def _would_face(self, psi_rad: float) -> float:
         """Where the bow had best look when it must turn: against what pushes a little, or it would soon turn again; else as it lies."""
         push = self._push
-        return psi_rad if push.strength_n < _GONE * self._calm_n else math.atan2(-push.east_n, -push.north_n)
+        return psi_rad if push.strength_n < _GONE * self._calm_n else push.against_rad
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
@@ -197,7 +198,7 @@ class StationKeeper:
         if self._heading_rad is None:
             self._heading_rad = psi
         cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        if distance > _TURNS * self._radius_m and abs(east * cos - north * sin) > 0.8 * distance:
+        if distance > _TURNS * self._radius_m and abs(east * cos - north * sin) > _ABEAM * distance:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - self._would_face(psi))) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))

@@ -44,6 +44,11 @@ class ForceModel:
         self._wind_y = q * wind.cy * wind.lateral_m2
         self._wind_n = -2.0 * q * wind.cn * wind.lateral_m2 * hull.length_m
 
+    @property
+    def turns_at_rest(self) -> bool:
+        """Whether a difference of thrust turns it: a rudder without way on and without race turns nothing."""
+        return self.lateral_m > 0.0
+
     def rates(
         self,
         u: float,

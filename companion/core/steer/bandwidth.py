@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass
 
 from ..hull import Handling, VesselConfig
-from .yaw_loop import DELAY_S, LoopJudge, LoopMargins, turns_at_rest, yaw_plant
+from .yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 
 GAIN_BAR_DB = 8.0
 PHASE_BAR_DEG = 45.0
@@ -115,7 +115,7 @@ def heading_schedule(vessel: VesselConfig, wishes: Wishes) -> Schedule:
 def _table(handling: Handling, wishes: Wishes, step_mps: float) -> tuple[HeadingGain, ...]:
     under_way = tuple(heading_gain(handling, wishes, k * step_mps) for k in range(1, _POINTS + 1))
     # where nothing turns the boat at rest no gain holds or fails there, and those of steerage way stand
-    return (heading_gain(handling, wishes, 0.0) if turns_at_rest(handling.vessel) else under_way[0], *under_way)
+    return (heading_gain(handling, wishes, 0.0) if handling.model.turns_at_rest else under_way[0], *under_way)
 
 
 def heading_gain(handling: Handling, wishes: Wishes, speed_mps: float) -> HeadingGain:

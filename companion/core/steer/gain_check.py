@@ -13,11 +13,11 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from ..hull import VesselConfig
+from ..hull import ForceModel, VesselConfig
 from ..hull.statics import drag_n
 from .law import SteeringConfig
 from .model import ModelController
-from .yaw_loop import DELAY_S, turns_at_rest
+from .yaw_loop import DELAY_S
 
 PHASE_DEG: Final = 20.0
 GAIN_DB: Final = 4.0
@@ -36,7 +36,7 @@ def gains_problem(config: SteeringConfig, vessel: VesselConfig) -> str:
     model = config.model
     controller = ModelController(config, vessel)
     names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
-    for share in _SPEEDS if turns_at_rest(vessel) else _SPEEDS[1:]:
+    for share in _SPEEDS if ForceModel(vessel).turns_at_rest else _SPEEDS[1:]:
         found = controller.plain_margins(share * controller.schedule.steady_mps)
         if found.gain_db < GAIN_DB or found.phase_deg < PHASE_DEG:
             return _told(f"heading loop ({names})", found.gain_db, found.phase_deg)

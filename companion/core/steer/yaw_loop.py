@@ -106,12 +106,6 @@ def yaw_plant(vessel: VesselConfig, speed_mps: float) -> YawPlant:
     return YawPlant((vv, vr, rv, rr), by_rudder, by_thrust, vessel.rudder.lag_s, vessel.thruster.lag_s)
 
 
-def turns_at_rest(vessel: VesselConfig) -> bool:
-    """Whether there is a heading loop without way on: a rudder without flow and without race turns nothing."""
-    plant = yaw_plant(vessel, 0.0)
-    return any((*plant.by_rudder, *plant.by_thrust))
-
-
 class LoopJudge:
     """One plant's response, kept, so that many gains can be tried on it."""
 

@@ -67,8 +67,8 @@ class Residual:
         self._drift_mps = (0.0, 0.0)
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None, suspected: bool) -> Sample | None:
-        """Take one tick and what was sent before it. A course that stands in for the heading says nothing of slip and turning."""
-        psi, u, v, r = None if state.heading_from_course else state.psi_rad, state.u_mps, state.v_mps, state.r_radps
+        """Take one tick and what was sent before it."""
+        psi, u, v, r = state.compass_rad, state.u_mps, state.v_mps, state.r_radps
         if psi is None or u is None or v is None or r is None or not 0.0 < dt_s < SAMPLE_S:
             self.forget()
             return None
