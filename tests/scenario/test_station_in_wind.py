@@ -2,6 +2,7 @@
 
 import pytest
 
+from companion.tuning.fitted import vessel_toml
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import Case
@@ -53,6 +54,17 @@ def test_a_heavy_boat_in_no_wind_does_not_turn_after_its_own_noise():
 def test_a_boat_with_one_screw_and_a_rudder_lies_against_a_current():
     found = held(Case(ONE_SCREW, WaterConfig(wind_mps=5.0, current_mps=0.3), seed=1, source=SensedState), seconds=250.0)
     assert found.rms_m < 0.3
+
+
+@pytest.mark.parametrize(("current_mps", "wind_mps"), [(0.0, 5.0), (0.2, 5.0), (0.2, 8.0), (0.3, 3.0), (0.4, 6.0)])
+def test_a_boat_with_one_screw_and_a_rudder_is_not_cut_for_oscillating(voyage, tmp_path, current_mps, wind_mps):
+    """The whole program, after a leg: in weak currents the rudder had nothing to steer by and went from stop to stop."""
+    (tmp_path / "screw.toml").write_text(vessel_toml(ONE_SCREW))
+    water = (f"world.water.current_mps={current_mps}", f"world.water.wind_mps={wind_mps}")
+    trip = voyage("depth.enabled=false", f"vessel='{tmp_path / 'screw.toml'}'", *water)
+    trip.sail(1.5, (60.0, 0.0), after_s=180.0)
+    assert "plan complete" in trip.texts
+    assert not [text for text in trip.texts if "oscillates" in text]
 
 
 def test_a_boat_with_one_screw_and_a_rudder_stays_about_its_point_in_wind_alone():

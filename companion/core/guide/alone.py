@@ -25,9 +25,10 @@ _ROUND_M: Final = 8.0
 """Four lengths of a boat of 2 m: near enough to be held, wide enough for a gust in the turn."""
 _TURNING: Final = 0.8
 """Share of the greatest speed on one thruster at which bends are sailed: rudders need flow, a gust needs spare thrust."""
-_LIES_MPS: Final = 0.25
-"""Current in which a screw gives its rudder a race worth steering by; wind alone asks for less thrust, and in gusts."""
-_STOPS_LYING: Final = 0.6
+_LIES_MPS: Final = 0.4
+"""Current in which a screw gives its rudder a race worth steering by. In 0.3 m/s the rudder went from stop to stop until the thrust was
+cut; wind alone asks for less thrust still, and in gusts."""
+_STOPS_LYING: Final = 0.85
 """Share of it below which the boat lets go."""
 _WHOLE_TURNING: Final = 0.5
 """Nothing turns a hull with one screw off its course: half its speed is flow enough, and spare enough."""
