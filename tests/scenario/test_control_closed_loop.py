@@ -38,7 +38,7 @@ def rms(values):
 def test_goto_arrives_and_stays():
     run = loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(run.goto(60.0, 30.0), 1.5)
+    run.sail(run.goto(60.0, 30.0))
     run.run(1.5, 90.0, lambda output: output.arrived)
     for _ in range(20 * 60):
         run.tick(1.5)
@@ -50,7 +50,7 @@ def test_goto_arrives_and_stays():
 def test_circle_is_joined_and_held_in_the_ordered_direction(direction, steering):
     run = loop(steering)
     run.place(40.0, 0.0, math.pi)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0, direction=direction)), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0, direction=direction)))
     run.run(1.5, 60.0, lambda output: output.on_path)
     run.run(1.5, 60.0, lambda output: output.turns > 0.5)
     errors, turned, last = [], 0.0, math.atan2(run.vessel.east_m, run.vessel.north_m)
@@ -67,7 +67,7 @@ def test_circle_is_joined_and_held_in_the_ordered_direction(direction, steering)
 def test_hover_faces_the_drift_and_holds():
     run = loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
     errors = []
     for tick in range(20 * 200):
         run.tick(1.5)
@@ -80,9 +80,9 @@ def test_legs_hold_their_lines():
     run = loop()
     run.place(0.0, 0.0, 0.0, 1.5)
     first, second = run.goto(60.0, 0.0, 1), run.goto(60.0, 60.0, 2)
-    run.sail(first, 1.5, None, second)
+    run.sail(first, None, second)
     run.run(1.5, 80.0, lambda output: output.arrived)
-    run.sail(second, 1.5, (first.lat_rad, first.lon_rad))
+    run.sail(second, (first.lat_rad, first.lon_rad))
     leg, errors = Line((60.0, 0.0), (60.0, 60.0)), []
 
     def watch(output):

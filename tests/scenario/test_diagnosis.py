@@ -33,7 +33,7 @@ def suspected_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=1
     run = Case(HULLS[hull], water, seed=seed, source=SensedState).loop()
     run.place(20.0, 0.0, math.pi / 2.0, mps)
     diagnosis = Diagnosis(HULLS[hull])
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure), mps)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure))
     while run.t_s < seconds:
         if fault is not None and run.t_s > fault_s:
             fault(run.vessel)
@@ -51,9 +51,9 @@ def judged(hull, water, seconds, each=lambda run: None, seed=1, figure=None, mps
     run = Case(vessel, water, seed=seed, source=late_eyes if hull == "crooked" else SensedState).loop()
     run.place(0.0, 0.0, 0.0, mps)
     if figure is None:
-        run.sail(run.goto(400.0, 0.0), mps)
+        run.sail(run.goto(400.0, 0.0))
     else:
-        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 20.0), figure=figure), mps)
+        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 20.0), figure=figure))
     diagnosis, watch, suspected = Diagnosis(vessel), PropulsionWatch(vessel), []
     while run.t_s < seconds:
         each(run)

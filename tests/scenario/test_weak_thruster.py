@@ -32,7 +32,7 @@ def told_after_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=
     run = Case(HULLS[hull], water, seed=seed, source=SensedState).loop()
     run.place(15.0, 0.0, math.pi / 2.0, 0.0)
     watch = PropulsionWatch(HULLS[hull])
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure), mps)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure))
     while run.t_s < seconds:
         if fault is not None and run.t_s > fault_s:
             run.vessel.thruster_health[fault[0]] = fault[1]
@@ -68,18 +68,18 @@ def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
         if watch.shares != before:
             run.controller.thrusters(watch.shares)
             run.guidance.thrusters(watch.shares)
-            run.guidance.limit_speed(run.controller.steady_mps)
+            run.guidance.limit(fast_mps=run.controller.steady_mps, turn_radps=run.controller.turn_radps)
         yield run.t_s, run.vessel.north_m, run.vessel.east_m
 
 
 def worst_of_a_leg(hull, **fault):
-    sailed = sail_on(hull, lambda run: run.sail(run.goto(400.0, 0.0), 1.5), 90.0, **fault)
+    sailed = sail_on(hull, lambda run: run.sail(run.goto(400.0, 0.0)), 90.0, **fault)
     return math.sqrt(statistics.fmean(east_m**2 for t_s, _, east_m in sailed if t_s > 50.0))
 
 
 def worst_of_a_stay(hull, seconds, **fault):
     def stay(run):
-        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
+        run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
 
     return max(math.hypot(north_m, east_m) for _, north_m, east_m in sail_on(hull, stay, seconds, **fault))
 
@@ -132,7 +132,7 @@ def test_what_works_the_wrong_way_is_found_within_15_s(hull, fault, which, water
     run = Case(HULLS[hull], water, source=SensedState).loop()
     run.place(20.0, 0.0, math.pi / 2.0, 1.5)
     watch = PropulsionWatch(HULLS[hull])
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0)), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0)))
     wired(run.vessel, **fault)
     while not watch.flags.thruster_reversed and run.t_s < 15.0:
         run.tick(1.5)

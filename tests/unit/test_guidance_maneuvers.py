@@ -56,9 +56,9 @@ def goto(north, east, seq=0, **changes):
     return Goto(seq, *FRAME.to_geodetic(north, east), **changes)
 
 
-def begun(maneuver, where, speed=1.5, config=None, previous=None, following=None):
+def begun(maneuver, where, config=None, previous=None, following=None):
     guidance = Guidance(config or GuidanceConfig(), OTTER)
-    guidance.begin(0, where, maneuver, previous, following, speed)
+    guidance.begin(0, where, maneuver, previous, following)
     return guidance
 
 
@@ -97,7 +97,7 @@ def test_into_the_drift_joins_with_the_bow_to_it():
 def sail(maneuver, seconds, start=(0.0, 0.0, 0.0), speed=1.5, water=None, guidance=None):
     run = ControlLoop(Setup(OTTER, water or WaterConfig(), guidance=guidance or GuidanceConfig()))
     run.place(*start, surge_mps=0.0)
-    run.sail(maneuver, speed)
+    run.sail(maneuver)
     track = []
     while run.t_s < seconds:
         output = run.tick(speed)
@@ -145,7 +145,7 @@ def test_a_ring_tighter_than_the_vessel_can_turn_is_widened_and_told():
 
 def test_speed_is_restored_when_the_bend_allows_it():
     config = GuidanceConfig()
-    guidance = begun(loiter(figure=Circle(radius_m=4.0)), state(4.0, 0.0, 90.0, 1.0), 2.5, config)
+    guidance = begun(loiter(figure=Circle(radius_m=4.0)), state(4.0, 0.0, 90.0, 1.0), config)
     for speed in (2.5, 0.5):
         where = state(4.0, 0.0, 90.0, speed)
         guidance.step(0, 0.05, where, speed)

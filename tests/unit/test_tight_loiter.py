@@ -16,7 +16,7 @@ def test_a_loiter_too_tight_for_the_weather_is_told(radius_m, mps, told):
     source = functools.partial(SensedState)
     run = Case(load_vessel("otter"), WATERS["0.5 m/s + 8 m/s"], source=source).loop()
     run.place(radius_m + 8.0, 0.0, 1.57, mps)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=radius_m)), mps)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=radius_m)))
     texts = []
     while run.t_s < 90.0:
         run.tick(mps)

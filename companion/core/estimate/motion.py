@@ -8,7 +8,7 @@ from mavlink_bridge.language.messages import EstimatedState
 
 _VELOCITY_TAU_S = 0.7
 """Longer than a fix of 2 Hz, shorter than a hull takes to change its way."""
-_POSITION_TAU_S = 0.5
+_POSITION_TAU_S = 0.3
 """As short as keeps RTK's steps out of the commands."""
 _JUMP_M = 2.0
 """What the position moves at once by is no motion: begin anew there."""

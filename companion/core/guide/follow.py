@@ -12,13 +12,20 @@ from ..estimate import SmoothMotion
 from ..hull import Handling
 from .field import Integrator, approach, triangle
 from .paths import Chain, Projection
-from .swing import STRONG, EarlySwing, Wish
+from .swing import FELT, EarlySwing, Wish
 
 
 class FollowConfig(Config):
     """Path following. Everything about the vessel comes from its file."""
 
-    look_ahead_s: float = param(1.2, "PATH_LOOK_S", "Look-ahead, seconds of sailing", unit="s", ge=0.5, le=20.0)
+    look_ahead_s: float = param(
+        1.2,
+        "PATH_LOOK_S",
+        "Look-ahead, seconds of sailing; a hull that answers slowly takes more",
+        unit="s",
+        ge=0.5,
+        le=20.0,
+    )
     look_ahead_min_m: float = param(2.5, "PATH_LOOK_MIN", "Shortest look-ahead", unit="m", ge=0.5, le=50.0)
     integral: float = param(0.3, "PATH_INT", "Gain of the path integral", ge=0.0, le=2.0)
     integral_corridor_m: float = param(
@@ -46,6 +53,8 @@ _ANY_MPS = (0.0, math.inf)
 """Bends may be sailed at any speed: both thrusters work."""
 _ALONE_SHARE = 0.7
 """Share of the turning ability for bends with one thruster: the same thrust must also hold against wind and current."""
+_ANSWERS = 1.1
+"""Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
 _NO_DRIFT = (0.0, 0.0)
 """m/s north and east."""
 
@@ -71,7 +80,9 @@ class Follower:
     def configure(self, config: FollowConfig) -> None:
         self._config = config
         self._double = 2.0 * config.deceleration
-        self._look_ahead_s, self._look_ahead_min_m = config.look_ahead_s, config.look_ahead_min_m
+        answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
+        self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
+        self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
         self._turn_share, self._preview_s = config.turn_share, config.preview_s
         self._use_drift = config.use_drift
@@ -81,8 +92,9 @@ class Follower:
         self._measure_bends()
 
     def limit(self, fast_mps: float) -> None:
-        """Sail no faster than this through the water, m/s."""
+        """Sail no faster than this through the water, m/s; the bends are measured anew."""
         self._fast_mps = min(fast_mps, SPARED * self._handling.top_mps)
+        self.configure(self._config)
 
     def bends_within(self, least_mps: float, most_mps: float) -> None:
         """The handling has changed: measure the bends anew, sailed at these speeds through the water only."""
@@ -143,8 +155,8 @@ class Follower:
         drift = (state.current_n_mps or 0.0, state.current_e_mps or 0.0) if self._use_drift else _NO_DRIFT
         desired = self._steer(dt_s, state, course, rate=rate, planned=planned, drift=drift)
         possible = not self._use_drift or self._is_possible(state, course, planned)
-        if self._use_drift and math.hypot(drift[0], drift[1]) >= STRONG * speed_mps:
-            desired = self._swing(state, track, here, speed_mps=speed_mps, planned=planned, drift=drift) or desired
+        if self._use_drift and math.hypot(drift[0], drift[1]) >= FELT * speed_mps:
+            desired = self._swing(dt_s, state, track, speed_mps=speed_mps, planned=planned, drift=drift) or desired
         return desired, here, planned, possible
 
     def _plan(
@@ -226,27 +238,26 @@ class Follower:
 
     def _swing(
         self,
+        dt_s: float,
         state: EstimatedState,
         track: Chain,
-        here: Projection,
         speed_mps: float,
         planned: float,
         drift: tuple[float, float],
     ) -> Desired | None:
-        """Turn early for a corner in a strong current, with no more thrust than helps along the path."""
+        """Turn early for a corner in a current."""
         if state.psi_rad is None:
             return None
-        rate = self._turn_share * self._handling.max_yaw_rate(self._water_mps())
+        self._early.see(dt_s, state.r_radps or 0.0)
+        # one that turns faster than its file says would come round far inside the corner
+        rate = self._turn_share * max(self._handling.max_yaw_rate(self._water_mps()), self._early.seen_radps)
         wish = Wish(speed_mps, drift, self._fast_mps, rate)
-        swing = self._early.step(track, here, self.motion, state.psi_rad, wish)
-        if swing is None:
+        found = self._early.step(track, self.motion, state.psi_rad, wish)
+        if found is None:
             return None
-        cos, sin = math.cos(state.psi_rad), math.sin(state.psi_rad)
-        wanted_n = planned * math.cos(here.course_rad) - drift[0]
-        wanted_e = planned * math.sin(here.course_rad) - drift[1]
-        water = max(0.0, wanted_n * cos + wanted_e * sin)
-        surge = water + drift[0] * cos + drift[1] * sin
-        return Desired(swing.psi_rad, surge, swing.rate_radps, brake=True, asked_mps=planned)
+        psi_rad, water_mps = found
+        along_mps = drift[0] * math.cos(state.psi_rad) + drift[1] * math.sin(state.psi_rad)
+        return Desired(psi_rad, water_mps + along_mps, asked_mps=planned)
 
     def _leeway(self, dt_s: float, rate: float, speed_mps: float) -> tuple[float, float]:
         """Return the slip angle of the turn that is being steered, and its derivative: the hull looks into the bend."""

@@ -43,7 +43,7 @@ class GuidanceConfig(Config):
         2.0, "WP_RADIUS", "A point without a corner counts as reached within", unit="m", ge=0.2, le=100.0
     )
     corner_cut_m: float = param(
-        1.0, "PATH_CUT", "A corner is rounded at most this far inside its legs", unit="m", ge=0.1, le=50.0
+        0.9, "PATH_CUT", "A corner is rounded at most this far inside its legs", unit="m", ge=0.1, le=50.0
     )
     loiter_radius_m: float = param(
         20.0, "LOIT_RADIUS", "Radius of a loiter that names none", unit="m", ge=1.0, le=1000.0
@@ -116,8 +116,9 @@ class Guidance:
         self.follower.configure(config.follow)
         self._station.configure(config.station)
 
-    def limit_speed(self, fast_mps: float) -> None:
-        """Ask for no more than this through the water, m/s: faster, the steering law does not keep its margins."""
+    def limit(self, *, fast_mps: float, turn_radps: float) -> None:
+        """Ask for no more than the steering law gives: m/s through the water at which it keeps its margins, rad/s of yaw."""
+        self._handling.steered_within(turn_radps)
         self.follower.limit(fast_mps)
         self._station.limit(fast_mps)
 
@@ -130,8 +131,6 @@ class Guidance:
         self._station.thrusters(shares)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
-        if not self._texts:
-            return ()
         texts, self._texts = tuple(self._texts), []
         return texts
 
@@ -142,7 +141,6 @@ class Guidance:
         maneuver: Goto | Loiter,
         previous: tuple[float, float] | None,
         following: Goto | Loiter | None,
-        speed_mps: float,
     ) -> None:
         """Start a manoeuvre. ``previous`` is the point (lat, lon in rad) that the leg comes from, None = from here."""
         if not state.position_valid or state.origin_lat_rad is None or state.origin_lon_rad is None:
@@ -159,9 +157,7 @@ class Guidance:
             onward = None if following is None else frame.to_local(following.lat_rad, following.lon_rad)
             round_it = isinstance(following, Loiter) and not _stops(following)
             self._onward = None if round_it else onward
-            self._begin_leg(
-                state, maneuver, start, corner=corner, following=following, onward=onward, speed_mps=speed_mps
-            )
+            self._begin_leg(state, maneuver, start, corner=corner, following=following, onward=onward)
             return
         figure = maneuver.figure
         if isinstance(figure, Hover):
@@ -214,7 +210,6 @@ class Guidance:
         corner: tuple[NorthEast, Arc] | None,
         following: Goto | Loiter | None,
         onward: NorthEast | None,
-        speed_mps: float,
     ) -> None:
         here = NorthEast((state.x_m or 0.0, state.y_m or 0.0))
         entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
@@ -224,10 +219,7 @@ class Guidance:
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
             least = self.follower.tightest_m()
-            drift_mps = math.hypot(state.current_n_mps or 0.0, state.current_e_mps or 0.0)
-            # the bow swings apart from the path there (see swing.py), so that the corner can be tighter
-            cut_m = self._config.corner_cut_m * (0.75 if drift_mps > 0.4 * speed_mps else 1.0)
-            arc = fillet(begin, self._target, onward, cut_m=cut_m, least_m=least, reach_m=reach)
+            arc = fillet(begin, self._target, onward, cut_m=self._config.corner_cut_m, least_m=least, reach_m=reach)
         if arc is None:
             segments.append(Line(begin, self._target))
             self._goal_m = math.fsum(segment.length_m for segment in segments)

@@ -60,6 +60,19 @@ class Handling:
         hull = vessel.hull
         self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
         """How fast the sideways slip of a turn builds up."""
+        self._steered_radps = math.inf
+        self.takes_up_s = self._takes_up()
+        """How long a turn takes from the order to its full rate, at a third of the top speed: there rudders have little flow."""
+
+    def _takes_up(self) -> float:
+        speed_mps = self.top_mps / 3.0
+        hull, given = self.vessel.hull, self.authority(speed_mps)
+        moment_nm = given.rudder_nm + given.differential_nm
+        if moment_nm <= 0.0:
+            return 0.0
+        lag_s = given.rudder_nm * self.vessel.rudder.lag_s + given.differential_nm * self.vessel.thruster.lag_s
+        inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        return (lag_s + inertia * self._look_up(self._rates, speed_mps)) / moment_nm
 
     def _kept(self) -> _Tables:
         """Work the tables out, and keep them for whoever asks next."""
@@ -82,6 +95,10 @@ class Handling:
         """Tabulate the turns anew for what each thruster still gives, port and starboard: those to the worse side."""
         self._shares = shares
         self._rates = tuple(self._steady_turn(speed) for speed in self._speeds)
+
+    def steered_within(self, rate_radps: float) -> None:
+        """Reckon with a steering law that turns the vessel no faster than this, rad/s, whatever the hull could."""
+        self._steered_radps = rate_radps
 
     def authority(self, speed_mps: float) -> YawAuthority:
         """Return what rudders and thrusters can give at a steady speed."""
@@ -114,7 +131,7 @@ class Handling:
 
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
-        return self._look_up(self._rates, speed_mps)
+        return min(self._look_up(self._rates, speed_mps), self._steered_radps)
 
     def sway_per_rate(self, speed_mps: float) -> float:
         """Return the sideways slip of a steady gentle turn over its yaw rate, m (negative: outwards)."""

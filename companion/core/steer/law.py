@@ -8,6 +8,7 @@ without the gate.
 from __future__ import annotations
 
 import importlib
+import math
 from typing import Protocol
 
 from pydantic import Field
@@ -145,6 +146,14 @@ def steady_speed_mps(controller: Controller) -> float | None:
     """
     found = getattr(controller, "steady_mps", None)
     return None if found is None else float(found)
+
+
+def turn_rate_radps(controller: Controller) -> float:
+    """Return the greatest yaw rate that a law steers, rad/s; infinite when it does not say.
+
+    A law says it by an attribute ``turn_radps``.
+    """
+    return float(getattr(controller, "turn_radps", math.inf))
 
 
 def sway_through_water_mps(controller: Controller) -> float:

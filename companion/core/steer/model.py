@@ -161,6 +161,11 @@ class ModelController:
         """Greatest speed through the water at which the heading loop keeps its margins, with the thrusters that there are."""
         return min(self._schedule.steady_mps, self._left_mps)
 
+    @property
+    def turn_radps(self) -> float:
+        """Greatest yaw rate that is steered."""
+        return self._rate_limit
+
     def water_speed_mps(self) -> float | None:
         return self._observer.aligned_mps()
 

@@ -29,7 +29,7 @@ from ..guard.failsafe_orders import Order
 from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import braking_distance_m
-from ..steer.law import lowered_text, steady_speed_mps
+from ..steer.law import lowered_text, steady_speed_mps, turn_rate_radps
 from .config import TickInputs, VehicleConfig
 from .operators import StickOwner
 from .parts import Parts
@@ -315,12 +315,15 @@ class Controls:
         self._limit_speed()
 
     def _limit_speed(self) -> None:
-        """Keep to the speed up to which the steering law has its margins on this hull, and tell it when it is lowered."""
-        steady_mps = steady_speed_mps(self.parts.controller)
-        if steady_mps is None or steady_mps == self._steady_mps:
+        """Keep to what the steering law gives: turns, and the speed up to which it has its margins; tell when that is lowered."""
+        controller = self.parts.controller
+        steady_mps = steady_speed_mps(controller)
+        if steady_mps is None:
+            return
+        self.parts.guidance.limit(fast_mps=steady_mps, turn_radps=turn_rate_radps(controller))
+        if steady_mps == self._steady_mps:
             return
         self._steady_mps = steady_mps
-        self.parts.guidance.limit_speed(steady_mps)
         told = lowered_text(steady_mps, top_speed_mps(self.parts.vessel))
         if told and self._shares != WHOLE:
             told = f"Sailing on with what the thrusters still give: at most {steady_mps:.1f} m/s"

@@ -211,9 +211,7 @@ class Vehicle:
         if leg.generation != before.course.generation:
             if not state.position_valid:
                 return Pursuit(leg, Desired(None, None), generation=before.course.generation)
-            guidance.begin(
-                sensed.now_us, state, leg.maneuver, previous=leg.previous, following=leg.following, speed_mps=speed_mps
-            )
+            guidance.begin(sensed.now_us, state, leg.maneuver, previous=leg.previous, following=leg.following)
         guided = guidance.step(sensed.now_us, sensed.dt_s, state, speed_mps, before.output)
         return Pursuit(leg, guided.desired, guided, leg.generation)
 

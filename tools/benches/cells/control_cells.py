@@ -139,9 +139,7 @@ class Route:
     def _begin(self, previous: NorthEast | None) -> None:
         points, k, run = self.points, self.index, self.run
         following = run.goto(*points[k + 1], k + 1) if k + 1 < len(points) else None
-        run.sail(
-            run.goto(*points[k], k), self.speed_mps, run.frame.to_geodetic(*previous) if previous else None, following
-        )
+        run.sail(run.goto(*points[k], k), run.frame.to_geodetic(*previous) if previous else None, following)
 
     def tick(self) -> bool:
         """One period; False at the end, or when time is up, or when guidance gives up (``stopped``)."""
@@ -201,7 +199,7 @@ def ring(case: Case, radius_m: float, speed_mps: float, laps: float = 3.0) -> Er
     """Circle joined from 8 m outside; radius error after the first lap."""
     run = case.loop()
     run.place(radius_m + 8.0, 0.0, math.pi / 2.0, speed_mps)
-    run.sail(_loiter(run, Circle(radius_m=radius_m)), speed_mps)
+    run.sail(_loiter(run, Circle(radius_m=radius_m)))
     swept, last, values = 0.0, 0.0, []
     end_s = ((laps + 1.0) * 2.0 * math.pi * radius_m + 60.0) / speed_mps * 1.6
     while run.t_s < end_s and abs(swept) < 2.0 * math.pi * (laps + 1.0):
@@ -224,7 +222,7 @@ def pattern(
     north, east = segments[0].point(0.0)
     course = segments[0].project(north, east).course_rad
     run.place(north, east, course, speed_mps)
-    run.sail(_loiter(run, figure), speed_mps)
+    run.sail(_loiter(run, figure))
     lap_s = sum(segment.length_m for segment in segments) / speed_mps
     values: list[float] = []
     turns = 0.0
@@ -239,7 +237,7 @@ def hover(case: Case, seconds: float = 400.0, settle_s: float = 100.0) -> Errors
     """Station keeping from the point itself; distance after 100 s."""
     run = case.loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(_loiter(run, Hover()), 1.5)
+    run.sail(_loiter(run, Hover()))
     values = []
     while run.t_s < seconds:
         run.tick(1.5)
@@ -312,7 +310,7 @@ def ring_entry(case: Case, radius_m: float, speed_mps: float) -> float:
     """Circle ordered at rest at its centre: greatest distance outside the ring in the first lap, m."""
     run = case.loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(_loiter(run, Circle(radius_m=radius_m)), speed_mps)
+    run.sail(_loiter(run, Circle(radius_m=radius_m)))
     outside = 0.0
     end_s = (2.0 * math.pi + 1.0) * radius_m / speed_mps + 30.0
     touched = False

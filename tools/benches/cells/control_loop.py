@@ -16,7 +16,7 @@ from companion.core.guard.gate import Evidence, Gate, GateConfig
 from companion.core.guide import Guidance, GuidanceConfig, GuidanceOutput
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig, make_controller, sway_through_water_mps
-from companion.core.steer.law import steady_speed_mps
+from companion.core.steer.law import steady_speed_mps, turn_rate_radps
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
 from mavlink_bridge.language.snapshot import ControlTrace
@@ -111,7 +111,7 @@ class ControlLoop:
         self.gate = Gate(GateConfig(), setup.vessel.rudder.max_rad, round(TICK_S * 1e6))
         steady_mps = steady_speed_mps(self.controller)
         if steady_mps is not None:
-            self.guidance.limit_speed(steady_mps)
+            self.guidance.limit(fast_mps=steady_mps, turn_radps=turn_rate_radps(self.controller))
         self.frame = LocalFrame(*ORIGIN_RAD)
         self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None
@@ -147,13 +147,10 @@ class ControlLoop:
     def sail(
         self,
         maneuver: Goto | Loiter,
-        speed_mps: float,
         previous: tuple[float, float] | None = None,
         following: Goto | Loiter | None = None,
     ) -> None:
-        self.guidance.begin(
-            self.now_us, self.state, maneuver, previous=previous, following=following, speed_mps=speed_mps
-        )
+        self.guidance.begin(self.now_us, self.state, maneuver, previous=previous, following=following)
 
     def tick(self, speed_mps: float) -> GuidanceOutput:
         """One control period under guidance."""

@@ -38,7 +38,7 @@ def held(case: Case, mode: str = "weathervane", seconds: float = 400.0, settle_s
     guidance = GuidanceConfig.model_validate({**case.guidance.model_dump(), "station": station.model_dump()})
     run = replace(case, guidance=guidance).loop()
     run.place(0.0, 0.0, 0.0)
-    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()), 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
     distances: list[float] = []
     turned, last, turns = 0.0, run.vessel.psi_rad, [0.0]
     full = power = furthest_m = 0.0
