@@ -13,7 +13,7 @@ from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
-from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare, launch
+from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare, launch, single_screw
 from tools.benches.cells.sensed import SensedState, late_eyes
 
 HULLS = {
@@ -22,6 +22,7 @@ HULLS = {
     "wamv": load_vessel("wamv"),
     "launch": launch(),
     "bare": bare("otter", 0.5),
+    "single": single_screw(),
 }
 GALE = WaterConfig(wind_mps=10.0, gust_share=0.25, wave_height_m=0.3, current_mps=0.3)
 BLOW = WaterConfig(current_mps=0.5, wind_mps=8.0, gust_share=0.25, wave_height_m=0.3)
@@ -105,6 +106,7 @@ QUICK = [
     ("wamv", thrusters(0.4, 0.4), Cause.SLIP),
     ("launch", thrusters(0.0, 1.0), Cause.PORT_WEAK),
     ("wamv", REVERSED, Cause.PORT_REVERSED),
+    ("single", thrusters(0.0, 0.0), Cause.WEAK),
 ]
 MORE = [
     ("otter", stuck(0.0), Cause.RUDDERS_STILL),
@@ -127,7 +129,13 @@ def test_the_right_cause_is_suspected_within_15_s(hull, fault, cause):
     found = suspected_s(hull, BLOW, RING, 1.5, 30.0, fault)
     assert found is not None
     assert found[1] is cause
-    assert found[0] > 0.0
+    assert 0.0 < found[0] <= 15.0
+
+
+def test_weed_that_leaves_two_fifths_is_told_where_nothing_else_fits():
+    found = suspected_s("otter", WATERS["calm"], RING, 1.5, 30.0, thrusters(1.0, 0.4))
+    assert found is not None
+    assert found[1] is Cause.STARBOARD_WEAK
 
 
 @pytest.mark.soak

@@ -157,6 +157,19 @@ def test_a_thruster_that_rests_has_not_given():
     assert watch.weak == (False, False)
 
 
+@pytest.mark.parametrize(("helm_rad", "is_found"), [(0.0, True), (0.25, False)], ids=["calm", "gale"])
+def test_what_the_water_has_done_before_is_no_weed(helm_rad, is_found):
+    watch, state = PropulsionWatch(HULLS["otter"]), EstimatedState(0, psi_rad=0.0, u_mps=0.9, v_mps=0.0, r_radps=0.0)
+    slow = ActuatorOutput(0, 0.3, 0.3, rudder_port_rad=0.0, rudder_starboard_rad=0.0, cause="")
+    for tick in range(round(60.0 / TICK_S)):  # rudders to and fro for 10 s each hold the bow against what turns it
+        angle = math.copysign(helm_rad, tick // 200 % 2 - 0.5)
+        watch.step(TICK_S, state, replace(slow, rudder_port_rad=angle, rudder_starboard_rad=angle))
+    more = replace(slow, thruster_port=0.62, thruster_starboard=0.62, rudder_port_rad=0.15, rudder_starboard_rad=0.15)
+    for _ in range(round(15.0 / TICK_S)):  # 13 Nm of a side's 18 are missing
+        watch.step(TICK_S, state, more)
+    assert watch.weak == (is_found, False)
+
+
 def test_rough_water_is_no_weed():
     assert told_after_s("otter", GALE, Hover(), 1.0, 120.0) is None
     assert told_after_s("otter", GALE, Circle(radius_m=10.0), 1.5, 90.0) is None

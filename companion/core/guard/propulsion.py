@@ -71,6 +71,9 @@ _USUAL_S: Final = 30.0
 """Ten waves and more: long enough for a mean."""
 _TIMES_USUAL: Final = 8.0
 """In quieter weather than a gale: this many times what is usually unexplained, once that is known for ``_USUAL_S``."""
+_TIMES_LEAST: Final = 5.0
+"""And never fewer times than this, four sigma, as long as the diagnosis has no opinion: a hull that turns across a gale on a circle
+lacks more than what a steady gale makes."""
 
 
 @value
@@ -206,7 +209,10 @@ class PropulsionWatch:
             )
         if self._known_s < _USUAL_S:
             return self._most_nm
-        return min(self._most_nm, max(self._least_nm, _TIMES_USUAL * self._usual_nm))
+        most_nm = self._most_nm
+        if self._opinion is None and not any(self.weak):  # nobody else tells weather from weed
+            most_nm = max(most_nm, min(_TIMES_LEAST * self._usual_nm, self._gusts_nm))
+        return min(most_nm, max(self._least_nm, _TIMES_USUAL * self._usual_nm))
 
     def _judge(self, dt_s: float, missing_nm: float, lost_n: float) -> None:
         smooth = self._smooth

@@ -30,20 +30,21 @@ _NEAR: Final = 0.05
 """Share by which a suspect's own effect may be off."""
 _SUSPICION: Final = 6.0
 """From here on the drift is frozen and suspects are compared: what wind favours before must not count for the fault after it."""
-_ENOUGH: Final = 32.0
-"""A quarter more than what thirty hours of clean gales reach under way; a lost thruster brings sixty in six seconds."""
-_ENOUGH_ON_STATION: Final = 48.0
-"""On station the thrust follows the gusts."""
+_ENOUGH: Final = 26.0
+"""A tenth more than what two hundred hours of clean water reach under way; a lost thruster brings sixty in six seconds."""
+_ENOUGH_ON_STATION: Final = 60.0
+"""On station the thrust follows the gusts: there those hours reach fifty-three."""
 _QUIET: Final = 0.6
 """In quiet water it takes so much of that to find thrust that is missing: there is no gust that could be it."""
-_HELM: Final = 1.15
+_HELM: Final = 1.25
 """A helm that answers gusts looks most like one that does nothing."""
-_SURGE_ALONE: Final = 1.75
-"""A single thruster is told by surge alone, and gusts push along too."""
-_AGAINST: Final = 0.65
+_AGAINST: Final = 0.8
 """And so much, in any weather, for what works the wrong way: no gust turns a boat against its helm."""
 _APART: Final = 4.0
 """Odds of fifty to one against the next cause, as soon as there is enough; the longer one stays ahead, the less it needs."""
+_SURE, _LESS = 8.5, 0.6
+"""Odds of five thousand to one: from there on this share of the evidence will do under way. A gust fits several causes about as badly:
+in clean water what is so far ahead has half of what is enough at most. On station it has all of it: there thrust follows the gust."""
 _HELD_S: Final = 3.0
 """A reversed propeller looks like a lost one while it stops."""
 _GIVE_UP_S: Final = 40.0
@@ -89,15 +90,11 @@ class Weighing:
     def _enough(self, cause: Cause) -> float:
         """The evidence that it takes in this weather."""
         match cause:
-            case Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
+            case Cause.WEAK | Cause.REVERSED | Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
                 return self._base * self._missing
-            case Cause.WEAK | Cause.REVERSED:
-                return self._base * self._missing * _SURGE_ALONE
             case Cause.RUDDERS_STILL:
                 return self._base * _HELM
-            case (
-                Cause.REVERSED | Cause.PORT_REVERSED | Cause.STARBOARD_REVERSED | Cause.SWAPPED | Cause.RUDDERS_REVERSED
-            ):
+            case Cause.PORT_REVERSED | Cause.STARBOARD_REVERSED | Cause.SWAPPED | Cause.RUDDERS_REVERSED:
                 return self._base * _AGAINST
             case _:
                 assert_never(cause)
@@ -121,7 +118,7 @@ class Weighing:
         self._base = _ENOUGH_ON_STATION if sample.on_station else _ENOUGH
         self._missing = max(_QUIET, min(self._weather.gale_share, 1.0))
         self.opinion = self._opinion()
-        return self._decide(step_s)
+        return self._decide(step_s, sample.on_station)
 
     def _weigh(self, step_s: float, sample: Sample, noise: HealthyNoise) -> None:
         healthy = self._healthy(sample, noise)
@@ -156,14 +153,22 @@ class Weighing:
             push[axis] = max(-most, min(most, followed))
         return bounded, tailed
 
-    def _decide(self, step_s: float) -> Cause | None:
+    def _decide(self, step_s: float, on_station: bool) -> Cause | None:
         score, among = self._score, self._among
-        is_enough = [against > self._enough(one.cause) for one, against in zip(among, self._against, strict=True)]
-        self._held_s = self._held_s + step_s if any(is_enough) else 0.0
-        if self._held_s < _HELD_S:
-            return None
         best = max(range(len(score)), key=score.__getitem__)
         cause = among[best].cause
-        other = max(score[k] for k, suspect in enumerate(among) if suspect.cause is not cause)
-        is_clear = score[best] - other > _APART * _HELD_S / self._held_s
-        return cause if is_clear and is_enough[best] else None
+        ahead = score[best] - max(score[k] for k, suspect in enumerate(among) if suspect.cause is not cause)
+        is_enough = self._against[best] > self._enough(cause) * (1.0 if on_station else _share_needed(ahead))
+        is_any = is_enough or any(
+            against > self._enough(one.cause) for one, against in zip(among, self._against, strict=True)
+        )
+        self._held_s = self._held_s + step_s if is_any else 0.0
+        if not is_enough or self._held_s < _HELD_S:
+            return None
+        return cause if ahead > _APART * _HELD_S / self._held_s else None
+
+
+def _share_needed(ahead: float) -> float:
+    """Share of the evidence that a cause needs which is so far ahead of the next one."""
+    share = 1.0 - (1.0 - _LESS) * (ahead - _APART) / (_SURE - _APART)
+    return max(_LESS, min(share, 1.0))
