@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from companion.core.guard.gate import Gate, GateConfig
-from companion.core.hull import VesselConfig
+from companion.core.hull import ForceModel, VesselConfig
 from companion.core.hull.statics import stopping_distance_m
 from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialConfig, TrialStanding
@@ -57,7 +57,7 @@ def sail_trial(
         state = eyes.sense(now_us, hull, None)
         sent = gate.decide(now_us, None, Action.NONE, True, _READY)
         if trial is None and tick > _SETTLING_TICKS and state.x_m is not None:
-            trial = Trial(config, state)
+            trial = Trial(config, state, turns_at_rest=ForceModel(vessel).turns_at_rest)
             start_m = hull.north_m, hull.east_m
         if trial is not None:
             if trial.progress[0] == 1:
