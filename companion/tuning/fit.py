@@ -58,12 +58,12 @@ class Fit:
     known: dict[str, bool]
     unknowns: list[FitUnknown]
     covariance: Array
-    """Of the unknowns, in widths of their priors."""
+    """Of the unknowns and then of those that the record does not tell, in widths of their priors."""
     errors: tuple[float, float, float]
     """On what was kept apart, RMS over standard deviation: surge, sway, yaw rate."""
     errors_before: tuple[float, float, float]
     """The same with the file that the fit started from."""
-    seconds: float
+    seconds: float = 0.0
     turning: float = 1.0
     """Share by which all inertia and damping in yaw were set first, against the file's, because they were far off together."""
     untold: list[FitUnknown] = field(default_factory=list)
@@ -98,13 +98,15 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
     problem = Problem(vessel, used, unknowns, noise)
     x = solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
-    theta, covariance = problem.split(x)[0], no_wider(covariance_of(problem, x) + unsettled)
+    theta, known = problem.split(x)[0], len(unknowns)
+    unsettled[:known, :known] += covariance_of(problem, x)
+    covariance = no_wider(unsettled)
     say("judging on the stretches kept apart")
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
     before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
-    found = _told(vessel, unknowns, theta, covariance, after=after, before=before, seconds=windows.count * WINDOW_S)
-    return replace(found, untold=untold, turning=turning)
+    found = _told(vessel, unknowns, untold, theta=theta, covariance=covariance, after=after, before=before)
+    return replace(found, turning=turning, seconds=windows.count * WINDOW_S)
 
 
 def rebased(
@@ -189,16 +191,18 @@ def no_wider(covariance: Array) -> Array:
 
 
 def left_open(problem: Problem, x: Array, told: Array, covariance: Array) -> Array:
-    """Covariance that the told unknowns owe to those that stay as the file has them, which may be wrong.
+    """Covariance of the told unknowns, and then of those that stay as the file has them, that the latter are the cause of: they may
+    be wrong.
 
-    What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping). How far off the
-    file may be is what the fit of all found for it, and how sure that was.
+    What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping): where the one
+    is off, the other is, and the sum is not. How far off the file may be is what the fit of all found for it, and how sure that was.
     """
     says, _ = _by_window(problem, x)
     whole = np.eye(len(told)) + says.sum(axis=0)
     pull = np.linalg.solve(whole[np.ix_(told, told)], whole[np.ix_(told, ~told)])
     away = x[: len(told)][~told]
-    return pull @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ pull.T
+    follows = np.concatenate([-pull, np.eye(len(away))])
+    return follows @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ follows.T
 
 
 def _by_window(problem: Problem, x: Array) -> tuple[Array, Array]:
@@ -274,29 +278,25 @@ def widened(unknowns: list[FitUnknown], deviation: Array) -> Array:
 def _told(
     vessel: VesselConfig,
     unknowns: list[FitUnknown],
+    untold: list[FitUnknown],
+    *,
     theta: Array,
     covariance: Array,
-    *,
     after: Any,
     before: Any,
-    seconds: float,
 ) -> Fit:
-    raw = np.sqrt(np.diag(covariance))
-    deviation = widened(unknowns, raw)
-    covariance = covariance * np.outer(deviation / raw, deviation / raw)
-    values = {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)}
-    spread = {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
-    known = {u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
-    samples = after[1] | {"before": before[1]["modelled"]}
+    """The fit with values and spreads that a person may believe; ``covariance`` of the unknowns, and then of those untold."""
+    count, raw = len(unknowns), np.sqrt(np.diag(covariance))
+    deviation = np.concatenate([widened(unknowns, raw[:count]), np.minimum(_WIDER * raw[count:], 1.0)])
     return Fit(
         vessel,
-        values,
-        spread,
-        known=known,
+        {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)},
+        {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
+        known={u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
         unknowns=unknowns,
-        covariance=covariance,
+        covariance=covariance * np.outer(deviation / raw, deviation / raw),
         errors=after[0],
         errors_before=before[0],
-        seconds=seconds,
-        samples=samples,
+        untold=untold,
+        samples=after[1] | {"before": before[1]["modelled"]},
     )

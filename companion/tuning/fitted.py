@@ -18,6 +18,7 @@ from ..core.steer.model import ModelController
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 from .fit import Fit
 from .problem import TOGETHER
+from .unknowns import FitUnknown
 
 Array = Any
 
@@ -117,16 +118,45 @@ def corners(fit: Fit) -> list[VesselConfig]:
 
 
 def _middle(fit: Fit) -> Array:
+    """The fitted values, and of what the record does not tell the file's, in widths."""
     found = []
     for u in fit.unknowns:
         value = fit.values[u.name]
         found.append(math.log(value / u.start) / u.width if u.relative else (value - u.start) / u.width)
-    return np.array(found)
+    return np.array(found + [0.0] * len(fit.untold))
 
 
 def _at(fit: Fit, x: Array) -> VesselConfig:
-    clipped = {u.name: float(u.value(np.clip(x[k], u.low, u.high))) for k, u in enumerate(fit.unknowns)}
-    return with_values(fit.vessel, clipped)
+    x = _within(fit, x)
+    return with_values(fit.vessel, {u.name: float(u.value(x[k])) for k, u in enumerate(_every(fit))})
+
+
+def _every(fit: Fit) -> list[FitUnknown]:
+    """What the covariance is of."""
+    return [*fit.unknowns, *fit.untold]
+
+
+def _within(fit: Fit, x: Array) -> Array:
+    """The likeliest point of the region where ``x`` may not go: what is at its bound takes with it all that hangs on it.
+
+    A yaw damping that may not fall below nothing would else leave alone the added mass whose moment it was to bear: a boat far
+    outside the region, and unstable where the region is not.
+    """
+    low, high = (np.array([getattr(u, side) for u in _every(fit)]) for side in ("low", "high"))
+    middle, at = _middle(fit), np.zeros(len(x), dtype=bool)
+    held = np.clip(x, low, high)
+    for _ in range(len(x)):
+        at |= (x < low) | (x > high)
+        if not at.any():
+            return x
+        held = np.clip(x, low, high)
+        off = np.linalg.lstsq(fit.covariance[np.ix_(at, at)], (held - x)[at], rcond=None)[0]
+        moved = x + fit.covariance[:, at] @ off
+        moved[at] = held[at]
+        if not ((moved < low - 1e-9) | (moved > high + 1e-9)).any():
+            return moved
+        at |= (moved < low) | (moved > high)
+    return held
 
 
 @dataclass(frozen=True, slots=True)
