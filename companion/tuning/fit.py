@@ -175,13 +175,22 @@ def covariance_of(problem: Problem, x: Array) -> Array:
     says, scores = _by_window(problem, x)
     count, windows = len(problem.unknowns), problem.windows.count
     inverse = np.linalg.inv(np.eye(count) + says.sum(axis=0))
-    without = np.linalg.solve(np.eye(count) - says @ inverse, scores[:, :, None])[:, :, 0]
+    without = _clear_of_itself(says, scores, inverse)
     meat = without.T @ without
     for lag in range(1, _ALIKE_WINDOWS):
         pairs = _going_on(problem.windows, lag)
         together = without[pairs].T @ without[pairs - lag]
         meat += (1.0 - lag / _ALIKE_WINDOWS) * (together + together.T)
     return no_wider(inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse)
+
+
+def _clear_of_itself(says: Array, scores: Array, inverse: Array) -> Array:
+    """Scores of the windows as they would be had each not pulled the fit to itself (Bell and McCaffrey, CR2)."""
+    sizes, axes = np.linalg.eigh(inverse)
+    root, back = (axes * sizes**power @ axes.T for power in (0.5, -0.5))
+    share, ways = np.linalg.eigh(root @ says @ root)
+    turned = np.einsum("kij,ki->kj", ways, scores @ root) / np.sqrt(np.maximum(1.0 - share, 1e-6))
+    return np.einsum("kij,kj->ki", ways, turned) @ back
 
 
 def no_wider(covariance: Array) -> Array:

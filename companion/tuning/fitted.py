@@ -28,7 +28,11 @@ _STOPS_FROM: Final = (0.2, 0.35, 0.5, 1.0)
 _CORNER_DRAWS: Final = 6
 _CORNER: Final = 2.0
 """Corners lie two standard deviations out along each principal axis of the confidence region."""
+_TOUCHES: Final = 1e-9
+"""Widths; what is so near to its bound is at it."""
 _SLOWER: Final = 0.85
+_FASTER: Final = 1.05
+"""A lower bandwidth that lets the boat sail no faster than so much is worth nothing."""
 _LEAST_BANDWIDTH: Final = 0.4
 """rad/s: a slower heading loop lets any wind turn the bow."""
 _SPEEDS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -143,20 +147,16 @@ def _within(fit: Fit, x: Array) -> Array:
     outside the region, and unstable where the region is not.
     """
     low, high = (np.array([getattr(u, side) for u in _every(fit)]) for side in ("low", "high"))
-    middle, at = _middle(fit), np.zeros(len(x), dtype=bool)
-    held = np.clip(x, low, high)
-    for _ in range(len(x)):
-        at |= (x < low) | (x > high)
-        if not at.any():
-            return x
-        held = np.clip(x, low, high)
-        off = np.linalg.lstsq(fit.covariance[np.ix_(at, at)], (held - x)[at], rcond=None)[0]
-        moved = x + fit.covariance[:, at] @ off
-        moved[at] = held[at]
-        if not ((moved < low - 1e-9) | (moved > high + 1e-9)).any():
-            return moved
-        at |= (moved < low) | (moved > high)
-    return held
+    at, held, moved = np.zeros(len(x), dtype=bool), x.copy(), x
+    for _ in x:
+        beyond = (moved < low - _TOUCHES) | (moved > high + _TOUCHES)
+        if not beyond.any():
+            break
+        at |= beyond
+        held[beyond] = np.clip(moved, low, high)[beyond]
+        back = np.linalg.lstsq(fit.covariance[np.ix_(at, at)], (held - x)[at], rcond=None)[0]
+        moved = x + fit.covariance[:, at] @ back
+    return np.clip(moved, low, high)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,21 +190,23 @@ def _kept(margins: LoopMargins) -> bool:
 
 
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
-    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds, or the settings' own when none does.
+    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds; where none does, the one that holds up
+    to the greatest speed.
 
     Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go. There the speed is to be
     lowered, up to which the margins hold.
     """
     ends, bandwidth = corners(fit), steering.model.heading_bandwidth
-    tried: list[Gains] = []
-    while bandwidth >= _LEAST_BANDWIDTH or not tried:
+    best: Gains | None = None
+    while bandwidth >= _LEAST_BANDWIDTH or best is None:
         model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
-        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=bool(tried))
+        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=best is not None)
         if found.holds:
             return found
-        tried.append(found)
+        if best is None or found.up_to_mps > _FASTER * best.up_to_mps:
+            best = found
         bandwidth *= _SLOWER
-    return tried[0]
+    return best
 
 
 def _gains(
