@@ -77,7 +77,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     windows = cut(stretches)
     too_poor(windows)
     apart = np.arange(windows.count) % _KEPT_APART == _KEPT_APART - 1
-    noise = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0))
+    noise = Noise.white(0.08, 0.1, 0.03)
     used, given = windows.only(~apart), vessel
     vessel, turning, x = rebased(vessel, used, noise, say)
     unknowns = unknowns_of(vessel, used)

@@ -184,14 +184,19 @@ class Gains:
         kept = itertools.takewhile(lambda pair: _kept(pair[1]), zip(self.speeds, self.worst, strict=True))
         return max((speed for speed, _ in kept), default=0.0)
 
+    @property
+    def least(self) -> float:
+        """The margins at the worst corner over their bars, whichever is less, at the speed where they are least."""
+        return min(min(m.gain_db / GAIN_BAR_DB, m.phase_deg / PHASE_BAR_DEG) for m in self.worst)
+
 
 def _kept(margins: LoopMargins) -> bool:
     return margins.gain_db >= GAIN_BAR_DB and margins.phase_deg >= PHASE_BAR_DEG
 
 
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
-    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds; where none does, the one that holds up
-    to the greatest speed.
+    """Return the greatest bandwidth whose margins hold at the worst corner over all speeds; where none does, one that holds up to
+    a greater speed than the settings' own and leaves no less where neither holds.
 
     Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go. There the speed is to be
     lowered, up to which the margins hold.
@@ -203,7 +208,7 @@ def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains
         found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=best is not None)
         if found.holds:
             return found
-        if best is None or found.up_to_mps > _FASTER * best.up_to_mps:
+        if best is None or (found.up_to_mps > _FASTER * best.up_to_mps and found.least >= best.least):
             best = found
         bandwidth *= _SLOWER
     return best
