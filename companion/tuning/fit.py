@@ -40,6 +40,11 @@ _UNSURE_S: Final = 0.015
 filters and the model's shape add is in no residual. Sway is the smallest of the three motions and comes through position, heading and
 their filters: in trials of known hulls what it tells was off by so much beside the scatter."""
 
+_SCALE: Final = 0.03
+_TO_MASS: Final = ("m22", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "ahead", "astern", "area")
+"""All that acts on the boat stands against ``m11_kg``, and what tells how is only how fast way is put on and taken off: through the
+receiver's and the estimator's filters, whose shape is known roughly. By so much, together, in trials of known hulls."""
+
 _YAW_WIDTH: Final = 0.7
 """A factor of two either way is nothing unusual,"""
 _FAR_OFF: Final = 1.6
@@ -296,14 +301,17 @@ def _told(
 ) -> Fit:
     """The fit with values and spreads that a person may believe; ``covariance`` of the unknowns, and then of those untold."""
     count, raw = len(unknowns), np.sqrt(np.diag(covariance))
-    deviation = np.concatenate([widened(unknowns, raw[:count]), np.minimum(_WIDER * raw[count:], 1.0)])
+    believed = np.concatenate([widened(unknowns, raw[:count]), np.minimum(_WIDER * raw[count:], 1.0)])
+    scale = np.array([_SCALE / u.width if u.name in _TO_MASS else 0.0 for u in unknowns] + [0.0] * len(untold))
+    covariance = covariance * np.outer(believed / raw, believed / raw) + np.outer(scale, scale)
+    deviation = np.sqrt(np.diag(covariance))
     return Fit(
         vessel,
         {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)},
         {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
         known={u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
         unknowns=unknowns,
-        covariance=covariance * np.outer(deviation / raw, deviation / raw),
+        covariance=covariance,
         errors=after[0],
         errors_before=before[0],
         untold=untold,

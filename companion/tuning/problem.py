@@ -33,6 +33,9 @@ _FLOOR: Final = (0.02, 0.02, 0.008)
 _NUDGE: Final = 1e-3
 _RHYTHM: Final = 8
 """Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
+_FRESH: Final = (0.01, 0.01, 1e-3)
+"""Share of the power of surge, sway and yaw rate that is taken to be new in each row, at least: what a velocity is off by for long is the
+very thing that tells of drag and thrust, and may not be taken out as rhythm altogether."""
 TOGETHER: Final = {
     "thrust": ("ahead", "astern"),
     "drag": ("xu", "xuu"),
@@ -84,7 +87,7 @@ class Noise:
     def of(off: Array) -> Noise:
         """What residuals (rows, 3, windows) show: spreads from their medians, the rhythm by Yule and Walker."""
         spread = np.maximum(np.median(np.abs(off), axis=(0, 2)) * 1.4826, _FLOOR)
-        rhythm = np.stack([_rhythm(np.clip(off[:, k] / spread[k], -4.0, 4.0)) for k in range(3)])
+        rhythm = np.stack([_rhythm(np.clip(off[:, k] / spread[k], -4.0, 4.0), _FRESH[k]) for k in range(3)])
         rest = Noise(spread, rhythm, np.ones(3)).whiten(off)[_RHYTHM:]
         share = np.clip(np.median(np.abs(rest), axis=(0, 2)) * 1.4826, 0.15, 1.0)
         own = np.maximum(spread * share, 0.3 * np.array(_FLOOR))
@@ -92,14 +95,14 @@ class Noise:
         return Noise(own, rhythm, own / spread)
 
 
-def _rhythm(values: Array) -> Array:
-    """Autoregression of values (rows, windows)."""
+def _rhythm(values: Array, fresh: float) -> Array:
+    """Autoregression of values (rows, windows), of which this share of the power is new in each row."""
     from scipy.linalg import solve_toeplitz
 
     values = values - values.mean(axis=0)
     count = len(values)
     like = np.array([np.sum(values[: count - k] * values[k:]) / values.size for k in range(_RHYTHM + 1)])
-    return np.asarray(solve_toeplitz(like[:-1] + 1e-3 * like[0] * (np.arange(_RHYTHM) == 0), like[1:]))
+    return np.asarray(solve_toeplitz(like[:-1] + fresh * like[0] * (np.arange(_RHYTHM) == 0), like[1:]))
 
 
 def _smoothed(motion: Array, smooth_s: Array) -> Array:

@@ -5,7 +5,8 @@ import pytest
 
 from companion.core.steer import SteeringConfig
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import corners
+from companion.tuning.fit_page import page
+from companion.tuning.fitted import corners, gains_for
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.margins import loop_margins, seed_loop
 from companion.tuning.seed_fit import seed_gains_for
@@ -76,3 +77,17 @@ def test_what_the_record_does_not_tell_moves_with_what_hangs_on_it():
     )  # fmt: skip
     for end in corners(fit):
         assert end.hull.m22_kg / start["m22"] == pytest.approx(end.hull.yv / start["yv"], rel=1e-3)
+
+
+def test_the_page_shows_the_gains_of_both_laws_with_their_margins():
+    vessel = load_vessel("otter")
+    fit = fit_of(vessel, "area", 0.2)
+    rows = np.zeros((10, 3, 1))
+    fit.samples.update(times=np.arange(10.0)[:, None], measured=rows, modelled=rows, before=rows)
+    seed, model = seed_gains_for(fit, vessel, STEERING), gains_for(fit, vessel, STEERING)
+    assert seed is not None
+    shown = page(fit, vessel, [("top speed", "3", "3")], gains=model, seed=seed, source="a trial")
+    assert f"kp = {seed.heading.kp:g}" in shown
+    assert f"<td>{model.gains[-1][0]:.4g}</td>" in shown
+    assert shown.count("worst corner of what is known") == 2
+    assert "None on the grid" in page(fit, vessel, [], gains=model, seed=None, source="a trial")
