@@ -35,9 +35,8 @@ def test_a_hull_that_turns_away_by_itself_is_not_given_the_slowest_law():
     vessel = bare("otter", 1.0)
     gains = gains_for(fit_of(vessel, "m33", 0.3), vessel, SteeringConfig())
     assert not gains.holds
-    assert gains.bandwidth > 1.0
-    assert 0.0 < gains.up_to_mps < gains.speeds[-1]
-    assert gains.least > 0.5
+    assert not gains.lowered
+    assert gains.up_to_mps < gains.speeds[-1]
 
 
 def test_what_is_unsure_lowers_the_bandwidth_where_that_holds():
