@@ -21,9 +21,6 @@ from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
 from .progress import ProgressLine
 
-SPEED_GAINS = PidGains(kp=0.6, ki=0.15)
-"""The study's speed gains for the seed's law; they are not critical."""
-
 LEAST_FIT = 0.7
 """Below it K and T are no description of the vessel: a loiter, or a record that the wind made."""
 MANOEUVRE = "sail a zig-zag, or say with --span where one is"
@@ -135,7 +132,7 @@ def nomoto(arguments: argparse.Namespace) -> int:
 
 def gains(arguments: argparse.Namespace) -> int:
     """Find gains for the seed's law; write or print them."""
-    from ..tuning.design import as_toml, seed_gains
+    from ..tuning.design import SPEED_GAINS, as_toml, seed_gains
 
     steering, vessel, _ = _chosen(arguments)
     with ProgressLine("gains", None) as shown:

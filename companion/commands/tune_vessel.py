@@ -44,9 +44,9 @@ def register(actions: Any) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Fit, write the file and the page, say what changes. 1 when the record is too poor."""
-    if importlib.util.find_spec("scipy") is None or importlib.util.find_spec("matplotlib") is None:
-        raise MissingExtraError(f"fitting needs scipy and matplotlib: {install_line('design')}")
-    from ..tuning import fit_page, fitted
+    if any(importlib.util.find_spec(name) is None for name in ("scipy", "matplotlib", "control")):
+        raise MissingExtraError(f"fitting needs scipy, matplotlib and python-control: {install_line('design')}")
+    from ..tuning import fit_page, fitted, seed_fit
     from ..tuning.fit import fit_vessel
 
     start = load_vessel(arguments.vessel or _sailed_by(arguments.runs[0]))
@@ -65,13 +65,14 @@ def command(arguments: argparse.Namespace) -> int:
         progress.say("margins over the confidence region")
         vessel = fitted.fitted_vessel(fit)
         gains = fitted.gains_for(fit, vessel, SteeringConfig())
+        seed = seed_fit.seed_gains_for(fit, vessel, SteeringConfig())
     rows = fitted.changes(start, vessel, SteeringConfig())
     day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     write_whole(output, fitted.as_toml(fit, vessel, source, day).encode("utf-8"))
     page = arguments.page or output.with_suffix(".html")
-    write_whole(page, fit_page.page(fit, vessel, rows, gains, source).encode("utf-8"))
+    write_whole(page, fit_page.page(fit, vessel, rows, gains=gains, seed=seed, source=source).encode("utf-8"))
     _tell(fit, rows, gains)
-    print(f"gains of the seed's law for it: companion tune gains --vessel {output}")
+    print(f"gains of the seed's law: {seed.words if seed else 'none on the grid hold at the worst corner'}")
     print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
     return 0
 

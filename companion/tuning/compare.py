@@ -118,7 +118,7 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     """Hold a file against voyages. Raises ValueError, in words, when they are too short."""
     windows = cut(stretches)
     unknowns = _free(vessel, windows)
-    noise, x = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0)), None
+    noise, x = Noise.white(0.08, 0.1, 0.03), None
     for turn in range(_ROUNDS):
         problem = Problem(vessel, windows, unknowns, noise)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Final
 
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
@@ -15,6 +16,8 @@ _DERIVATIVE = (0.0, 0.1, 0.2, 0.4, 0.6)
 _HARDEST_FIRST = tuple(reversed(SPEEDS_MPS))
 _INTEGRAL = 0.005 / 1.8
 """Integral gain over the proportional one: more of it and the clamped integral overshoots for half a minute."""
+SPEED_GAINS: Final = PidGains(kp=0.6, ki=0.15)
+"""The study's speed gains for the seed's law; they are not critical."""
 
 
 def seed_gains(
@@ -28,15 +31,20 @@ def seed_gains(
 
     ``told``: is given how many have been tried, of how many.
     """
-    for row, kp in enumerate(reversed(_PROPORTIONAL)):
-        for column, kd in enumerate(reversed(_DERIVATIVE)):
-            told(row * len(_DERIVATIVE) + column, len(_PROPORTIONAL) * len(_DERIVATIVE))
-            gains = PidGains(kp=kp, ki=round(kp * _INTEGRAL, 4), kd=kd)
-            seed = config.seed.model_copy(update={"heading_gains": gains})
-            trial = config.model_copy(update={"seed": seed})
-            if all(margins.holds for margins in each_margin(trial, vessel, "seed", delay_s, _HARDEST_FIRST)):
-                return gains
+    for done, gains in enumerate(grid()):
+        told(done, len(_PROPORTIONAL) * len(_DERIVATIVE))
+        seed = config.seed.model_copy(update={"heading_gains": gains})
+        trial = config.model_copy(update={"seed": seed})
+        if all(margins.holds for margins in each_margin(trial, vessel, "seed", delay_s, _HARDEST_FIRST)):
+            return gains
     return None
+
+
+def grid() -> Iterator[PidGains]:
+    """Yield the heading gains that are tried, the most proportional and then derivative first."""
+    for kp in reversed(_PROPORTIONAL):
+        for kd in reversed(_DERIVATIVE):
+            yield PidGains(kp=kp, ki=round(kp * _INTEGRAL, 4), kd=kd)
 
 
 def as_toml(heading: PidGains, speed: PidGains, note: str) -> str:

@@ -40,6 +40,11 @@ _UNSURE_S: Final = 0.015
 filters and the model's shape add is in no residual. Sway is the smallest of the three motions and comes through position, heading and
 their filters: in trials of known hulls what it tells was off by so much beside the scatter."""
 
+_SCALE: Final = 0.03
+_TO_MASS: Final = ("m22", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "ahead", "astern", "area")
+"""All that acts on the boat stands against ``m11_kg``, and what tells how is only how fast way is put on and taken off: through the
+receiver's and the estimator's filters, whose shape is known roughly. By so much, together, in trials of known hulls."""
+
 _YAW_WIDTH: Final = 0.7
 """A factor of two either way is nothing unusual,"""
 _FAR_OFF: Final = 1.6
@@ -58,12 +63,12 @@ class Fit:
     known: dict[str, bool]
     unknowns: list[FitUnknown]
     covariance: Array
-    """Of the unknowns, in widths of their priors."""
+    """Of the unknowns and then of those that the record does not tell, in widths of their priors."""
     errors: tuple[float, float, float]
     """On what was kept apart, RMS over standard deviation: surge, sway, yaw rate."""
     errors_before: tuple[float, float, float]
     """The same with the file that the fit started from."""
-    seconds: float
+    seconds: float = 0.0
     turning: float = 1.0
     """Share by which all inertia and damping in yaw were set first, against the file's, because they were far off together."""
     untold: list[FitUnknown] = field(default_factory=list)
@@ -77,7 +82,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     windows = cut(stretches)
     too_poor(windows)
     apart = np.arange(windows.count) % _KEPT_APART == _KEPT_APART - 1
-    noise = Noise(np.array([0.08, 0.1, 0.03]), np.zeros(0))
+    noise = Noise.white(0.08, 0.1, 0.03)
     used, given = windows.only(~apart), vessel
     vessel, turning, x = rebased(vessel, used, noise, say)
     unknowns = unknowns_of(vessel, used)
@@ -98,13 +103,15 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
     problem = Problem(vessel, used, unknowns, noise)
     x = solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
-    theta, covariance = problem.split(x)[0], no_wider(covariance_of(problem, x) + unsettled)
+    theta, known = problem.split(x)[0], len(unknowns)
+    unsettled[:known, :known] += covariance_of(problem, x)
+    covariance = no_wider(unsettled)
     say("judging on the stretches kept apart")
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
     before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
-    found = _told(vessel, unknowns, theta, covariance, after=after, before=before, seconds=windows.count * WINDOW_S)
-    return replace(found, untold=untold, turning=turning)
+    found = _told(vessel, unknowns, untold, theta=theta, covariance=covariance, after=after, before=before)
+    return replace(found, turning=turning, seconds=windows.count * WINDOW_S)
 
 
 def rebased(
@@ -173,13 +180,22 @@ def covariance_of(problem: Problem, x: Array) -> Array:
     says, scores = _by_window(problem, x)
     count, windows = len(problem.unknowns), problem.windows.count
     inverse = np.linalg.inv(np.eye(count) + says.sum(axis=0))
-    without = np.linalg.solve(np.eye(count) - says @ inverse, scores[:, :, None])[:, :, 0]
+    without = _clear_of_itself(says, scores, inverse)
     meat = without.T @ without
     for lag in range(1, _ALIKE_WINDOWS):
         pairs = _going_on(problem.windows, lag)
         together = without[pairs].T @ without[pairs - lag]
         meat += (1.0 - lag / _ALIKE_WINDOWS) * (together + together.T)
     return no_wider(inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse)
+
+
+def _clear_of_itself(says: Array, scores: Array, inverse: Array) -> Array:
+    """Scores of the windows as they would be had each not pulled the fit to itself (Bell and McCaffrey, CR2)."""
+    sizes, axes = np.linalg.eigh(inverse)
+    root, back = (axes * sizes**power @ axes.T for power in (0.5, -0.5))
+    share, ways = np.linalg.eigh(root @ says @ root)
+    turned = np.einsum("kij,ki->kj", ways, scores @ root) / np.sqrt(np.maximum(1.0 - share, 1e-6))
+    return np.einsum("kij,kj->ki", ways, turned) @ back
 
 
 def no_wider(covariance: Array) -> Array:
@@ -189,16 +205,18 @@ def no_wider(covariance: Array) -> Array:
 
 
 def left_open(problem: Problem, x: Array, told: Array, covariance: Array) -> Array:
-    """Covariance that the told unknowns owe to those that stay as the file has them, which may be wrong.
+    """Covariance of the told unknowns, and then of those that stay as the file has them, that the latter are the cause of: they may
+    be wrong.
 
-    What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping). How far off the
-    file may be is what the fit of all found for it, and how sure that was.
+    What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping): where the one
+    is off, the other is, and the sum is not. How far off the file may be is what the fit of all found for it, and how sure that was.
     """
     says, _ = _by_window(problem, x)
     whole = np.eye(len(told)) + says.sum(axis=0)
     pull = np.linalg.solve(whole[np.ix_(told, told)], whole[np.ix_(told, ~told)])
     away = x[: len(told)][~told]
-    return pull @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ pull.T
+    follows = np.concatenate([-pull, np.eye(len(away))])
+    return follows @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ follows.T
 
 
 def _by_window(problem: Problem, x: Array) -> tuple[Array, Array]:
@@ -274,29 +292,28 @@ def widened(unknowns: list[FitUnknown], deviation: Array) -> Array:
 def _told(
     vessel: VesselConfig,
     unknowns: list[FitUnknown],
+    untold: list[FitUnknown],
+    *,
     theta: Array,
     covariance: Array,
-    *,
     after: Any,
     before: Any,
-    seconds: float,
 ) -> Fit:
-    raw = np.sqrt(np.diag(covariance))
-    deviation = widened(unknowns, raw)
-    covariance = covariance * np.outer(deviation / raw, deviation / raw)
-    values = {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)}
-    spread = {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
-    known = {u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)}
-    samples = after[1] | {"before": before[1]["modelled"]}
+    """The fit with values and spreads that a person may believe; ``covariance`` of the unknowns, and then of those untold."""
+    count, raw = len(unknowns), np.sqrt(np.diag(covariance))
+    believed = np.concatenate([widened(unknowns, raw[:count]), np.minimum(_WIDER * raw[count:], 1.0)])
+    scale = np.array([_SCALE / u.width if u.name in _TO_MASS else 0.0 for u in unknowns] + [0.0] * len(untold))
+    covariance = covariance * np.outer(believed / raw, believed / raw) + np.outer(scale, scale)
+    deviation = np.sqrt(np.diag(covariance))
     return Fit(
         vessel,
-        values,
-        spread,
-        known=known,
+        {u.name: float(u.value(theta[k])) for k, u in enumerate(unknowns)},
+        {u.name: float(u.spread(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
+        known={u.name: bool(u.known(theta[k], deviation[k])) for k, u in enumerate(unknowns)},
         unknowns=unknowns,
         covariance=covariance,
         errors=after[0],
         errors_before=before[0],
-        seconds=seconds,
-        samples=samples,
+        untold=untold,
+        samples=after[1] | {"before": before[1]["modelled"]},
     )

@@ -14,6 +14,7 @@ from ..core.hull import Handling, VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Fit
 from .fitted import Gains
+from .seed_fit import SeedGains
 
 _STYLE: Final = (
     "body{font:15px/1.5 system-ui,sans-serif;max-width:1040px;margin:0 auto;padding:24px 16px}svg{width:100%;height:auto}"
@@ -24,8 +25,16 @@ _SHOWN: Final = 4
 """Stretches that are drawn."""
 
 
-def page(fit: Fit, new: VesselConfig, rows: Sequence[tuple[str, str, str]], gains: Gains, source: str) -> str:
-    """Return the page as HTML with drawings inside."""
+def page(
+    fit: Fit,
+    new: VesselConfig,
+    rows: Sequence[tuple[str, str, str]],
+    *,
+    gains: Gains,
+    seed: SeedGains | None,
+    source: str,
+) -> str:
+    """Return the page as HTML with drawings inside. ``seed``: gains of the seed's law, None where none hold."""
     drawings: list[tuple[str, Callable[[Any], None]]] = [
         (
             "Stretches kept apart: measured (black), modelled by the fitted file (blue), by the file before (grey)",
@@ -44,17 +53,37 @@ def page(fit: Fit, new: VesselConfig, rows: Sequence[tuple[str, str, str]], gain
     body.append("<h2>Coefficients</h2>" + _table(("", "value", "95 %"), told))
     if fit.untold:
         body.append(f"<p>Not told by the record, left as they were: {', '.join(u.name for u in fit.untold)}.</p>")
-    margins = [
+    body.append(f"<h2>Margins of the heading loop, STEER_BW {gains.bandwidth:.2f}</h2>{_margins(gains)}")
+    body.append(f"<h2>Gains of the model law</h2>{_gains(gains)}")
+    body.append(f"<h2>Gains of the seed's law</h2>{_seed(seed)}")
+    return f"<!doctype html><meta charset=utf-8><title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
+
+
+def _margins(found: Gains | SeedGains) -> str:
+    """Margins over speed, of the fitted file and at the worst corner."""
+    shown = [
         (
             f"{speed:.1f} m/s",
             f"{best.gain_db:.1f} dB, {best.phase_deg:.0f}°",
             f"{worst.gain_db:.1f} dB, {worst.phase_deg:.0f}°",
         )
-        for speed, best, worst in zip(gains.speeds, gains.best, gains.worst, strict=True)
+        for speed, best, worst in zip(found.speeds, found.best, found.worst, strict=True)
     ]
-    body.append(f"<h2>Margins of the heading loop, STEER_BW {gains.bandwidth:.2f}</h2>")
-    body.append(_table(("", "fitted file", "worst corner of what is known"), margins))
-    return f"<!doctype html><meta charset=utf-8><title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
+    return _table(("", "fitted file", "worst corner of what is known"), shown)
+
+
+def _gains(gains: Gains) -> str:
+    shown = [
+        (f"{speed:.1f} m/s", *(f"{gain:.4g}" for gain in each))
+        for speed, each in zip(gains.speeds, gains.gains, strict=True)
+    ]
+    return _table(("", "P, Nm/rad", "I, Nm/(rad s)", "D, Nm/(rad/s)"), shown)
+
+
+def _seed(seed: SeedGains | None) -> str:
+    if seed is None:
+        return "<p>None on the grid hold 8 dB and 45° at the worst corner at any speed.</p>"
+    return f"<pre>{html.escape(seed.toml)}</pre>{_margins(seed)}"
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

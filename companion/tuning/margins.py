@@ -15,6 +15,7 @@ from mavlink_bridge.language.units import knots_to_mps
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
+from ..core.steer.law import SeedConfig
 from ..core.steer.model import ModelController
 from ..core.steer.pid import PidGains
 from ..core.steer.yaw_loop import DELAY_S
@@ -78,13 +79,16 @@ def model_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float) -
     return control.ss([[0.0]], [[1.0, 0.0]], [[ki]], [[kp, kd]]) * plant
 
 
+def seed_share(seed: SeedConfig, speed_mps: float) -> float:
+    """Return the thrusters' share of the seed's heading output at a speed."""
+    fast = speed_mps > knots_to_mps(seed.high_speed_threshold_kn)
+    return seed.high_speed_thruster_share if fast else seed.low_speed_thruster_share
+
+
 def seed_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float, gains: PidGains) -> Any:
     """Return the heading loop of profile ``seed`` at the share that holds at this speed."""
     import control
 
-    seed = config.seed
-    fast = speed_mps > knots_to_mps(seed.high_speed_threshold_kn)
-    share = seed.high_speed_thruster_share if fast else seed.low_speed_thruster_share
     # the derivative is a difference over one tick: a filter of half of it keeps the function proper
     fast_pole = 1.0 / 0.025
     law = control.ss(
@@ -93,7 +97,7 @@ def seed_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float, ga
         [[gains.ki, -gains.kd * fast_pole * fast_pole]],
         [[gains.kp + gains.kd * fast_pole]],
     )
-    return law * share_plant(vessel, speed_mps, share)
+    return law * share_plant(vessel, speed_mps, seed_share(config.seed, speed_mps))
 
 
 def heading_margins(

@@ -33,6 +33,9 @@ _FLOOR: Final = (0.02, 0.02, 0.008)
 _NUDGE: Final = 1e-3
 _RHYTHM: Final = 8
 """Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
+_FRESH: Final = (0.01, 0.01, 1e-3)
+"""Share of the power of surge, sway and yaw rate that is taken to be new in each row, at least: what a velocity is off by for long is the
+very thing that tells of drag and thrust, and may not be taken out as rhythm altogether."""
 TOGETHER: Final = {
     "thrust": ("ahead", "astern"),
     "drag": ("xu", "xuu"),
@@ -51,42 +54,55 @@ RATE_FILTER_S: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Of the residuals at the rows: spread of each output, and how the yaw rate's goes on from row to row.
+    """Of the residuals at the rows: spread of each output, and how each goes on from row to row.
 
     Waves turn a hull to and fro, and whoever steers answers them: a fit that took that for white noise would learn the
     helmsman's answer for the hull's. With the waves' own rhythm taken out of the residuals it does not (Ljung, System
-    Identification, prediction error in closed loop).
+    Identification, prediction error in closed loop). Velocities of a receiver that tells once a second are wrong for a second.
     """
 
     spread: Array
+    """Of what is left of each output without its rhythm."""
     rhythm: Array
-    """Coefficients of the autoregression, from the row before on; empty: white."""
+    """(3, rows before): coefficients of the autoregression, from the row before on; none: white."""
+    first: Array
+    """Share of the spread in that of the whole, which the first rows have, because nothing is known before them."""
+
+    @staticmethod
+    def white(surge: float, sway: float, rate: float) -> Noise:
+        """Without a rhythm; spreads in m/s and rad/s."""
+        return Noise(np.array([surge, sway, rate]), np.zeros((3, 0)), np.ones(3))
 
     def whiten(self, off: Array) -> Array:
-        """Residuals (rows, 3, ...) in spreads, the yaw rate's without what follows from the rows before."""
-        clear = off / self.spread.reshape(1, 3, *([1] * (off.ndim - 2)))
-        rate = clear[:, 2].copy()
-        for back, share in enumerate(self.rhythm, start=1):
-            rate[back:] -= share * clear[:-back, 2]
-        rate[: len(self.rhythm)] *= 0.3
-        clear[:, 2] = rate
+        """Residuals (rows, 3, ...) in spreads, without what follows from the rows before."""
+        more = [1] * (off.ndim - 2)
+        whole = off / self.spread.reshape(1, 3, *more)
+        clear = whole.copy()
+        for back in range(1, self.rhythm.shape[1] + 1):
+            clear[back:] -= self.rhythm[:, back - 1].reshape(1, 3, *more) * whole[:-back]
+        clear[: self.rhythm.shape[1]] = (whole * self.first.reshape(1, 3, *more))[: self.rhythm.shape[1]]
         return clear
 
     @staticmethod
     def of(off: Array) -> Noise:
         """What residuals (rows, 3, windows) show: spreads from their medians, the rhythm by Yule and Walker."""
-        from scipy.linalg import solve_toeplitz
-
         spread = np.maximum(np.median(np.abs(off), axis=(0, 2)) * 1.4826, _FLOOR)
-        rate = np.clip(off[:, 2] / spread[2], -4.0, 4.0)
-        rate = rate - rate.mean(axis=0)
-        count = len(rate)
-        like = np.array([np.sum(rate[: count - k] * rate[k:]) / (count * rate.shape[1]) for k in range(_RHYTHM + 1)])
-        rhythm = solve_toeplitz(like[:-1] + 1e-3 * like[0] * (np.arange(_RHYTHM) == 0), like[1:])
-        rest = Noise(spread, rhythm).whiten(off)[len(rhythm) :, 2]
-        share = max(float(np.median(np.abs(rest))) * 1.4826, 0.15)
-        # the innovations' own spread; the filter works on values in spreads, so it is the same in either
-        return Noise(np.array([spread[0], spread[1], max(spread[2] * share, 0.3 * _FLOOR[2])]), rhythm)
+        rhythm = np.stack([_rhythm(np.clip(off[:, k] / spread[k], -4.0, 4.0), _FRESH[k]) for k in range(3)])
+        rest = Noise(spread, rhythm, np.ones(3)).whiten(off)[_RHYTHM:]
+        share = np.clip(np.median(np.abs(rest), axis=(0, 2)) * 1.4826, 0.15, 1.0)
+        own = np.maximum(spread * share, 0.3 * np.array(_FLOOR))
+        # the filter works on values in spreads, so it is the same in either
+        return Noise(own, rhythm, own / spread)
+
+
+def _rhythm(values: Array, fresh: float) -> Array:
+    """Autoregression of values (rows, windows), of which this share of the power is new in each row."""
+    from scipy.linalg import solve_toeplitz
+
+    values = values - values.mean(axis=0)
+    count = len(values)
+    like = np.array([np.sum(values[: count - k] * values[k:]) / values.size for k in range(_RHYTHM + 1)])
+    return np.asarray(solve_toeplitz(like[:-1] + fresh * like[0] * (np.arange(_RHYTHM) == 0), like[1:]))
 
 
 def _smoothed(motion: Array, smooth_s: Array) -> Array:

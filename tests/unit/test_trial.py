@@ -9,11 +9,12 @@ import pytest
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed
 from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialArea, TrialConfig, TrialStanding, free_around
-from companion.core.trial.manoeuvres import Run
+from companion.core.trial.manoeuvres import Run, Turn, manoeuvres_of
 from mavlink_bridge.language.messages import EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_loop import TICK_S, IdealState
+from tools.benches.cells.foreign_hulls import single_screw
 
 OTTER = load_vessel("otter")
 SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
@@ -195,3 +196,16 @@ def test_two_hundred_trials_with_faults_stay_inside(seed):
         assert boat.told is not TrialStanding.RUNNING
         assert boat.sticks == (0.0, 0.0)
     assert boat.furthest_m < boat.config.radius_m
+
+
+def test_a_hull_that_does_not_turn_at_rest_is_spared_the_spins_with_words():
+    """A lone screw would drift through each spin to the edge, three times over."""
+    whole, spared = (manoeuvres_of(quick=False, turns_at_rest=turns) for turns in (True, False))
+    spins = [one for group in whole for one in group if isinstance(one, Turn) and one.throttle == 0.0]
+    assert [one for group in spared for one in group] == [one for group in whole for one in group if one not in spins]
+    assert all(spared)
+    boat = Boat(vessel=single_screw(), config=TrialConfig(quick=True))
+    boat.trial = Trial(boat.config, boat.state(), turns_at_rest=False)
+    boat.tick()
+    assert boat.texts[0] == "Trial: spins are left out: this hull does not turn without way on"
+    assert boat.trial.progress == (0, len(manoeuvres_of(quick=True)) - 1)

@@ -7,7 +7,9 @@ import pytest
 from companion.cli import main
 from companion.commands.plan.link import LinkError
 from companion.commands.trial.watch import TrialWatch
+from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.trials import TrialOrder
+from tools.benches.cells.foreign_hulls import single_screw
 
 
 class Vessel:
@@ -74,3 +76,14 @@ def test_the_plan_is_listed_without_a_vessel(capsys):
     assert quick.startswith("  1  rest: the drift")
     assert "about 8 minutes" in quick
     assert "about 20 minutes" in whole
+
+
+def test_the_plan_for_a_hull_that_does_not_turn_at_rest_has_no_spins(tmp_path, capsys):
+    file = tmp_path / "single.toml"
+    file.write_text(vessel_toml(single_screw()), encoding="utf-8")
+    assert main(["trial", "plan", "--vessel", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "spin to" not in told
+    assert "spins are left out" in told
+    assert main(["trial", "plan"]) == 0
+    assert "spin to starboard" in capsys.readouterr().out

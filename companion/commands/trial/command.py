@@ -14,8 +14,10 @@ from mavlink_bridge.language.trials import TrialOrder
 from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
 from mavlink_bridge.mavlink.wire.cmd import Cmd
 
-from ...core.trial import LEAST_RADIUS_M, MOST_RADIUS_M, manoeuvres_of
+from ...core.hull import ForceModel
+from ...core.trial import LEAST_RADIUS_M, MOST_RADIUS_M, NO_SPINS, manoeuvres_of
 from ...core.trial.manoeuvres import about_s, words_of
+from ...settings import load_vessel
 from ..numbers import number
 from ..plan.command import add_action, vessel_action
 from ..plan.link import LinkError
@@ -30,6 +32,7 @@ def register(subparsers: Any) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     plan = add_action(actions, "plan", _plan, "list the manoeuvres and how long they take; nothing is sent")
     plan.add_argument("--quick", action="store_true", help="the short one")
+    plan.add_argument("--vessel", default="", metavar="F.toml", help="what this hull cannot sail is left out")
     look = vessel_action(actions, "check", _check, "ask the vessel whether a trial may begin where it is")
     start = vessel_action(actions, "start", _start, "arm, begin, and stay until it is over")
     for each in (look, start):
@@ -59,9 +62,12 @@ def _area(arguments: argparse.Namespace) -> tuple[float, float, float]:
 
 
 def _plan(arguments: argparse.Namespace) -> int:
-    groups = manoeuvres_of(quick=arguments.quick)
+    turns = not arguments.vessel or ForceModel(load_vessel(arguments.vessel)).turns_at_rest
+    groups = manoeuvres_of(quick=arguments.quick, turns_at_rest=turns)
     for k, group in enumerate(groups):
         print(f"{k + 1:3}  {words_of(group)}")
+    if not turns:
+        print(NO_SPINS)
     print(
         f"about {about_s(groups) / 60.0:.0f} minutes; at half throttle until you confirm; each is announced 5 s ahead"
     )

@@ -11,6 +11,7 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.statics import drag_n
@@ -106,10 +107,19 @@ def yaw_plant(vessel: VesselConfig, speed_mps: float) -> YawPlant:
     return YawPlant((vv, vr, rv, rr), by_rudder, by_thrust, vessel.rudder.lag_s, vessel.thruster.lag_s)
 
 
+class TurnResponse(Protocol):
+    """What a loop is judged by: how the yaw rate answers."""
+
+    @property
+    def unstable_poles(self) -> int: ...
+
+    def response(self, omega: float, delay_s: float) -> complex: ...
+
+
 class LoopJudge:
     """One plant's response, kept, so that many gains can be tried on it."""
 
-    def __init__(self, plant: YawPlant, delay_s: float = DELAY_S) -> None:
+    def __init__(self, plant: TurnResponse, delay_s: float = DELAY_S) -> None:
         self._turns = 2 + 2 * plant.unstable_poles
         self._samples = [(w, plant.response(w, delay_s)) for w in _FREQUENCIES]
 

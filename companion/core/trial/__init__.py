@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from .area import TrialArea, free_around
-from .sequence import LEAST_RADIUS_M, MOST_RADIUS_M, Trial, TrialConfig, TrialOutput, TrialStanding, manoeuvres_of
+from .manoeuvres import NO_SPINS, manoeuvres_of
+from .sequence import LEAST_RADIUS_M, MOST_RADIUS_M, Trial, TrialConfig, TrialOutput, TrialStanding
 
 __all__ = [
     "LEAST_RADIUS_M",
     "MOST_RADIUS_M",
+    "NO_SPINS",
     "Trial",
     "TrialArea",
     "TrialConfig",

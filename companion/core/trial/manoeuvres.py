@@ -259,3 +259,19 @@ WHOLE: Final[tuple[tuple[Manoeuvre, ...], ...]] = (
     (Run(0.0, 15.0),),
 )
 """About twenty."""
+
+
+def manoeuvres_of(*, quick: bool, turns_at_rest: bool = True) -> tuple[tuple[Manoeuvre, ...], ...]:
+    """The plan of a trial: groups that follow each other without a break. Without ``turns_at_rest`` spins are left out."""
+    groups = QUICK if quick else WHOLE
+    if turns_at_rest:
+        return groups
+    kept = (tuple(one for one in group if not _is_spin(one)) for group in groups)
+    return tuple(group for group in kept if group)
+
+
+def _is_spin(manoeuvre: Manoeuvre) -> bool:
+    return isinstance(manoeuvre, Turn) and manoeuvre.throttle == 0.0
+
+
+NO_SPINS: Final = "spins are left out: this hull does not turn without way on"

@@ -21,7 +21,7 @@ from mavlink_bridge.language.points import NorthEast
 from ..config import Config
 from .area import TrialArea
 from .homing import MIDDLE, Homing
-from .manoeuvres import QUICK, WHOLE, Manoeuvre, Sailing, Seen, about_s, towards, words_of
+from .manoeuvres import NO_SPINS, Sailing, Seen, about_s, manoeuvres_of, towards, words_of
 
 _ANNOUNCED_S: Final = 5.0
 """Time to look around and to press stop."""
@@ -84,13 +84,18 @@ class TrialOutput:
 class Trial:
     """One trial, valid where and when it was begun. ``step`` once per tick."""
 
-    def __init__(self, config: TrialConfig, start: EstimatedState, area: TrialArea | None = None) -> None:
-        """``start`` holds position and heading: the area lies around it, the first run goes along its heading."""
+    def __init__(
+        self, config: TrialConfig, start: EstimatedState, area: TrialArea | None = None, *, turns_at_rest: bool = True
+    ) -> None:
+        """``start`` holds position and heading: the area lies around it, the first run goes along its heading.
+
+        ``turns_at_rest``: the hull turns on the spot; one that does not is spared the spins, which would only drift.
+        """
         assert start.x_m is not None
         assert start.y_m is not None
         self.config = config
         self.area = area or TrialArea(NorthEast((start.x_m, start.y_m)), (config.radius_m,))
-        self.manoeuvres = manoeuvres_of(quick=config.quick)
+        self.manoeuvres = manoeuvres_of(quick=config.quick, turns_at_rest=turns_at_rest)
         self.confirmed = False
         self._heading = start.psi_rad or 0.0
         self._next, self._part, self._repeats = 0, 0, 0
@@ -98,7 +103,7 @@ class Trial:
         self._homing = Homing(self.area, start.t_us)
         self._sailing: Sailing | None = None
         self._seen_us = self._stepped_us = start.t_us
-        self._texts: list[str] = []
+        self._texts: list[str] = [] if turns_at_rest else [f"Trial: {NO_SPINS}"]
         self._told = TrialStanding.RUNNING
         self._ordered = False
         self.skipped: list[str] = []
@@ -276,11 +281,6 @@ class Trial:
         self._phase, self._since_us = phase, now_us
         if phase is _Phase.BACK:
             self._homing.begin(now_us)
-
-
-def manoeuvres_of(*, quick: bool) -> tuple[tuple[Manoeuvre, ...], ...]:
-    """The plan of a trial: groups that follow each other without a break."""
-    return QUICK if quick else WHOLE
 
 
 def _here(state: EstimatedState) -> NorthEast | None:

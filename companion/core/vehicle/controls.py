@@ -26,6 +26,7 @@ from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 
 from ..guard.failsafe_orders import Order
+from ..hull import ForceModel
 from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import braking_distance_m
@@ -63,6 +64,7 @@ class Controls:
     def __init__(self, config: VehicleConfig, parts: Parts) -> None:
         self.config, self.parts, self.voice = config, parts, Voice()
         parts.navigator.stopping_m = self.stopping_distance_m
+        parts.navigator.turns_at_rest = ForceModel(parts.vessel).turns_at_rest
         self.last = before_the_first(parts.gate.neutral(0, "start"))
         """The newest whole tick."""
         self.sensed = self.last.sensed

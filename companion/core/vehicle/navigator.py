@@ -90,6 +90,8 @@ class Navigator:
         self._middle: Leg | None = None
         self.stopping_m: Callable[[float], float] = abs
         """Way from a speed to rest, m; the vehicle knows a better one."""
+        self.turns_at_rest = True
+        """Whether the hull turns on the spot; the vehicle knows."""
 
     def configure(self, config: ModeConfig, manual_timeout_s: float) -> None:
         """Take new settings."""
@@ -198,7 +200,8 @@ class Navigator:
         if not refusal:
             self._generation -= 1
             self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
-            self._trial = Trial(TrialConfig(radius_m=request.radius_m, quick=request.quick), state, area)
+            config = TrialConfig(radius_m=request.radius_m, quick=request.quick)
+            self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest)
         return refusal
 
     def confirm_trial(self) -> str:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from companion.core.guard.gate import Gate, GateConfig
-from companion.core.hull import VesselConfig
+from companion.core.hull import ForceModel, VesselConfig
 from companion.core.hull.statics import stopping_distance_m
-from companion.core.steer import SteeringConfig, manual_demand
+from companion.core.steer import SteeringConfig, make_controller, manual_demand, sway_through_water_mps
 from companion.core.trial import Trial, TrialConfig, TrialStanding
 from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
@@ -49,15 +49,18 @@ def sail_trial(
     hull, sea = SimVessel(vessel), Water(water, random.Random(f"water {seed}"))
     eyes: StateSource = source or IdealState()
     gate = Gate(GateConfig(), vessel.rudder.max_rad, round(TICK_S * 1e6))
+    law, sent = make_controller("model", SteeringConfig(), belief or vessel), None
     rows, trial, furthest_m, tick = [COLUMNS], None, 0.0, 0
     texts: list[str] = []
     while True:
         tick += 1
         now_us = round(tick * TICK_S * 1e6)
-        state = eyes.sense(now_us, hull, None)
+        # aboard, too, the law keeps up with the sticks, and tells the estimator what is current
+        state = eyes.sense(now_us, hull, law.water_speed_mps(), sway_through_water_mps(law))
+        law.reset(state, TICK_S, sent)
         sent = gate.decide(now_us, None, Action.NONE, True, _READY)
         if trial is None and tick > _SETTLING_TICKS and state.x_m is not None:
-            trial = Trial(config, state)
+            trial = Trial(config, state, turns_at_rest=ForceModel(vessel).turns_at_rest)
             start_m = hull.north_m, hull.east_m
         if trial is not None:
             if trial.progress[0] == 1:
