@@ -73,7 +73,7 @@ class EarlySwing:
             self._begun, self._done = None, arc
             return None
         spare_m = _SPARE_M if self._begun is arc else 0.0
-        if turn > _BACK_RAD or _beside_m(arc, motion, psi_rad, turn, onward, wish) < -spare_m:
+        if turn > _BACK_RAD or _beside_m(arc, motion, psi_rad, turn=turn, onward=onward, wish=wish) < -spare_m:
             self._begun = None
             return None
         if self._begun is not arc:
@@ -82,7 +82,9 @@ class EarlySwing:
         return onward.psi_rad, self._from_mps * left + onward.water_mps * (1.0 - left)
 
 
-def _beside_m(arc: Arc, motion: SmoothMotion, psi_rad: float, turn: float, onward: SteeredHeading, wish: Wish) -> float:
+def _beside_m(
+    arc: Arc, motion: SmoothMotion, psi_rad: float, *, turn: float, onward: SteeredHeading, wish: Wish
+) -> float:
     """How far beyond the next leg a bow that swings now comes round, m; negative: on this side of it."""
     across = _exit_course(arc) - 0.5 * math.pi * arc.sense
     cos, sin = math.cos(across), math.sin(across)
