@@ -26,7 +26,7 @@ class FollowConfig(Config):
         ge=0.5,
         le=20.0,
     )
-    look_ahead_min_m: float = param(2.5, "PATH_LOOK_MIN", "Shortest look-ahead", unit="m", ge=0.5, le=50.0)
+    look_ahead_min_m: float = param(2.0, "PATH_LOOK_MIN", "Shortest look-ahead", unit="m", ge=0.5, le=50.0)
     integral: float = param(0.3, "PATH_INT", "Gain of the path integral", ge=0.0, le=2.0)
     integral_corridor_m: float = param(
         2.0, "PATH_INT_BAND", "The path integral works only this close to the path", unit="m", ge=0.1, le=100.0

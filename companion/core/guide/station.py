@@ -54,6 +54,8 @@ _ALONE_BACK = 0.5
 """Share of it within which the vessel lets go again."""
 _ALONE_OFF_RAD = 0.5
 """With the bow so far off the rudders need more flow than it takes to hold it straight."""
+_GUSTS_PER_MPS = 0.8
+"""A stronger push comes in stronger gusts: so much more speed towards the point, per m/s that it would carry the boat at."""
 _LIGHT = 0.4
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
@@ -110,6 +112,8 @@ class StationKeeper:
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"
         self._radius_m, self._gain = config.radius_m, config.gain * (_LIGHT if self._drifts else 1.0)
+        self._firm = self._gain
+        """The same in the push as it is."""
         self._speed_mps = config.speed_mps
         unknown_n = _UNKNOWN_MPS2 * self._vessel.hull.m11_kg
         self._calm_n = max(self._statics.drag_n(config.calm_mps), unknown_n)
@@ -151,12 +155,13 @@ class StationKeeper:
         push_mps = self._statics.speed_for_thrust(self._push.strength_n)
         away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
         self._sailing_back = push_mps < _WEAK_MPS and distance > away * self._radius_m
+        self._firm = self._gain if self._drifts else self._gain * (1.0 + _GUSTS_PER_MPS * push_mps)
         facing = None if self._sailing_back else self._face(dt_s)
         if facing is None:
             return self._rest(state, north, east, distance)
         cos, sin = math.cos(facing), math.sin(facing)
         starboard = east * cos - north * sin
-        aside = math.atan2(self._gain * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
+        aside = math.atan2(self._firm * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
         self._heading_rad = wrap_pi(facing + aside)
         return self._steer(state, north, east)
 
@@ -164,7 +169,7 @@ class StationKeeper:
         """Turn gently to the heading that is chosen, and close the distance along the bow as it looks now."""
         psi = state.psi_rad or 0.0
         along = north * math.cos(psi) + east * math.sin(psi)
-        speed = clamp(self._gain * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
+        speed = clamp(self._firm * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
         return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True, firmness=self._push.firmness)
 
     def _face(self, dt_s: float) -> float | None:
