@@ -99,6 +99,7 @@ class Follower:
     def bends_within(self, least_mps: float, most_mps: float) -> None:
         """The handling has changed: measure the bends anew, sailed at these speeds through the water only."""
         self._bends_mps = (least_mps, most_mps)
+        self._early = EarlySwing()  # what was seen to turn her is not all there any more
         self.configure(self._config)
 
     def bend_speed_mps(self, curvature: float) -> float:
