@@ -35,12 +35,14 @@ def test_patterns_are_closed_and_smooth(r, length, bearing, turn, shape):
 
 
 @SHORT
-@given(metres, metres, metres, metres, st.floats(0.2, 5.0))
-def test_a_rounded_corner_leaves_its_legs_by_no_more_than_the_cut(bn, be, cn, ce, cut):
+@given(metres, metres, metres, metres, st.floats(0.2, 5.0), st.floats(0.0, 50.0))
+def test_a_rounded_corner_leaves_its_legs_by_no_more_than_the_cut(bn, be, cn, ce, cut, reach):
+    """``reach`` is 0 where a leg ends as soon as it begins: no arc then, and none without a radius."""
     start, corner, end = (0.0, 0.0), (bn, be), (cn, ce)
-    arc = fillet(start, corner, end, cut, 0.0, 1e9)
+    arc = fillet(start, corner, end, cut, 0.0, reach)
     if arc is None:
         return
+    assert math.isfinite(arc.curvature)
     legs = Line(start, corner), Line(corner, end)
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
         point = arc.point(share * arc.length_m)

@@ -213,3 +213,12 @@ def test_an_idle_vessel_learns_the_drift_that_carries_it():
         run.controller.step = lambda *_: (ActuatorDemand(run.now_us), ControlTrace())
         run.steer(Desired(None, None))
     assert run.state.drift_n_mps == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("off_m", [0.0, 0.2, 0.45, 2.0])
+def test_a_leg_that_begins_at_its_own_end_goes_on_to_the_next(off_m):
+    """No way is left to round the corner in: the vessel is there, and the next leg follows."""
+    here, first, onward = FRAME.to_geodetic(-off_m, 0.0), goto(0.0, 0.0), goto(0.0, 50.0, seq=1)
+    guidance = begun(first, state(-off_m), previous=here, following=onward)
+    output = guidance.step(0, 0.05, state(-off_m), 1.5)
+    assert output.desired.psi_rad is not None

@@ -20,12 +20,15 @@ from mavlink_bridge.language.units import wrap_pi
 
 _WAY_POINTS = 200
 """No path that is looked along has more; one that closes in itself ends here."""
+_LEAST_REACH_M = 0.1
+"""A leg that has no more of its way to give has no room for an arc: one without a radius has no curvature."""
 
 
 def fillet(
     start: NorthEast, corner: NorthEast, end: NorthEast, cut_m: float, least_m: float, reach_m: float
 ) -> Arc | None:
-    """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight or reverses.
+    """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight,
+    reverses, or a leg has no way for it.
 
     No tighter than ``least_m``, though that cuts more; ``reach_m`` bounds the part of either leg that the arc may take.
     """
@@ -37,6 +40,8 @@ def fillet(
     if half < math.radians(0.5) or half > math.radians(80.0):
         return None
     reach = min(reach_m, 0.5 * inbound.length_m, 0.5 * outbound.length_m)
+    if reach < _LEAST_REACH_M:
+        return None
     radius = min(max(cut_m / (1.0 - math.cos(half)), least_m), reach / math.tan(half))
     sense = 1 if turn > 0.0 else -1
     begin = inbound.point(inbound.length_m - radius * math.tan(half))
