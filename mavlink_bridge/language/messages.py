@@ -180,6 +180,8 @@ class EstimatedState:
     current_n_mps: float | None = None
     """The drift without what the hull's file says wrongly of the speed through the water, NED: to steer by."""
     current_e_mps: float | None = None
+    made_share: float = 0.0
+    """What the hull makes more through the water than its file says, over what the file says."""
     alt_m: float | None = None
     """Height of the keel above the bottom, filtered by the depth guard's input chain."""
     position_age_s: float | None = None

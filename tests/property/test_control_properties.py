@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.guide.field import approach, triangle
+from companion.core.guide.field import approach, bow, triangle
 from companion.core.guide.paths import Chain, Line, fillet
 from companion.core.hull.forces import ForceModel
 from companion.core.steer.allocation import Allocator
@@ -114,3 +114,15 @@ def test_the_mix_keeps_range_and_priority(common, differential, limit):
     port, starboard = mix(common, differential, limit)
     assert max(abs(port), abs(starboard)) <= limit + 1e-12
     assert (port - starboard) / 2.0 == pytest.approx(max(-limit, min(limit, differential)))
+
+
+@SHORT
+@given(angle, st.floats(-1.5, 1.5), st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), st.floats(0.0, 3.0))
+def test_the_bow_turns_off_the_path_no_more_than_a_wrong_file_bears(path, off, drift, now):
+    """Strong water along the way asks for any gain; a file that says half the speed shows the same water, and it is not there."""
+    course = wrap_pi(path + off)
+    along, plain = (triangle(each, 1.5, drift, 3.0, now) for each in (path, course))
+    found = bow(path, course, 1.5, drift, top_mps=3.0, now_mps=now)
+    assert abs(wrap_pi(found.psi_rad - along.psi_rad)) <= 1.6 * abs(off) + 1e-9
+    if abs(wrap_pi(plain.psi_rad - along.psi_rad)) <= 1.6 * abs(off):
+        assert found == plain

@@ -16,8 +16,8 @@ class Drift:
 
     def fed(self, seconds, north, rate=0.0):
         for _ in range(round(seconds / 0.05)):
-            self.mean.step(0.05, 12.0, north, 0.0, rate)
-        return self.mean.north_mps
+            self.mean.step(0.05, 12.0, sample_mps=(north, 0.0), r_radps=rate, bow=(1.0, 0.0))
+        return self.mean.mps[0]
 
 
 class Current:
@@ -53,6 +53,17 @@ def test_the_slip_of_a_turn_is_no_change_of_the_water(kind, most):
         water.fed(60.0, 0.3)
     assert turning.fed(3.0, -0.1, rate=0.3) > 0.2
     assert straight.fed(3.0, -0.1) < most
+
+
+def test_a_hull_that_leaps_ahead_in_a_turn_is_no_change_of_the_water():
+    """A file that is wrong about thrust and drag is so along the bow. Across it, the water itself has changed."""
+    ahead, across = CurrentFilter(), CurrentFilter()
+    for mean, made in ((ahead, (0.6, 0.0)), (across, (0.0, 0.6))):
+        for k in range(round(3.0 / 0.05) + 200):
+            ground, rate = ((0.0, 0.0), 0.0) if k < 200 else (made, 0.3)
+            mean.step(0.05, 12.0, ground_mps=ground, bow=(1.0, 0.0), through_mps=(0.0, 0.0), r_radps=rate)
+    assert ahead.mps[0] < 0.2
+    assert across.mps[1] > 0.28
 
 
 def sail(drift, course_deg, seconds, made, through, current):

@@ -245,6 +245,7 @@ class Estimator:
             drift_e_mps=drift[1],
             current_n_mps=current[0],
             current_e_mps=current[1],
+            made_share=self._water.made_share,
             alt_m=alt_m,
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,

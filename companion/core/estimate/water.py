@@ -27,6 +27,8 @@ _SLIP_MPS: Final = 0.5
 _MODELLED_JOLT_MPS: Final = 0.2
 _MODELLED_SLIP_MPS: Final = 0.4
 """The same two for samples that the slip by the file is taken off."""
+_SURGE_COUNTS: Final = 0.3
+"""In a turn: what a file says wrongly of thrust and drag makes a hull leap ahead there, along the bow."""
 _SHARE_SIGMA: Final = 0.25
 """How wrong a file's speed through the water may well be: thrust and drag by half, each."""
 _LEAST_SHARE, _MOST_SHARE = -2.0 / 3.0, 2.0
@@ -58,44 +60,55 @@ def _gain(dt_s: float, tau_s: float, *, is_jolted: bool) -> float:
     return _part(dt_s, _QUICK_S if is_jolted and tau_s > _QUICK_S else tau_s)
 
 
+def _towards(mean: _Pair, sample: _Pair, part: float) -> _Pair:
+    """The mean after a step of this share of the way."""
+    return mean[0] + part * (sample[0] - mean[0]), mean[1] + part * (sample[1] - mean[1])
+
+
+def _less_along(vector: _Pair, unit: _Pair, share: float) -> _Pair:
+    """The vector with only this share of its part along a unit vector."""
+    less = (1.0 - share) * (vector[0] * unit[0] + vector[1] * unit[1])
+    return vector[0] - less * unit[0], vector[1] - less * unit[1]
+
+
 class _Jolt:
     """Tells when the water itself has changed: eddies, shear lines change it by more, and for longer, than a mean is slow for."""
 
     def __init__(self, least_mps: float, slip_mps: float) -> None:
         """``least_mps``: what the samples may be off; ``slip_mps``: those of a hull that has just turned."""
         self._least_mps, self._slip_mps = least_mps, slip_mps
-        self._off_n = self._off_e = 0.0
+        self._off = _NOWHERE
         self._straight_s = 0.0
 
-    def step(self, dt_s: float, off_n: float, off_e: float, r_radps: float) -> bool:
-        """Take how far a sample is off the mean, m/s NED, and the turn rate: a turning hull slips sideways."""
+    def step(self, dt_s: float, off_mps: _Pair, r_radps: float, bow: _Pair) -> bool:
+        """Take how far a sample is off the mean, NED, the turn rate (a turning hull slips sideways) and where the bow points."""
         self._straight_s = 0.0 if r_radps * r_radps > _TURNING_RADPS * _TURNING_RADPS else self._straight_s + dt_s
-        share = _part(dt_s, _JOLT_S)
-        self._off_n += share * (off_n - self._off_n)
-        self._off_e += share * (off_e - self._off_e)
-        least_mps = self._least_mps if self._straight_s > _SLIPS_S else self._slip_mps
-        return self._off_n * self._off_n + self._off_e * self._off_e > least_mps * least_mps
+        turned = self._straight_s <= _SLIPS_S
+        counted = _less_along(off_mps, bow, _SURGE_COUNTS) if turned else off_mps
+        self._off = north, east = _towards(self._off, counted, _part(dt_s, _JOLT_S))
+        least_mps = self._slip_mps if turned else self._least_mps
+        return north * north + east * east > least_mps * least_mps
 
 
 class DriftFilter:
     """Slow mean of (ground velocity - velocity through the water), NED; quick where the water itself has changed."""
 
     def __init__(self) -> None:
-        self.north_mps: float | None = None
-        self.east_mps: float | None = None
+        self.mps: _Pair | None = None
+        """North and east; None before the first sample."""
         self._seen_s = 0.0
         self._jolt = _Jolt(_JOLT_MPS, _SLIP_MPS)
 
-    def step(self, dt_s: float, tau_s: float, north_mps: float, east_mps: float, r_radps: float) -> None:
-        """Take one sample; a plain mean at first, then a first-order low-pass. ``r_radps``: a turning hull slips sideways."""
-        if self.north_mps is None or self.east_mps is None:
-            self.north_mps, self.east_mps = north_mps, east_mps
+    def step(self, dt_s: float, tau_s: float, *, sample_mps: _Pair, r_radps: float, bow: _Pair) -> None:
+        """Take one sample, NED; a plain mean at first, then a first-order low-pass.
+
+        ``r_radps``: a turning hull slips sideways. ``bow``: unit vector that it points along, NED.
+        """
+        mean = sample_mps if self.mps is None else self.mps
         self._seen_s += dt_s
-        off_n, off_e = north_mps - self.north_mps, east_mps - self.east_mps
-        is_jolted = self._jolt.step(dt_s, off_n, off_e, r_radps)
-        gain = _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted)
-        self.north_mps += gain * off_n
-        self.east_mps += gain * off_e
+        off_mps = (sample_mps[0] - mean[0], sample_mps[1] - mean[1])
+        is_jolted = self._jolt.step(dt_s, off_mps, r_radps, bow)
+        self.mps = _towards(mean, sample_mps, _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted))
 
 
 class CurrentFilter:
@@ -143,7 +156,8 @@ class CurrentFilter:
         if self._has_turned(dt_s, ground_mps):
             self._learn(dt_s, changed, by_file)
         whole = 1.0 + self.share
-        is_jolted = self._jolt.step(dt_s, changed[0] - whole * by_file[0], changed[1] - whole * by_file[1], r_radps)
+        off_mps = (changed[0] - whole * by_file[0], changed[1] - whole * by_file[1])
+        is_jolted = self._jolt.step(dt_s, off_mps, r_radps, bow)
         gain = _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted)
         self._ground = (self._ground[0] + gain * changed[0], self._ground[1] + gain * changed[1])
         self._through = (self._through[0] + gain * by_file[0], self._through[1] + gain * by_file[1])
@@ -175,20 +189,25 @@ class WaterMeans:
     @property
     def drift_mps(self) -> tuple[float, float] | tuple[None, None]:
         """North and east; None before the first sample."""
-        north, east = self._drift.north_mps, self._drift.east_mps
-        return (None, None) if north is None or east is None else (north, east)
+        return self._drift.mps or (None, None)
 
     @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
         """North and east; None before the first sample."""
-        return (None, None) if self._drift.north_mps is None else self._current.mps
+        return (None, None) if self._drift.mps is None else self._current.mps
+
+    @property
+    def made_share(self) -> float:
+        """What the hull makes more through the water than its file says, over what the file says."""
+        return self._current.share
 
     def step(
         self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
     ) -> None:
         """Take one sample, as ``CurrentFilter`` does."""
         (north, east), (cos, sin), u_mps = ground_mps, bow, through_mps[0]
-        self._drift.step(dt_s, tau_s, north - u_mps * cos, east - u_mps * sin, r_radps)
+        sample_mps = (north - u_mps * cos, east - u_mps * sin)
+        self._drift.step(dt_s, tau_s, sample_mps=sample_mps, r_radps=r_radps, bow=bow)
         self._current.step(dt_s, tau_s, ground_mps=ground_mps, bow=bow, through_mps=through_mps, r_radps=r_radps)
 
 

@@ -8,12 +8,18 @@ by the triangle of velocities. Yaw rate: the derivative of all of it, so that th
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mavlink_bridge.language.units import clamp, wrap_pi
 from mavlink_bridge.language.value import value
 
 _STEERAGE_MPS = 0.3
 """A boat slower than this through the water answers no rudder."""
+MOST_SLOPE = 0.5
+"""The integral alone holds against a current of half the boat's way."""
+_MOST_GAIN = 1.6
+"""Turn of the bow over that of the course, at most. Water that runs with the boat asks for more, but a file that says too little
+speed looks just like it until the first corner, and would swing the boat about the leg: she comes back a little later instead."""
 
 
 @value
@@ -46,6 +52,8 @@ class Integrator:
 
     def __init__(self) -> None:
         self.z_m = 0.0
+        self.most_slope = MOST_SLOPE
+        """Slope towards the path that it may come to."""
 
     def step(self, dt_s: float, cross_m: float, look_ahead_m: float, gain: float, corridor_m: float) -> float:
         """Return the offset to steer by: the cross-track error plus the integral's share."""
@@ -53,7 +61,7 @@ class Integrator:
         if -corridor_m < cross_m < corridor_m and gain > 0.0:
             total = cross_m + gain * z_m
             z_m += dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
-            bound = 0.5 * look_ahead_m / gain
+            bound = self.most_slope * look_ahead_m / gain
             self.z_m = z_m = clamp(z_m, -bound, bound)
         return cross_m + gain * z_m
 
@@ -100,3 +108,17 @@ def triangle(
     cosine = math.cos(angle)
     factor = clamp(1.0 + along / (reference * cosine), 0.2, 3.0) if abs(cosine) > 0.2 else 1.0
     return SteeredHeading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)
+
+
+def bow(
+    path_rad: float, course_rad: float, speed_mps: float, drift: tuple[float, float], *, top_mps: float, now_mps: float
+) -> SteeredHeading:
+    """Return the triangle's heading for a course towards a path, no further off the path's own than ``_MOST_GAIN`` allows."""
+    found = triangle(course_rad, speed_mps, drift, top_mps, now_mps)
+    along = triangle(path_rad, speed_mps, drift, top_mps, now_mps)
+    most_rad = _MOST_GAIN * abs(wrap_pi(course_rad - path_rad))
+    off_rad = wrap_pi(found.psi_rad - along.psi_rad)
+    if abs(off_rad) <= most_rad:
+        return found
+    psi_rad = wrap_pi(along.psi_rad + math.copysign(most_rad, off_rad))
+    return replace(found, psi_rad=psi_rad, rate_factor=min(found.rate_factor, _MOST_GAIN))

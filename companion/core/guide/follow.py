@@ -10,7 +10,7 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
-from .field import Integrator, approach, triangle
+from .field import MOST_SLOPE, Integrator, SteeredHeading, approach, bow, triangle
 from .paths import Chain, Projection
 from .swing import FELT, EarlySwing, Wish
 
@@ -55,6 +55,9 @@ _ALONE_SHARE = 0.7
 """Share of the turning ability for bends with one thruster: the same thrust must also hold against wind and current."""
 _ANSWERS = 1.1
 """Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
+_SLOPE_BESIDE_DRIFT = 0.15
+"""Slope of the path's integral where the drift is reckoned with: 9 degrees, more than a compass is off that the drift does not show. A
+greater one fills up while the drift is still learnt, and stands beside the leg for a minute after."""
 _NO_DRIFT = (0.0, 0.0)
 """m/s north and east."""
 
@@ -84,6 +87,7 @@ class Follower:
         self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
+        self.integrator.most_slope = _SLOPE_BESIDE_DRIFT if config.use_drift else MOST_SLOPE
         self._turn_share, self._preview_s = config.turn_share, config.preview_s
         self._use_drift = config.use_drift
         self._turn_mps: float | None = None
@@ -154,7 +158,8 @@ class Follower:
         planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
         course, rate = self._course(dt_s, track, here, now_mps, planned)
         drift = (state.current_n_mps or 0.0, state.current_e_mps or 0.0) if self._use_drift else _NO_DRIFT
-        desired = self._steer(dt_s, state, course, rate=rate, planned=planned, drift=drift)
+        heading = bow(here.course_rad, course, planned, drift, top_mps=self._fast_mps, now_mps=self._water_mps())
+        desired = self._steer(dt_s, state, heading, rate=rate, planned=planned, drift=drift)
         possible = not self._use_drift or self._is_possible(state, course, planned)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= FELT * speed_mps:
             desired = self._swing(dt_s, state, track, speed_mps=speed_mps, planned=planned, drift=drift) or desired
@@ -214,17 +219,22 @@ class Follower:
         return least
 
     def _steer(
-        self, dt_s: float, state: EstimatedState, course: float, rate: float, planned: float, drift: tuple[float, float]
+        self,
+        dt_s: float,
+        state: EstimatedState,
+        heading: SteeredHeading,
+        rate: float,
+        planned: float,
+        drift: tuple[float, float],
     ) -> Desired:
         water = self._water_mps()
         limit = self._handling.max_yaw_rate(water)
-        heading = triangle(course, planned, drift, self._fast_mps, water)
         turning = clamp(rate * heading.rate_factor, -limit, limit)
         slip, slipping = self._leeway(dt_s, turning, water if water >= 0.5 * planned else 0.5 * planned)
         psi = wrap_pi(heading.psi_rad - slip)
         # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
-        bow = psi if state.psi_rad is None else state.psi_rad
-        surge = heading.water_mps + drift[0] * math.cos(bow) + drift[1] * math.sin(bow)
+        points = psi if state.psi_rad is None else state.psi_rad
+        surge = heading.water_mps + drift[0] * math.cos(points) + drift[1] * math.sin(points)
         rate_radps = clamp(turning - slipping, -limit, limit)
         return Desired(psi, surge, rate_radps, asked_mps=planned)
 

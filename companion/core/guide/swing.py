@@ -34,7 +34,7 @@ _ROUND_RAD = math.radians(10.0)
 """The bow is round: what is left is the heading loop's."""
 _BACK_RAD = 1.6 * math.pi
 """A turn of more than this is one of a little the other way: the bow is beyond."""
-_TURN_S = 0.5
+_TURN_S = 2.0
 """What turns a hull for less is a wave."""
 _SPARE_M = 0.5
 """A swing is broken off where it would end by more than this on this side of the leg."""

@@ -45,6 +45,13 @@ _SAME = 0.03
 """Outputs that differ by less are the same."""
 _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
+_RIGHT_SHARE = 0.1
+"""A file that is right to a tenth stands: wind along the way looks like as much. From twice that on it is believed to be wrong."""
+
+
+def _believed(made_share: float) -> float:
+    """What the hull makes more than its file says, as far as it is more than wind could feign."""
+    return made_share * clamp(abs(made_share) / _RIGHT_SHARE - 1.0, 0.0, 1.0)
 
 
 class ModelController:
@@ -180,14 +187,15 @@ class ModelController:
         dt_s = clamp(dt_s, _SHORTEST_STEP_S, _LONGEST_STEP_S)
         self._observer.step(dt_s, state, sent)
         water = self._observer.u_mps
-        ahead = water if water > 0.0 else 0.0
+        made_mps = water * (1.0 + _believed(state.made_share))
+        ahead = made_mps if made_mps > 0.0 else 0.0
         omega = self._omega(ahead) * (_BY_COURSE if state.heading_from_course else 1.0)
         surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
         yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        given = self._allocator.allocate(surge_n, yaw_nm, water)
+        given = self._allocator.allocate(surge_n, yaw_nm, made_mps)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
         rudder_rad = given.rudder_rad
@@ -225,7 +233,7 @@ class ModelController:
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        reference = self._reference(dt_s, psi, rate, desired, speed)
+        reference = self._reference(dt_s, psi, rate, desired)
         self._heading_error = error = wrap_pi(reference - psi)
         if desired.brake:
             omega *= _GENTLE + (1.0 - _GENTLE) * desired.firmness
@@ -240,12 +248,13 @@ class ModelController:
             moment = clamp(moment, -self._gentle_nm, self._gentle_nm)
         return moment, p, d
 
-    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, speed: float) -> float:
+    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired) -> float:
         """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
         reference = self._psi_ref
         if reference is None:
             reference, self._r_ref = psi, rate
-        limit = 0.95 * self._handling.max_yaw_rate(speed)
+        # by the file's own speed: no more is asked of the hull for what it is thought to do
+        limit = 0.95 * self._handling.max_yaw_rate(max(self._observer.u_mps, 0.0))
         if limit < self._least_rate:
             limit = self._least_rate
         if limit > self._rate_limit:

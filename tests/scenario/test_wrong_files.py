@@ -1,0 +1,37 @@
+"""Files of which every coefficient is off by up to half: the boat keeps her legs before any trial has put that right."""
+
+import pytest
+
+from tools.benches.cells import control_cells as cells
+from tools.benches.cells.control_cells import BREEZE, Case
+from tools.benches.cells.foreign_hulls import any_hull
+from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import wrong
+
+
+def rms_m(name, draw):
+    vessel = any_hull(name)
+    found, _ = cells.legs(Case(vessel, BREEZE, source=SensedState, belief=wrong(vessel, draw) if draw else None), 1.5)
+    assert found.finished
+    return found.rms
+
+
+@pytest.mark.parametrize(
+    ("name", "draw"),
+    [
+        ("otter", 25),  # half the thrust ahead: 12 times the right file's
+        ("lopsided", 1),  # drag and thrust off, each its own way: 7 times
+        ("rudderless", 25),  # 16 times
+        ("launch", 25),  # 6 times
+    ],
+)
+def test_a_file_wrong_by_half_does_not_swing_a_boat_about_her_legs(name, draw):
+    assert rms_m(name, draw) < 3.0 * rms_m(name, 0)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ["otter", "wamv", "launch", "single", "crooked", "lopsided"])
+@pytest.mark.parametrize("draw", range(1, 51))
+def test_no_wrong_file_makes_a_boat_unstable(name, draw):
+    """Three times what the right file gives is the goal; a third of a metre, a boat's beam at most, is asked of every draw."""
+    assert rms_m(name, draw) < 0.4
