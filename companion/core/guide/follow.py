@@ -212,7 +212,7 @@ class Follower:
         """Radius of the arc by which the vessel joins the path."""
         if planned != self._turn_mps:
             self._turn_mps = planned
-            self._turn_least_m = 2.0 * (planned / (self._turn_share * self._handling.max_yaw_rate(planned)))
+            self._turn_least_m = 2.0 * (planned / (self._turn_share * self._handling.yaw_rate_for_way(planned)))
         least = self._turn_least_m
         if cross_m * curvature > 0.0 and 1.0 / abs(curvature) > least:  # inside a bend: by its own radius
             return 1.0 / abs(curvature)
@@ -228,7 +228,7 @@ class Follower:
         drift: tuple[float, float],
     ) -> Desired:
         water = self._water_mps()
-        limit = self._handling.max_yaw_rate(water)
+        limit = self._handling.yaw_rate_for_way(water)
         turning = clamp(rate * heading.rate_factor, -limit, limit)
         slip, slipping = self._leeway(dt_s, turning, water if water >= 0.5 * planned else 0.5 * planned)
         psi = wrap_pi(heading.psi_rad - slip)
@@ -261,7 +261,7 @@ class Follower:
             return None
         self._early.see(dt_s, state.r_radps or 0.0)
         # one that turns faster than its file says would come round far inside the corner
-        rate = self._turn_share * max(self._handling.max_yaw_rate(self._water_mps()), self._early.seen_radps)
+        rate = self._turn_share * max(self._handling.yaw_rate_for_way(self._water_mps()), self._early.seen_radps)
         wish = Wish(speed_mps, drift, self._fast_mps, rate)
         found = self._early.step(track, self.motion, state.psi_rad, wish)
         if found is None:

@@ -24,6 +24,9 @@ _SLOWEST_ALONE = 0.02
 """Where a lone thruster turns the hull against all helm, rad/s: a turn the other way waits for more speed."""
 
 
+_SLOWED = 0.75
+"""Share of her way that a boat keeps in a turn that matters more."""
+
 _Tables = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """Linear and quadratic damping, greatest yaw rate, sway over yaw rate: each over speed."""
 _KEPT: dict[VesselConfig, _Tables] = {}
@@ -132,6 +135,13 @@ class Handling:
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
         return min(self._look_up(self._rates, speed_mps), self._steered_radps)
+
+    def yaw_rate_for_way(self, speed_mps: float) -> float:
+        """Return the greatest yaw rate of a turn that may cost a quarter of the speed through the water, rad/s.
+
+        Near full speed all thrust drives a boat without rudders: holding her speed she turns hardly at all.
+        """
+        return max(self.max_yaw_rate(speed_mps), self.max_yaw_rate(_SLOWED * speed_mps))
 
     def sway_per_rate(self, speed_mps: float) -> float:
         """Return the sideways slip of a steady gentle turn over its yaw rate, m (negative: outwards)."""

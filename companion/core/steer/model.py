@@ -254,7 +254,7 @@ class ModelController:
         if reference is None:
             reference, self._r_ref = psi, rate
         # by the file's own speed: no more is asked of the hull for what it is thought to do
-        limit = 0.95 * self._handling.max_yaw_rate(max(self._observer.u_mps, 0.0))
+        limit = 0.95 * self._handling.yaw_rate_for_way(max(self._observer.u_mps, 0.0))
         if limit < self._least_rate:
             limit = self._least_rate
         if limit > self._rate_limit:
