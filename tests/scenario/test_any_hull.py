@@ -38,7 +38,7 @@ def test_rudderless_hulls_hold_legs_and_circles(name, munk, speed, seed):
 
 
 def test_a_boat_without_rudders_gives_up_way_to_turn_at_full_speed():
-    """All thrust drives her there. A law that held the speed turned her hardly at all: 1.7 to 3 m off this circle, 0.3 to 0.5 off the legs."""
+    """All thrust drives her there. A law that held the speed hardly turned her: up to 3 m off this circle, 0.5 m off the legs."""
     case = Case(bare("wamv", 0.5), BLOW, source=SensedState, seed=2)
     legs, _ = cells.legs(case, 2.5)
     assert legs.rms < 0.25
