@@ -39,6 +39,14 @@ def test_the_point_is_held_and_the_bow_does_not_go_round(hull, mps):
     assert found.furthest_m < 1.2, "nor is it pushed away while the bow comes round at first"
 
 
+def test_a_launch_of_slow_propellers_holds_in_a_fresh_breeze():
+    """She went round her point 4 to 8 m off: the heading's integral filled up while the turn was held back, and she surged to and fro."""
+    found = held(Case(launch(), WaterConfig(wind_mps=8.0), seed=1, source=SensedState), seconds=300.0)
+    assert found.rms_m < 0.4
+    assert found.most_m < 1.0
+    assert found.swept_deg < 90.0
+
+
 def test_drift_mode_spends_less():
     steady, spared = (held(wind("otter", 5.0), mode, 180.0, 60.0) for mode in ("weathervane", "drift"))
     assert spared.power < 0.9 * steady.power

@@ -56,7 +56,9 @@ _ALONE_OFF_RAD = 0.5
 """With the bow so far off the rudders need more flow than it takes to hold it straight."""
 _GUSTS_PER_MPS = 0.8
 """A stronger push comes in stronger gusts: so much more speed towards the point, per m/s that it would carry the boat at."""
-_LIGHT = 0.4
+_INNER_SHARE = 0.5
+"""Most of the speed loop's bandwidth that the distance may ask for: more, and a boat of slow propellers surges to and fro."""
+_LIGHT = 0.15
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
 """Below it the angle at which the bow is put aside stays small, however weak the push."""
@@ -87,6 +89,7 @@ class StationKeeper:
 
     def __init__(self, config: StationConfig, handling: Handling) -> None:
         self._top_mps = handling.top_mps
+        self._most_firm = _INNER_SHARE * handling.surge_radps
         self._able_mps = 0.96 * self._top_mps
         """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
@@ -156,6 +159,7 @@ class StationKeeper:
         away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
         self._sailing_back = push_mps < _WEAK_MPS and distance > away * self._radius_m
         self._firm = self._gain if self._drifts else self._gain * (1.0 + _GUSTS_PER_MPS * push_mps)
+        self._firm = min(self._firm, self._most_firm)
         facing = None if self._sailing_back else self._face(dt_s)
         if facing is None:
             return self._rest(state, north, east, distance)

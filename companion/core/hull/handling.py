@@ -27,6 +27,11 @@ _SLOWEST_ALONE = 0.02
 _SLOWED = 0.75
 """Share of her way that a boat keeps in a turn that matters more."""
 
+_SURGE_RAD = 0.8
+"""Phase that a speed loop may lose by propellers and sensors at its bandwidth: it keeps 44 degrees."""
+_SEEN_LATE_S = 0.2
+"""Age of a speed: half the time between fixes, and the filter's."""
+
 _Tables = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """Linear and quadratic damping, greatest yaw rate, sway over yaw rate: each over speed."""
 _KEPT: dict[VesselConfig, _Tables] = {}
@@ -63,6 +68,8 @@ class Handling:
         hull = vessel.hull
         self.sway_lag_s = hull.m22_kg / max(hull.yv + 0.3 * hull.yvv, 1.0)
         """How fast the sideways slip of a turn builds up."""
+        self.surge_radps = _SURGE_RAD / (vessel.thruster.lag_s + _SEEN_LATE_S)
+        """Bandwidth of a speed loop that slow propellers allow."""
         self._steered_radps = math.inf
         self.takes_up_s = self._takes_up()
         """How long a turn takes from the order to its full rate, at a third of the top speed: there rudders have little flow."""

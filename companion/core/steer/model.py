@@ -34,7 +34,8 @@ _GENTLE = 0.6
 _BY_COURSE = 0.5
 """Share of the bandwidth while the course stands in for a lost heading: it is late by the hull's way round, and swings with the slip."""
 _TURNS_WITH = 0.6
-"""Share of the astern thrust that a gentle turn may use: both propellers can still give as much astern as ahead."""
+"""Share of the astern thrust that a gentle turn may use: both propellers can still give as much astern as ahead. All of it
+where wind turns the bow away so hard that the boat would not come to face it."""
 _PLANNED = 0.7
 """Share of that for which a gentle turn is planned; the rest is the feedback's."""
 _SPEED_REFERENCE = 2.0
@@ -82,6 +83,8 @@ class ModelController:
         self._yaw_integral_nm = 0.0
         self._surge_integral_n = 0.0
         self._heading_error = 0.0
+        self._held = False
+        """The turn takes all of the moment that a gentle one may."""
         self._last: ActuatorDemand | None = None
 
     def _tune(self, config: ModelConfig) -> None:
@@ -104,7 +107,7 @@ class ModelController:
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
-        self._surge_most, self._speed_gain = config.acceleration, config.speed_gain
+        self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps)
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -244,8 +247,11 @@ class ModelController:
         d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
         forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
         moment = forward + p + d + self._yaw_integral_nm
+        self._held = False
         if desired.gentle:
-            moment = clamp(moment, -self._gentle_nm, self._gentle_nm)
+            most = self._gentle_nm * (1.0 + (1.0 / _TURNS_WITH - 1.0) * desired.firmness)
+            self._held = abs(moment) > most
+            moment = clamp(moment, -most, most)
         return moment, p, d
 
     def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired) -> float:
@@ -306,7 +312,7 @@ class ModelController:
     ) -> None:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
-        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN:
+        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN and not self._held:
             gain = self._at(self._integrals, self._observer.u_mps) * self._inertia * omega * omega
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
