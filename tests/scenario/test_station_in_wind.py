@@ -9,6 +9,7 @@ from tools.benches.cells.control_cells import Case
 from tools.benches.cells.foreign_hulls import bare, launch, single_screw
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import wrong
 
 HULLS = {
     "otter": load_vessel("otter"),
@@ -45,6 +46,15 @@ def test_a_launch_of_slow_propellers_holds_in_a_fresh_breeze():
     assert found.rms_m < 0.4
     assert found.most_m < 1.0
     assert found.swept_deg < 90.0
+
+
+@pytest.mark.parametrize("draw", [4, 16])
+def test_a_boat_with_a_wrong_file_does_not_follow_her_own_tail(draw):
+    """What the file said wrongly of the thrust that turns her looked like a push that turned with the bow: 5 degrees a second, for ever."""
+    vessel = load_vessel("otter")
+    found = held(Case(vessel, belief=wrong(vessel, draw), seed=1, source=SensedState), seconds=200.0, settle_s=80.0)
+    assert found.swept_deg < 180.0
+    assert found.power < 0.05
 
 
 def test_drift_mode_spends_less():

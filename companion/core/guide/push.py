@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+from mavlink_bridge.language.units import clamp
 
 from ..hull import Handling
 from ..hull.actuator_model import ActuatorModel
@@ -23,6 +24,10 @@ _SLOW_MPS = 0.7
 """Faster over ground the hull's own damping is most of the balance: the push stays as it is known."""
 _SMALL_MPS = 0.2
 """The speed at which the hull's drag across and along are compared: a boat on station is about as slow."""
+_TURNS_WITH = 0.14
+"""Differential thrust of a gentle turn on the spot, over the sum of full thrust ahead and astern: the error is learnt in half a turn."""
+_TURNS_MOST = 0.5
+"""As wrong as a file may well be about thrust astern over thrust ahead."""
 _STIFF = 0.3
 """Moment per radian over the yaw inertia, 1/s², of a wind that a soft heading loop (about 0.8) is no match for."""
 
@@ -50,6 +55,10 @@ class PushObserver:
         )
         self._stiff_nm = _STIFF * hull.m33_kgm2
         self._actuators = ActuatorModel(vessel)
+        thruster = vessel.thruster
+        self._turning_n = _TURNS_WITH * (thruster.ahead_n + thruster.astern_n)
+        self._turns_with = 0.0
+        """Thrust ahead that comes with a turn on the spot and is not in the file, over the differential thrust."""
         self.north_n = self.east_n = 0.0
         self._u_mps = self._v_mps = 0.0
         self._running = False
@@ -61,6 +70,10 @@ class PushObserver:
         self.north_n, self.east_n = share * drift[0], share * drift[1]
         self._running = False
         self._actuators.clear()
+
+    def forget(self) -> None:
+        """What was taken for a push was none."""
+        self.north_n = self.east_n = 0.0
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives of what it is told."""
@@ -94,6 +107,8 @@ class PushObserver:
             return
         cos, sin = math.cos(psi), math.sin(psi)
         ahead_n = self.north_n * cos + self.east_n * sin
+        differential_n = 0.5 * abs(actuators.port_n - actuators.starboard_n)
+        ahead_n += self._turns_with * differential_n
         abeam_n = self._broad * (self.east_n * cos - self.north_n * sin)
         angle = actuators.rudder_rad
         du, dv, _ = self._rates(
@@ -111,6 +126,8 @@ class PushObserver:
         self._u_mps += (du + 2.0 / _TAU_S * off_u) * dt_s
         self._v_mps += (dv + 2.0 / _TAU_S * off_v) * dt_s
         gain = dt_s / (_TAU_S * _TAU_S)
+        more = gain * self._m11 * off_u * differential_n / (self._turning_n * self._turning_n)
+        self._turns_with = clamp(self._turns_with + more, -_TURNS_MOST, _TURNS_MOST)
         more_n, aside_n = gain * self._m11 * off_u, gain * self._m22 / self._broad * off_v
         self.north_n += more_n * cos - aside_n * sin
         self.east_n += more_n * sin + aside_n * cos

@@ -29,6 +29,11 @@ _FACE_TAU_S = 6.0
 """How fast the bow follows the push when that turns."""
 _FACE_RADPS = 0.1
 """The bow follows a push that turns no faster than 6 degrees a second: turning costs thrust."""
+_VEERS_RAD, _VEERS_S = math.pi, 60.0
+"""No wind and no current goes half round in a minute. A push that does turns with the bow, and is what the file says wrongly of the
+thrust that turns her: a hull of other figures had followed her own tail for ever."""
+_FEIGNED = 1.5
+"""Pushes up to this much more than one that was none are none either, for as long as the boat stays at this point."""
 _SURE = 1.2
 _GONE = 0.4
 """Shares of the calm's limit at which a push is faced, and at which it is gone and the vessel rests as it lies."""
@@ -101,6 +106,10 @@ class StationKeeper:
         self._heading_rad: float | None = None
         self._returning = self._sailing_back = False
         self._bow_rad: float | None = None
+        self._followed_rad = 0.0
+        """How far the bow has followed the push, of late."""
+        self._feigned_n = 0.0
+        """What a push was that went round with the bow."""
         self.configure(config)
 
     def limit(self, fast_mps: float) -> None:
@@ -129,6 +138,7 @@ class StationKeeper:
         self._heading_rad = None
         self._returning = self._sailing_back = False
         self._bow_rad = None
+        self._feigned_n = 0.0
 
     def distance_m(self, state: EstimatedState) -> float:
         assert state.x_m is not None
@@ -176,26 +186,39 @@ class StationKeeper:
         speed = clamp(self._firm * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
         return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True, firmness=self._push.firmness)
 
+    @property
+    def _least_n(self) -> float:
+        """A push below this is nothing to face."""
+        return max(self._calm_n, self._feigned_n)
+
     def _face(self, dt_s: float) -> float | None:
         """The direction that the bow is to look in, chosen once and then following slowly; None where nothing pushes."""
         push = self._push
         strength_n = push.strength_n
         if self._bow_rad is None:
-            if strength_n < _SURE * self._calm_n:
+            if strength_n < _SURE * self._least_n:
                 return None
             self._bow_rad = push.against_rad
-        elif strength_n < _GONE * self._calm_n:
+        elif strength_n < _GONE * self._least_n:
             self._bow_rad = None
         else:
             step = wrap_pi(push.against_rad - self._bow_rad) * dt_s / _FACE_TAU_S
             most = _FACE_RADPS * dt_s
-            self._bow_rad = wrap_pi(self._bow_rad + clamp(step, -most, most))
+            step = clamp(step, -most, most)
+            self._bow_rad = wrap_pi(self._bow_rad + step)
+            self._followed_rad += step - self._followed_rad * dt_s / _VEERS_S
+            if abs(self._followed_rad) > _VEERS_RAD:
+                self._feigned_n = max(self._feigned_n, _FEIGNED * strength_n)
+                push.forget()
+                self._bow_rad = None
+        if self._bow_rad is None:
+            self._followed_rad = 0.0
         return self._bow_rad
 
     def _would_face(self, psi_rad: float) -> float:
         """Where the bow had best look when it must turn: against what pushes a little, or it would soon turn again; else as it lies."""
         push = self._push
-        return psi_rad if push.strength_n < _GONE * self._calm_n else push.against_rad
+        return psi_rad if push.strength_n < _GONE * self._least_n else push.against_rad
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""

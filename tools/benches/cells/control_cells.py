@@ -47,6 +47,8 @@ class Case:
     source: SourceMaker | None = None
     outage_s: tuple[float, float] | None = None
     """Span without GNSS; needs a source with sensors."""
+    plant: Callable[[VesselConfig], SimVessel] = SimVessel
+    """Makes the hull."""
     prepare: Callable[[SimVessel], None] | None = None
     """Faults to switch on in the hull."""
 
@@ -59,6 +61,7 @@ class Case:
             belief=self.belief,
             seed=self.seed,
             delay_s=self.delay_s,
+            plant=self.plant,
         )
         source = self.source(self.seed) if self.source else None
         if self.outage_s and source is not None:

@@ -95,6 +95,8 @@ class Setup:
     seed: int = 1
     delay_s: float = 0.0
     """Extra delay of the actuation."""
+    plant: Callable[[VesselConfig], SimVessel] = SimVessel
+    """Makes the hull."""
 
 
 class ControlLoop:
@@ -103,7 +105,7 @@ class ControlLoop:
     def __init__(self, setup: Setup, source: StateSource | None = None) -> None:
         belief = setup.belief or setup.vessel
         self.setup = setup
-        self.vessel = SimVessel(setup.vessel)
+        self.vessel = setup.plant(setup.vessel)
         self.water = Water(setup.water, random.Random(f"water {setup.seed}"))
         self.source: StateSource = source or IdealState()
         self.controller = make_controller(setup.steering.profile, setup.steering, belief)

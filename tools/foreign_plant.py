@@ -1,0 +1,177 @@
+"""Our law on a hull that nobody here wrote: the 6-degree Otter of Fossen's Python Vehicle Simulator, from a checkout of it.
+
+``python -m tools.foreign_plant CHECKOUT`` sails legs, corners, circles and station keeping on it with two vessel files: one of
+the figures that its author gives, and the shipped Otter's without rudders. Nothing of it is ours but the wind, which it lacks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import importlib
+import math
+import sys
+import types
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from companion.core.hull import VesselConfig
+from mavlink_bridge.language.units import wrap_pi
+from sitl.plant import SimVessel, WaterConfig
+from sitl.plant.library import load_vessel
+from sitl.plant.water import STILL, Conditions
+from tools.benches.cells import control_cells as cells
+from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.hover_cells import held
+from tools.benches.cells.sensed import SensedState
+
+_PACKAGE = "python_vehicle_simulator"
+
+
+def otter_of(checkout: Path) -> Callable[[], Any]:
+    """Return the class of the foreign Otter; its packages' own imports (animations, plots) are left out.
+
+    Raises ``FileNotFoundError`` where the checkout has none.
+    """
+    root = checkout / "src" / _PACKAGE
+    if not (root / "vehicles" / "otter.py").exists():
+        raise FileNotFoundError(f"{root}/vehicles/otter.py: not a checkout of PythonVehicleSimulator")
+    for name, folder in (
+        (_PACKAGE, root),
+        (f"{_PACKAGE}.lib", root / "lib"),
+        (f"{_PACKAGE}.vehicles", root / "vehicles"),
+    ):
+        package = types.ModuleType(name)
+        package.__path__ = [str(folder)]
+        sys.modules[name] = package
+    otter: Callable[[], Any] = importlib.import_module(f"{_PACKAGE}.vehicles.otter").otter
+    return otter
+
+
+def file_of(otter: Any) -> VesselConfig:
+    """Return the vessel file of the figures that the author gives: masses, damping, bollard pulls."""
+    mass, damping = otter.M, np.diag(otter.D)
+    shipped = load_vessel("otter")
+    hull = {
+        "mass_kg": otter.m_total,
+        "m11_kg": mass[0, 0],
+        "m22_kg": mass[1, 1],
+        "m23_kgm": mass[1, 5],
+        "m33_kgm2": mass[5, 5],
+        "xu": damping[0],
+        "xuu": 0.0,
+        "yv": damping[1],
+        "nr": damping[5],
+        "nrr": 10.0 * damping[5],
+        "munk": 1.0,
+    }
+    thruster = {
+        "lateral_m": otter.l2,
+        "ahead_n": otter.k_pos * otter.n_max**2,
+        "astern_n": otter.k_neg * otter.n_min**2,
+        "lag_s": otter.T_n,
+        "dead_band": 0.0,
+    }
+    return shipped.model_copy(
+        update={
+            "name": "Fossen's Otter",
+            "hull": shipped.hull.model_copy(update={name: float(figure) for name, figure in hull.items()}),
+            "thruster": shipped.thruster.model_copy(update={name: float(figure) for name, figure in thruster.items()}),
+            "rudder": shipped.rudder.model_copy(update={"count": 0}),
+        }
+    )
+
+
+class ForeignOtter(SimVessel):
+    """Moves as the foreign model says; what the sensors see is the same as of our own hulls."""
+
+    def __init__(self, config: VesselConfig, make: Callable[[], Any]) -> None:
+        super().__init__(config)
+        self._otter = make()
+        self._eta, self._nu, self._n = np.zeros(6), np.zeros(6), np.zeros(2)
+
+    def place(self, *, north_m: float = 0.0, east_m: float = 0.0, psi_rad: float = 0.0, surge_mps: float = 0.0) -> None:
+        super().place(north_m=north_m, east_m=east_m, psi_rad=psi_rad, surge_mps=surge_mps)
+        self._eta[[0, 1, 5]] = north_m, east_m, psi_rad
+        self._nu[:] = surge_mps, 0.0, 0.0, 0.0, 0.0, 0.0
+
+    def step(
+        self,
+        dt_s: float,
+        thruster_port: float,
+        thruster_starboard: float,
+        rudder_port_rad: float,
+        rudder_starboard_rad: float,
+        water: Conditions = STILL,
+    ) -> None:
+        """Advance by ``dt_s``; it has no rudders."""
+        otter, eta = self._otter, self._eta
+        otter.V_c = math.hypot(water.current_n_mps, water.current_e_mps)
+        otter.beta_c = math.atan2(water.current_e_mps, water.current_n_mps)
+        wanted = np.array([self._turns(thruster_port), self._turns(thruster_starboard)])
+        cosine, sine = math.cos(eta[5]), math.sin(eta[5])
+        nu, self._n = otter.dynamics(eta, self._nu, self._n, wanted, dt_s)
+        self._nu = nu + otter.Minv @ self._wind(water, cosine, sine) * dt_s
+        gnc = sys.modules[f"{_PACKAGE}.lib.gnc"]
+        self._eta = eta = gnc.attitudeEuler(eta, self._nu, dt_s)
+        self.north_m, self.east_m, self.psi_rad = float(eta[0]), float(eta[1]), wrap_pi(float(eta[5]))
+        cosine, sine = math.cos(self.psi_rad), math.sin(self.psi_rad)
+        surge, sway, self.r_radps = float(self._nu[0]), float(self._nu[1]), float(self._nu[5])
+        self.vn_mps, self.ve_mps = surge * cosine - sway * sine, surge * sine + sway * cosine
+        self.u_mps = surge - water.current_n_mps * cosine - water.current_e_mps * sine
+        self.v_mps = sway - water.current_e_mps * cosine + water.current_n_mps * sine
+        self.roll_rad, self.pitch_rad, self.heave_m = float(eta[3]), float(eta[4]), -float(eta[2])
+
+    def _turns(self, command: float) -> float:
+        """Shaft speed of a command, rad/s."""
+        return command * float(self._otter.n_max if command > 0.0 else -self._otter.n_min)
+
+    def _wind(self, water: Conditions, cosine: float, sine: float) -> Any:
+        north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
+        surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
+        yaw_nm += self.config.seakeeping.yaw_nm_per_m * water.wave_height_m * water.wave
+        return np.array([surge_n, sway_n, 0.0, 0.0, 0.0, yaw_nm])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("checkout", type=Path)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    try:
+        make = otter_of(arguments.checkout)
+    except FileNotFoundError as error:
+        parser.error(str(error))
+    exact = file_of(make())
+    shipped = load_vessel("otter")
+    files = {
+        "author's figures": exact,
+        "shipped Otter": exact.model_copy(update={"hull": shipped.hull, "thruster": shipped.thruster}),
+    }
+    for told, belief in files.items():
+        for name, water in WATERS.items():
+            plant = functools.partial(ForeignOtter, make=make)
+            case = Case(exact, water, belief=belief, seed=arguments.seed, source=SensedState, plant=plant)
+            _tell(f"{told}, {name}", case)
+    return 0
+
+
+def _tell(what: str, case: Case) -> None:
+    legs, _ = cells.legs(case, 1.5)
+    ring = cells.ring(case, 20.0, 1.5)
+    whole = cells.big_square(case, 1.5).whole
+    wind = WaterConfig(wind_mps=case.water.wind_mps, current_mps=case.water.current_mps)
+    still = held(replace(case, water=wind), seconds=200.0)
+    print(
+        f"{what:40} legs {legs.rms:.3f} m RMS, circle R20 {ring.rms:.3f}, corners {whole.rms:.3f} (most {whole.most:.1f}), "
+        f"held {still.rms_m:.3f} (most {still.most_m:.2f}, swept {still.swept_deg:.0f} deg)",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
