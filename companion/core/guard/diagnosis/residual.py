@@ -7,6 +7,7 @@ follows the estimate only while nothing is suspected: the estimate takes lost th
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import Final
 
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
@@ -22,6 +23,28 @@ _TAU_S: Final = 1.5
 """Half a wave's period and more; a boat turned by a fault is far off its course after three of these."""
 _DRIFT_TAU_S: Final = 12.0
 """As slow as the estimate itself, once more: what a fault adds to it in the second before it is suspected stays small."""
+
+
+_LATE_S: Final = 0.25
+"""Heading, turn rate and speed are so late against the thrust that makes them: a tenth of a second for the best receiver, half a second
+for a compass that smooths. A helm that answers a late turn rate would else be read as a moment from nowhere, twice in each swing."""
+
+
+class LateThrust:
+    """What the actuators did when the motion happened that is seen now."""
+
+    def __init__(self) -> None:
+        self._past: deque[tuple[float, tuple[float, float, float]]] = deque()
+
+    def step(self, dt_s: float, newest: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Take port (N), starboard (N) and rudders (rad) of this tick; return those of ``_LATE_S`` ago, or the oldest there are."""
+        past = self._past
+        past.append((dt_s, newest))
+        age_s = sum(step_s for step_s, _ in past) - past[0][0]
+        while len(past) > 1 and age_s > _LATE_S + 0.5 * dt_s:
+            past.popleft()
+            age_s -= past[0][0]
+        return past[0][1]
 
 
 @value
@@ -61,6 +84,7 @@ class Residual:
     def forget(self) -> None:
         """Begin anew: a time without position or heading, or another arming."""
         self._low: list[float] | None = None
+        self._late = LateThrust()
         self._sum = [0.0] * 8
         self._sways: list[float] = []
         self._sum_s = self._seen_s = self._ground_mps = 0.0
@@ -79,7 +103,8 @@ class Residual:
         water_u, water_v = u - north * cos - east * sin, v + north * sin - east * cos
         actuators = self._actuators
         actuators.step(dt_s, sent, water_u)
-        values = (water_u, water_v, r, actuators.port_n, actuators.starboard_n, actuators.rudder_rad, u, v)
+        acts = self._late.step(dt_s, (actuators.port_n, actuators.starboard_n, actuators.rudder_rad))
+        values = (water_u, water_v, r, *acts, u, v)
         self._sum = [total + dt_s * newest for total, newest in zip(self._sum, values, strict=True)]
         self._sum_s += dt_s
         if self._sum_s < SAMPLE_S - 0.5 * dt_s:

@@ -53,7 +53,7 @@ def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
     if vessel.rudder.count:
         found += [Suspect(Cause.RUDDERS_STILL, partial(_stands, at * vessel.rudder.max_rad)) for at in _STANDS]
         found.append(Suspect(Cause.RUDDERS_STILL, _trails))
-        found.append(Suspect(Cause.RUDDERS_REVERSED, _mirrored))
+        found.append(Suspect(Cause.RUDDERS_REVERSED, partial(_mirrored, vessel.rudder.offset_rad)))
     return tuple(found)
 
 
@@ -132,5 +132,6 @@ def _trails(a: Acting) -> Instead:
     return a.port_n, a.starboard_n, None
 
 
-def _mirrored(a: Acting) -> Instead:
-    return a.port_n, a.starboard_n, -a.rudder_rad
+def _mirrored(offset_rad: float, a: Acting) -> Instead:
+    """The command turns round, not what the rudders stand off by: that is how they are mounted."""
+    return a.port_n, a.starboard_n, 2.0 * offset_rad - a.rudder_rad
