@@ -37,6 +37,11 @@ _QUIET_TIMES: Final = (1.0 + _QUIET) / (1.0 - _QUIET)
 """So many such neighbours say what one independent sample says: the sum of a geometric series of their likeness."""
 
 
+_APART_S: Final = 2.0
+"""Samples so far apart tell the noise's size anew: squares of neighbours that are ``_QUIET`` alike repeat themselves for
+(1 + q) / (1 - q) = 3 samples, q the square of that, and weather lasts a little longer."""
+
+
 @value
 class Bounds:
     """What this vessel's weather and sensors can do, in surge (N) and yaw (Nm)."""
@@ -58,6 +63,8 @@ class HealthyNoise:
     variance: Pair
     alike: Pair
     """So many such samples say the same once."""
+    known: float
+    """From so many independent samples the variance is known: misfits over it follow Student's law, not Gauss's."""
 
 
 class Weather:
@@ -95,7 +102,12 @@ class Weather:
         off_n = _MODEL * thrust_n
         off_nm = off_n * self._bounds.lever_m
         variance = self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
-        return HealthyNoise(variance, (self._alike(0), self._alike(1)))
+        known = max(1.0, self._known_s() / _APART_S)
+        return HealthyNoise(variance, (self._alike(0), self._alike(1)), known)
+
+    def _known_s(self) -> float:
+        """So long a time stands behind the noise's size."""
+        return min(_PRIOR_S + self.seen_s - SETTLED_S, _WEATHER_TAU_S)
 
     def _alike(self, axis: int) -> float:
         """Of what lasts, samples that are alike say (1 + phi) / (1 - phi) times less; of what comes and goes, less so: between them."""
@@ -115,7 +127,7 @@ class Weather:
             self.push[axis] = carried(step_s, self.push[axis], miss)
 
     def _learn(self, step_s: float, axis: int, miss: float, suspicious: bool) -> None:
-        share = step_s / min(_PRIOR_S + self.seen_s - SETTLED_S, _WEATHER_TAU_S)
+        share = step_s / self._known_s()
         variance = self._variance[axis]
         most = _CLIP * variance
         variance += share * (_SUSPICIOUS if suspicious else 1.0) * (min(miss * miss, most) - variance)

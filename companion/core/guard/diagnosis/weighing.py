@@ -30,8 +30,8 @@ _NEAR: Final = 0.05
 """Share by which a suspect's own effect may be off."""
 _SUSPICION: Final = 6.0
 """From here on the drift is frozen and suspects are compared: what wind favours before must not count for the fault after it."""
-_ENOUGH: Final = 26.0
-"""A tenth more than what two hundred hours of clean water reach under way; a lost thruster brings sixty in six seconds."""
+_ENOUGH: Final = 20.0
+"""Ninety hours of gale and blow do not reach it under way; a lost thruster brings it in six seconds."""
 _ENOUGH_ON_STATION: Final = 60.0
 """On station the thrust follows the gusts: there those hours reach fifty-three."""
 _QUIET: Final = 0.6
@@ -136,7 +136,7 @@ class Weighing:
         found = 0.0
         for axis in (0, 1):
             miss = sample.unexplained[axis] - self._weather.push[axis]
-            found += min(miss * miss / noise.variance[axis], _MOST_RATIO) / noise.alike[axis]
+            found += min(_odd(miss * miss / noise.variance[axis], noise.known), _MOST_RATIO) / noise.alike[axis]
         return found
 
     def _misfit(self, step_s: float, unexplained: Pair, effects: Pair, noise: HealthyNoise, push: list[float]) -> Pair:
@@ -147,7 +147,7 @@ class Weighing:
             near, variance, alike = _NEAR * effects[axis], noise.variance[axis], noise.alike[axis]
             wide = 1.0 + near * near / variance
             ratio, size = miss * miss / (wide * variance), math.log(wide)
-            bounded += min(ratio + size, _MOST_RATIO) / alike
+            bounded += min(_odd(ratio, noise.known) + size, _MOST_RATIO) / alike
             tailed += (_TAILS * math.log1p(ratio / _TAILS) + size) / alike
             most, followed = self._bounds.most[axis], carried(step_s, push[axis], miss)
             push[axis] = max(-most, min(most, followed))
@@ -166,6 +166,14 @@ class Weighing:
         if not is_enough or self._held_s < _HELD_S:
             return None
         return cause if ahead > _APART * _HELD_S / self._held_s else None
+
+
+def _odd(ratio: float, known: float) -> float:
+    """Minus twice the log-likelihood of a misfit, squared over a variance that is known from so few independent samples.
+
+    A boat that has met three gusts has not met the greatest: five of their sigmas are no proof.
+    """
+    return (known + 1.0) * math.log1p(ratio / known)
 
 
 def _share_needed(ahead: float) -> float:
