@@ -174,6 +174,11 @@ def test_a_stuck_rudder_is_not_taken_for_a_thruster_that_pushes_the_wrong_way():
     assert not flags.thruster_weak
 
 
+def test_weed_is_found_with_a_compass_that_is_late():
+    suspected, _ = judged("crooked", WATERS["calm"], 45.0, from_30_s(thrusters(0.4, 1.0)))
+    assert suspected == [Cause.PORT_WEAK]
+
+
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_eddies_are_no_fault(sense):
     def shear(run):
