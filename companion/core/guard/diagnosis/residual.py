@@ -23,8 +23,6 @@ _TAU_S: Final = 1.5
 """Half a wave's period and more; a boat turned by a fault is far off its course after three of these."""
 _DRIFT_TAU_S: Final = 12.0
 """As slow as the estimate itself, once more: what a fault adds to it in the second before it is suspected stays small."""
-
-
 _LATE_S: Final = 0.25
 """Heading, turn rate and speed are so late against the thrust that makes them: a tenth of a second for the best receiver, half a second
 for a compass that smooths. A helm that answers a late turn rate would else be read as a moment from nowhere, twice in each swing."""
@@ -35,15 +33,17 @@ class LateThrust:
 
     def __init__(self) -> None:
         self._past: deque[tuple[float, tuple[float, float, float]]] = deque()
+        self._age_s = 0.0
+        """Of the oldest."""
 
     def step(self, dt_s: float, newest: tuple[float, float, float]) -> tuple[float, float, float]:
         """Take port (N), starboard (N) and rudders (rad) of this tick; return those of ``_LATE_S`` ago, or the oldest there are."""
         past = self._past
+        self._age_s += dt_s if past else 0.0
         past.append((dt_s, newest))
-        age_s = sum(step_s for step_s, _ in past) - past[0][0]
-        while len(past) > 1 and age_s > _LATE_S + 0.5 * dt_s:
+        while len(past) > 1 and self._age_s > _LATE_S + 0.5 * dt_s:
             past.popleft()
-            age_s -= past[0][0]
+            self._age_s -= past[0][0]
         return past[0][1]
 
 
