@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..core.hull import VesselConfig
+from .drifting import drift_change
 from .hull_arrays import STEP_S
 from .problem import NUISANCES, SENSED, TOGETHER, Noise, Problem
 from .unknowns import FitUnknown, unknowns_of
@@ -87,11 +88,11 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     vessel, turning, x = rebased(vessel, used, noise, say)
     unknowns = unknowns_of(vessel, used)
     if x is not None:
-        noise = Noise.of(Problem(vessel, used, unknowns, noise).off(x))
+        noise = _noise_of(Problem(vessel, used, unknowns, noise), x)
     for turn in range(1, _ROUNDS):
         problem = Problem(vessel, used, unknowns, noise)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
-        noise = Noise.of(problem.off(x))
+        noise = _noise_of(problem, x)
     assert x is not None
     covariance = covariance_of(Problem(vessel, used, unknowns, noise), x)
     deviation = widened(unknowns, np.sqrt(np.diag(covariance)))
@@ -112,6 +113,12 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
     found = _told(vessel, unknowns, untold, theta=theta, covariance=covariance, after=after, before=before)
     return replace(found, turning=turning, seconds=windows.count * WINDOW_S)
+
+
+def _noise_of(problem: Problem, x: Array) -> Noise:
+    """What the record scatters by, and how steady its current is."""
+    noise = Noise.of(problem.off(x))
+    return replace(noise, drift=drift_change(problem.under(noise), x))
 
 
 def rebased(

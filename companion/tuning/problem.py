@@ -6,6 +6,7 @@ changes slowly from one to the next. Unknowns are counted in widths of their pri
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -23,11 +24,13 @@ _EVERY: Final = 4
 """Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
 _SETTLED_S: Final = 1.0
 """Of each stretch the first second only feeds the delays."""
-NUISANCES: Final = 5
+NUISANCES: Final = 6
+_BOW_SD: Final = math.radians(2.0)
+"""A compass is off by so much, otherwise in each window: what that makes of the way ahead is no current."""
 _START_SD: Final = (0.25, 0.25, 0.1)
-_DRIFT_SD: Final = 1.0
-_DRIFT_CHANGES: Final = 0.08
-"""m/s from one stretch to the next."""
+DRIFT_SD: Final = 1.0
+DRIFT_CHANGES: Final = 0.08
+"""m/s from one window to the next, until the record has told how steady its current is."""
 _FLOOR: Final = (0.02, 0.02, 0.008)
 """Least spread of surge, sway (m/s), yaw rate (rad/s) that is believed."""
 _NUDGE: Final = 1e-3
@@ -67,6 +70,8 @@ class Noise:
     """(3, rows before): coefficients of the autoregression, from the row before on; none: white."""
     first: Array
     """Share of the spread in that of the whole, which the first rows have, because nothing is known before them."""
+    drift: float = DRIFT_CHANGES
+    """How far the current goes from one window to the next, m/s (one standard deviation)."""
 
     @staticmethod
     def white(surge: float, sway: float, rate: float) -> Noise:
@@ -136,7 +141,7 @@ class Problem:
     """Residuals and their slopes of one set of windows."""
 
     def __init__(self, vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise) -> None:
-        self.windows, self.unknowns, self.noise = windows, unknowns, noise
+        self.vessel, self.windows, self.unknowns, self.noise = vessel, windows, unknowns, noise
         self._hull, self._base = HullArrays(vessel), coefficients(vessel)
         count, steps = windows.count, windows.measured.shape[0]
         self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, _EVERY)
@@ -146,10 +151,14 @@ class Problem:
         self._sine = np.sin(windows.commands.psi_rad)
         self.size = len(unknowns) + NUISANCES * count
 
+    def under(self, noise: Noise) -> Problem:
+        """The same with another noise."""
+        return Problem(self.vessel, self.windows, self.unknowns, noise)
+
     def modelled(self, theta: Array, nuisance: Array) -> Array:
-        """Sail; theta (boats, unknowns), nuisance (boats, 5, windows); return (rows, 3, boats, windows)."""
+        """Sail; theta (boats, unknowns), nuisance (boats, 6, windows); return (rows, 3, boats, windows)."""
         c, extra = self._boats(theta)
-        drift = np.stack([nuisance[:, 3] * _DRIFT_SD, nuisance[:, 4] * _DRIFT_SD])
+        drift = np.stack([nuisance[:, 3] * DRIFT_SD, nuisance[:, 4] * DRIFT_SD])
         cosine, sine = self._cosine[0], self._sine[0]
         along, across = drift[0] * cosine + drift[1] * sine, drift[1] * cosine - drift[0] * sine
         start = np.stack([self._first[k] + nuisance[:, k] * _START_SD[k] for k in range(3)])
@@ -164,10 +173,12 @@ class Problem:
         cosine, sine = self._cosine[self.rows][:, None, :], self._sine[self.rows][:, None, :]
         # a bow that is told late makes sway of surge in every turn; in a record of our own one compass tells heading and rate
         late_s = extra["heading_late"] - RATE_FILTER_S if self._own else extra["bow_late"]
-        twist = extra["heading_offset"] - late_s * out[self.rows, 2]
-        surge = motion[:, 0] + drift[0] * cosine + drift[1] * sine
-        sway = motion[:, 1] + drift[1] * cosine - drift[0] * sine
-        return np.stack([surge + twist * sway, sway - twist * surge, rate[:, 0]], axis=1)
+        twist = extra["heading_offset"] + nuisance[:, 5] * _BOW_SD - late_s * out[self.rows, 2]
+        surge, sway = motion[:, 0], motion[:, 1]
+        # the drift is over ground: a record turns it by its own heading, whatever that is off by
+        surge, sway = surge + twist * sway, sway - twist * surge
+        along, across = drift[0] * cosine + drift[1] * sine, drift[1] * cosine - drift[0] * sine
+        return np.stack([surge + along, sway + across, rate[:, 0]], axis=1)
 
     def _boats(self, theta: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         c = {name: np.full((1, 1), value) for name, value in self._base.items()}
@@ -232,8 +243,8 @@ class Problem:
         return np.concatenate([off.ravel(), self._beliefs(theta, nuisance)])
 
     def _beliefs(self, theta: Array, nuisance: Array) -> Array:
-        follows = np.flatnonzero(self.windows.follows)
-        change = (nuisance[3:, follows] - nuisance[3:, follows - 1]) * (_DRIFT_SD / _DRIFT_CHANGES)
+        follows, ago = self.windows.links()
+        change = (nuisance[3:5, follows] - nuisance[3:5, follows - 1]) * (DRIFT_SD / (self.noise.drift * np.sqrt(ago)))
         return np.concatenate([theta, nuisance.ravel(), change.ravel()])
 
     def slopes(self, x: Array) -> Any:
@@ -257,7 +268,7 @@ class Problem:
         return vstack([main, self._belief_slopes()]).tocsr()
 
     def differences(self, x: Array) -> tuple[Array, Array]:
-        """(rows, 3, windows, unknowns) and (rows, 3, windows, 5)."""
+        """(rows, 3, windows, unknowns) and (rows, 3, windows, 6)."""
         theta, nuisance = self.split(x)
         count = len(self.unknowns)
         boats = 1 + count + NUISANCES
@@ -274,16 +285,16 @@ class Problem:
     def _belief_slopes(self) -> Any:
         from scipy.sparse import csr_matrix, eye, vstack
 
-        follows = np.flatnonzero(self.windows.follows)
+        follows, ago = self.windows.links()
         windows, count = self.windows.count, len(self.unknowns)
-        size = _DRIFT_SD / _DRIFT_CHANGES
+        size = DRIFT_SD / (self.noise.drift * np.sqrt(ago))
         rows, columns, data = [], [], []
         for part in range(2):
             base = count + (3 + part) * windows
             row = part * len(follows) + np.arange(len(follows))
             rows += [row, row]
             columns += [base + follows, base + follows - 1]
-            data += [np.full(len(follows), size), np.full(len(follows), -size)]
+            data += [size, -size]
         change = csr_matrix(
             (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))), shape=(2 * len(follows), self.size)
         )

@@ -35,6 +35,12 @@ class Windows:
     def count(self) -> int:
         return int(self.measured.shape[2])
 
+    def links(self) -> tuple[Array, Array]:
+        """Numbers of the windows that have one before them in their voyage, and how many window lengths ago that began."""
+        ago = np.diff(self.starts) / WINDOW_S
+        linked = np.flatnonzero((np.diff(self.voyage) == 0) & (ago > 0.0))
+        return linked + 1, ago[linked]
+
     def only(self, keep: Array) -> Windows:
         c = self.commands
         cut = Commands(c.port[:, keep], c.starboard[:, keep], c.rudder_rad[:, keep], c.psi_rad[:, keep])

@@ -1,0 +1,77 @@
+"""How steady the current of a record is: asked of the record itself.
+
+A drift that may change freely from window to window swallows what a hull's drag and thrust make of its speed, all the more where the
+receiver is noisy and the hull slow; one that may not change at all makes drag and thrust of the tide. The likeliest change is the one
+under which the record has the greatest evidence (MacKay, Bayesian interpolation): fit and what it costs to be so free.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from .problem import DRIFT_SD, NUISANCES, Problem
+
+Array = Any
+
+_TRIED: Final = (0.01, 0.014, 0.02, 0.028, 0.04, 0.056, 0.08)
+"""m/s from one window to the next. The least lets a current go 0.1 m/s its own way in half an hour; the most is a tidal race."""
+_DRIFTS: Final = (3, 4)
+"""Of a window's own unknowns; the others are its start and what its compass is off by."""
+
+
+def drift_change(problem: Problem, x: Array) -> float:
+    """Return the likeliest change of the current from one window to the next, m/s, with the fit near ``x``."""
+    matrix, score, at = _normal(problem, x)
+    return max(_TRIED, key=lambda change: _evidence(problem, change, matrix, matrix @ at - score))
+
+
+def _evidence(problem: Problem, change: float, matrix: Array, towards: Array) -> float:
+    """Logarithm of the record's likelihood, up to a constant, with all unknowns integrated out."""
+    links, _ = problem.windows.links()
+    precision = matrix + np.eye(len(matrix)) + _together(problem, change)
+    fit = towards @ np.linalg.solve(precision, towards)
+    return float(0.5 * fit - 0.5 * np.linalg.slogdet(precision)[1] - 2.0 * len(links) * np.log(change))
+
+
+def _together(problem: Problem, change: float) -> Array:
+    """What a slow current adds to the precision of the unknowns and then of the drifts north and east."""
+    links, ago = problem.windows.links()
+    count, windows = len(problem.unknowns), problem.windows.count
+    steps = np.zeros((len(links), windows))
+    size = DRIFT_SD / (change * np.sqrt(ago))
+    steps[np.arange(len(links)), links], steps[np.arange(len(links)), links - 1] = size, -size
+    found = np.zeros((count + 2 * windows,) * 2)
+    for first in (count, count + windows):
+        found[first : first + windows, first : first + windows] = steps.T @ steps
+    return found
+
+
+def _normal(problem: Problem, x: Array) -> tuple[Array, Array, Array]:
+    """Normal matrix and score of the unknowns and then of the drifts north and east, the rest taken out; and where these stand."""
+    theta, nuisance = problem.split(x)
+    common, own = problem.differences(x)
+    off = problem.noise.whiten(problem.off(x))
+    count, windows = len(theta), problem.windows.count
+    matrix, score = np.zeros((count + 2 * windows,) * 2), np.zeros(count + 2 * windows)
+    for k in range(windows):
+        # the soft loss counts what is far off for less
+        root = (1.0 + (off[:, :, k] / 2.0) ** 2).ravel() ** -0.25
+        slopes = np.concatenate([common[:, :, k].reshape(-1, count), own[:, :, k].reshape(-1, NUISANCES)], axis=1)
+        slopes, left = slopes * root[:, None], off[:, :, k].ravel() * root
+        a, e = _without_others(slopes, left, count, nuisance[:, k])
+        places = np.concatenate([np.arange(count), [count + k, count + windows + k]])
+        matrix[np.ix_(places, places)] += a.T @ a
+        score[places] += a.T @ e
+    return matrix, score, np.concatenate([theta, nuisance[list(_DRIFTS)].ravel()])
+
+
+def _without_others(slopes: Array, left: Array, count: int, own: Array) -> tuple[Array, Array]:
+    """Slopes by the unknowns and the drifts, and residuals, without what the window's other unknowns can bear."""
+    others = [k for k in range(NUISANCES) if k not in _DRIFTS]
+    columns = [count + k for k in others]
+    q, _ = np.linalg.qr(np.concatenate([slopes[:, columns], np.eye(len(others))]))
+    kept = np.delete(slopes, columns, axis=1)
+    a, e = np.concatenate([kept, np.zeros((len(others), kept.shape[1]))]), np.concatenate([left, own[others]])
+    return a - q @ (q.T @ a), e - q @ (q.T @ e)

@@ -1,0 +1,67 @@
+"""The current in a fit: as steady as the record says, through what is kept apart, and not made of a compass that wanders."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from companion.tuning.drifting import drift_change
+from companion.tuning.hull_arrays import STEP_S
+from companion.tuning.problem import Noise, Problem
+from companion.tuning.unknowns import unknowns_of
+from companion.tuning.voyages import Stretch
+from companion.tuning.windows import WINDOW_S, cut
+from sitl.plant import SimVessel, Water, WaterConfig
+from tools.benches.cells.foreign_hulls import bare
+
+PAIRS = ((0.5, 0.5), (0.8, 0.8), (0.0, 0.0), (0.6, 0.3), (0.3, 0.6), (0.5, -0.5), (0.0, 0.0), (0.9, 0.6), (1.0, 1.0))
+"""Port, starboard: each for eight seconds."""
+
+
+def sailed(seconds, water=WaterConfig(), source="a"):  # noqa: B008 - frozen
+    """A voyage of a bare otter, recorded without noise."""
+    hull, sea, rows = SimVessel(bare("otter", 0.3)), Water(water, random.Random("drift")), []
+    for tick in range(round(seconds / STEP_S)):
+        port, starboard = PAIRS[int(tick * STEP_S / 8.0) % len(PAIRS)]
+        cosine, sine = math.cos(hull.psi_rad), math.sin(hull.psi_rad)
+        surge, sway = cosine * hull.vn_mps + sine * hull.ve_mps, cosine * hull.ve_mps - sine * hull.vn_mps
+        rows.append((port, starboard, 0.0, hull.psi_rad, surge, sway, hull.r_radps))
+        for _ in range(2):
+            sea.step(0.5 * STEP_S)
+            hull.step(0.5 * STEP_S, port, starboard, rudder_port_rad=0.0, rudder_starboard_rad=0.0, water=sea)
+    port, starboard, rudder, psi, surge, sway, rate = np.array(rows).T
+    return Stretch(source, 0.0, port, starboard, rudder, np.unwrap(psi), surge=surge, sway=sway, rate=rate)
+
+
+def problem_of(stretches):
+    windows, vessel = cut(stretches), bare("otter", 0.3)
+    return Problem(vessel, windows, unknowns_of(vessel, windows), Noise.white(0.03, 0.03, 0.02))
+
+
+@pytest.mark.parametrize(
+    ("wander_mps", "least", "most"),
+    [pytest.param(0.0, 0.01, 0.014, id="steady"), pytest.param(0.15, 0.05, 0.08, id="eddies")],
+)
+def test_a_record_tells_how_steady_its_current_is(wander_mps, least, most):
+    problem = problem_of(
+        [sailed(480.0, WaterConfig(current_mps=0.3, current_sigma_mps=wander_mps, current_tau_s=60.0))]
+    )
+    assert least <= drift_change(problem, np.zeros(problem.size)) <= most
+
+
+def test_the_current_goes_on_through_windows_kept_apart_and_not_to_another_voyage():
+    windows = cut([sailed(6 * WINDOW_S), sailed(3 * WINDOW_S, source="b")])
+    links, ago = windows.only(np.array([1, 1, 0, 0, 1, 1, 1, 0, 1], dtype=bool)).links()
+    assert links.tolist() == [1, 2, 3, 5]
+    assert ago == pytest.approx([1.0, 3.0, 1.0, 2.0])
+
+
+def test_a_compass_off_in_one_window_makes_sway_of_the_way_ahead_and_leaves_the_drift():
+    problem = problem_of([sailed(8 * WINDOW_S)])
+    theta, nuisance = problem.split(np.zeros(problem.size))
+    moved = nuisance.copy()
+    moved[5, 2] = 1.0
+    before, after = (problem.modelled(theta[None], n[None])[:, :, 0] for n in (nuisance, moved))
+    np.testing.assert_allclose(after[:, 1, 2] - before[:, 1, 2], -math.radians(2.0) * before[:, 0, 2], atol=2e-3)
+    np.testing.assert_array_equal(np.delete(after, 2, axis=2), np.delete(before, 2, axis=2))
