@@ -23,48 +23,70 @@ _DRIFTS: Final = (3, 4)
 
 def drift_change(problem: Problem, x: Array) -> float:
     """Return the likeliest change of the current from one window to the next, m/s, with the fit near ``x``."""
-    matrix, score, at = _normal(problem, x)
+    says, scores, places = by_window(problem, x)
+    size, at = _size(problem), _at(problem, x)
+    matrix, score = np.zeros((size, size)), np.zeros(size)
+    for k, here in enumerate(places):
+        matrix[np.ix_(here, here)] += says[k]
+        score[here] += scores[k]
     return max(_TRIED, key=lambda change: _evidence(problem, change, matrix, matrix @ at - score))
+
+
+def _size(problem: Problem) -> int:
+    return len(problem.unknowns) + len(_DRIFTS) * problem.windows.count
+
+
+def _at(problem: Problem, x: Array) -> Array:
+    theta, nuisance = problem.split(x)
+    return np.concatenate([theta, nuisance[list(_DRIFTS)].ravel()])
 
 
 def _evidence(problem: Problem, change: float, matrix: Array, towards: Array) -> float:
     """Logarithm of the record's likelihood, up to a constant, with all unknowns integrated out."""
     links, _ = problem.windows.links()
-    precision = matrix + np.eye(len(matrix)) + _together(problem, change)
+    precision = matrix + believed(problem, change)
     fit = towards @ np.linalg.solve(precision, towards)
-    return float(0.5 * fit - 0.5 * np.linalg.slogdet(precision)[1] - 2.0 * len(links) * np.log(change))
+    return float(0.5 * fit - 0.5 * np.linalg.slogdet(precision)[1] - len(_DRIFTS) * len(links) * np.log(change))
 
 
-def _together(problem: Problem, change: float) -> Array:
-    """What a slow current adds to the precision of the unknowns and then of the drifts north and east."""
+def believed(problem: Problem, change: float) -> Array:
+    """Precision of the unknowns and then of the drifts north and east before the record: their priors, and a current so slow."""
     links, ago = problem.windows.links()
     count, windows = len(problem.unknowns), problem.windows.count
     steps = np.zeros((len(links), windows))
     size = DRIFT_SD / (change * np.sqrt(ago))
     steps[np.arange(len(links)), links], steps[np.arange(len(links)), links - 1] = size, -size
-    found = np.zeros((count + 2 * windows,) * 2)
+    found = np.eye(_size(problem))
     for first in (count, count + windows):
-        found[first : first + windows, first : first + windows] = steps.T @ steps
+        found[first : first + windows, first : first + windows] += steps.T @ steps
     return found
 
 
-def _normal(problem: Problem, x: Array) -> tuple[Array, Array, Array]:
-    """Normal matrix and score of the unknowns and then of the drifts north and east, the rest taken out; and where these stand."""
+def precision_of(problem: Problem, says: Array, places: Array) -> Array:
+    """Precision of the unknowns and then of the drifts, with the record."""
+    found = believed(problem, problem.noise.drift)
+    for k, here in enumerate(places):
+        found[np.ix_(here, here)] += says[k]
+    return found
+
+
+def by_window(problem: Problem, x: Array) -> tuple[Array, Array, Array]:
+    """What each window says of the unknowns and its own drift, its other unknowns taken out: its share of the normal matrix, its
+    score, and where these stand among all unknowns and drifts.
+    """
     theta, nuisance = problem.split(x)
     common, own = problem.differences(x)
     off = problem.noise.whiten(problem.off(x))
-    count, windows = len(theta), problem.windows.count
-    matrix, score = np.zeros((count + 2 * windows,) * 2), np.zeros(count + 2 * windows)
+    count, windows, says, scores, places = len(theta), problem.windows.count, [], [], []
     for k in range(windows):
         # the soft loss counts what is far off for less
         root = (1.0 + (off[:, :, k] / 2.0) ** 2).ravel() ** -0.25
         slopes = np.concatenate([common[:, :, k].reshape(-1, count), own[:, :, k].reshape(-1, NUISANCES)], axis=1)
-        slopes, left = slopes * root[:, None], off[:, :, k].ravel() * root
-        a, e = _without_others(slopes, left, count, nuisance[:, k])
-        places = np.concatenate([np.arange(count), [count + k, count + windows + k]])
-        matrix[np.ix_(places, places)] += a.T @ a
-        score[places] += a.T @ e
-    return matrix, score, np.concatenate([theta, nuisance[list(_DRIFTS)].ravel()])
+        a, e = _without_others(slopes * root[:, None], off[:, :, k].ravel() * root, count, nuisance[:, k])
+        says.append(a.T @ a)
+        scores.append(a.T @ e)
+        places.append(np.concatenate([np.arange(count), [count + k, count + windows + k]]))
+    return np.stack(says), np.stack(scores), np.stack(places)
 
 
 def _without_others(slopes: Array, left: Array, count: int, own: Array) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..core.hull import VesselConfig
-from .drifting import drift_change
+from .drifting import believed, by_window, drift_change, precision_of
 from .hull_arrays import STEP_S
 from .problem import NUISANCES, SENSED, TOGETHER, Noise, Problem
 from .unknowns import FitUnknown, unknowns_of
@@ -179,30 +179,34 @@ def solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
 def covariance_of(problem: Problem, x: Array) -> Array:
     """Covariance of the unknowns from what the windows say differently: waves and gusts make residuals of one window alike.
 
-    The windows' own unknowns are taken out by projection, soft weights stand for the loss (a cluster-robust sandwich). What one
+    Start, compass and gust of a window are taken out by projection, and the drifts go with each other as the current is steady;
+    soft weights stand for the loss (a cluster-robust sandwich). What one
     window says is held against what all others say without it (a jackknife, CR3): a window that a coefficient hangs on has
     pulled the fit to itself, and its residual tells too little. A gust or a stretch of current lasts longer than a window,
     so neighbours count together (Bartlett's weights, Newey and West).
     """
-    says, scores = _by_window(problem, x)
+    says, scores, places = by_window(problem, x)
     count, windows = len(problem.unknowns), problem.windows.count
-    inverse = np.linalg.inv(np.eye(count) + says.sum(axis=0))
-    without = _clear_of_itself(says, scores, inverse)
+    inverse = np.linalg.inv(precision_of(problem, says, places))
+    clear = _clear_of_itself(says, scores, inverse[places[:, :, None], places[:, None, :]])
+    # a window moves the unknowns directly, and by what it says of the current to all others
+    without = np.einsum("ikj,kj->ki", inverse[:count][:, places], clear)
     meat = without.T @ without
     for lag in range(1, _ALIKE_WINDOWS):
         pairs = _going_on(problem.windows, lag)
         together = without[pairs].T @ without[pairs - lag]
         meat += (1.0 - lag / _ALIKE_WINDOWS) * (together + together.T)
-    return no_wider(inverse @ (meat * (windows - 1) / windows + np.eye(count)) @ inverse)
+    before = inverse[:count] @ believed(problem, problem.noise.drift) @ inverse[:, :count]
+    return no_wider(meat * (windows - 1) / windows + before)
 
 
 def _clear_of_itself(says: Array, scores: Array, inverse: Array) -> Array:
     """Scores of the windows as they would be had each not pulled the fit to itself (Bell and McCaffrey, CR2)."""
     sizes, axes = np.linalg.eigh(inverse)
-    root, back = (axes * sizes**power @ axes.T for power in (0.5, -0.5))
+    root, back = ((axes * sizes[..., None, :] ** power) @ np.swapaxes(axes, -1, -2) for power in (0.5, -0.5))
     share, ways = np.linalg.eigh(root @ says @ root)
-    turned = np.einsum("kij,ki->kj", ways, scores @ root) / np.sqrt(np.maximum(1.0 - share, 1e-6))
-    return np.einsum("kij,kj->ki", ways, turned) @ back
+    turned = np.einsum("kij,kil->kj", ways, root @ scores[..., None]) / np.sqrt(np.maximum(1.0 - share, 1e-6))
+    return (back @ np.einsum("kij,kj->ki", ways, turned)[..., None])[..., 0]
 
 
 def no_wider(covariance: Array) -> Array:
@@ -218,33 +222,12 @@ def left_open(problem: Problem, x: Array, told: Array, covariance: Array) -> Arr
     What a record does not tell by itself often stands in a sum with what it tells (the Munk moment with yaw damping): where the one
     is off, the other is, and the sum is not. How far off the file may be is what the fit of all found for it, and how sure that was.
     """
-    says, _ = _by_window(problem, x)
-    whole = np.eye(len(told)) + says.sum(axis=0)
+    says, _, places = by_window(problem, x)
+    whole = np.linalg.inv(np.linalg.inv(precision_of(problem, says, places))[: len(told), : len(told)])
     pull = np.linalg.solve(whole[np.ix_(told, told)], whole[np.ix_(told, ~told)])
     away = x[: len(told)][~told]
     follows = np.concatenate([-pull, np.eye(len(away))])
     return follows @ (covariance[np.ix_(~told, ~told)] + np.outer(away, away)) @ follows.T
-
-
-def _by_window(problem: Problem, x: Array) -> tuple[Array, Array]:
-    """What each window says of the unknowns: its share of the normal matrix (windows, unknowns, unknowns), and its score."""
-    theta, nuisance = problem.split(x)
-    common, own = problem.differences(x)
-    found = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
-    off = problem.noise.whiten(found - problem.windows.measured[problem.rows])
-    weight = 1.0 / np.sqrt(1.0 + (off / 2.0) ** 2)
-    count, says, scores = len(problem.unknowns), [], []
-    for k in range(problem.windows.count):
-        root = np.sqrt(weight[:, :, k]).ravel()
-        a = common[:, :, k].reshape(-1, count) * root[:, None]
-        b = np.concatenate([own[:, :, k].reshape(-1, NUISANCES) * root[:, None], np.eye(NUISANCES)])
-        e = np.concatenate([off[:, :, k].ravel() * root, nuisance[:, k]])
-        a = np.concatenate([a, np.zeros((NUISANCES, count))])
-        q, _ = np.linalg.qr(b)
-        a, e = a - q @ (q.T @ a), e - q @ (q.T @ e)
-        says.append(a.T @ a)
-        scores.append(a.T @ e)
-    return np.stack(says), np.stack(scores)
 
 
 def _going_on(windows: Windows, lag: int) -> Array:

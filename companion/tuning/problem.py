@@ -24,7 +24,7 @@ _EVERY: Final = 4
 """Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
 _SETTLED_S: Final = 1.0
 """Of each stretch the first second only feeds the delays."""
-NUISANCES: Final = 6
+NUISANCES: Final = 8
 _BOW_SD: Final = math.radians(2.0)
 """A compass is off by so much, otherwise in each window: what that makes of the way ahead is no current."""
 _START_SD: Final = (0.25, 0.25, 0.1)
@@ -33,6 +33,8 @@ DRIFT_CHANGES: Final = 0.08
 """m/s from one window to the next, until the record has told how steady its current is."""
 _FLOOR: Final = (0.02, 0.02, 0.008)
 """Least spread of surge, sway (m/s), yaw rate (rad/s) that is believed."""
+_GUST_SD: Final = 0.6
+"""m/s: a gust of a fresh breeze, in the mean of a window. At low throttle it gives a hull more or less way than any drift may."""
 _NUDGE: Final = 1e-3
 _RHYTHM: Final = 8
 """Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
@@ -156,7 +158,7 @@ class Problem:
         return Problem(self.vessel, self.windows, self.unknowns, noise)
 
     def modelled(self, theta: Array, nuisance: Array) -> Array:
-        """Sail; theta (boats, unknowns), nuisance (boats, 6, windows); return (rows, 3, boats, windows)."""
+        """Sail; theta (boats, unknowns), nuisance (boats, 8, windows); return (rows, 3, boats, windows)."""
         c, extra = self._boats(theta)
         drift = np.stack([nuisance[:, 3] * DRIFT_SD, nuisance[:, 4] * DRIFT_SD])
         cosine, sine = self._cosine[0], self._sine[0]
@@ -164,8 +166,8 @@ class Problem:
         start = np.stack([self._first[k] + nuisance[:, k] * _START_SD[k] for k in range(3)])
         start[0] -= along
         start[1] -= across + extra["sensor_forward"] * start[2]
-        wind = self._wind(extra)
-        out = self._hull.sail(c, self.windows.commands, start, wind, drift)
+        north, east = (mean + _GUST_SD * nuisance[:, 6 + k] for k, mean in enumerate(self._wind(extra)))
+        out = self._hull.sail(c, self.windows.commands, start, (north, east), drift)
         sensed = out[:, :2].copy()
         sensed[:, 1] += extra["sensor_forward"] * out[:, 2]
         motion = self._as_recorded(sensed, extra)
@@ -268,7 +270,7 @@ class Problem:
         return vstack([main, self._belief_slopes()]).tocsr()
 
     def differences(self, x: Array) -> tuple[Array, Array]:
-        """(rows, 3, windows, unknowns) and (rows, 3, windows, 6)."""
+        """(rows, 3, windows, unknowns) and (rows, 3, windows, 8)."""
         theta, nuisance = self.split(x)
         count = len(self.unknowns)
         boats = 1 + count + NUISANCES

@@ -1,12 +1,13 @@
-"""The current in a fit: as steady as the record says, through what is kept apart, and not made of a compass that wanders."""
+"""The current in a fit: as steady as the record says, through what is kept apart, and not made of a wandering compass or of gusts."""
 
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from companion.tuning.drifting import drift_change
+from companion.tuning.drifting import by_window, drift_change, precision_of
 from companion.tuning.hull_arrays import STEP_S
 from companion.tuning.problem import Noise, Problem
 from companion.tuning.unknowns import unknowns_of
@@ -65,3 +66,28 @@ def test_a_compass_off_in_one_window_makes_sway_of_the_way_ahead_and_leaves_the_
     before, after = (problem.modelled(theta[None], n[None])[:, :, 0] for n in (nuisance, moved))
     np.testing.assert_allclose(after[:, 1, 2] - before[:, 1, 2], -math.radians(2.0) * before[:, 0, 2], atol=2e-3)
     np.testing.assert_array_equal(np.delete(after, 2, axis=2), np.delete(before, 2, axis=2))
+
+
+def test_a_gust_gives_way_in_its_window_alone():
+    problem = problem_of([sailed(8 * WINDOW_S)])
+    theta, nuisance = problem.split(np.zeros(problem.size))
+    # some air in all, or its drag would come with the gust
+    nuisance[6] = 1e-3
+    moved = nuisance.copy()
+    moved[6, 0] = 10.0
+    before, after = (problem.modelled(theta[None], n[None])[:, :, 0] for n in (nuisance, moved))
+    # it blows to the north, where the bow points at first
+    assert after[20:40, 0, 0].mean() > before[20:40, 0, 0].mean() + 0.01
+    np.testing.assert_array_equal(after[:, :, 1:], before[:, :, 1:])
+
+
+def test_what_windows_tell_each_other_of_a_steady_current_makes_the_drag_surer():
+    problem = problem_of([sailed(20 * WINDOW_S)])
+    drag = [unknown.name for unknown in problem.unknowns].index("xu")
+
+    def unsure(change_mps):
+        at = problem.under(replace(problem.noise, drift=change_mps))
+        says, _, places = by_window(at, np.zeros(at.size))
+        return np.linalg.inv(precision_of(at, says, places))[drag, drag]
+
+    assert unsure(0.01) < 0.95 * unsure(0.08)
