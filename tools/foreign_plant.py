@@ -113,9 +113,9 @@ class ForeignOtter(SimVessel):
         otter.V_c = math.hypot(water.current_n_mps, water.current_e_mps)
         otter.beta_c = math.atan2(water.current_e_mps, water.current_n_mps)
         wanted = np.array([self._turns(thruster_port), self._turns(thruster_starboard)])
-        cosine, sine = math.cos(eta[5]), math.sin(eta[5])
+        surge_n, sway_n, yaw_nm = self.weather(water, math.cos(eta[5]), math.sin(eta[5]))
         nu, self._n = otter.dynamics(eta, self._nu, self._n, wanted, dt_s)
-        self._nu = nu + otter.Minv @ self._wind(water, cosine, sine) * dt_s
+        self._nu = nu + otter.Minv @ np.array([surge_n, sway_n, 0.0, 0.0, 0.0, yaw_nm]) * dt_s
         gnc = sys.modules[f"{_PACKAGE}.lib.gnc"]
         self._eta = eta = gnc.attitudeEuler(eta, self._nu, dt_s)
         self.north_m, self.east_m, self.psi_rad = float(eta[0]), float(eta[1]), wrap_pi(float(eta[5]))
@@ -129,12 +129,6 @@ class ForeignOtter(SimVessel):
     def _turns(self, command: float) -> float:
         """Shaft speed of a command, rad/s."""
         return command * float(self._otter.n_max if command > 0.0 else -self._otter.n_min)
-
-    def _wind(self, water: Conditions, cosine: float, sine: float) -> Any:
-        north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
-        surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
-        yaw_nm += self.config.seakeeping.yaw_nm_per_m * water.wave_height_m * water.wave
-        return np.array([surge_n, sway_n, 0.0, 0.0, 0.0, yaw_nm])
 
 
 def main() -> int:

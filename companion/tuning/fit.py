@@ -180,10 +180,9 @@ def covariance_of(problem: Problem, x: Array) -> Array:
     """Covariance of the unknowns from what the windows say differently: waves and gusts make residuals of one window alike.
 
     Start, compass and gust of a window are taken out by projection, and the drifts go with each other as the current is steady;
-    soft weights stand for the loss (a cluster-robust sandwich). What one
-    window says is held against what all others say without it (a jackknife, CR3): a window that a coefficient hangs on has
-    pulled the fit to itself, and its residual tells too little. A gust or a stretch of current lasts longer than a window,
-    so neighbours count together (Bartlett's weights, Newey and West).
+    soft weights stand for the loss (a cluster-robust sandwich). What one window says is held against what all others say without
+    it (a jackknife, CR3): a window that a coefficient hangs on has pulled the fit to itself, and its residual tells too little.
+    A gust or a stretch of current lasts longer than a window, so neighbours count together (Bartlett's weights, Newey and West).
     """
     says, scores, places = by_window(problem, x)
     count, windows = len(problem.unknowns), problem.windows.count

@@ -90,12 +90,7 @@ class SimVessel:
         """Move the hull by what acts on it: actuators, wind, waves, current."""
         psi_rad = self.psi_rad
         cosine, sine = cos(psi_rad), sin(psi_rad)
-        surge_n = sway_n = yaw_nm = 0.0
-        if water.wind_n_mps or water.wind_e_mps:
-            north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
-            surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
-        if water.wave_height_m > 0.0:
-            yaw_nm += self._waves(water)
+        surge_n, sway_n, yaw_nm = self.weather(water, cosine, sine)
         u_mps, v_mps, r_radps = self.u_mps, self.v_mps, self.r_radps
         port_n, starboard_n = self.thrust_n
         port_rad, starboard_rad = self.rudder_rad
@@ -119,6 +114,16 @@ class SimVessel:
         self.north_m += vn_mps * dt_s
         self.east_m += ve_mps * dt_s
         self.psi_rad = wrap_pi(psi_rad + r_radps * dt_s)
+
+    def weather(self, water: Conditions, cosine: float, sine: float) -> tuple[float, float, float]:
+        """Return surge (N), sway (N) and yaw (Nm) of wind and waves on a hull whose heading has this cosine and sine."""
+        surge_n = sway_n = yaw_nm = 0.0
+        if water.wind_n_mps or water.wind_e_mps:
+            north, east = water.wind_n_mps - self.vn_mps, water.wind_e_mps - self.ve_mps
+            surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
+        if water.wave_height_m > 0.0:
+            yaw_nm += self._waves(water)
+        return surge_n, sway_n, yaw_nm
 
     def _turn_propellers(self, dt_s: float, port: float, starboard: float) -> None:
         share = dt_s / self._thruster_lag_s

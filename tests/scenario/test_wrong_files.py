@@ -33,5 +33,5 @@ def test_a_file_wrong_by_half_does_not_swing_a_boat_about_her_legs(name, draw):
 @pytest.mark.parametrize("name", ["otter", "wamv", "launch", "single", "crooked", "lopsided"])
 @pytest.mark.parametrize("draw", range(1, 51))
 def test_no_wrong_file_makes_a_boat_unstable(name, draw):
-    """Three times what the right file gives is the goal; a third of a metre, a boat's beam at most, is asked of every draw."""
+    """Three times what the right file gives is the goal; 0.4 m, less than a beam of the smallest boat, is asked of every draw."""
     assert rms_m(name, draw) < 0.4

@@ -14,13 +14,14 @@ from companion.tuning.unknowns import unknowns_of
 from companion.tuning.voyages import Stretch
 from companion.tuning.windows import WINDOW_S, cut
 from sitl.plant import SimVessel, Water, WaterConfig
+from tools.benches.cells.control_cells import CALM
 from tools.benches.cells.foreign_hulls import bare
 
 PAIRS = ((0.5, 0.5), (0.8, 0.8), (0.0, 0.0), (0.6, 0.3), (0.3, 0.6), (0.5, -0.5), (0.0, 0.0), (0.9, 0.6), (1.0, 1.0))
 """Port, starboard: each for eight seconds."""
 
 
-def sailed(seconds, water=WaterConfig(), source="a"):  # noqa: B008 - frozen
+def sailed(seconds, water=CALM, source="a"):
     """A voyage of a bare otter, recorded without noise."""
     hull, sea, rows = SimVessel(bare("otter", 0.3)), Water(water, random.Random("drift")), []
     for tick in range(round(seconds / STEP_S)):

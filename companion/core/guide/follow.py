@@ -233,8 +233,8 @@ class Follower:
         slip, slipping = self._leeway(dt_s, turning, water if water >= 0.5 * planned else 0.5 * planned)
         psi = wrap_pi(heading.psi_rad - slip)
         # the drift along the bow as it is, not as it will be: the speed through the water stays while it turns
-        points = psi if state.psi_rad is None else state.psi_rad
-        surge = heading.water_mps + drift[0] * math.cos(points) + drift[1] * math.sin(points)
+        now_rad = psi if state.psi_rad is None else state.psi_rad
+        surge = heading.water_mps + drift[0] * math.cos(now_rad) + drift[1] * math.sin(now_rad)
         rate_radps = clamp(turning - slipping, -limit, limit)
         return Desired(psi, surge, rate_radps, asked_mps=planned)
 

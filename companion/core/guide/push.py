@@ -24,9 +24,9 @@ _SLOW_MPS = 0.7
 """Faster over ground the hull's own damping is most of the balance: the push stays as it is known."""
 _SMALL_MPS = 0.2
 """The speed at which the hull's drag across and along are compared: a boat on station is about as slow."""
-_TURNS_WITH = 0.14
+_ON_THE_SPOT = 0.14
 """Differential thrust of a gentle turn on the spot, over the sum of full thrust ahead and astern: the error is learnt in half a turn."""
-_TURNS_MOST = 0.5
+_WRONG_MOST = 0.5
 """As wrong as a file may well be about thrust astern over thrust ahead."""
 _STIFF = 0.3
 """Moment per radian over the yaw inertia, 1/s², of a wind that a soft heading loop (about 0.8) is no match for."""
@@ -56,7 +56,7 @@ class PushObserver:
         self._stiff_nm = _STIFF * hull.m33_kgm2
         self._actuators = ActuatorModel(vessel)
         thruster = vessel.thruster
-        self._turning_n = _TURNS_WITH * (thruster.ahead_n + thruster.astern_n)
+        self._turning_n = _ON_THE_SPOT * (thruster.ahead_n + thruster.astern_n)
         self._turns_with = 0.0
         """Thrust ahead that comes with a turn on the spot and is not in the file, over the differential thrust."""
         self.north_n = self.east_n = 0.0
@@ -127,7 +127,7 @@ class PushObserver:
         self._v_mps += (dv + 2.0 / _TAU_S * off_v) * dt_s
         gain = dt_s / (_TAU_S * _TAU_S)
         more = gain * self._m11 * off_u * differential_n / (self._turning_n * self._turning_n)
-        self._turns_with = clamp(self._turns_with + more, -_TURNS_MOST, _TURNS_MOST)
+        self._turns_with = clamp(self._turns_with + more, -_WRONG_MOST, _WRONG_MOST)
         more_n, aside_n = gain * self._m11 * off_u, gain * self._m22 / self._broad * off_v
         self.north_n += more_n * cos - aside_n * sin
         self.east_n += more_n * sin + aside_n * cos
