@@ -56,7 +56,8 @@ class PushObserver:
         self._stiff_nm = _STIFF * hull.m33_kgm2
         self._actuators = ActuatorModel(vessel)
         thruster = vessel.thruster
-        self._turning_n = _ON_THE_SPOT * (thruster.ahead_n + thruster.astern_n)
+        turns = handling.model.lateral_m > 0.0
+        self._turning_n = _ON_THE_SPOT * (thruster.ahead_n + thruster.astern_n) if turns else math.inf
         self._turns_with = 0.0
         """Thrust ahead that comes with a turn on the spot and is not in the file, over the differential thrust."""
         self.north_n = self.east_n = 0.0
