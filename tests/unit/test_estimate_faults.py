@@ -11,7 +11,7 @@ from companion.core.estimate.estimator import EstimatorConfig
 from mavlink_bridge.language.messages import EstimatedState, FixType, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import SimulatedSensors
-from tools.benches.cells.sensor_rig import SensorRig, circle, straight
+from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, circle, straight
 
 
 def rig(**options: object) -> SensorRig:
@@ -61,6 +61,30 @@ def test_row_21_a_1_hz_receiver_gets_three_seconds() -> None:
     assert all(valid)
     made.suite.faults.gnss_silent = True
     assert 1.8 <= first_time(made, 6.0, lambda here: not here.state.position_valid) <= 3.3
+
+
+def to_and_fro(most_mps: float, period_s: float) -> Motion:
+    """Full astern and full ahead in turn, along a parallel."""
+
+    def pose(t_s: float) -> Pose:
+        w = 2.0 * math.pi / period_s
+        east_m, ve_mps = most_mps / w * (1.0 - math.cos(w * t_s)), most_mps * math.sin(w * t_s)
+        return Pose(0.0, east_m, 0.5 * math.pi, 0.0, ve_mps, u_mps=ve_mps)
+
+    return pose
+
+
+@pytest.mark.parametrize("phase_s", [0.0, 0.2, 0.4, 0.6, 0.8])
+def test_a_crash_stop_is_no_outlier_of_a_1_hz_receiver(phase_s: float) -> None:
+    """2 m/s to 2 m/s astern in 4 s: an RTK fix that comes once a second, and 0.12 s late, lies 1 m from where the last speed led."""
+    motion = to_and_fro(2.0, 8.0)
+    made = SensorRig(lambda t_s: motion(t_s + phase_s), sensors=SimulatedSensors(fix_hz=1.0))
+    made.run(5.0)
+    errors: list[float | None] = []
+    made.run(40.0, lambda here: errors.append(here.error_m()))
+    assert None not in errors
+    # 1.2 s at 1.6 m/s2, and what the filter keeps of the speed before
+    assert max(errors) < 1.5
 
 
 @pytest.mark.parametrize("fault", ["no_fix", "dead_reckoning"])

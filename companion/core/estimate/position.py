@@ -305,13 +305,24 @@ class PositionTrack:
                 self._texts.append((Severity.INFO, "Position is plausible again"))
         sigma = POSITION_SIGMA_M[fix.fix_type]
         limit_m = _OUTLIER_SIGMA * math.sqrt(self._cov.value_value + sigma * sigma)
-        self._outliers = self._outliers + 1 if off_m > limit_m else 0
+        is_off = off_m > limit_m and (velocity is None or self._off_by_both_m(t_us, at, velocity) > limit_m)
+        self._outliers = self._outliers + 1 if is_off else 0
         if self._outliers == 0:
             return True
         after_gap = since_us > max(self._timeout_s, 2.5 * self._interval_s) * 1e6
         if self._outliers > _OUTLIERS_MAX or after_gap:
             self._start(fix, t_us, at, velocity, heading)
         return self._outliers == 0
+
+    def _off_by_both_m(self, t_us: int, at: tuple[float, float], velocity: tuple[float, float]) -> float:
+        """How far a fix lies from where the mean of the velocity before and its own leads.
+
+        A receiver that tells once a second sees a boat stop from one fix to the next: the velocity before leads metres too far.
+        """
+        assert self.accepted_us is not None
+        half_s = 0.5e-6 * (t_us - self.accepted_us)
+        off_n = at[0] - self._north_m - half_s * (velocity[0] - self._vn)
+        return math.hypot(off_n, at[1] - self._east_m - half_s * (velocity[1] - self._ve))
 
     def _refuse(
         self,
