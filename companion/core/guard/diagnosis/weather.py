@@ -25,8 +25,10 @@ _SUSPICIOUS: Final = 0.2
 """While something is suspected the noise is followed so much more slowly: it may be the fault."""
 _CLIP: Final = 9.0
 """Variances that one sample can count for in the noise: a fault's first second must not drown the fault."""
-_MODEL: Final = 0.06
-"""Share of the thrust by which a fitted model is off."""
+_MODEL: Final = 0.03
+"""Share of the thrust by which a fitted model is off otherwise from moment to moment,"""
+_MODEL_CHANGE: Final = 0.1
+"""and of what has just been put on or taken off: what a model is off by for long is in the slow push already."""
 _TWICE: Final = 2.0
 """Samples that say the same once in quiet weather: they lie closer than the low-pass."""
 _QUIET: Final = 0.72
@@ -82,6 +84,8 @@ class Weather:
         self._variance = list(self._bounds.first)
         self._both = [_QUIET * first for first in self._variance]
         self._last = [0.0, 0.0]
+        self._thrust_n = 0.0
+        """What has been asked for while the push was learnt."""
 
     def upset(self) -> None:
         """The water has changed: the push is found anew, the noise is what it was."""
@@ -99,7 +103,7 @@ class Weather:
 
     def noise(self, thrust_n: float) -> HealthyNoise:
         """With this much thrust, both sides together."""
-        off_n = _MODEL * thrust_n
+        off_n = _MODEL * thrust_n + _MODEL_CHANGE * abs(thrust_n - self._thrust_n)
         off_nm = off_n * self._bounds.lever_m
         variance = self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
         known = max(1.0, self._known_s() / _APART_S)
@@ -118,6 +122,8 @@ class Weather:
     def follow(self, step_s: float, sample: Sample, suspicious: bool) -> None:
         """Take a sample as a healthy boat's."""
         self.seen_s += step_s
+        share = step_s / min(self.seen_s, _PUSH_TAU_S)
+        self._thrust_n += share * (sample.thrust_n - self._thrust_n)
         for axis, found in enumerate(sample.unexplained):
             if not self.settled:
                 self.push[axis] += 0.5 * (found - self.push[axis])
