@@ -18,18 +18,16 @@ Array = Any
 _TRIED: Final = (0.01, 0.014, 0.02, 0.028, 0.04, 0.056, 0.08)
 """m/s from one window to the next. The least lets a current go 0.1 m/s its own way in half an hour; the most is a tidal race."""
 _DRIFTS: Final = (3, 4)
-"""Of a window's own unknowns; the others are its start and what its compass is off by."""
+"""Of a window's own unknowns; the others are its start, what its compass is off by, and its gust."""
 
 
 def drift_change(problem: Problem, x: Array) -> float:
     """Return the likeliest change of the current from one window to the next, m/s, with the fit near ``x``."""
     says, scores, places = by_window(problem, x)
-    size, at = _size(problem), _at(problem, x)
-    matrix, score = np.zeros((size, size)), np.zeros(size)
-    for k, here in enumerate(places):
-        matrix[np.ix_(here, here)] += says[k]
-        score[here] += scores[k]
-    return max(_TRIED, key=lambda change: _evidence(problem, change, matrix, matrix @ at - score))
+    matrix, score = _together(problem, says, places), np.zeros(_size(problem))
+    np.add.at(score, places, scores)
+    towards = matrix @ _at(problem, x) - score
+    return max(_TRIED, key=lambda change: _evidence(problem, change, matrix, towards))
 
 
 def _size(problem: Problem) -> int:
@@ -64,9 +62,14 @@ def believed(problem: Problem, change: float) -> Array:
 
 def precision_of(problem: Problem, says: Array, places: Array) -> Array:
     """Precision of the unknowns and then of the drifts, with the record."""
-    found = believed(problem, problem.noise.drift)
-    for k, here in enumerate(places):
-        found[np.ix_(here, here)] += says[k]
+    return believed(problem, problem.noise.drift) + _together(problem, says, places)
+
+
+def _together(problem: Problem, says: Array, places: Array) -> Array:
+    """What all windows say of the unknowns and the drifts: their shares of the normal matrix, each in its place."""
+    found = np.zeros((_size(problem), _size(problem)))
+    for share, here in zip(says, places, strict=True):
+        found[np.ix_(here, here)] += share
     return found
 
 
