@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from ..io.log_file import parts_of
-from ..io.recording.recorder import CONTROL_COLUMNS
+from ..io.recording.recorder import CONTROL_COLUMNS, CONTROL_WIDTHS
 
 COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
-_COMMAS: Final = len(COLUMNS) - 1
+_COMMAS: Final = tuple(width - 1 for width in CONTROL_WIDTHS)
 _NEAR: Final = 1e-4
 _NEAR_DEG: Final = 1.01e-8
 """Of a position: the last digit that is written, 1 mm."""
@@ -40,7 +40,7 @@ def control_rows(run_dir: Path) -> Iterator[tuple[int, bytes]]:
         with path.open("rb") as file:
             for line in itertools.islice(file, 1, None):
                 tick = line.split(b",", 2)[1:2]
-                if line.count(b",") == _COMMAS and tick[0].isdigit() and line.endswith(b"\n"):
+                if line.count(b",") in _COMMAS and tick[0].isdigit() and line.endswith(b"\n"):
                     yield int(tick[0]), line
 
 

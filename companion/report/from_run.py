@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 from ..io.keeping.content import from_json
 from ..io.log_file import parts_of
 from ..io.recording import InputReader, InputsError, request_json
-from ..io.recording.recorder import CONTROL_COLUMNS
+from ..io.recording.recorder import CONTROL_COLUMNS, CONTROL_WIDTHS
 from .airtime import Airtime
 from .flight import Count, Event, Flight, FlightTrack, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
@@ -112,7 +112,7 @@ def _frames(flight: Flight, run_dir: Path, count: Count) -> None:
             flight.series[name] = log.series[name]
 
 
-def _rows(paths: list[Path], columns: int, count: Count) -> Iterator[list[str]]:
+def _rows(paths: list[Path], widths: Sequence[int], count: Count) -> Iterator[list[str]]:
     """Rows of a table and its parts; headers, a line that was cut and a row of another table are left out."""
     for path in paths:
         with path.open(encoding="utf-8", errors="replace") as file:
@@ -120,7 +120,7 @@ def _rows(paths: list[Path], columns: int, count: Count) -> Iterator[list[str]]:
             for line in file:
                 count(len(line))
                 row = line.rstrip("\n").split(",")
-                if len(row) == columns and line.endswith("\n"):
+                if len(row) in widths and line.endswith("\n"):
                     yield row
 
 
@@ -134,7 +134,7 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     last_s: float | None = None
     gap_s = 0.0
     last_states: list[str] = []
-    for row in _rows(parts, len(_COLUMNS), count):
+    for row in _rows(parts, CONTROL_WIDTHS, count):
         try:
             t_s = _after(last_s, row[0])
             values = [float(row[at]) if row[at] else math.nan for _, at in wanted]
@@ -189,7 +189,7 @@ def _truth(flight: Flight, run_dir: Path, count: Count) -> None:
     track = FlightTrack()
     t_s: float | None = None
     names = ("depth_m", "altitude_m", "heading_deg", "sog_mps")
-    for row in _rows(parts, len(columns), count):
+    for row in _rows(parts, (len(columns),), count):
         try:
             t_s = _after(t_s, row[0])
             values = [float(row[at[name]]) for name in names]

@@ -184,6 +184,10 @@ class EstimatedState:
     """What the hull makes more through the water than its file says, over what the file says."""
     alt_m: float | None = None
     """Height of the keel above the bottom, filtered by the depth guard's input chain."""
+    fix_n_mps: float | None = None
+    """Ground velocity of the fix that was taken since the last tick, NED, as its receiver told it, at the vessel's reference point;
+    it was valid ``position_age_s`` ago. None: no new fix, or one without a velocity."""
+    fix_e_mps: float | None = None
     position_age_s: float | None = None
     heading_age_s: float | None = None
     depth_age_s: float | None = None

@@ -95,6 +95,19 @@ def test_control_rows_have_as_many_fields_as_the_header(tmp_path):
     assert row.count(",") == header.count(",")
 
 
+def test_a_fix_is_kept_as_its_receiver_told_it_in_the_row_after_it_and_in_no_other(tmp_path):
+    recorder = Recorder(tmp_path)
+    recorder.tick(snapshot(0, state=EstimatedState(0, position_age_s=0.95)))
+    recorder.tick(snapshot(1, state=EstimatedState(50_000, fix_n_mps=1.25, fix_e_mps=-0.5, position_age_s=0.12)))
+    recorder.close(100_000)
+    with (tmp_path / "control.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [[row[name] for name in ("fix_n_mps", "fix_e_mps", "fix_age_s")] for row in rows] == [
+        ["", "", ""],
+        ["1.2500", "-0.5000", "0.120"],
+    ]
+
+
 def test_events_tell_what_changed_and_nothing_of_this_machine(tmp_path):
     recorder = Recorder(tmp_path)
     recorder.tick(snapshot(0, armed=False))

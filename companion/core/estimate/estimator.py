@@ -222,6 +222,7 @@ class Estimator:
             if through is not None and heading_valid and not self._drift_frozen:
                 self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
         drift, current = self._water.drift_mps, self._water.current_mps
+        heard, position.fix_mps = position.fix_mps, None
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -247,6 +248,8 @@ class Estimator:
             current_e_mps=current[1],
             made_share=self._water.made_share,
             alt_m=alt_m,
+            fix_n_mps=None if heard is None else heard[0],
+            fix_e_mps=None if heard is None else heard[1],
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
             depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,

@@ -124,6 +124,8 @@ class PositionTrack:
         self.origin: LocalFrame | None = None
         self.accepted_us: int | None = None
         """Time of validity of the last fix that was believed."""
+        self.fix_mps: tuple[float, float] | None = None
+        """Ground velocity of the last fix that was believed, as it was told, moved to the reference point; None: it told none."""
         self.frozen = False
         self.drift_n_mps = 0.0
         self.drift_e_mps = 0.0
@@ -197,6 +199,7 @@ class PositionTrack:
         self._received_us = t_us
         if self.accepted_us is None or anew:
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
+            self.fix_mps = velocity
             return
         since_s = since_us * 1e-6
         if not 0.02 <= since_s <= 2.0:
@@ -205,6 +208,7 @@ class PositionTrack:
         self._advance(t_us, heading)
         if self._believable(fix, t_us, since_us, at=(north_m, east_m), velocity=velocity, heading=heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
+            self.fix_mps = velocity
 
     def _acceptable(self, fix: GpsFix) -> bool:
         return (

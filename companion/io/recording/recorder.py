@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from mavlink_bridge.language.messages import ActuatorDemand, Severity
+from mavlink_bridge.language.messages import ActuatorDemand, EstimatedState, Severity
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.traffic import NO_TRAFFIC
 
@@ -35,8 +35,12 @@ CONTROL_COLUMNS: Final = (
     "altitude_m,altitude_raw_m,altitude_limit_m,"
     "demand_thruster_port,demand_thruster_starboard,demand_rudder_port_deg,demand_rudder_starboard_deg,"
     "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg,"
-    "us_thruster_port,us_thruster_starboard,us_rudder_port,us_rudder_starboard"
+    "us_thruster_port,us_thruster_starboard,us_rudder_port,us_rudder_starboard,"
+    "fix_n_mps,fix_e_mps,fix_age_s"
 )
+_COLUMNS: Final = CONTROL_COLUMNS.count(",") + 1
+CONTROL_WIDTHS: Final = (_COLUMNS, _COLUMNS - 3)
+"""Fields of a row: today's, and of runs that were recorded before the fixes were."""
 _FLUSH_US: Final = 1_000_000
 _SPACE_US: Final = 5_000_000
 _DEG: Final = 180.0 / math.pi
@@ -350,7 +354,14 @@ def _row(s: Snapshot, labels: str) -> bytes:
         out.rudder_starboard_rad * _DEG,
     )
     pulses = _PULSES % s.commanded_us if s.commanded_us else ",,,"
-    return f"{numbers.replace('nan', '') % labels},{pulses}\n".encode()
+    return f"{numbers.replace('nan', '') % labels},{pulses},{_fix(state)}\n".encode()
+
+
+def _fix(state: EstimatedState) -> str:
+    """What a receiver told anew, for a fit of the vessel: between fixes the state is the estimator's own."""
+    if state.fix_n_mps is None or state.fix_e_mps is None or state.position_age_s is None:
+        return ",,"
+    return f"{state.fix_n_mps:.4f},{state.fix_e_mps:.4f},{state.position_age_s:.3f}"
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
