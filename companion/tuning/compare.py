@@ -15,7 +15,8 @@ import numpy as np
 from ..core.hull import VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Progress, covariance_of, solve, widened
-from .problem import TOGETHER, Noise, Problem
+from .noise import Noise
+from .problem import TOGETHER, Problem
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut
@@ -122,10 +123,10 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     for turn in range(_ROUNDS):
         problem = Problem(vessel, windows, unknowns, noise)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
-        noise = Noise.of(problem.off(x))
+        noise = Noise.of(problem.off(x), problem.measured)
     assert x is not None
     problem = Problem(vessel, windows, unknowns, noise)
-    spread = widened(unknowns, np.sqrt(np.diag(covariance_of(problem, x))))
+    spread = widened(unknowns, np.sqrt(np.diag(covariance_of(problem, x))), by_fix=bool(windows.by_fix.all()))
     shares = {
         u.name: Share(float(u.value(x[k]) / u.start - 1.0), float(_SURE * u.spread(x[k], spread[k]) / u.start))
         for k, u in enumerate(unknowns)

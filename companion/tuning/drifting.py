@@ -79,7 +79,7 @@ def by_window(problem: Problem, x: Array) -> tuple[Array, Array, Array]:
     """
     theta, nuisance = problem.split(x)
     common, own = problem.differences(x)
-    off = problem.noise.whiten(problem.off(x))
+    off = np.nan_to_num(problem.noise.whiten(problem.off(x)))
     count, windows, says, scores, places = len(theta), problem.windows.count, [], [], []
     for k in range(windows):
         # the soft loss counts what is far off for less

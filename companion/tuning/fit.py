@@ -1,7 +1,7 @@
 """Output-error fit of the whole three-degree model to recorded voyages: what a boat's file should say, and how well that is known.
 
-Each window of a voyage is sailed by the model from a start and in a drift of its own; SciPy's trust region with a soft loss finds
-what is common, so that spikes do not pull. What the record does not tell is left as the file has it. Motion alone tells forces per
+Each window of a voyage is sailed by the model from a start and in a drift of its own; what is common is where a
+soft loss, which spikes do not pull, comes to rest. What the record does not tell is left as the file has it. Motion alone tells forces per
 mass: everything stands in proportion to ``m11_kg``.
 """
 
@@ -16,7 +16,9 @@ import numpy as np
 from ..core.hull import VesselConfig
 from .drifting import believed, by_window, drift_change, precision_of
 from .hull_arrays import STEP_S
-from .problem import NUISANCES, SENSED, TOGETHER, Noise, Problem
+from .noise import Noise
+from .problem import SENSED, TOGETHER, Problem
+from .settle import Bounds, settled
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
@@ -34,6 +36,7 @@ _ALWAYS: Final = ("wind_", *SENSED)
 _ALIKE_WINDOWS: Final = 2
 """Windows of 16 s: wind and current of half a minute ago are still much the same."""
 _WIDER: Final = 1.5
+_WIDER_BY_FIX: Final = 1.2
 _UNSURE: Final = {"m22": 0.08, "yv": 0.08, "yvv": 0.08}
 _UNSURE_ELSE: Final = 0.015
 _UNSURE_S: Final = 0.015
@@ -42,9 +45,11 @@ filters and the model's shape add is in no residual. Sway is the smallest of the
 their filters: in trials of known hulls what it tells was off by so much beside the scatter."""
 
 _SCALE: Final = 0.03
+_SCALE_BY_FIX: Final = 0.015
 _TO_MASS: Final = ("m22", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "ahead", "astern", "area")
 """All that acts on the boat stands against ``m11_kg``, and what tells how is only how fast way is put on and taken off: through the
-receiver's and the estimator's filters, whose shape is known roughly. By so much, together, in trials of known hulls."""
+receiver's and the estimator's filters, whose shape is known roughly. By so much, together, in trials of known hulls; by half of it where
+each fix stands as it was told."""
 
 _YAW_WIDTH: Final = 0.7
 """A factor of two either way is nothing unusual,"""
@@ -95,7 +100,8 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
         noise = _noise_of(problem, x)
     assert x is not None
     covariance = covariance_of(Problem(vessel, used, unknowns, noise), x)
-    deviation = widened(unknowns, np.sqrt(np.diag(covariance)))
+    by_fix = bool(used.by_fix.all())
+    deviation = widened(unknowns, np.sqrt(np.diag(covariance)), by_fix=by_fix)
     told = [
         u.known(x[k], deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)
     ]
@@ -111,13 +117,14 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
     before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
+    covariance = _to_believe(unknowns, untold, covariance, by_fix)
     found = _told(vessel, unknowns, untold, theta=theta, covariance=covariance, after=after, before=before)
     return replace(found, turning=turning, seconds=windows.count * WINDOW_S)
 
 
 def _noise_of(problem: Problem, x: Array) -> Noise:
     """What the record scatters by, and how steady its current is."""
-    noise = Noise.of(problem.off(x))
+    noise = Noise.of(problem.off(x), problem.measured)
     return replace(noise, drift=drift_change(problem.under(noise), x))
 
 
@@ -149,31 +156,11 @@ def _without_yaw(unknowns: list[FitUnknown], x: Array) -> Array:
 
 
 def solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
-    from scipy.optimize import least_squares
-
-    done = 0
-
-    def slopes(at: Array) -> Any:
-        nonlocal done
-        done += 1
-        say(f"round {turn + 1} of {_ROUNDS + 1}, step {done}")
-        return problem.slopes(at)
-
-    low = np.concatenate([[u.low for u in problem.unknowns], np.full(problem.size - len(problem.unknowns), -np.inf)])
-    high = np.concatenate([[u.high for u in problem.unknowns], np.full(problem.size - len(problem.unknowns), np.inf)])
-    found = least_squares(
-        problem.residuals,
-        np.clip(x, low + 1e-6, high - 1e-6),
-        jac=slopes,
-        bounds=(low, high),
-        loss="soft_l1",
-        f_scale=2.0,
-        tr_solver="lsmr",
-        xtol=1e-4,
-        ftol=1e-4,
-        max_nfev=15 if turn < _ROUNDS else 8,
-    )
-    return found.x
+    """Settle a problem from ``x`` on, and say how far it is."""
+    own = np.full(problem.size - len(problem.unknowns), np.inf)
+    low, high = ([getattr(u, side) for u in problem.unknowns] for side in ("low", "high"))
+    bounds = Bounds(np.concatenate([low, -own]), np.concatenate([high, own]))
+    return settled(problem, x, bounds, lambda step: say(f"round {turn + 1} of {_ROUNDS + 1}, step {step}"))
 
 
 def covariance_of(problem: Problem, x: Array) -> Array:
@@ -239,43 +226,41 @@ def _judge(
     vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise, theta: Array | None
 ) -> Any:
     """RMS over standard deviation of each output on windows of which only start and drift are fitted. ``theta`` None: the file's."""
-    from scipy.optimize import least_squares
-
     theta = np.zeros(len(unknowns)) if theta is None else theta
-    problem = Problem(vessel, windows, unknowns, noise)
-    count = len(unknowns)
-
-    def whole(nuisance: Array) -> Array:
-        return np.concatenate([theta, nuisance])
-
-    found = least_squares(
-        lambda n: problem.residuals(whole(n)),
-        np.zeros(problem.size - count),
-        jac=lambda n: problem.slopes(whole(n))[:, count:],
-        tr_solver="lsmr",
-        loss="soft_l1",
-        f_scale=2.0,
-        max_nfev=6,
-    )
-    nuisance = found.x.reshape(NUISANCES, windows.count)
+    problem = Problem(vessel, windows, unknowns, replace(noise, told=None))
+    own = np.full(problem.size - len(unknowns), np.inf)
+    held = Bounds(np.concatenate([theta, -own]), np.concatenate([theta, own]))
+    x = settled(problem, np.concatenate([theta, np.zeros(len(own))]), held, lambda step: None)
+    _, nuisance = problem.split(x)
     modelled = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
-    measured = windows.measured[problem.rows]
+    measured = problem.measured
     errors = tuple(
-        float(np.sqrt(np.mean((modelled[:, k] - measured[:, k]) ** 2)) / max(float(np.std(measured[:, k])), 1e-6))
+        float(np.sqrt(np.nanmean((modelled[:, k] - measured[:, k]) ** 2)) / max(float(np.nanstd(measured[:, k])), 1e-6))
         for k in range(3)
     )
     times = windows.starts[None] + problem.rows[:, None] * STEP_S
     return errors, {"times": times, "measured": measured, "modelled": modelled}
 
 
-def widened(unknowns: list[FitUnknown], deviation: Array) -> Array:
-    """Spreads, in widths of the priors, that a person may believe."""
+def widened(unknowns: list[FitUnknown], deviation: Array, *, by_fix: bool) -> Array:
+    """Spreads, in widths of the priors, that a person may believe. ``by_fix``: all velocities are fixes, as they were told."""
+    deviation = (_WIDER_BY_FIX if by_fix else _WIDER) * deviation
     least = np.array([_UNSURE.get(u.name, _UNSURE_ELSE) / u.width if u.relative else 0.0 for u in unknowns])
     late = [_UNSURE_S / (u.width * u.start if u.relative else u.width) for u in unknowns]
     floor = np.array(
         [s if u.name.endswith(("lag", "late", "smooth")) else 0.0 for u, s in zip(unknowns, late, strict=True)]
     )
-    return np.maximum(np.hypot(_WIDER * deviation, least), floor)
+    return np.maximum(np.hypot(deviation, least), floor)
+
+
+def _to_believe(unknowns: list[FitUnknown], untold: list[FitUnknown], covariance: Array, by_fix: bool) -> Array:
+    """Covariance of the unknowns, and then of those untold, as a person may believe it."""
+    count, raw = len(unknowns), np.sqrt(np.diag(covariance))
+    others = np.minimum((_WIDER_BY_FIX if by_fix else _WIDER) * raw[count:], 1.0)
+    wider = np.concatenate([widened(unknowns, raw[:count], by_fix=by_fix), others]) / raw
+    share = _SCALE_BY_FIX if by_fix else _SCALE
+    scale = np.array([share / u.width if u.name in _TO_MASS else 0.0 for u in unknowns] + [0.0] * len(untold))
+    return covariance * np.outer(wider, wider) + np.outer(scale, scale)
 
 
 def _told(
@@ -288,11 +273,7 @@ def _told(
     after: Any,
     before: Any,
 ) -> Fit:
-    """The fit with values and spreads that a person may believe; ``covariance`` of the unknowns, and then of those untold."""
-    count, raw = len(unknowns), np.sqrt(np.diag(covariance))
-    believed = np.concatenate([widened(unknowns, raw[:count]), np.minimum(_WIDER * raw[count:], 1.0)])
-    scale = np.array([_SCALE / u.width if u.name in _TO_MASS else 0.0 for u in unknowns] + [0.0] * len(untold))
-    covariance = covariance * np.outer(believed / raw, believed / raw) + np.outer(scale, scale)
+    """The fit; ``covariance`` of the unknowns, and then of those untold."""
     deviation = np.sqrt(np.diag(covariance))
     return Fit(
         vessel,

@@ -111,7 +111,9 @@ def _sails(figure: Any, fit: Fit) -> None:
             scale = math.degrees(1.0) if part == 2 else 1.0
             at = axes[part][k]
             for kind, colour in (("before", "0.7"), ("modelled", "tab:blue"), ("measured", "black")):
-                at.plot(data["times"][:, k], scale * data[kind][:, part, k], color=colour, linewidth=1)
+                value = data[kind][:, part, k]
+                heard = np.isfinite(value)
+                at.plot(data["times"][heard, k], scale * value[heard], color=colour, linewidth=1)
             if k == 0:
                 at.set_ylabel(name)
     for at in axes[2]:
@@ -141,5 +143,6 @@ def _residuals(figure: Any, fit: Fit) -> None:
     data = fit.samples
     for part, (at, name) in enumerate(zip(figure.subplots(1, 3), _OUTPUTS, strict=True)):
         scale = math.degrees(1.0) if part == 2 else 1.0
-        at.hist(scale * (data["modelled"][:, part] - data["measured"][:, part]).ravel(), bins=60, color="tab:blue")
+        off = (data["modelled"][:, part] - data["measured"][:, part]).ravel()
+        at.hist(scale * off[np.isfinite(off)], bins=60, color="tab:blue")
         at.set_xlabel(name)

@@ -21,10 +21,13 @@ Array = Any
 
 STEP_S: Final = 0.05
 """Between two commands, as the vessel ticks."""
-SUBSTEPS: Final = 2
-"""The motion is integrated at 40 Hz: yaw dies away within a third of a second on a small hull."""
+SUBSTEPS: Final = 3
+"""The motion is integrated at 60 Hz: yaw dies away within a third of a second on a small hull."""
 _EDGE: Final = 0.006
 """Width over which the dead band opens: a step has no slope to follow."""
+
+_STALLING_RAD: Final = math.radians(1.0)
+"""And over which a rudder stalls."""
 
 COEFFICIENTS: Final = (
     *("m11", "m22", "m23", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "munk"),
@@ -119,7 +122,8 @@ class HullArrays:
         race2 = np.where(driven, self._race * c["race_share"] * thrust + ahead * ahead, along * along)
         backwards = ~driven & (along < 0.0)
         alpha = angle + np.where(backwards, -1.0, 1.0) * np.arctan2(across, np.sqrt(race2))
-        share = np.where(backwards, -self._astern, 1.0) * np.where(np.abs(alpha) > self._stall, self._after, 1.0)
+        beyond = 1.0 / (1.0 + np.exp(np.clip((self._stall - np.abs(alpha)) / _STALLING_RAD, -40.0, 40.0)))
+        share = np.where(backwards, -self._astern, 1.0) * (1.0 - (1.0 - self._after) * beyond)
         alpha = np.clip(alpha, -self._stall, self._stall)
         lift = 0.5 * np.sin(2.0 * alpha) if self._half_sin else np.sin(alpha)
         return self._lift * c["area"] * share * (race2 + across * across) * lift
@@ -135,7 +139,7 @@ class HullArrays:
         u, v, r = (np.array(part, dtype=float) for part in start)
         port = self.revs(c, commands.port[0]) + 0.0 * u
         starboard = self.revs(c, commands.starboard[0]) + 0.0 * u
-        angle = np.clip(commands.rudder_rad[0], -self._max_rad, self._max_rad) + c["offset"] + 0.0 * u
+        angle = np.clip(commands.rudder_rad[0] + c["offset"], -self._max_rad, self._max_rad) + 0.0 * u
         spin, turn = 1.0 - np.exp(-dt / c["lag"]), 1.0 - np.exp(-dt / c["rudder_lag"])
         out = np.empty((steps, 3, *u.shape))
         blows = bool(np.any(wind[0]) or np.any(wind[1]))
@@ -144,7 +148,7 @@ class HullArrays:
             out[k, 0], out[k, 1], out[k, 2] = u, v, r
             wanted_p = self.revs(c, commands.port[k])
             wanted_s = wanted_p if self._single else self.revs(c, commands.starboard[k])
-            wanted = np.clip(commands.rudder_rad[k], -self._max_rad, self._max_rad) + c["offset"]
+            wanted = np.clip(commands.rudder_rad[k] + c["offset"], -self._max_rad, self._max_rad)
             air = (zero, zero, zero)
             if blows:
                 air = self._air(commands.psi_rad[k], (wind[0] - drift[0], wind[1] - drift[1]), u, v)

@@ -7,21 +7,20 @@ changes slowly from one to the next. Unknowns are counted in widths of their pri
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from ..core.hull import VesselConfig
+from .heard import EVERY, Heard, first_heard, late, smoothed
 from .hull_arrays import STEP_S, HullArrays, coefficients
+from .noise import Noise
 from .unknowns import FitUnknown
 from .voyages import SMOOTH_STEPS
 from .windows import Windows
 
 Array = Any
 
-_EVERY: Final = 4
-"""Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
 _SETTLED_S: Final = 1.0
 """Of each stretch the first second only feeds the delays."""
 NUISANCES: Final = 8
@@ -29,18 +28,9 @@ _BOW_SD: Final = math.radians(2.0)
 """A compass is off by so much, otherwise in each window: what that makes of the way ahead is no current."""
 _START_SD: Final = (0.25, 0.25, 0.1)
 DRIFT_SD: Final = 1.0
-DRIFT_CHANGES: Final = 0.08
-"""m/s from one window to the next, until the record has told how steady its current is."""
-_FLOOR: Final = (0.02, 0.02, 0.008)
-"""Least spread of surge, sway (m/s), yaw rate (rad/s) that is believed."""
 _GUST_SD: Final = 0.6
 """m/s: a gust of a fresh breeze, in the mean of a window. At low throttle it gives a hull more or less way than any drift may."""
 _NUDGE: Final = 1e-3
-_RHYTHM: Final = 8
-"""Rows that the waves' rhythm is told by: 1.6 s, half a period of what moves a small boat most."""
-_FRESH: Final = (0.01, 0.01, 1e-3)
-"""Share of the power of surge, sway and yaw rate that is taken to be new in each row, at least: what a velocity is off by for long is the
-very thing that tells of drag and thrust, and may not be taken out as rhythm altogether."""
 TOGETHER: Final = {
     "thrust": ("ahead", "astern"),
     "drag": ("xu", "xuu"),
@@ -57,88 +47,6 @@ RATE_FILTER_S: Final = 0.05
 """The vessel's own record tells the rate of turn so much later than the heading that it comes with: half a period of 10 Hz."""
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """Of the residuals at the rows: spread of each output, and how each goes on from row to row.
-
-    Waves turn a hull to and fro, and whoever steers answers them: a fit that took that for white noise would learn the
-    helmsman's answer for the hull's. With the waves' own rhythm taken out of the residuals it does not (Ljung, System
-    Identification, prediction error in closed loop). Velocities of a receiver that tells once a second are wrong for a second.
-    """
-
-    spread: Array
-    """Of what is left of each output without its rhythm."""
-    rhythm: Array
-    """(3, rows before): coefficients of the autoregression, from the row before on; none: white."""
-    first: Array
-    """Share of the spread in that of the whole, which the first rows have, because nothing is known before them."""
-    drift: float = DRIFT_CHANGES
-    """How far the current goes from one window to the next, m/s (one standard deviation)."""
-
-    @staticmethod
-    def white(surge: float, sway: float, rate: float) -> Noise:
-        """Without a rhythm; spreads in m/s and rad/s."""
-        return Noise(np.array([surge, sway, rate]), np.zeros((3, 0)), np.ones(3))
-
-    def whiten(self, off: Array) -> Array:
-        """Residuals (rows, 3, ...) in spreads, without what follows from the rows before."""
-        more = [1] * (off.ndim - 2)
-        whole = off / self.spread.reshape(1, 3, *more)
-        clear = whole.copy()
-        for back in range(1, self.rhythm.shape[1] + 1):
-            clear[back:] -= self.rhythm[:, back - 1].reshape(1, 3, *more) * whole[:-back]
-        clear[: self.rhythm.shape[1]] = (whole * self.first.reshape(1, 3, *more))[: self.rhythm.shape[1]]
-        return clear
-
-    @staticmethod
-    def of(off: Array) -> Noise:
-        """What residuals (rows, 3, windows) show: spreads from their medians, the rhythm by Yule and Walker."""
-        spread = np.maximum(np.median(np.abs(off), axis=(0, 2)) * 1.4826, _FLOOR)
-        rhythm = np.stack([_rhythm(np.clip(off[:, k] / spread[k], -4.0, 4.0), _FRESH[k]) for k in range(3)])
-        rest = Noise(spread, rhythm, np.ones(3)).whiten(off)[_RHYTHM:]
-        share = np.clip(np.median(np.abs(rest), axis=(0, 2)) * 1.4826, 0.15, 1.0)
-        own = np.maximum(spread * share, 0.3 * np.array(_FLOOR))
-        # the filter works on values in spreads, so it is the same in either
-        return Noise(own, rhythm, own / spread)
-
-
-def _rhythm(values: Array, fresh: float) -> Array:
-    """Autoregression of values (rows, windows), of which this share of the power is new in each row."""
-    from scipy.linalg import solve_toeplitz
-
-    values = values - values.mean(axis=0)
-    count = len(values)
-    like = np.array([np.sum(values[: count - k] * values[k:]) / values.size for k in range(_RHYTHM + 1)])
-    return np.asarray(solve_toeplitz(like[:-1] + fresh * like[0] * (np.arange(_RHYTHM) == 0), like[1:]))
-
-
-def _smoothed(motion: Array, smooth_s: Array) -> Array:
-    """Motion (steps, ...) through a filter of first order along the hull, with which an estimator turns what it believes."""
-    found = np.empty_like(motion)
-    share = 1.0 - np.exp(-STEP_S / np.maximum(smooth_s, 1e-3))
-    found[0] = motion[0]
-    for k in range(1, len(motion)):
-        found[k] = found[k - 1] + (motion[k] - found[k - 1]) * share
-    return found
-
-
-def _late(out: Array, late_s: Array, rows: Array) -> Array:
-    """Values at the rows, so many seconds ago."""
-    back = np.clip(late_s / STEP_S, -(SMOOTH_STEPS // 2), 1.0 / STEP_S - 1.0)
-    where = np.clip(rows[:, None] - back[None, :, 0], 0.0, out.shape[0] - 1.001)
-    lower = where.astype(int)
-    part = where - lower
-    if lower.shape[1] == 1:
-        lower, part = lower[:, 0], part[:, 0][:, None, None, None]
-        return out[lower] * (1.0 - part) + out[lower + 1] * part
-    boats = np.arange(out.shape[2])
-    part = part[:, :, None, None]
-    # boats to the second place, so that each picks its own rows
-    turned = np.moveaxis(out, 2, 1)
-    found = turned[lower, boats[None]] * (1.0 - part) + turned[lower + 1, boats[None]] * part
-    return np.moveaxis(found, 1, 2)
-
-
 class Problem:
     """Residuals and their slopes of one set of windows."""
 
@@ -146,9 +54,13 @@ class Problem:
         self.vessel, self.windows, self.unknowns, self.noise = vessel, windows, unknowns, noise
         self._hull, self._base = HullArrays(vessel), coefficients(vessel)
         count, steps = windows.count, windows.measured.shape[0]
-        self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, _EVERY)
-        self._first = np.stack([windows.measured[:6, k].mean(axis=0) for k in range(3)])
-        self._own = bool(windows.smoothed.all())
+        self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, EVERY)
+        self._first = np.stack([first_heard(windows.measured[:, k]) for k in range(3)])
+        self._heard = Heard.of(windows, self.rows)
+        self.measured = self._heard.measured
+        """(rows, 3, windows), NaN where nothing was heard."""
+        self._came = np.isfinite(self.measured)
+        self._own = bool((windows.smoothed | windows.by_fix).all())
         self._cosine = np.cos(windows.commands.psi_rad)
         self._sine = np.sin(windows.commands.psi_rad)
         self.size = len(unknowns) + NUISANCES * count
@@ -171,11 +83,13 @@ class Problem:
         sensed = out[:, :2].copy()
         sensed[:, 1] += extra["sensor_forward"] * out[:, 2]
         motion = self._as_recorded(sensed, extra)
-        rate = _late(out[:, 2:], extra["heading_late"], self.rows)
-        cosine, sine = self._cosine[self.rows][:, None, :], self._sine[self.rows][:, None, :]
+        rate = late(out[:, 2:], extra["heading_late"], self.rows[:, None])
+        cosine, sine = (part[:, None, :] for part in self._heard.bow)
         # a bow that is told late makes sway of surge in every turn; in a record of our own one compass tells heading and rate
-        late_s = extra["heading_late"] - RATE_FILTER_S if self._own else extra["bow_late"]
-        twist = extra["heading_offset"] + nuisance[:, 5] * _BOW_SD - late_s * out[self.rows, 2]
+        late_s = extra["heading_late"] - RATE_FILTER_S + extra["bow_late"] if self._own else extra["bow_late"]
+        # what the bow has turned in that time, by the rate in its middle
+        turned = late_s * late(out[:, 2:], 0.5 * late_s, self._heard.at)[:, 0]
+        twist = extra["heading_offset"] + nuisance[:, 5] * _BOW_SD - turned
         surge, sway = motion[:, 0], motion[:, 1]
         # the drift is over ground: a record turns it by its own heading, whatever that is off by
         surge, sway = surge + twist * sway, sway - twist * surge
@@ -206,13 +120,13 @@ class Problem:
         return parts[0], parts[1]
 
     def _as_recorded(self, motion: Array, extra: dict[str, Array]) -> Array:
-        """Surge and sway at the rows as an estimator tells them: velocities filtered, or taken from places that it tells."""
-        found = _late(_smoothed(motion, extra["velocity_smooth"]), extra["velocity_late"], self.rows)
+        """Surge and sway at the rows: as a receiver tells them, or an estimator, filtered or taken from places that it tells."""
+        by_fix, at = self.windows.by_fix, self._heard.at
+        told = motion if by_fix.all() else np.where(by_fix, motion, smoothed(motion, extra["velocity_smooth"]))
+        found = late(told, extra["velocity_late"], at)
         if self.windows.smoothed.any():
-            placed = self._from_places(_smoothed(motion, extra["place_smooth"]))[:, None]
-            found[:, 1] = np.where(
-                self.windows.smoothed, _late(placed, extra["place_late"], self.rows)[:, 0], found[:, 1]
-            )
+            placed = late(self._from_places(smoothed(motion, extra["place_smooth"]))[:, None], extra["place_late"], at)
+            found[:, 1] = np.where(self.windows.smoothed, placed[:, 0], found[:, 1])
         return found
 
     def _from_places(self, motion: Array) -> Array:
@@ -235,13 +149,13 @@ class Problem:
         return x[:count], x[count:].reshape(NUISANCES, self.windows.count)
 
     def off(self, x: Array) -> Array:
-        """Modelled less measured, (rows, 3, windows)."""
+        """Modelled less measured, (rows, 3, windows); NaN where nothing was heard."""
         theta, nuisance = self.split(x)
-        return self.modelled(theta[None], nuisance[None])[:, :, 0, :] - self.windows.measured[self.rows]
+        return self.modelled(theta[None], nuisance[None])[:, :, 0, :] - self.measured
 
     def residuals(self, x: Array) -> Array:
         theta, nuisance = self.split(x)
-        off = self.noise.whiten(self.off(x))
+        off = np.nan_to_num(self.noise.whiten(self.off(x)))
         return np.concatenate([off.ravel(), self._beliefs(theta, nuisance)])
 
     def _beliefs(self, theta: Array, nuisance: Array) -> Array:
@@ -280,7 +194,7 @@ class Problem:
         for k in range(NUISANCES):
             nuisances[1 + count + k, k] += _NUDGE
         found = self.modelled(thetas, nuisances)
-        slope = self.noise.whiten((found[:, :, 1:] - found[:, :, :1]) / _NUDGE)
+        slope = self.noise.whiten((found[:, :, 1:] - found[:, :, :1]) / _NUDGE) * self._came[:, :, None]
         slope = np.moveaxis(slope, 2, 3)
         return slope[..., :count], slope[..., count:]
 

@@ -52,9 +52,7 @@ def _relative(name: str, start: float, width: float) -> FitUnknown:
 
 
 def _between(name: str, start: float, width: float, low: float, high: float) -> FitUnknown:
-    return FitUnknown(
-        name, start, width, relative=False, low=(low - start) / width - 1e-3, high=(high - start) / width + 1e-3
-    )
+    return FitUnknown(name, start, width, relative=False, low=(low - start) / width, high=(high - start) / width)
 
 
 def unknowns_of(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
@@ -94,16 +92,15 @@ def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
 
 
 def _sensors(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
-    """Of the record: a log may hold its commands later than what they did, so delays may be below zero."""
-    late, smooth = ["velocity_late", "heading_late"], ["velocity_smooth"]
+    """Of the record: a log may hold its commands later than what they did, so delays may be below zero. A fix has no filter behind it."""
+    late, smooth = ["velocity_late", "heading_late"], [] if windows.by_fix.all() else ["velocity_smooth"]
     if windows.smoothed.any():
         late, smooth = [*late, "place_late"], [*smooth, "place_smooth"]
-    if not windows.smoothed.all():
-        late.append("bow_late")
+    late.append("bow_late")
     found = [_between(name, 0.0, 0.15, -0.5, 0.9) for name in late]
     found += [_between(name, 0.15, 0.15, 0.0, 1.5) for name in smooth]
     found.append(_between("heading_offset", 0.0, math.radians(2.5), -0.3, 0.3))
-    if not windows.smoothed.all():
+    if not (windows.smoothed | windows.by_fix).all():
         half_m = 0.5 * vessel.hull.length_m
         found.append(_between("sensor_forward", 0.0, 0.3 * half_m, -half_m, half_m))
     ways = [f"wind_{way}_{k}" for k in range(int(windows.voyage.max()) + 1) for way in ("north", "east")]

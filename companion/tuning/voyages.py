@@ -1,7 +1,9 @@
 """Recorded voyages for the fit: control.csv of a run or any CSV with named columns, on an even grid, cut where seconds are lost.
 
-Needs numpy and scipy (``design``). Measured are surge and sway over ground in the hull's axes and the yaw rate. Where a
-record holds no sway, it is a difference of places, smoothed by a parabola over a second (Savitzky-Golay).
+Needs numpy and scipy (``design``). Measured are surge and sway over ground in the hull's axes and the yaw rate. A run of our own
+holds each fix as its receiver told it, and that is taken: between fixes the state is the estimator's own, which a fit would learn
+for the hull's. Where a record holds neither fixes nor sway, sway is a difference of places, smoothed by a parabola over a second
+(Savitzky-Golay).
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ SMOOTH_STEPS: Final = 21
 """Over so many steps, 1 s, velocities are taken from places; the model's are smoothed alike."""
 _MEANINGS: Final = (
     *("time", "heading", "port", "starboard", "rudder", "surge", "sway", "yaw_rate", "lat", "lon", "armed"),
+    *("fix_north", "fix_east", "fix_age"),
 )
 RUN_COLUMNS: Final = {
     "time": "t_s",
@@ -39,8 +42,11 @@ RUN_COLUMNS: Final = {
     "lat": "lat_deg",
     "lon": "lon_deg",
     "armed": "armed",
+    "fix_north": "fix_n_mps",
+    "fix_east": "fix_e_mps",
+    "fix_age": "fix_age_s",
 }
-"""control.csv of a run: sway comes from the places."""
+"""control.csv of a run. Without fixes, sway comes from the places."""
 _NEEDED: Final = ("time", "heading", "port", "yaw_rate")
 
 
@@ -68,6 +74,8 @@ class Stretch:
     rate: Array
     from_places: bool = False
     """Sway is smoothed over ``SMOOTH_STEPS``."""
+    age_s: Array | None = None
+    """Where velocities come from fixes: how old each was at its step; there is none, and surge and sway are NaN, where none came."""
 
     @property
     def seconds(self) -> float:
@@ -166,10 +174,9 @@ def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
         return value[np.clip(np.searchsorted(time, grid + 1e-6, side="right") - 1, 0, len(value) - 1)]
 
     psi = smooth(np.unwrap(part["heading"]))
-    surge, sway = (smooth(part["surge"]), smooth(part["sway"])) if speeds else _from_places(part, psi, smooth)
+    fixes = _from_fixes(part, grid) if not speeds and "fix_north" in part else None
+    surge, sway, age = fixes or (*_from_speeds_or_places(part, psi, smooth, speeds), None)
     starboard = held("starboard") if "starboard" in part else held("port")
-    if "surge" in part and not np.any(np.isnan(part["surge"])):
-        surge = smooth(part["surge"])
     return Stretch(
         source=source,
         start_s=float(time[0]),
@@ -180,8 +187,36 @@ def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
         surge=surge,
         sway=sway,
         rate=smooth(part["yaw_rate"]),
-        from_places=not speeds,
+        from_places=not speeds and fixes is None,
+        age_s=age,
     )
+
+
+def _from_fixes(part: dict[str, Array], grid: Array) -> tuple[Array, Array, Array] | None:
+    """Surge and sway of each fix and its age, at the step that follows it; elsewhere NaN. None where the record holds none."""
+    time = part["time"]
+    told = np.flatnonzero(np.isfinite(part["fix_north"] + part["fix_east"] + part["fix_age"]))
+    at_s = time[told] - part["fix_age"][told]
+    step = np.ceil((at_s - grid[0]) / STEP_S - 1e-6).astype(int)
+    inside = (step >= 0) & (step < len(grid))
+    if not inside.any():
+        return None
+    step, at_s, told = step[inside], at_s[inside], told[inside]
+    psi = np.interp(at_s, time, np.unwrap(part["heading"]))
+    north, east, cosine, sine = part["fix_north"][told], part["fix_east"][told], np.cos(psi), np.sin(psi)
+    surge, sway, age = (np.full(len(grid), math.nan) for _ in range(3))
+    surge[step], sway[step] = cosine * north + sine * east, cosine * east - sine * north
+    age[step] = grid[step] - at_s
+    return surge, sway, age
+
+
+def _from_speeds_or_places(part: dict[str, Array], psi: Array, smooth: Any, speeds: bool) -> tuple[Array, Array]:
+    if speeds:
+        return smooth(part["surge"]), smooth(part["sway"])
+    surge, sway = _from_places(part, psi, smooth)
+    if "surge" in part and not np.any(np.isnan(part["surge"])):
+        surge = smooth(part["surge"])
+    return surge, sway
 
 
 def _from_places(part: dict[str, Array], psi: Array, smooth: Any) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ _LEAST_WINDOWS: Final = 6
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Stretches of one length, side by side: commands (steps, windows), measured (steps, 3, windows)."""
+    """Stretches of one length, side by side: commands (steps, windows), measured (steps, 3, windows), NaN where nothing came."""
 
     commands: Commands
     measured: Array
@@ -30,6 +30,10 @@ class Windows:
     voyage: Array
     smoothed: Array
     """Whether its velocities come from places."""
+    age_s: Array
+    """(steps, windows): how old each measured velocity is; NaN where none came."""
+    by_fix: Array
+    """Whether its velocities are fixes, as the receiver told them."""
 
     @property
     def count(self) -> int:
@@ -55,6 +59,8 @@ class Windows:
             follows,
             voyage=self.voyage[keep],
             smoothed=self.smoothed[keep],
+            age_s=self.age_s[:, keep],
+            by_fix=self.by_fix[keep],
         )
 
 
@@ -62,26 +68,38 @@ def cut(stretches: Sequence[Stretch]) -> Windows:
     """Cut stretches into windows. Raises ValueError when there are too few."""
     steps = round(WINDOW_S / STEP_S)
     columns: list[tuple[Array, ...]] = []
-    starts, follows, voyage, smoothed = [], [], [], []
+    starts, follows, voyage, smoothed, by_fix = [], [], [], [], []
     sources = list(dict.fromkeys(stretch.source for stretch in stretches))
     for stretch in stretches:
         names = ("port", "starboard", "rudder_rad", "psi_rad", "surge", "sway", "rate")
-        whole = [getattr(stretch, name) for name in names]
+        age = np.zeros(len(stretch.port)) if stretch.age_s is None else stretch.age_s
+        whole = [*(getattr(stretch, name) for name in names), age]
         for k in range(len(stretch.port) // steps):
             columns.append(tuple(value[k * steps : (k + 1) * steps] for value in whole))
             starts.append(stretch.start_s + k * WINDOW_S)
             follows.append(k > 0)
             voyage.append(sources.index(stretch.source))
             smoothed.append(stretch.from_places)
+            by_fix.append(stretch.age_s is not None)
     if len(columns) < _LEAST_WINDOWS:
         raise ValueError(
             f"only {len(columns) * WINDOW_S:.0f} s of unbroken record; a fit needs {_LEAST_WINDOWS * WINDOW_S:.0f} s"
         )
-    port, starboard, rudder, psi, surge, sway, rate = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
+    port, starboard, rudder, psi, surge, sway, rate, age = (
+        np.stack(part, axis=1) for part in zip(*columns, strict=True)
+    )
     measured = np.stack([surge, sway, rate], axis=1)
     commands = Commands(port, starboard, rudder, psi)
-    whose = np.array(voyage)
-    return Windows(commands, measured, np.array(starts), np.array(follows), voyage=whose, smoothed=np.array(smoothed))
+    return Windows(
+        commands,
+        measured,
+        np.array(starts),
+        np.array(follows),
+        voyage=np.array(voyage),
+        smoothed=np.array(smoothed),
+        age_s=age,
+        by_fix=np.array(by_fix),
+    )
 
 
 def too_poor(windows: Windows) -> None:
@@ -91,7 +109,7 @@ def too_poor(windows: Windows) -> None:
     lacks = []
     if np.percentile(both, 95) - np.percentile(both, 5) < 0.2:
         lacks.append("the throttle hardly changes: sail at several speeds")
-    if np.percentile(np.abs(windows.measured[:, 0]), 95) < 0.3:
+    if np.nanpercentile(np.abs(windows.measured[:, 0]), 95) < 0.3:
         lacks.append("the boat hardly moves")
     turning = np.percentile(np.abs(windows.measured[:, 2]), 95)
     if turning < 0.05:

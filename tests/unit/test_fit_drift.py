@@ -9,7 +9,8 @@ import pytest
 
 from companion.tuning.drifting import by_window, drift_change, precision_of
 from companion.tuning.hull_arrays import STEP_S
-from companion.tuning.problem import Noise, Problem
+from companion.tuning.noise import Noise
+from companion.tuning.problem import Problem
 from companion.tuning.unknowns import unknowns_of
 from companion.tuning.voyages import Stretch
 from companion.tuning.windows import WINDOW_S, cut

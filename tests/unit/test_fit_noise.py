@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from companion.tuning.fit import _clear_of_itself
-from companion.tuning.problem import Noise
+from companion.tuning.noise import Noise
 
 ROWS, WINDOWS = 72, 60
+TURNING = np.broadcast_to(9.0 * np.sin(0.2 * np.arange(ROWS))[:, None, None], (ROWS, 3, WINDOWS))
+"""What a helm does that nobody doubts."""
 
 
 def drawn(keep, spread):
@@ -21,7 +23,7 @@ def drawn(keep, spread):
 
 def test_what_a_slow_receiver_repeats_from_row_to_row_is_taken_out_of_all_three_motions():
     off = np.stack([drawn(0.7, 0.10), drawn(0.85, 0.15), drawn(0.5, 0.03)], axis=1)
-    noise = Noise.of(off)
+    noise = Noise.of(off, TURNING - off)
     clear = noise.whiten(off)
     for part, keep in enumerate((0.7, 0.85, 0.5)):
         assert noise.rhythm[part, 0] == pytest.approx(keep, abs=0.1)
@@ -34,7 +36,7 @@ def test_what_a_slow_receiver_repeats_from_row_to_row_is_taken_out_of_all_three_
 
 def test_slopes_are_whitened_as_residuals_are():
     off = np.stack([drawn(0.7, 0.10), drawn(0.85, 0.15), drawn(0.5, 0.03)], axis=1)
-    noise = Noise.of(off)
+    noise = Noise.of(off, TURNING - off)
     together = noise.whiten(np.stack([off, 2.0 * off], axis=2))
     np.testing.assert_allclose(together[:, :, 1], 2.0 * noise.whiten(off), rtol=1e-9)
 
@@ -42,6 +44,26 @@ def test_slopes_are_whitened_as_residuals_are():
 def test_white_noise_has_no_rhythm():
     off = np.ones((ROWS, 3, 2))
     np.testing.assert_allclose(Noise.white(0.5, 0.25, 0.1).whiten(off)[5, :, 0], [2.0, 4.0, 10.0])
+
+
+def test_a_window_in_which_the_helm_only_answers_the_sea_is_hardly_believed():
+    off = np.stack([drawn(0.7, 0.10), drawn(0.85, 0.15), drawn(0.5, 0.03)], axis=1)
+    helm = np.where(np.arange(WINDOWS) < 30, 0.3, 0.02) * np.sin(0.2 * np.arange(ROWS))[:, None]
+    told = Noise.of(off, np.broadcast_to(helm[:, None], off.shape) - off).told
+    assert told is not None
+    assert told[:30].min() > 0.7
+    assert told[30:].max() < 0.1
+
+
+def test_where_nothing_was_heard_nothing_is_off_and_a_slow_receiver_has_no_rhythm():
+    off = np.stack([drawn(0.0, 0.10), drawn(0.0, 0.15), drawn(0.5, 0.03)], axis=1)
+    off[np.arange(ROWS) % 5 != 0, :2] = np.nan
+    noise = Noise.of(off, TURNING - off)
+    assert not noise.rhythm[:2].any()
+    assert noise.spread[:2] == pytest.approx([0.10, 0.15], rel=0.1)
+    clear = noise.whiten(off)
+    assert (np.isfinite(clear[:, 0]).all(axis=1) == (np.arange(ROWS) % 5 == 0)).all()
+    assert np.isfinite(clear[:, 2]).all()
 
 
 def test_a_window_that_is_nearly_all_that_is_known_is_not_taken_for_nothing_known():

@@ -18,7 +18,7 @@ from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK
 
 COLUMNS = (
     "t_s,armed,heading_deg,speed_mps,yaw_rate_dps,lat_deg,lon_deg,"
-    "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg"
+    "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg,fix_n_mps,fix_e_mps,fix_age_s"
 )
 """Those of control.csv that a fit reads."""
 _EARTH_M = 6_371_008.8
@@ -93,13 +93,16 @@ def _move(hull: SimVessel, sea: Water, sent: ActuatorOutput) -> None:
 
 def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput) -> str:
     if state.x_m is None or state.y_m is None or state.psi_rad is None or state.u_mps is None:
-        return f"{t_s:.3f},1" + "," * 9
+        return f"{t_s:.3f},1" + "," * 12
     lat = math.degrees(ORIGIN_RAD[0] + state.x_m / _EARTH_M)
     lon = math.degrees(ORIGIN_RAD[1] + state.y_m / _EARTH_M / math.cos(ORIGIN_RAD[0]))
     heading, rate = math.degrees(state.psi_rad) % 360.0, math.degrees(state.r_radps or 0.0)
     rudders = f"{math.degrees(sent.rudder_port_rad):.3f},{math.degrees(sent.rudder_starboard_rad):.3f}"
     thrusters = f"{sent.thruster_port:.4f},{sent.thruster_starboard:.4f}"
-    return f"{t_s:.3f},1,{heading:.4f},{state.u_mps:.4f},{rate:.4f},{lat:.9f},{lon:.9f},{thrusters},{rudders}"
+    fix = ",,"
+    if state.fix_n_mps is not None and state.fix_e_mps is not None and state.position_age_s is not None:
+        fix = f"{state.fix_n_mps:.4f},{state.fix_e_mps:.4f},{state.position_age_s:.3f}"
+    return f"{t_s:.3f},1,{heading:.4f},{state.u_mps:.4f},{rate:.4f},{lat:.9f},{lon:.9f},{thrusters},{rudders},{fix}"
 
 
 def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
