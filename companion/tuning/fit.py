@@ -18,7 +18,7 @@ from .drifting import believed, by_window, drift_change, precision_of
 from .hull_arrays import STEP_S
 from .noise import Noise
 from .problem import SENSED, TOGETHER, Problem
-from .settle import Bounds, settled
+from .settle import Box, settled
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
@@ -159,7 +159,7 @@ def solve(problem: Problem, x: Array, turn: int, say: Progress) -> Array:
     """Settle a problem from ``x`` on, and say how far it is."""
     own = np.full(problem.size - len(problem.unknowns), np.inf)
     low, high = ([getattr(u, side) for u in problem.unknowns] for side in ("low", "high"))
-    bounds = Bounds(np.concatenate([low, -own]), np.concatenate([high, own]))
+    bounds = Box(np.concatenate([low, -own]), np.concatenate([high, own]))
     return settled(problem, x, bounds, lambda step: say(f"round {turn + 1} of {_ROUNDS + 1}, step {step}"))
 
 
@@ -229,7 +229,7 @@ def _judge(
     theta = np.zeros(len(unknowns)) if theta is None else theta
     problem = Problem(vessel, windows, unknowns, replace(noise, told=None))
     own = np.full(problem.size - len(unknowns), np.inf)
-    held = Bounds(np.concatenate([theta, -own]), np.concatenate([theta, own]))
+    held = Box(np.concatenate([theta, -own]), np.concatenate([theta, own]))
     x = settled(problem, np.concatenate([theta, np.zeros(len(own))]), held, lambda step: None)
     _, nuisance = problem.split(x)
     modelled = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]

@@ -54,7 +54,7 @@ def late(out: Array, late_s: Array, rows: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class HeardRows:
     """What was measured at the rows: the newest of the steps since the row before."""
 
     at: Array
@@ -65,7 +65,7 @@ class Heard:
     """Cosine and sine of the heading at those moments, as recorded."""
 
     @staticmethod
-    def of(windows: Windows, rows: Array) -> Heard:
+    def of(windows: Windows, rows: Array) -> HeardRows:
         measured, at = windows.measured[rows], np.repeat(rows[:, None], windows.count, axis=1).astype(float)
         came = np.zeros(at.shape, dtype=bool)
         for back in range(EVERY):
@@ -79,7 +79,7 @@ class Heard:
         psi = windows.commands.psi_rad
         part = at - low
         bow = psi[low, columns] * (1.0 - part) + psi[np.minimum(low + 1, len(psi) - 1), columns] * part
-        return Heard(at, measured, (np.cos(bow), np.sin(bow)))
+        return HeardRows(at, measured, (np.cos(bow), np.sin(bow)))
 
 
 def first_heard(measured: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..core.hull import VesselConfig
-from .heard import EVERY, Heard, first_heard, late, smoothed
+from .heard import EVERY, HeardRows, first_heard, late, smoothed
 from .hull_arrays import STEP_S, HullArrays, coefficients
 from .noise import Noise
 from .unknowns import FitUnknown
@@ -56,7 +56,7 @@ class Problem:
         count, steps = windows.count, windows.measured.shape[0]
         self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, EVERY)
         self._first = np.stack([first_heard(windows.measured[:, k]) for k in range(3)])
-        self._heard = Heard.of(windows, self.rows)
+        self._heard = HeardRows.of(windows, self.rows)
         self.measured = self._heard.measured
         """(rows, 3, windows), NaN where nothing was heard."""
         self._came = np.isfinite(self.measured)

@@ -39,7 +39,7 @@ class Residuals(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class Box:
     """What each unknown stays within."""
 
     low: Array
@@ -53,7 +53,7 @@ class Bounds:
         return ~(((x <= self.low) & (score > 0.0)) | ((x >= self.high) & (score < 0.0)))
 
 
-def settled(problem: Residuals, x: Array, bounds: Bounds, step_done: Callable[[int], None]) -> Array:
+def settled(problem: Residuals, x: Array, bounds: Box, step_done: Callable[[int], None]) -> Array:
     """Return the point within the bounds, from ``x`` on, where no step makes the loss of the residuals less."""
     x = bounds.keep(x)
     off = problem.residuals(x)
@@ -91,13 +91,13 @@ class _Hill:
     free: Array
 
     @staticmethod
-    def at(x: Array, off: Array, slopes: Any, bounds: Bounds) -> _Hill:
+    def at(x: Array, off: Array, slopes: Any, bounds: Box) -> _Hill:
         near = (1.0 + (off / _SOFT) ** 2) ** -0.5
         score = slopes.T @ (off * near)
         curve = np.asarray((slopes.T @ slopes.multiply(near[:, None]).tocsr()).todense())
         return _Hill(x, score, curve, bounds.free(x, score))
 
-    def step(self, damping: float, bounds: Bounds) -> tuple[Array, float]:
+    def step(self, damping: float, bounds: Box) -> tuple[Array, float]:
         """Where a damped step leads, and what it should gain."""
         free = self.free
         inner = self.curve[np.ix_(free, free)]

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.sparse import csr_matrix
 
-from companion.tuning.settle import Bounds, loss, settled
+from companion.tuning.settle import Box, loss, settled
 
 
 class Decay:
@@ -30,7 +30,7 @@ class Decay:
 
 
 def bounds(low=-np.inf, high=np.inf):
-    return Bounds(np.array([low, -np.inf, -np.inf, -np.inf]), np.array([high, np.inf, np.inf, np.inf]))
+    return Box(np.array([low, -np.inf, -np.inf, -np.inf]), np.array([high, np.inf, np.inf, np.inf]))
 
 
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0, 0.0), (1.0, 5.0, -3.0, 9.0), (-3.0, 1.0, 1.0, 1.0)])
