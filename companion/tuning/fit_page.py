@@ -21,6 +21,7 @@ _STYLE: Final = (
     "table{border-collapse:collapse}td,th{padding:3px 14px 3px 0;text-align:left;border-bottom:1px solid #ddd}"
 )
 _OUTPUTS: Final = ("surge, m/s", "sway, m/s", "yaw rate, deg/s")
+_SELDOM: Final = 0.5
 _SHOWN: Final = 4
 """Stretches that are drawn."""
 
@@ -113,7 +114,9 @@ def _sails(figure: Any, fit: Fit) -> None:
             for kind, colour in (("before", "0.7"), ("modelled", "tab:blue"), ("measured", "black")):
                 value = data[kind][:, part, k]
                 heard = np.isfinite(value)
-                at.plot(data["times"][heard, k], scale * value[heard], color=colour, linewidth=1)
+                # what a slow receiver told are points: nobody knows what lay between
+                line = "-" if heard.mean() > _SELDOM else "."
+                at.plot(data["times"][heard, k], scale * value[heard], line, color=colour, linewidth=1)
             if k == 0:
                 at.set_ylabel(name)
     for at in axes[2]:
