@@ -41,13 +41,17 @@ def read_model(
     model: type[Model],
     *,
     further: Callable[[Model], list[str]] = lambda settings: [],
+    other_kind: Callable[[dict[str, Any]], str] = lambda data: "",
 ) -> Model:
     """Read a TOML file (None: defaults only), apply ``key=value`` overrides and validate.
 
-    ``further`` finds what is wrong with settings of which each value is right. Raises ConfigError with every mistake.
+    ``further`` finds what is wrong with settings of which each value is right. ``other_kind`` says, in words, that a file is one of
+    another kind; then nothing else is said of it. Raises ConfigError with every mistake.
     """
     source = str(path) if path else "defaults"
     data, lines = _read(path) if path else ({}, {})
+    if mistaken := other_kind(data):
+        raise ConfigError(source, [mistaken])
     mistakes = [mistake for item in overrides if (mistake := override(data, item))]
     for item in overrides:
         lines[key_of(item)] = 0  # what was given on the command line stands in no line

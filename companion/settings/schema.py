@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -157,7 +157,15 @@ def load(
     further: Callable[[Model], list[str]] = lambda settings: [],
 ) -> Model:
     """Read a TOML file (None: defaults only), apply ``key=value`` overrides and validate: ``read_model``, of a vessel by default."""
-    return read_model(path, overrides, model, further=further)
+
+    def other_kind(data: dict[str, Any]) -> str:
+        if "hull" in data and "hull" not in model.model_fields:
+            return 'is a vessel file, not a configuration; name it in yours (vessel = "my-boat.toml") and give that'
+        if {"sensors", "endpoints"} & data.keys() and model is VesselConfig:
+            return "is a configuration, not a vessel file; give the file that it names with vessel = ..."
+        return ""
+
+    return read_model(path, overrides, model, further=further, other_kind=other_kind)
 
 
 def load_vessel(name: str, *, further: Callable[[VesselConfig], list[str]] = lambda vessel: []) -> VesselConfig:

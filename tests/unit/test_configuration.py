@@ -186,6 +186,20 @@ def test_a_mistake_in_the_hulls_file_is_told_with_its_name(tmp_path: Path, capsy
     assert f"{hull}: line 1: length_m: no such key; it belongs in [hull]" in capsys.readouterr().err
 
 
+def test_a_vessel_file_and_a_configuration_that_are_taken_for_each_other_are_told_in_one_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    boat, hull = config.path("boat.toml"), config.path("vessels", "otter.toml")
+    assert main(["check", str(hull)]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == f"{hull}: 1 mistake(s)"
+    assert "is a vessel file, not a configuration" in said[1]
+    assert main(["check", str(boat), "--set", f"vessel={boat}"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 2
+    assert "is a configuration, not a vessel file" in said[1]
+
+
 @pytest.mark.parametrize(
     ("override", "told"),
     [
