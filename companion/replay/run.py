@@ -260,6 +260,7 @@ class _Replay:
         return self._row[1] if self._row[0] == tick else None
 
     def _compare(self, snapshot: Snapshot, before: list[str], after: list[str]) -> None:
+        # an older run's row ends earlier
         for name, was, now in zip(COLUMNS, before, after, strict=False):
             if was != now and not (self._tolerant and nearly(name, was, now)):
                 self._note(FieldDifference(snapshot.tick, snapshot.t_us * 1e-6, name, was or "none", now or "none"))

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from .problem import DRIFT_SD, NUISANCES, Problem
+from .settle import weight
 
 Array = Any
 
@@ -82,8 +83,7 @@ def by_window(problem: Problem, x: Array) -> tuple[Array, Array, Array]:
     off = np.nan_to_num(problem.noise.whiten(problem.off(x)))
     count, windows, says, scores, places = len(theta), problem.windows.count, [], [], []
     for k in range(windows):
-        # the soft loss counts what is far off for less
-        root = (1.0 + (off[:, :, k] / 2.0) ** 2).ravel() ** -0.25
+        root = np.sqrt(weight(off[:, :, k].ravel()))
         slopes = np.concatenate([common[:, :, k].reshape(-1, count), own[:, :, k].reshape(-1, NUISANCES)], axis=1)
         a, e = _without_others(slopes * root[:, None], off[:, :, k].ravel() * root, count, nuisance[:, k])
         says.append(a.T @ a)

@@ -37,6 +37,7 @@ _ALIKE_WINDOWS: Final = 2
 """Windows of 16 s: wind and current of half a minute ago are still much the same."""
 _WIDER: Final = 1.5
 _WIDER_BY_FIX: Final = 1.2
+"""Of records whose velocities are all fixes as they were told: no filter of an estimator adds to them."""
 _UNSURE: Final = {"m22": 0.08, "yv": 0.08, "yvv": 0.08}
 _UNSURE_ELSE: Final = 0.015
 _UNSURE_S: Final = 0.015

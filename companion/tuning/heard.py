@@ -16,6 +16,8 @@ Array = Any
 
 EVERY: Final = 4
 """Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
+_BEGINS: Final = 6
+"""Steps whose mean is what a window begins with: 0.3 s, less than any hull's own time."""
 
 
 def smoothed(motion: Array, smooth_s: Array) -> Array:
@@ -83,8 +85,8 @@ class HeardRows:
 
 
 def first_heard(measured: Array) -> Array:
-    """About what a window (steps, windows) begins with: the mean of what came within its first third of a second, or the first."""
+    """About what a window (steps, windows) begins with: the mean of what came within its first 0.3 s, or the first."""
     first = np.argmax(np.isfinite(measured), axis=0)
-    begins = np.where(np.arange(len(measured))[:, None] < np.maximum(first + 1, 6), measured, math.nan)
+    begins = np.where(np.arange(len(measured))[:, None] < np.maximum(first + 1, _BEGINS), measured, math.nan)
     heard = np.isfinite(begins)
     return np.where(heard, begins, 0.0).sum(axis=0) / np.maximum(heard.sum(axis=0), 1)

@@ -61,13 +61,14 @@ def settled(problem: Residuals, x: Array, bounds: Box, step_done: Callable[[int]
     for step in range(1, _MOST_STEPS + 1):
         step_done(step)
         hill = _Hill.at(x, off, problem.slopes(x), bounds)
+        # a step that leads nowhere finite gains nothing either
         gain = -1.0
-        while gain <= 0.0 and damping < _MOST_DAMPING:
+        while not gain > 0.0 and damping < _MOST_DAMPING:
             new, hoped = hill.step(damping, bounds)
             new_off = problem.residuals(new)
             gain = loss(off) - loss(new_off)
-            damping *= max(_LEAST_SHARE, 1.0 - (2.0 * min(gain / hoped, 1.0) - 1.0) ** 3) if gain > 0.0 else _MORE
-        if gain <= 0.0:
+            damping *= _damping_by(gain / hoped)
+        if not gain > 0.0:
             break
         x, off = new, new_off
         calm = calm + 1 if gain < _SETTLED else 0
@@ -76,9 +77,19 @@ def settled(problem: Residuals, x: Array, bounds: Box, step_done: Callable[[int]
     return x
 
 
+def _damping_by(kept: float) -> float:
+    """Factor of the damping after a step that kept so much of what it promised."""
+    return max(_LEAST_SHARE, 1.0 - (2.0 * min(kept, 1.0) - 1.0) ** 3) if kept > 0.0 else _MORE
+
+
 def loss(off: Array) -> float:
     """Half the sum of squares, but of sizes where they are large (pseudo-Huber)."""
     return float(_SOFT**2 * np.sum(np.sqrt(1.0 + (off / _SOFT) ** 2) - 1.0))
+
+
+def weight(off: Array) -> Array:
+    """What a residual counts against one of a straight sum of squares: the soft loss counts what is far off for less."""
+    return np.asarray((1.0 + (off / _SOFT) ** 2) ** -0.5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +103,9 @@ class _Hill:
 
     @staticmethod
     def at(x: Array, off: Array, slopes: Any, bounds: Box) -> _Hill:
-        near = (1.0 + (off / _SOFT) ** 2) ** -0.5
-        score = slopes.T @ (off * near)
-        curve = np.asarray((slopes.T @ slopes.multiply(near[:, None]).tocsr()).todense())
+        counts = weight(off)
+        score = slopes.T @ (off * counts)
+        curve = np.asarray((slopes.T @ slopes.multiply(counts[:, None]).tocsr()).todense())
         return _Hill(x, score, curve, bounds.free(x, score))
 
     def step(self, damping: float, bounds: Box) -> tuple[Array, float]:

@@ -199,9 +199,7 @@ class Estimator:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
         track, position, fix, origin = self._heading, self._position, self.latest_fix, self._position.origin
         heading_valid = track.valid(now_us)
-        psi_rad, r_radps = None, 0.0
-        if heading_valid or track.bridged(now_us):
-            psi_rad, r_radps = track.at(now_us), track.r_radps
+        psi_rad, r_radps = (track.at(now_us), track.r_radps) if heading_valid or track.bridged(now_us) else (None, 0.0)
         self._motion = motion = position.predict(now_us, psi_rad, r_radps) if position.valid(now_us) else None
         north_m = east_m = vn = ve = sog_mps = cog_rad = u_mps = v_mps = lat_rad = lon_rad = height_m = None
         if motion is not None and fix is not None and origin is not None:
@@ -222,7 +220,7 @@ class Estimator:
             if through is not None and heading_valid and not self._drift_frozen:
                 self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
         drift, current = self._water.drift_mps, self._water.current_mps
-        heard, position.fix_mps = position.fix_mps, None
+        fix_n_mps, fix_e_mps = position.take_velocity()
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -248,8 +246,8 @@ class Estimator:
             current_e_mps=current[1],
             made_share=self._water.made_share,
             alt_m=alt_m,
-            fix_n_mps=None if heard is None else heard[0],
-            fix_e_mps=None if heard is None else heard[1],
+            fix_n_mps=fix_n_mps,
+            fix_e_mps=fix_e_mps,
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
             depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,

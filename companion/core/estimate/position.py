@@ -124,8 +124,7 @@ class PositionTrack:
         self.origin: LocalFrame | None = None
         self.accepted_us: int | None = None
         """Time of validity of the last fix that was believed."""
-        self.fix_mps: tuple[float, float] | None = None
-        """Ground velocity of the last fix that was believed, as it was told, moved to the reference point; None: it told none."""
+        self._new_mps: tuple[float, float] | None = None
         self.frozen = False
         self.drift_n_mps = 0.0
         self.drift_e_mps = 0.0
@@ -199,7 +198,7 @@ class PositionTrack:
         self._received_us = t_us
         if self.accepted_us is None or anew:
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
-            self.fix_mps = velocity
+            self._new_mps = velocity
             return
         since_s = since_us * 1e-6
         if not 0.02 <= since_s <= 2.0:
@@ -208,7 +207,12 @@ class PositionTrack:
         self._advance(t_us, heading)
         if self._believable(fix, t_us, since_us, at=(north_m, east_m), velocity=velocity, heading=heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
-            self.fix_mps = velocity
+            self._new_mps = velocity
+
+    def take_velocity(self) -> tuple[float, float] | tuple[None, None]:
+        """Return, once, what the newest believed fix told of the ground velocity at the reference point, north and east, m/s."""
+        told, self._new_mps = self._new_mps, None
+        return told or (None, None)
 
     def _acceptable(self, fix: GpsFix) -> bool:
         return (

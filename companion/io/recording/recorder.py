@@ -354,11 +354,11 @@ def _row(s: Snapshot, labels: str) -> bytes:
         out.rudder_starboard_rad * _DEG,
     )
     pulses = _PULSES % s.commanded_us if s.commanded_us else ",,,"
-    return f"{numbers.replace('nan', '') % labels},{pulses},{_fix(state)}\n".encode()
+    return f"{numbers.replace('nan', '') % labels},{pulses},{fix_fields(state)}\n".encode()
 
 
-def _fix(state: EstimatedState) -> str:
-    """What a receiver told anew, for a fit of the vessel: between fixes the state is the estimator's own."""
+def fix_fields(state: EstimatedState) -> str:
+    """What a receiver told anew (the last columns), for a fit of the vessel: between fixes the state is the estimator's own."""
     if state.fix_n_mps is None or state.fix_e_mps is None or state.position_age_s is None:
         return ",,"
     return f"{state.fix_n_mps:.4f},{state.fix_e_mps:.4f},{state.position_age_s:.3f}"

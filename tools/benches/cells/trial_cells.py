@@ -12,6 +12,7 @@ from companion.core.hull import ForceModel, VesselConfig
 from companion.core.hull.statics import stopping_distance_m
 from companion.core.steer import SteeringConfig, make_controller, manual_demand, sway_through_water_mps
 from companion.core.trial import Trial, TrialConfig, TrialStanding
+from companion.io.recording.recorder import fix_fields
 from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
@@ -99,10 +100,8 @@ def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput) -> str:
     heading, rate = math.degrees(state.psi_rad) % 360.0, math.degrees(state.r_radps or 0.0)
     rudders = f"{math.degrees(sent.rudder_port_rad):.3f},{math.degrees(sent.rudder_starboard_rad):.3f}"
     thrusters = f"{sent.thruster_port:.4f},{sent.thruster_starboard:.4f}"
-    fix = ",,"
-    if state.fix_n_mps is not None and state.fix_e_mps is not None and state.position_age_s is not None:
-        fix = f"{state.fix_n_mps:.4f},{state.fix_e_mps:.4f},{state.position_age_s:.3f}"
-    return f"{t_s:.3f},1,{heading:.4f},{state.u_mps:.4f},{rate:.4f},{lat:.9f},{lon:.9f},{thrusters},{rudders},{fix}"
+    motion = f"{heading:.4f},{state.u_mps:.4f},{rate:.4f},{lat:.9f},{lon:.9f}"
+    return f"{t_s:.3f},1,{motion},{thrusters},{rudders},{fix_fields(state)}"
 
 
 def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
