@@ -18,8 +18,10 @@ from .seed_fit import SeedGains
 
 _STYLE: Final = (
     "body{font:15px/1.5 system-ui,sans-serif;max-width:1040px;margin:0 auto;padding:24px 16px}svg{width:100%;height:auto}"
+    "table,pre{display:block;overflow-x:auto}"
     "table{border-collapse:collapse}td,th{padding:3px 14px 3px 0;text-align:left;border-bottom:1px solid #ddd}"
 )
+_PHONE: Final = "<meta name=viewport content='width=device-width,initial-scale=1'>"
 _OUTPUTS: Final = ("surge, m/s", "sway, m/s", "yaw rate, deg/s")
 _SELDOM: Final = 0.5
 _SHOWN: Final = 4
@@ -57,7 +59,7 @@ def page(
     body.append(f"<h2>Margins of the heading loop, STEER_BW {gains.bandwidth:.2f}</h2>{_margins(gains)}")
     body.append(f"<h2>Gains of the model law</h2>{_gains(gains)}")
     body.append(f"<h2>Gains of the seed's law</h2>{_seed(seed)}")
-    return f"<!doctype html><meta charset=utf-8><title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
+    return f"<!doctype html><meta charset=utf-8>{_PHONE}<title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
 
 
 def _margins(found: Gains | SeedGains) -> str:
