@@ -1,7 +1,8 @@
 """Our law on a hull that nobody here wrote: the 6-degree Otter of Fossen's Python Vehicle Simulator, from a checkout of it.
 
 ``python -m tools.foreign_plant CHECKOUT`` sails legs, corners, circles and station keeping on it with two vessel files: one of
-the figures that its author gives, and the shipped Otter's without rudders. Nothing of it is ours but the wind, which it lacks.
+the figures that its author gives, and the shipped Otter's without rudders. With ``--trial`` it sails a sea trial on it by the latter,
+fits a file to the record, and holds that against what the hull itself does. Nothing of it is ours but the wind, which it lacks.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import functools
 import importlib
 import math
 import sys
+import tempfile
 import types
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,6 +22,12 @@ from typing import Any
 import numpy as np
 
 from companion.core.hull import VesselConfig
+from companion.core.hull.statics import Statics
+from companion.core.trial import TrialConfig
+from companion.tuning.fit import fit_vessel
+from companion.tuning.fitted import fitted_vessel
+from companion.tuning.voyages import read_voyage
+from mavlink_bridge.language.messages import ActuatorDemand
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, WaterConfig
 from sitl.plant.library import load_vessel
@@ -28,7 +36,12 @@ from tools.benches.cells import control_cells as cells
 from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import sail_trial, steady, turn_rate
 
+_SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
+_THROTTLES = (0.2, 0.35, 0.65, 0.95)
+_HELM = 0.5
+_COASTED_S, _COAST_DT_S = 60.0, 0.02
 _PACKAGE = "python_vehicle_simulator"
 
 
@@ -114,6 +127,8 @@ class ForeignOtter(SimVessel):
         otter.beta_c = math.atan2(water.current_e_mps, water.current_n_mps)
         wanted = np.array([self._turns(thruster_port), self._turns(thruster_starboard)])
         surge_n, sway_n, yaw_nm = self.weather(water, math.cos(eta[5]), math.sin(eta[5]))
+        # of its payload's weight the trim makes a push ahead that nothing takes up: 6 N, for which it sails without thrust
+        surge_n += float(otter.mp * otter.g) * math.sin(eta[4])
         nu, self._n = otter.dynamics(eta, self._nu, self._n, wanted, dt_s)
         self._nu = nu + otter.Minv @ np.array([surge_n, sway_n, 0.0, 0.0, 0.0, yaw_nm]) * dt_s
         gnc = sys.modules[f"{_PACKAGE}.lib.gnc"]
@@ -135,6 +150,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("checkout", type=Path)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--trial", action="store_true", help="sail a sea trial, fit it, and judge the fit by the hull")
     arguments = parser.parse_args()
     try:
         make = otter_of(arguments.checkout)
@@ -146,12 +162,64 @@ def main() -> int:
         "author's figures": exact,
         "shipped Otter": exact.model_copy(update={"hull": shipped.hull, "thruster": shipped.thruster}),
     }
+    if arguments.trial:
+        judge_trial(exact, files["shipped Otter"], functools.partial(ForeignOtter, make=make), arguments.seed)
+        return 0
     for told, belief in files.items():
         for name, water in WATERS.items():
             plant = functools.partial(ForeignOtter, make=make)
             case = Case(exact, water, belief=belief, seed=arguments.seed, source=SensedState, plant=plant)
             _tell(f"{told}, {name}", case)
     return 0
+
+
+def judge_trial(
+    exact: VesselConfig, start: VesselConfig, plant: Callable[[VesselConfig], SimVessel], seed: int
+) -> None:
+    """Sail a trial by ``start``, fit it, and print what hull, start and fitted file do: speeds, turns, ways to rest."""
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder) / "trial.csv"
+        sailed = sail_trial(
+            exact, _SEA, TrialConfig(), record, belief=start, seed=seed, source=SensedState(seed), plant=plant
+        )
+        print(f"{sailed.texts[-1]} ({sailed.seconds:.0f} s)", flush=True)
+        found = fitted_vessel(fit_vessel(start, read_voyage(record)))
+    print(f"{'':34}{'the hull':>10}{'file':>10}{'fitted':>10}")
+    does, said, fitted = _of_plant(plant(exact), exact, plant), _of_file(start), _of_file(found)
+    for what, right in does.items():
+        print(
+            f"{what:34}{right:10.3f}" + "".join(f"{100.0 * (of[what] / right - 1.0):+9.1f}%" for of in (said, fitted))
+        )
+
+
+def _of_plant(hull: SimVessel, exact: VesselConfig, plant: Callable[[VesselConfig], SimVessel]) -> dict[str, float]:
+    found = {_speed(c): steady(plant(exact), ActuatorDemand(0, c, c)).u_mps for c in _THROTTLES}
+    found |= {_turn(c): turn_rate(exact, c, _HELM, plant) for c in (0.0, 0.3, 0.6)}
+    for mps in (1.0, 2.0):
+        hull.place(surge_mps=mps)
+        for _ in range(round(_COASTED_S / _COAST_DT_S)):
+            hull.step(_COAST_DT_S, 0.0, 0.0, rudder_port_rad=0.0, rudder_starboard_rad=0.0)
+        found[_rest(mps)] = hull.north_m
+    return found
+
+
+def _of_file(vessel: VesselConfig) -> dict[str, float]:
+    statics = Statics(vessel)
+    found = {_speed(c): statics.throttle_to_speed(c) for c in _THROTTLES}
+    found |= {_turn(c): turn_rate(vessel, c, _HELM) for c in (0.0, 0.3, 0.6)}
+    return found | {_rest(mps): statics.stopping_distance_m(mps) for mps in (1.0, 2.0)}
+
+
+def _speed(throttle: float) -> str:
+    return f"speed at {throttle:.0%} throttle, m/s"
+
+
+def _turn(throttle: float) -> str:
+    return f"turn at {throttle:.0%} and half helm, rad/s"
+
+
+def _rest(mps: float) -> str:
+    return f"way to rest from {mps:g} m/s, m"
 
 
 def _tell(what: str, case: Case) -> None:

@@ -104,7 +104,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     by_fix = bool(used.by_fix.all())
     deviation = widened(unknowns, np.sqrt(np.diag(covariance)), by_fix=by_fix)
     told = [
-        u.known(x[k], deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)
+        u.told(deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)
     ]
     untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
     unsettled = left_open(problem, x, np.array(told), covariance)

@@ -41,10 +41,13 @@ class FitUnknown:
         """Standard deviation of the value."""
         return self.value(x) * self.width * deviation if self.relative else self.width * deviation
 
+    def told(self, deviation: Array) -> bool:
+        """Whether the record tells it: much narrower than the prior. What it presses against a bound is told, too."""
+        return bool(deviation < _TOLD and (not self.relative or self.width * deviation < _WIDE))
+
     def known(self, x: Array, deviation: Array) -> bool:
-        """Whether the record tells it: much narrower than the prior, and not at a bound."""
-        inside = self.low + 0.05 < x < self.high - 0.05
-        return bool(deviation < _TOLD and inside and (not self.relative or self.width * deviation < _WIDE))
+        """Whether it is told, and not at a bound, where its interval would reach beyond what can be."""
+        return self.told(deviation) and bool(self.low + 0.05 < x < self.high - 0.05)
 
 
 def _relative(name: str, start: float, width: float) -> FitUnknown:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from companion.core.hull.statics import stopping_distance_m
 from companion.core.steer import SteeringConfig, make_controller, manual_demand, sway_through_water_mps
 from companion.core.trial import Trial, TrialConfig, TrialStanding
 from companion.io.recording.recorder import fix_fields
-from mavlink_bridge.language.messages import Action, ActuatorOutput, EstimatedState
+from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
 
@@ -24,6 +25,7 @@ COLUMNS = (
 """Those of control.csv that a fit reads."""
 _EARTH_M = 6_371_008.8
 _SETTLING_TICKS = 60
+_STEADY_STEPS = 1200
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +47,10 @@ def sail_trial(
     belief: VesselConfig | None = None,
     seed: int = 1,
     source: StateSource | None = None,
+    plant: Callable[[VesselConfig], SimVessel] = SimVessel,
 ) -> Trialled:
-    """Sail a whole trial, confirmed after the second manoeuvre, and write its record."""
-    hull, sea = SimVessel(vessel), Water(water, random.Random(f"water {seed}"))
+    """Sail a whole trial, confirmed after the second manoeuvre, and write its record. ``plant`` makes the hull."""
+    hull, sea = plant(vessel), Water(water, random.Random(f"water {seed}"))
     eyes: StateSource = source or IdealState()
     gate = Gate(GateConfig(), vessel.rudder.max_rad, round(TICK_S * 1e6))
     law, sent = make_controller("model", SteeringConfig(), belief or vessel), None
@@ -130,11 +133,16 @@ def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
     )
 
 
-def turn_rate(vessel: VesselConfig, throttle: float, helm: float) -> float:
+def turn_rate(
+    vessel: VesselConfig, throttle: float, helm: float, plant: Callable[[VesselConfig], SimVessel] = SimVessel
+) -> float:
     """Return the steady yaw rate, rad/s, of an operator's sticks in still water."""
-    hull = SimVessel(vessel)
-    demand = manual_demand(0, throttle, helm, SteeringConfig(), vessel)
-    for _ in range(1200):
+    return steady(plant(vessel), manual_demand(0, throttle, helm, SteeringConfig(), vessel)).r_radps
+
+
+def steady(hull: SimVessel, demand: ActuatorDemand) -> SimVessel:
+    """Sail a hull with unchanged sticks in still water, until it moves evenly."""
+    for _ in range(_STEADY_STEPS):
         hull.step(
             0.02,
             demand.thruster_port,
@@ -142,4 +150,4 @@ def turn_rate(vessel: VesselConfig, throttle: float, helm: float) -> float:
             rudder_port_rad=demand.rudder_port_rad,
             rudder_starboard_rad=demand.rudder_starboard_rad,
         )
-    return hull.r_radps
+    return hull

@@ -1,0 +1,35 @@
+"""What a record presses against a bound is told as well as what lies between them: left as the file has it, it would bend all else."""
+
+import pytest
+
+from companion.core.trial import TrialConfig
+from companion.tuning.fit import fit_vessel
+from companion.tuning.hull_arrays import coefficients
+from companion.tuning.unknowns import FitUnknown
+from companion.tuning.voyages import read_voyage
+from sitl.plant import WaterConfig
+from sitl.plant.library import load_vessel
+from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import sail_trial, wrong
+
+SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
+
+
+def test_a_value_at_its_bound_is_told_and_not_known():
+    munk = FitUnknown("munk", 0.3, 0.3, relative=False, low=-1.0, high=7.0 / 3.0)
+    assert munk.told(0.1)
+    assert not munk.known(-1.0, 0.1)
+    assert munk.known(0.0, 0.1)
+    assert not munk.told(0.9)
+
+
+def test_a_hull_without_a_munk_moment_is_found_from_a_file_that_has_one(tmp_path):
+    """Sway inertia and damping came out a quarter and a half too small: the file's moment was left in, and they made up for it."""
+    truth, file = load_vessel("blueboat"), tmp_path / "trial.csv"
+    start = wrong(truth, 3)
+    assert start.hull.munk > 0.2
+    sail_trial(truth, SEA, TrialConfig(radius_m=80.0, quick=True), file, belief=start, seed=3, source=SensedState(3))
+    fit, right = fit_vessel(start, read_voyage(file)), coefficients(truth)
+    assert fit.values["munk"] < 0.1
+    for name, rel in (("m22", 0.15), ("yvv", 0.3), ("m33", 0.1), ("ahead", 0.05)):
+        assert fit.values[name] == pytest.approx(right[name], rel=rel), name
