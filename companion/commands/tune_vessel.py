@@ -102,6 +102,7 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
+    from ..tuning.fitted import doubt
     from ..tuning.problem import RATE_FILTER_S
 
     print(f"{'':40} {'before':>10} {'fitted':>10}")
@@ -110,6 +111,8 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     names = ("surge", "sway", "yaw rate")
     said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
     print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
+    if text := doubt(fit):
+        print(text)
     if fit.turning != 1.0:
         print(
             f"what resists turning is {fit.turning:.2g} times what the file says, all of it: is thruster.lateral_m right?"

@@ -29,6 +29,9 @@ _STOPS_FROM: Final = (0.2, 0.35, 0.5, 1.0)
 _CORNER_DRAWS: Final = 6
 _CORNER: Final = 2.0
 """Corners lie two standard deviations out along each principal axis of the confidence region."""
+_UNEXPLAINED: Final = 0.75
+"""Error on stretches kept apart, RMS over standard deviation, from which on most of a motion is not the model's doing. A boat of 9 kg
+in waves for one of 50 came to 0.99, and her way to rest out a third too short; trials in waves that a boat is made for stay below 0.3."""
 _TOUCHES: Final = 1e-9
 """Widths; what is so near to its bound is at it."""
 _SLOWER: Final = 0.85
@@ -252,6 +255,17 @@ def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> l
     ]
 
 
+def doubt(fit: Fit) -> str:
+    """Say, to whoever might adopt the file, what the fitted boat does not do as the recorded one did; "" when she does all."""
+    surge, _, yaw = fit.errors
+    found = []
+    if surge > _UNEXPLAINED:
+        found.append(f"her speed is hardly explained (error {surge:.2f}): wind and current did more than her propellers")
+    if yaw > _UNEXPLAINED:
+        found.append(f"her turning is hardly explained (error {yaw:.2f}): waves turned her more than her helm")
+    return f"DO NOT adopt this file: {' and '.join(found)}; sail a trial in calmer water" if found else ""
+
+
 def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
     """Return the text of a vessel file: every fitted value with its interval, what stayed is marked."""
     notes = {PLACES[name][:2]: _interval(name, fit) for name in fit.values if name in PLACES}
@@ -264,6 +278,8 @@ def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
         f"{fit.errors_before[2]:.2f}.",
         "# Motion tells forces per mass: everything stands in proportion to hull.m11_kg, which is as it was. Intervals are 95 %.",
     ]
+    if text := doubt(fit):
+        lines.append(f"# {text}")
     notes["", "stopping_factor"] = "95 % upper bound over the best estimate"
     _table(lines, "", data, notes)
     return "\n".join(lines) + "\n"

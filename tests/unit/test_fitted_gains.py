@@ -1,12 +1,14 @@
 """The bandwidth that a fitted file is given: what is not known lowers it only where that helps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import gains_for
+from companion.tuning.fitted import as_toml, doubt, gains_for
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -46,3 +48,13 @@ def test_what_is_unsure_lowers_the_bandwidth_where_that_holds():
     assert unsure.holds
     assert unsure.bandwidth <= sure.bandwidth
     assert unsure.up_to_mps == pytest.approx(unsure.speeds[-1])
+
+
+def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
+    vessel = single_screw()
+    good = fit_of(vessel, "m33", 0.1)
+    thrown = replace(good, errors=(0.18, 0.46, 0.99))
+    assert doubt(good) == ""
+    assert "waves turned her more than her helm" in doubt(thrown)
+    assert "DO NOT adopt" in as_toml(thrown, vessel, "run-1", "2026-11-25").split("[hull]")[0]
+    assert "DO NOT adopt" not in as_toml(good, vessel, "run-1", "2026-11-25")
