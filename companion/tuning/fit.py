@@ -103,9 +103,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     covariance = covariance_of(Problem(vessel, used, unknowns, noise), x)
     by_fix = bool(used.by_fix.all())
     deviation = widened(unknowns, np.sqrt(np.diag(covariance)), by_fix=by_fix)
-    told = [
-        u.told(deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)
-    ]
+    told = [u.told(deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)]
     untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
     unsettled = left_open(problem, x, np.array(told), covariance)
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]

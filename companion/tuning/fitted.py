@@ -260,7 +260,9 @@ def doubt(fit: Fit) -> str:
     surge, _, yaw = fit.errors
     found = []
     if surge > _UNEXPLAINED:
-        found.append(f"her speed is hardly explained (error {surge:.2f}): wind and current did more than her propellers")
+        found.append(
+            f"her speed is hardly explained (error {surge:.2f}): wind and current did more than her propellers"
+        )
     if yaw > _UNEXPLAINED:
         found.append(f"her turning is hardly explained (error {yaw:.2f}): waves turned her more than her helm")
     return f"DO NOT adopt this file: {' and '.join(found)}; sail a trial in calmer water" if found else ""
