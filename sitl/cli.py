@@ -33,7 +33,7 @@ from . import again, cli_encounters, cli_scenario, imc, rehearsal
 from .gateway import WithGateway, shore_gateway, vessel_words, with_gateway
 from .scenario.autostart import AutoStart, AutostartError, read_plan_file
 from .world import SimSettings, World
-from .world.instance import move_instance
+from .world.instance import move_instance, moved_words
 from .world.settings import STATION_SPEED, at_speed, on_this_computer
 from .world.surroundings import Surroundings, served
 
@@ -264,10 +264,10 @@ def _serve_world(
     placed = in_run_dir(settings, run_dir)
     hull = load_vessel(settings.world.vessel or settings.vessel)
     surroundings = Surroundings(placed, hull, arguments.seed, shore_url=f"pty:{run_dir}/lora")
-    print(
-        f"serving the world in {run_dir}; start the vessel with: companion run CONFIG --simulated --run-dir {run_dir}",
-        flush=True,
+    vessel = " ".join(
+        ["companion run CONFIG --simulated --run-dir", str(run_dir), *moved_words(settings, arguments.instance)]
     )
+    print(f"serving the world in {run_dir}; start the vessel with: {vessel}", flush=True)
     for link in surroundings.links:
         print(f"  {link.name:16} {link.describe()}", flush=True)
     for door in served_doors(served(placed)):

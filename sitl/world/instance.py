@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 
 from companion.settings import ConfigError
 
@@ -27,3 +28,13 @@ def move_instance(settings: SimSettings, number: int) -> SimSettings:
             "endpoints": tuple(item.model_copy(update={"url": move(item.url)}) for item in settings.endpoints),
         }
     )
+
+
+def moved_words(settings: SimSettings, number: int) -> list[str]:
+    """Return what a separate ``companion run`` must be told to meet the world of instance ``number``; nothing for the first."""
+    if number == 0:
+        return []
+    moved = {"system.system_id": str(settings.system.system_id)}
+    moved |= {f"sensors.{k}.url": item.url for k, item in enumerate(settings.sensors)}
+    moved |= {f"endpoints.{k}.url": item.url for k, item in enumerate(settings.endpoints)}
+    return [f"--set {shlex.quote(f'{key}={value}')}" for key, value in moved.items()]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import config as shipped
 from companion.cli import main
 from companion.settings.schema import load
+from sitl.world.instance import move_instance, moved_words
 from sitl.world.settings import SimSettings, at_speed, on_this_computer
 
 BOAT = """
@@ -61,3 +63,16 @@ def test_a_station_keeps_up_with_a_simulation_that_runs_faster():
         heartbeat_s = speed  # of the vessel's time, one real second apart
         assert at_speed(settings, speed).failsafe.gcs_timeout_s >= 2.5 * heartbeat_s, "not even a warning"
     assert at_speed(settings, 1000.0).failsafe.gcs_timeout_s == 120.0
+
+
+def test_a_separate_vessel_is_told_where_the_world_of_another_instance_is():
+    """The command that was printed called the first instance's compass, which was not there."""
+    settings = load(shipped.path("sim.toml"), (), SimSettings)
+    moved = move_instance(settings, 7)
+    told = shlex.split(" ".join(moved_words(moved, 7)))
+    assert set(told[::2]) == {"--set"}
+    vessel = load(shipped.path("sim.toml"), told[1::2])
+    assert [item.url for item in vessel.sensors] == [item.url for item in moved.sensors]
+    assert [item.url for item in vessel.endpoints] == [item.url for item in moved.endpoints]
+    assert vessel.system.system_id == moved.system.system_id
+    assert moved_words(settings, 0) == []
