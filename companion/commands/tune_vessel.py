@@ -73,7 +73,8 @@ def command(arguments: argparse.Namespace) -> int:
     write_whole(page, fit_page.page(fit, vessel, rows, gains=gains, seed=seed, source=source).encode("utf-8"))
     _tell(fit, rows, gains)
     print(f"gains of the seed's law: {seed.words if seed else 'none on the grid hold at the worst corner'}")
-    print(f'{output}, {page}: read them, then name the file in the configuration: vessel = "{output}"')
+    adopt = f'then name the file in the configuration: vessel = "{output}"'
+    print(f"{output}, {page}: read them, {'but do not sail by them' if fitted.doubt(fit) else adopt}")
     return 0
 
 
