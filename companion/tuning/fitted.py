@@ -57,6 +57,7 @@ PLACES: Final = {
     "exponent": ("thruster", "exponent", ""),
     "starboard_share": ("thruster", "starboard_share", ""),
     "lag": ("thruster", "lag_s", "s"),
+    "speed_loss": ("thruster", "speed_loss", "1/(m/s)"),
     "dead_band": ("thruster", "dead_band", ""),
     "area": ("rudder", "area_m2", "m2"),
     "rudder_lag": ("rudder", "lag_s", "s"),

@@ -83,6 +83,7 @@ def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
     ]
     if not vessel.thruster.curve:
         found.append(_between("exponent", c["exponent"], 0.5, 0.8, 4.0))
+    found.append(_between("speed_loss", c["speed_loss"], 0.08, 0.0, 0.45))
     found.append(_between("dead_band", c["dead_band"], 0.04, 0.0, 0.3))
     if vessel.thruster.count == 2 and vessel.thruster.lateral_m:
         found.append(_relative("starboard_share", c["starboard_share"], 0.2))

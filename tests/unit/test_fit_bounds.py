@@ -33,3 +33,14 @@ def test_a_hull_without_a_munk_moment_is_found_from_a_file_that_has_one(tmp_path
     assert fit.values["munk"] < 0.1
     for name, rel in (("m22", 0.15), ("yvv", 0.3), ("m33", 0.1), ("ahead", 0.05)):
         assert fit.values[name] == pytest.approx(right[name], rel=rel), name
+
+
+def test_thrust_that_is_lost_with_way_is_found_from_a_file_that_knows_nothing_of_it(tmp_path):
+    """It had gone into drag, exponent and pull, each of them called known: half of the intervals were wrong."""
+    otter, file = load_vessel("otter"), tmp_path / "trial.csv"
+    truth = otter.model_copy(update={"thruster": otter.thruster.model_copy(update={"speed_loss": 0.12})})
+    sail_trial(truth, SEA, TrialConfig(radius_m=80.0, quick=True), file, belief=otter, seed=1, source=SensedState(1))
+    fit, right = fit_vessel(otter, read_voyage(file)), coefficients(truth)
+    assert fit.values["speed_loss"] == pytest.approx(0.12, abs=0.03)
+    for name, rel in (("ahead", 0.05), ("xu", 0.15), ("xuu", 0.15), ("exponent", 0.03)):
+        assert fit.values[name] == pytest.approx(right[name], rel=rel), name
