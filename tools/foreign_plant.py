@@ -39,9 +39,11 @@ from tools.benches.cells.sensed import SensedState
 from tools.benches.cells.trial_cells import sail_trial, steady, turn_rate
 
 _SEA = WaterConfig(current_mps=0.4, wind_mps=5.0, wave_height_m=0.15)
-_THROTTLES = (0.2, 0.35, 0.65, 0.95)
-_HELM = 0.5
+"""A day on which a person would sail a trial."""
+_THROTTLES, _TURNING, _HELM = (0.2, 0.35, 0.65, 0.95), (0.0, 0.3, 0.6), 0.5
+_COASTING_MPS = (1.0, 2.0)
 _COASTED_S, _COAST_DT_S = 60.0, 0.02
+"""Fifty times the hull's own time: it lies still by then."""
 _PACKAGE = "python_vehicle_simulator"
 
 
@@ -185,17 +187,17 @@ def judge_trial(
         print(f"{sailed.texts[-1]} ({sailed.seconds:.0f} s)", flush=True)
         found = fitted_vessel(fit_vessel(start, read_voyage(record)))
     print(f"{'':34}{'the hull':>10}{'file':>10}{'fitted':>10}")
-    does, said, fitted = _of_plant(plant(exact), exact, plant), _of_file(start), _of_file(found)
-    for what, right in does.items():
-        print(
-            f"{what:34}{right:10.3f}" + "".join(f"{100.0 * (of[what] / right - 1.0):+9.1f}%" for of in (said, fitted))
-        )
+    said, fitted = _of_file(start), _of_file(found)
+    for what, right in _of_plant(exact, plant).items():
+        off = (100.0 * (of[what] / right - 1.0) for of in (said, fitted))
+        print(f"{what:34}{right:10.3f}" + "".join(f"{percent:+9.1f}%" for percent in off))
 
 
-def _of_plant(hull: SimVessel, exact: VesselConfig, plant: Callable[[VesselConfig], SimVessel]) -> dict[str, float]:
+def _of_plant(exact: VesselConfig, plant: Callable[[VesselConfig], SimVessel]) -> dict[str, float]:
     found = {_speed(c): steady(plant(exact), ActuatorDemand(0, c, c)).u_mps for c in _THROTTLES}
-    found |= {_turn(c): turn_rate(exact, c, _HELM, plant) for c in (0.0, 0.3, 0.6)}
-    for mps in (1.0, 2.0):
+    found |= {_turn(c): turn_rate(exact, c, _HELM, plant) for c in _TURNING}
+    hull = plant(exact)
+    for mps in _COASTING_MPS:
         hull.place(surge_mps=mps)
         for _ in range(round(_COASTED_S / _COAST_DT_S)):
             hull.step(_COAST_DT_S, 0.0, 0.0, rudder_port_rad=0.0, rudder_starboard_rad=0.0)
@@ -206,8 +208,8 @@ def _of_plant(hull: SimVessel, exact: VesselConfig, plant: Callable[[VesselConfi
 def _of_file(vessel: VesselConfig) -> dict[str, float]:
     statics = Statics(vessel)
     found = {_speed(c): statics.throttle_to_speed(c) for c in _THROTTLES}
-    found |= {_turn(c): turn_rate(vessel, c, _HELM) for c in (0.0, 0.3, 0.6)}
-    return found | {_rest(mps): statics.stopping_distance_m(mps) for mps in (1.0, 2.0)}
+    found |= {_turn(c): turn_rate(vessel, c, _HELM) for c in _TURNING}
+    return found | {_rest(mps): statics.stopping_distance_m(mps) for mps in _COASTING_MPS}
 
 
 def _speed(throttle: float) -> str:
