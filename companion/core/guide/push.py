@@ -17,6 +17,7 @@ from mavlink_bridge.language.units import clamp
 from ..hull import Handling
 from ..hull.actuator_model import ActuatorModel
 from ..hull.left import Shares
+from .gust import GustObserver
 
 _TAU_S = 4.0
 """Poles of the observer: longer than a gust's first shove, shorter than the way a boat loses meanwhile."""
@@ -28,7 +29,7 @@ _ON_THE_SPOT = 0.14
 """Differential thrust of a gentle turn on the spot, over the sum of full thrust ahead and astern: the error is learnt in half a turn."""
 _WRONG_MOST = 0.5
 """As wrong as a file may well be about thrust astern over thrust ahead."""
-_STIFF = 0.3
+_STIFF = 0.2
 """Moment per radian over the yaw inertia, 1/s², of a wind that a soft heading loop (about 0.8) is no match for."""
 
 
@@ -62,6 +63,7 @@ class PushObserver:
         """Thrust ahead that comes with a turn on the spot and is not in the file, over the differential thrust."""
         self.north_n = self.east_n = 0.0
         self._u_mps = self._v_mps = 0.0
+        self._gust = GustObserver(vessel)
         self._running = False
 
     def begin(self, drift: tuple[float, float]) -> None:
@@ -94,6 +96,11 @@ class PushObserver:
         """How much the wind, if it were all of the push, would turn the bow away, over what a soft heading loop bears; 0 to 1."""
         return min(1.0, self._turning_m * self.strength_n / self._stiff_nm)
 
+    @property
+    def gust_rad(self) -> float:
+        """How far to starboard of its usual direction the wind stands now, as far as that is believed."""
+        return self._gust.off_rad
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Take one tick: the state, and what went out during it."""
         actuators = self._actuators
@@ -105,6 +112,7 @@ class PushObserver:
         if not self._running or math.hypot(u, v) > _SLOW_MPS:
             self._running = True
             self._u_mps, self._v_mps = u, v
+            self._gust.begin(psi, r or 0.0)
             return
         cos, sin = math.cos(psi), math.sin(psi)
         ahead_n = self.north_n * cos + self.east_n * sin
@@ -112,7 +120,7 @@ class PushObserver:
         ahead_n += self._turns_with * differential_n
         abeam_n = self._broad * (self.east_n * cos - self.north_n * sin)
         angle = actuators.rudder_rad
-        du, dv, _ = self._rates(
+        du, dv, dr = self._rates(
             self._u_mps,
             self._v_mps,
             r or 0.0,
@@ -132,3 +140,8 @@ class PushObserver:
         more_n, aside_n = gain * self._m11 * off_u, gain * self._m22 / self._broad * off_v
         self.north_n += more_n * cos - aside_n * sin
         self.east_n += more_n * sin + aside_n * cos
+        if r is not None:
+            nm_per_rad = self._turning_m * self.strength_n
+            self._gust.step(
+                dt_s, psi_rad=psi, r_radps=r, dr_radps2=dr, against_rad=self.against_rad, nm_per_rad=nm_per_rad
+            )

@@ -61,8 +61,10 @@ _ALONE_OFF_RAD = 0.5
 """With the bow so far off the rudders need more flow than it takes to hold it straight."""
 _GUSTS_PER_MPS = 0.8
 """A stronger push comes in stronger gusts: so much more speed towards the point, per m/s that it would carry the boat at."""
-_INNER_SHARE = 0.5
+_INNER_SHARE = 0.6
 """Most of the speed loop's bandwidth that the distance may ask for: more, and a boat of slow propellers surges to and fro."""
+_MEETS_GUST = 1.4
+"""Share of a gust's turn that the bow meets, over what slow propellers leave of the speed that the distance asks for."""
 _LIGHT = 0.15
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
@@ -169,10 +171,13 @@ class StationKeeper:
         away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
         self._sailing_back = push_mps < _WEAK_MPS and distance > away * self._radius_m
         self._firm = self._gain if self._drifts else self._gain * (1.0 + _GUSTS_PER_MPS * push_mps)
-        self._firm = min(self._firm, self._most_firm)
+        wanted, self._firm = self._firm, min(self._firm, self._most_firm)
         facing = None if self._sailing_back else self._face(dt_s)
         if facing is None:
             return self._rest(state, north, east, distance)
+        # slow propellers cannot take back at once what a gust takes: so much of it is met with the bow
+        meets = _MEETS_GUST * self._push.firmness * (1.0 - self._firm / wanted)
+        facing = wrap_pi(facing + meets * self._push.gust_rad)
         cos, sin = math.cos(facing), math.sin(facing)
         starboard = east * cos - north * sin
         aside = math.atan2(self._firm * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)

@@ -61,15 +61,19 @@ class Allocator:
         self._shares = shares
         self._way_n = way_n(self._vessel, shares)
 
-    def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float) -> Allocation:
-        """Return commands for a total thrust and a yaw moment at a speed through the water."""
+    def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float, flow_mps: float | None = None) -> Allocation:
+        """Return commands for a total thrust and a yaw moment at a speed through the water.
+
+        ``flow_mps``: as much flow as the rudders are sure of beside the propellers' race, where that is less.
+        """
         if self._shares != WHOLE:
             return self._with_what_is_left(surge_n, yaw_nm, surge_mps)
         lateral_m, most_n = self._lateral_m, self._differential_n
         surge_n = clamp(surge_n, -self._all_astern_n, self._all_ahead_n)
         if most_n <= 0.0 < self._rudder_max:
             surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
-        slope = self._model.rudder_slope_nm(surge_mps, 0.5 * surge_n, 0.5 * surge_n)
+        flow_mps = surge_mps if flow_mps is None else flow_mps
+        slope = self._model.rudder_slope_nm(flow_mps, 0.5 * surge_n, 0.5 * surge_n)
         angle_rad = self._rudder(yaw_nm, slope)
         by_rudder = 0.5 * slope * math.sin(2.0 * angle_rad)
         half_n = clamp((yaw_nm - by_rudder) / (2.0 * lateral_m), -most_n, most_n) if most_n > 0.0 else 0.0

@@ -39,7 +39,9 @@ where wind turns the bow away so hard that the boat would not come to face it.""
 _PLANNED = 0.7
 """Share of that for which a gentle turn is planned; the rest is the feedback's."""
 _SPEED_REFERENCE = 2.0
-"""Bandwidth of the speed reference, 1/s."""
+"""Bandwidth of the speed reference, 1/s; on station in strong wind twice that."""
+_HANDS_OVER_S = 10.0
+"""How long the speed integral takes to hand over to the observer on station: slower than the loop, so that nothing is felt."""
 _CALM_SURGE = 0.15
 """Acceleration of the reference, m/s², below which the speed integral works."""
 _SAME = 0.03
@@ -83,6 +85,7 @@ class ModelController:
         self._yaw_integral_nm = 0.0
         self._surge_integral_n = 0.0
         self._heading_error = 0.0
+        self._firmness = 0.0
         self._held = False
         """The turn takes all of the moment that a gentle one may."""
         self._last: ActuatorDemand | None = None
@@ -99,6 +102,8 @@ class ModelController:
         attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
         self._attainable_mps = min(attainable_mps, self._left_mps)
         self._omegas = [gain.omega_radps for gain in schedule.gains]
+        self._firm_radps = max(self._omegas)
+        """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes."""
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
@@ -192,13 +197,20 @@ class ModelController:
         water = self._observer.u_mps
         made_mps = water * (1.0 + _believed(state.made_share))
         ahead = made_mps if made_mps > 0.0 else 0.0
-        omega = self._omega(ahead) * (_BY_COURSE if state.heading_from_course else 1.0)
+        omega = self._omega(ahead)
+        omega += desired.firmness * desired.firmness * (self._firm_radps - omega)
+        omega *= _BY_COURSE if state.heading_from_course else 1.0
+        self._firmness = desired.firmness
+        flow_mps = None
+        if desired.gentle and self._handling.model.lateral_m:
+            # what holds against wind looks like way, and may be none: the rudders are sure of the propellers' race alone
+            ahead = flow_mps = 0.0
         surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
         yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        given = self._allocator.allocate(surge_n, yaw_nm, made_mps)
+        given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
         rudder_rad = given.rudder_rad
@@ -292,14 +304,20 @@ class ModelController:
         measured = water if desired.through_water else surge
         reference = measured if self._u_ref is None else self._u_ref
         most, m11 = self._surge_most, self._m11
-        self._du_ref = change = clamp((wanted - reference) * _SPEED_REFERENCE, -most, most)
+        pole = _SPEED_REFERENCE * (1.0 + desired.firmness)
+        self._du_ref = change = clamp((wanted - reference) * pole, -most, most)
         reference += change * dt_s
         most = self._attainable_mps + measured - water
         if reference > most:
             reference = most  # beyond what the hull can do it would only take longer to come down again
         self._u_ref = reference
         error = reference - measured
-        p = self._speed_gain * m11 * error
+        if desired.gentle:
+            # the speed that the thrust on its way will bring: slow propellers need no slow loop then
+            coming_mps = self._vessel.thruster.lag_s * (self._observer.gains_mps2 - change)
+            p = self._config.speed_gain * m11 * (error - coming_mps)
+        else:
+            p = self._speed_gain * m11 * error
         through = clamp(reference + (water - measured), -0.5, self._attainable_mps)
         forward = self._handling.drag_n(through) + m11 * change
         total = forward + p + self._surge_integral_n
@@ -317,7 +335,10 @@ class ModelController:
             self._yaw_integral_nm = clamp(
                 self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
             )
+        # in strong wind the observer's way through the water is an integral, too: with two the boat would swing
+        firmness = self._firmness
+        self._surge_integral_n -= firmness * self._surge_integral_n * dt_s / _HANDS_OVER_S
         if abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
-            gain = self._speed_integral * self._speed_gain * self._m11
+            gain = (1.0 - firmness) * self._speed_integral * self._speed_gain * self._m11
             bound_n = self._ahead_n
             self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)

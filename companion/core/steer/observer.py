@@ -41,6 +41,8 @@ class WaterSpeedObserver:
         """Surge over ground, measured, carried by the model."""
         self.rate_radps: float | None = None
         """Yaw rate, likewise."""
+        self.gains_mps2 = 0.0
+        """Surge that the hull gains now by what was sent."""
         self._along_mps = 0.0
         self._gained: list[float] = []
         self._newer_mps = 0.0
@@ -85,6 +87,7 @@ class WaterSpeedObserver:
             rudder_port_rad=angle,
             rudder_starboard_rad=angle,
         )
+        self.gains_mps2 = du
         self.u_mps += du * dt_s
         self.v_mps += dv * dt_s
         self._age(dt_s, state.position_age_s or 0.0, du * dt_s)
