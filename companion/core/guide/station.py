@@ -65,6 +65,8 @@ _INNER_SHARE = 0.6
 """Most of the speed loop's bandwidth that the distance may ask for: more, and a boat of slow propellers surges to and fro."""
 _MEETS_GUST = 1.4
 """Share of a gust's turn that the bow meets, over what slow propellers leave of the speed that the distance asks for."""
+_MEETS_MOST = 0.25
+"""The greatest share: a gust is half over when it is known, and a heavy boat that meets more of it swings about."""
 _LIGHT = 0.15
 """Mode drift: share of the gain with which the point is held."""
 _SIDEWAYS_MPS = 0.2
@@ -176,7 +178,7 @@ class StationKeeper:
         if facing is None:
             return self._rest(state, north, east, distance)
         # slow propellers cannot take back at once what a gust takes: so much of it is met with the bow
-        meets = _MEETS_GUST * self._push.firmness * (1.0 - self._firm / wanted)
+        meets = self._push.firmness * min(_MEETS_GUST * (1.0 - self._firm / wanted), _MEETS_MOST)
         facing = wrap_pi(facing + meets * self._push.gust_rad)
         cos, sin = math.cos(facing), math.sin(facing)
         starboard = east * cos - north * sin
