@@ -270,7 +270,7 @@ class Desired:
     asked_mps: float | None = None
     """Along a path: speed over ground that the plan asks for here. In a strong stream ``speed_mps`` is what can be made of it."""
     firmness: float = 0.0
-    """Where ``brake`` asks for a soft heading loop: how much of the rest of the bandwidth is wanted all the same, 0 to 1."""
+    """On station: how much the wind asks for hard loops of heading and speed, soft ones being the rule there, 0 to 1."""
 
 
 @value

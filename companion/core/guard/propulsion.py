@@ -97,7 +97,7 @@ class PropulsionWatch:
         self._vessel, self._statics = vessel, Statics(vessel)
         hull, wind = vessel.hull, vessel.windage
         self._lateral_m = self._model.lateral_m
-        self._m11, self._inertia = hull.m11_kg, hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        self._m11, self._inertia = hull.m11_kg, hull.turning_kgm2
         gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * _GALE_MPS * _GALE_MPS
         self._least_nm = max(_SMALL_NM, 0.1 * self._lateral_m * vessel.thruster.ahead_n)
         self._clear_nm = self._most_nm = max(self._least_nm, _CLEAR * gale_nm)

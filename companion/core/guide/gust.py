@@ -28,7 +28,7 @@ class GustObserver:
 
     def __init__(self, vessel: VesselConfig) -> None:
         hull = vessel.hull
-        self._inertia_kgm2 = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        self._inertia_kgm2 = hull.turning_kgm2
         self._swings_rad2 = _SWINGS_RAD * _SWINGS_RAD
         self.begin(0.0, 0.0)
 

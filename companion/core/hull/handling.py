@@ -81,7 +81,7 @@ class Handling:
         if moment_nm <= 0.0:
             return 0.0
         lag_s = given.rudder_nm * self.vessel.rudder.lag_s + given.differential_nm * self.vessel.thruster.lag_s
-        inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        inertia = hull.turning_kgm2
         return (lag_s + inertia * self._look_up(self._rates, speed_mps)) / moment_nm
 
     def _kept(self) -> _Tables:

@@ -57,6 +57,11 @@ class HullConfig(Config):
     crossflow_cd: float = Field(0.0, ge=0)
     """Cross-flow drag by five strips on each of two hulls; 0 = contained in yvv and nrr."""
 
+    @property
+    def turning_kgm2(self) -> float:
+        """Inertia that a yaw moment meets where the hull is free to slip: m33 less what sway takes off it by ``m23_kgm``."""
+        return self.m33_kgm2 - self.m23_kgm * self.m23_kgm / self.m22_kg
+
 
 class ThrusterConfig(Config):
     """Fixed propellers. The command -1...1 sets revolutions, as an ESC does, so thrust goes with its square, if not else said."""

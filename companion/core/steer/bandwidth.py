@@ -155,7 +155,7 @@ class _Trial:
     def __init__(self, handling: Handling, wishes: Wishes, speed_mps: float) -> None:
         vessel, hull = handling.vessel, handling.vessel.hull
         self._wishes = wishes
-        self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        self._inertia = hull.turning_kgm2
         self._counted = max(handling.yaw_damping(speed_mps)[0], 0.0)
         self._lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
         self._delay_s = DELAY_S + wishes.late_s

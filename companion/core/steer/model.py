@@ -68,7 +68,7 @@ class ModelController:
         hull = vessel.hull
         self._m11 = hull.m11_kg
         self._ahead_n, self._astern_n = vessel.thruster.ahead_n, vessel.thruster.astern_n
-        self._inertia = hull.m33_kgm2 - hull.m23_kgm * hull.m23_kgm / hull.m22_kg
+        self._inertia = hull.turning_kgm2
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
         self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
         self._left_mps = math.inf
