@@ -14,7 +14,8 @@ from companion.core.steer.model import ModelController
 from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
-from tools.benches.cells.foreign_hulls import bare, launch, single_screw
+from tools.benches.cells.foreign_hulls import bare, launch, rudderless, single_screw
+from tools.benches.cells.trial_cells import wrong
 
 HAS_CONTROL = find_spec("control") is not None
 HULLS = {f"{name}, no rudders, munk {munk}": bare(name, munk) for name in vessel_names() for munk in (0.0, 0.5, 1.0)}
@@ -104,3 +105,17 @@ def test_check_runs_the_margins_and_says_what_it_finds(tmp_path, capsys):
 def test_a_boat_with_one_screw_and_a_rudder_may_be_steered_at_all():
     """Its gains had been refused as unstable: at rest there is no loop."""
     assert gains_problem(SteeringConfig(), single_screw()) == ""
+
+
+def test_a_speed_that_wants_more_damping_is_not_steered_at_half_the_bandwidth():
+    """The best margins of all are a weak loop's; what leaves enough of them and holds the bow firmer is taken (it fell from 0.73
+    to 0.32 rad/s between two speeds of the table)."""
+    schedule = ModelController(SteeringConfig(), wrong(rudderless(), 45)).schedule
+    speeds = zip(schedule.gains, schedule.gains[1:], strict=False)
+    kept = [
+        after.omega_radps / before.omega_radps
+        for before, after in speeds
+        if before.leaves(8.5, 47.0) and after.leaves(8.5, 47.0)
+    ]
+    assert len(kept) >= 5
+    assert min(kept) > 0.7

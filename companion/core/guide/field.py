@@ -20,6 +20,10 @@ MOST_SLOPE = 0.5
 _MOST_GAIN = 1.6
 """Turn of the bow over that of the course, at most. Water that runs with the boat asks for more, but a file that says too little
 speed looks just like it until the first corner, and would swing the boat about the leg: she comes back a little later instead."""
+_DOUBTFUL_GAIN = 1.3
+"""The same where the voyage shows that the file is wrong: what is left of such water then is partly the file's, in every turn anew."""
+_FEIGNED_SHARE = 0.15
+"""A right file seems wrong by as much in a strong wind along the way; from twice that on it is wrong for certain."""
 
 
 @value
@@ -111,14 +115,27 @@ def triangle(
 
 
 def bow(
-    path_rad: float, course_rad: float, speed_mps: float, drift: tuple[float, float], *, top_mps: float, now_mps: float
+    path_rad: float,
+    course_rad: float,
+    speed_mps: float,
+    drift: tuple[float, float],
+    *,
+    top_mps: float,
+    now_mps: float,
+    made_share: float,
 ) -> SteeredHeading:
-    """Return the triangle's heading for a course towards a path, no further off the path's own than ``_MOST_GAIN`` allows."""
+    """Return the triangle's heading for a course towards a path, turned from the path's own by no more than a gain allows.
+
+    ``made_share``: what the hull makes more through the water than her file says, over what it says. The gain is ``_MOST_GAIN``
+    where the file stands, ``_DOUBTFUL_GAIN`` where it is wrong.
+    """
     found = triangle(course_rad, speed_mps, drift, top_mps, now_mps)
     along = triangle(path_rad, speed_mps, drift, top_mps, now_mps)
-    most_rad = _MOST_GAIN * abs(wrap_pi(course_rad - path_rad))
+    doubt = clamp(abs(made_share) / _FEIGNED_SHARE - 1.0, 0.0, 1.0)
+    gain = _MOST_GAIN + doubt * (_DOUBTFUL_GAIN - _MOST_GAIN)
+    most_rad = gain * abs(wrap_pi(course_rad - path_rad))
     off_rad = wrap_pi(found.psi_rad - along.psi_rad)
     if abs(off_rad) <= most_rad:
         return found
     psi_rad = wrap_pi(along.psi_rad + math.copysign(most_rad, off_rad))
-    return replace(found, psi_rad=psi_rad, rate_factor=min(found.rate_factor, _MOST_GAIN))
+    return replace(found, psi_rad=psi_rad, rate_factor=min(found.rate_factor, gain))

@@ -158,7 +158,15 @@ class Follower:
         planned = self._plan(track, here.along_m, speed_mps, end_speed_mps, now_mps)
         course, rate = self._course(dt_s, track, here, now_mps, planned)
         drift = (state.current_n_mps or 0.0, state.current_e_mps or 0.0) if self._use_drift else _NO_DRIFT
-        heading = bow(here.course_rad, course, planned, drift, top_mps=self._fast_mps, now_mps=self._water_mps())
+        heading = bow(
+            here.course_rad,
+            course,
+            planned,
+            drift,
+            top_mps=self._fast_mps,
+            now_mps=self._water_mps(),
+            made_share=state.made_share,
+        )
         desired = self._steer(dt_s, state, heading, rate=rate, planned=planned, drift=drift)
         possible = not self._use_drift or self._is_possible(state, course, planned)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= FELT * speed_mps:

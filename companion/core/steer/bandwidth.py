@@ -1,8 +1,9 @@
 """How fast a heading loop may be at each speed, worked out from the vessel file: gains that leave margins at a stated delay.
 
-The greatest bandwidth that keeps them is taken. Where none does, as on a hull without rudders that is directionally
-unstable, the gains with the best worst margin are: there the lowest bandwidth is the one that lets the hull go. And the
-speed is found up to which the bars hold at all; faster, the vessel is not sailed.
+The greatest bandwidth that keeps them is taken, with more damping or less integral where the settings' own leave too
+little. Where none does, as on a hull without rudders that is directionally unstable, the gains with the best worst margin
+are: there the lowest bandwidth is the one that lets the hull go. And the speed is found up to which the bars hold at all;
+faster, the vessel is not sailed.
 """
 
 from __future__ import annotations
@@ -141,7 +142,9 @@ def heading_gain(handling: Handling, wishes: Wishes, speed_mps: float) -> Headin
         for stiffer in _STIFFER
         for omega in omegas
     ]
-    return max(every, key=HeadingGain.worth)
+    # under way a weak loop is swung by every corner, at rest nothing hurries it
+    firm = [gain for gain in every if speed_mps > 0.0 and gain.leaves(_WISH_DB, _WISH_DEG)]
+    return max(firm, key=lambda gain: gain.omega_radps) if firm else max(every, key=HeadingGain.worth)
 
 
 def plain_margins(handling: Handling, wishes: Wishes, omega_radps: float, speed_mps: float) -> LoopMargins:

@@ -48,6 +48,8 @@ _SAME = 0.03
 """Outputs that differ by less are the same."""
 _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
+_STANDING_RAD = 0.1
+"""A greater heading error is a turn's, not a standing one: all of it in the integral would swing a slow loop past for half a minute."""
 _RIGHT_SHARE = 0.1
 """A file that is right to a tenth stands: wind along the way looks like as much. From twice that on it is believed to be wrong."""
 
@@ -332,9 +334,8 @@ class ModelController:
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
         if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN and not self._held:
             gain = self._at(self._integrals, self._observer.u_mps) * self._inertia * omega * omega
-            self._yaw_integral_nm = clamp(
-                self._yaw_integral_nm + gain * self._heading_error * dt_s, -bound_nm, bound_nm
-            )
+            error = clamp(self._heading_error, -_STANDING_RAD, _STANDING_RAD)
+            self._yaw_integral_nm = clamp(self._yaw_integral_nm + gain * error * dt_s, -bound_nm, bound_nm)
         # in strong wind the observer's way through the water is an integral, too: with two the boat would swing
         firmness = self._firmness
         self._surge_integral_n -= firmness * self._surge_integral_n * dt_s / _HANDS_OVER_S

@@ -17,6 +17,8 @@ from ..hull.left import Shares
 
 _RATE_TAU_S = 0.15
 """Pole of the observer's turn rate: a compass of 10 Hz gives one and a half values in it."""
+_UNTOLD_S = 1.0
+"""How long what the model does not know of yaw takes to be found: four of the rate's poles would be critical, this is calmer."""
 _SURGE_TAU_S = 0.8
 """Pole of its surge: longer than a wave's orbital push lasts."""
 _HISTORY = 30
@@ -41,6 +43,8 @@ class WaterSpeedObserver:
         """Surge over ground, measured, carried by the model."""
         self.rate_radps: float | None = None
         """Yaw rate, likewise."""
+        self._untold_radps2 = 0.0
+        """Yaw acceleration that the model does not know of: wind, a file that is wrong. Left out, the rate would stand off by it."""
         self.gains_mps2 = 0.0
         """Surge that the hull gains now by what was sent."""
         self._along_mps = 0.0
@@ -109,11 +113,12 @@ class WaterSpeedObserver:
     def _carry(self, dt_s: float, state: EstimatedState, du: float, dr: float) -> None:
         measured = state.r_radps
         if measured is None or self.rate_radps is None:
-            self.rate_radps = measured
+            self.rate_radps, self._untold_radps2 = measured, 0.0
         else:
-            predicted = self.rate_radps + dr * dt_s
+            predicted = self.rate_radps + (dr + self._untold_radps2) * dt_s
             share = dt_s / _RATE_TAU_S if dt_s < _RATE_TAU_S else 1.0
             self.rate_radps = predicted + share * (measured - predicted)
+            self._untold_radps2 += share * (measured - predicted) / _UNTOLD_S
         psi = state.psi_rad
         if state.u_mps is None or psi is None:
             self.surge_mps = None
