@@ -49,6 +49,8 @@ _AFTER_CORNER_S = 3.0
 """A corner's transient is no drift: the integral waits so long."""
 _TURN_TAU_S = 0.3
 """As long as the path's turning takes to become the hull's."""
+_BOW_TAU_S = 1.5
+"""A path is joined more widely for water that runs with the boat, not for each wave that slows her."""
 _ANY_MPS = (0.0, math.inf)
 """Bends may be sailed at any speed: both thrusters work."""
 _ALONE_SHARE = 0.7
@@ -90,6 +92,8 @@ class Follower:
         self.integrator.most_slope = _SLOPE_BESIDE_DRIFT if config.use_drift else MOST_SLOPE
         self._turn_share, self._preview_s = config.turn_share, config.preview_s
         self._use_drift = config.use_drift
+        self._bow_turns = 1.0
+        """By how much more than the course: in water that runs with her the arc over ground is so much wider."""
         self._turn_mps: float | None = None
         self._turn_least_m = 0.0
         """Radius by which a path is joined at the speed ``_turn_mps``."""
@@ -167,6 +171,8 @@ class Follower:
             now_mps=self._water_mps(),
             made_share=state.made_share,
         )
+        share = min(1.0, dt_s / _BOW_TAU_S)
+        self._bow_turns += share * (max(1.0, heading.rate_factor) - self._bow_turns)
         desired = self._steer(dt_s, state, heading, rate=rate, planned=planned, drift=drift)
         possible = not self._use_drift or self._is_possible(state, course, planned)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= FELT * speed_mps:
@@ -221,7 +227,7 @@ class Follower:
         if planned != self._turn_mps:
             self._turn_mps = planned
             self._turn_least_m = 2.0 * (planned / (self._turn_share * self._handling.yaw_rate_for_way(planned)))
-        least = self._turn_least_m
+        least = self._turn_least_m * self._bow_turns
         if cross_m * curvature > 0.0 and 1.0 / abs(curvature) > least:  # inside a bend: by its own radius
             return 1.0 / abs(curvature)
         return least

@@ -18,7 +18,8 @@ from ..hull.left import Shares
 _RATE_TAU_S = 0.15
 """Pole of the observer's turn rate: a compass of 10 Hz gives one and a half values in it."""
 _UNTOLD_S = 1.0
-"""How long what the model does not know of yaw takes to be found: four of the rate's poles would be critical, this is calmer."""
+"""How long what the model does not know of yaw takes to be found. Four times the rate's pole would be critical damping; this lets
+waves be waves."""
 _SURGE_TAU_S = 0.8
 """Pole of its surge: longer than a wave's orbital push lasts."""
 _HISTORY = 30
