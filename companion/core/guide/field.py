@@ -34,20 +34,22 @@ class Course:
     rate_radps: float
 
 
-def approach(offset_m: float, look_ahead_m: float, turn_m: float) -> tuple[float, float]:
+def approach(offset_m: float, look_ahead_m: float, turn_m: float, into_m: float) -> tuple[float, float]:
     """Return (angle towards the path, its derivative per metre of offset) for an offset from it.
 
-    Near the path atan(offset / look-ahead); farther off the angle at which an arc of radius ``turn_m`` would still
-    run into the path tangentially, whichever is smaller. Up to 90 degrees.
+    Near the path atan(offset / look-ahead); farther off the angle chi at which ``into_m`` sailed on and then an arc of
+    radius ``turn_m`` would still run into the path tangentially, offset = into sin(chi) + turn (1 - cos(chi)), whichever
+    is smaller. Up to 90 degrees.
     """
     size = abs(offset_m)
     linear = math.atan(size / look_ahead_m)
     slope = look_ahead_m / (look_ahead_m * look_ahead_m + size * size)
-    if size < turn_m:
-        tangential = math.acos(1.0 - size / turn_m)
+    if size < turn_m + into_m:
+        part = turn_m / math.hypot(turn_m, into_m)
+        tangential = math.acos((1.0 - size / turn_m) * part) - math.acos(part)
         if tangential < linear:
             linear = tangential
-            slope = 1.0 / math.sqrt(size * (2.0 * turn_m - size))
+            slope = 1.0 / math.sqrt(into_m * into_m + size * (2.0 * turn_m - size))
     return math.copysign(linear, offset_m), slope
 
 

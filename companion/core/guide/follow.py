@@ -57,6 +57,9 @@ _ALONE_SHARE = 0.7
 """Share of the turning ability for bends with one thruster: the same thrust must also hold against wind and current."""
 _ANSWERS = 1.1
 """Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
+_ARC_HOLDS_S = 1.0
+"""A path is joined by an arc of twice the tightest radius, which leaves so much time to begin it. A heavy boat that turns towards the
+path takes longer, and twice: to end that turn, and to take up the other. She would swing past by metres."""
 _SLOPE_BESIDE_DRIFT = 0.15
 """Slope of the path's integral where the drift is reckoned with: 9 degrees, more than a compass is off that the drift does not show. A
 greater one fills up while the drift is still learnt, and stands beside the leg for a minute after."""
@@ -86,6 +89,7 @@ class Follower:
         self._config = config
         self._double = 2.0 * config.deceleration
         answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
+        self._reverses_s = max(0.0, 2.0 * (self._handling.takes_up_s - _ARC_HOLDS_S))
         self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
@@ -209,7 +213,8 @@ class Follower:
         cross, curvature, path = here.cross_m, here.curvature, here.course_rad
         corridor = self._corridor_m if self._settled(dt_s, track, curvature) else 0.0
         offset = self.integrator.step(dt_s, cross, look_ahead, self._integral, corridor)
-        angle, slope = approach(offset, look_ahead, self._turn_m(cross, curvature, planned))
+        turn_m = self._turn_m(cross, curvature, planned)
+        angle, slope = approach(offset, look_ahead, turn_m, self._reverses_s * speed)
         cos, sin, vn, ve = math.cos(path), math.sin(path), self.motion.vn_mps, self.motion.ve_mps
         along, across = vn * cos + ve * sin, ve * cos - vn * sin
         inside = 1.0 - curvature * cross
