@@ -42,11 +42,8 @@ def test_no_wrong_file_makes_a_boat_unstable(name, draw):
     [
         ("rudderless", 45, 0.2),  # a slow heading loop, whose integral held a corner's error: 0.38 m
         ("plant_b", 1, 0.15),  # a hull that turns away by itself: the turn rate stood 4 degrees a second off, 0.25 m
-        (
-            "launch",
-            90,
-            0.15,
-        ),  # half the speed looks like water that runs with her, in which the bow turns more than the course: 0.28 m
+        # half the speed looks like water that runs with her, in which the bow turns more than the course: 0.28 m
+        ("launch", 90, 0.15),
     ],
 )
 def test_a_corner_does_not_swing_a_boat_with_a_wrong_file_about_the_next_leg(name, draw, most_m):

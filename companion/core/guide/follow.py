@@ -90,6 +90,7 @@ class Follower:
         self._double = 2.0 * config.deceleration
         answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
         self._reverses_s = max(0.0, 2.0 * (self._handling.takes_up_s - _ARC_HOLDS_S))
+        """How much longer she sails on before the turn towards a path has become one along it than the arc has to spare."""
         self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m

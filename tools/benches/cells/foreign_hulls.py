@@ -97,14 +97,7 @@ def pontoon() -> VesselConfig:
     size = {"length_m": 4.6, "beam_m": 1.5, "draught_m": 0.46, "mass_kg": 670.0}
     inertia = {"m11_kg": 710.0, "m22_kg": 1350.0, "m23_kgm": 0.0, "m33_kgm2": 1720.0}
     damping = {"xu": 25.0, "xuu": 38.0, "yv": 510.0, "yvv": 570.0, "nr": 890.0, "nrr": 900.0, "munk": 0.13}
-    thruster = {
-        "lateral_m": 0.53,
-        "ahead_n": 196.0,
-        "astern_n": 110.0,
-        "lag_s": 0.55,
-        "dead_band": 0.0,
-        "diameter_m": 0.32,
-    }
+    thruster = {"lateral_m": 0.53, "ahead_n": 196.0, "astern_n": 110.0, "lag_s": 0.55, "diameter_m": 0.32}
     return _foreign("pontoon", size | inertia | damping, thruster, rudder={"count": 0}, windage=(1.3, 4.4))
 
 
