@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from companion.core.guard.diagnosis import Diagnosis
 from companion.core.guard.propulsion import PropulsionWatch
+from companion.core.hull.left import WHOLE
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState, Loiter
 from sitl.plant import WaterConfig
@@ -57,16 +59,22 @@ def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
     """Yield (seconds, north, east) of a boat in the blow that loses a thruster and sails on by the vessel's own rules."""
     run = Case(HULLS[hull], BLOW, seed=seed, source=SensedState).loop()
     run.place(0.0, 0.0, 0.0, 1.5)
-    watch = PropulsionWatch(HULLS[hull])
+    watch, diagnosis = PropulsionWatch(HULLS[hull]), Diagnosis(HULLS[hull])
     begin(run)
     while run.t_s < seconds:
         if run.t_s > fault_s:
             run.vessel.thruster_health[side] = share
         run.tick(1.5)
+        if any(watch.weak) or watch.helm_mirrored:
+            diagnosis.rest()
+        else:
+            diagnosis.step(TICK_S, run.state, run.sent)
         before = watch.shares
-        watch.step(TICK_S, run.state, run.sent)
+        watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
         if watch.shares != before:
-            run.controller.thrusters(watch.shares)
+            is_other_boat = (before == WHOLE) != (watch.shares == WHOLE)
+            through_mps = run.source.estimator.recall_water(run.state) if is_other_boat else None
+            run.controller.thrusters(watch.shares, through_mps)
             run.guidance.thrusters(watch.shares)
             run.guidance.limit(fast_mps=run.controller.steady_mps, turn_radps=run.controller.turn_radps)
         yield run.t_s, run.vessel.north_m, run.vessel.east_m
@@ -88,8 +96,27 @@ def test_one_thruster_and_rudders_sail_a_leg_straight():
     assert worst_of_a_leg("otter") <= 1.0
 
 
+def test_the_thrust_that_was_not_there_is_no_current_afterwards():
+    """For ten seconds a launch drove astern with the thruster that was left: the "current" of that carried her 12 m off her leg."""
+    assert worst_of_a_leg("launch", side=1, seed=3) <= 0.5
+
+
+def test_a_thruster_that_the_diagnosis_is_sure_of_is_lost():
+    """Told after 6 s, and steered with for 35 more: at each turn to and fro it was asked for too little to be judged by that alone."""
+    assert worst_of_a_leg("launch", side=0, seed=2) <= 0.3
+
+
 def test_one_thruster_and_rudders_stay_near_a_point():
     assert worst_of_a_stay("otter", 110.0) <= 40.0
+
+
+def test_a_turn_against_thruster_and_wind_is_made_the_other_way_round():
+    """The short way round her circle the boat came to lie on one heading, full rudder against it, and sailed 140 m away."""
+    assert worst_of_a_stay("otter", 250.0, side=0, seed=3) <= 40.0
+
+
+def test_a_thruster_that_dies_on_station_is_found_before_the_boat_is_gone():
+    assert worst_of_a_stay("otter", 200.0, side=1, seed=9) <= 40.0
 
 
 @pytest.mark.soak

@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from companion.core.estimate.water import CurrentFilter, DriftFilter
+from companion.core.estimate.water import CurrentFilter, DriftFilter, WaterMeans
+from mavlink_bridge.language.messages import EstimatedState
 
 
 class Drift:
@@ -95,3 +96,26 @@ def test_what_the_hull_makes_is_learnt_anew_when_it_has_changed():
     for leg in range(20):  # weed: a quarter of the speed is gone
         sail(drift, 90.0 * leg, 60.0, 1.1, 1.5, (0.0, 0.2))
     assert drift.share == pytest.approx(-0.27, abs=0.06)
+
+
+def test_what_a_lost_propeller_taught_of_the_water_is_forgotten():
+    """It makes half the way that the model has of it: until that is known the rest looks like a current against the boat."""
+    water, bow = WaterMeans(), (1.0, 0.0)
+
+    def fed(seconds, made, through):
+        for _ in range(round(seconds / 0.05)):
+            ground = (made + 0.2, 0.3)
+            water.step(0.05, 12.0, ground_mps=ground, bow=bow, through_mps=(through, 0.0), r_radps=0.0)
+
+    fed(60.0, 1.5, 1.5)
+    fed(30.0, 0.7, 1.5)
+    assert water.current_mps[0] < -0.4
+    now = EstimatedState(0, vx_mps=0.9, vy_mps=0.3, psi_rad=0.0)
+    assert water.recall(now) == pytest.approx((0.7, 0.0), abs=0.01)
+    assert (*water.current_mps, *water.drift_mps) == pytest.approx((0.2, 0.3) * 2, abs=0.01)
+    fed(10.0, 0.7, 0.7)
+    assert water.current_mps == pytest.approx((0.2, 0.3), abs=0.01)
+
+
+def test_nothing_is_recalled_of_water_that_was_never_met():
+    assert WaterMeans().recall(EstimatedState(0, vx_mps=0.9, vy_mps=0.3, psi_rad=0.0)) is None

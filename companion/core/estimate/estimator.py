@@ -181,6 +181,10 @@ class Estimator:
         self._through_mps = None if u_mps is None else (u_mps, v_mps)
         self._drift_frozen = freeze
 
+    def recall_water(self, state: EstimatedState) -> tuple[float, float] | None:
+        """A fault was found: take the water as it was before. Return the surge and sway through it, m/s; None where unknown."""
+        return self._water.recall(state)
+
     def update(self, measurement: Measurement, source: int = 0) -> bool:
         """Take one measurement; True when its sensor is the one that counts. ``source`` numbers the links."""
         match measurement:

@@ -7,9 +7,11 @@ says wrongly. Who watches over the vessel takes that one. ``CurrentFilter`` tell
 from __future__ import annotations
 
 import math
+from collections import deque
+from copy import deepcopy
 from typing import Final
 
-from mavlink_bridge.language.messages import GpsFix
+from mavlink_bridge.language.messages import EstimatedState, GpsFix
 from mavlink_bridge.language.units import clamp
 
 _JOLT_S: Final = 1.2
@@ -43,6 +45,9 @@ _CORNER_COS: Final = 0.9
 """... when it is 25 degrees off. Only then the share is learnt: on one course the bow turns because the water did."""
 _WAY_MPS: Final = 0.3
 """Below this way the course over ground is the noise of the position."""
+_KEPT_S: Final = 5.0
+_LATELY_S: Final = 60.0
+"""So far back the water is remembered, at such intervals: that a propeller is lost is certain 10 to 40 s after it was."""
 
 _Pair = tuple[float, float]
 _NOWHERE: _Pair = (0.0, 0.0)
@@ -138,6 +143,12 @@ class CurrentFilter:
         (north, east), made = self._ground or _NOWHERE, 1.0 + self.share
         return north - made * self._through[0], east - made * self._through[1]
 
+    def by_file(self, ground_mps: _Pair, bow: _Pair) -> _Pair:
+        """Return the surge and sway through the water, as the file would have them, that a velocity over ground, NED, means."""
+        current, (cos, sin) = self.mps, bow
+        north, east = ground_mps[0] - current[0], ground_mps[1] - current[1]
+        return (north * cos + east * sin) / (1.0 + self.share), east * cos - north * sin
+
     def step(
         self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
     ) -> None:
@@ -181,10 +192,12 @@ class CurrentFilter:
 
 
 class WaterMeans:
-    """Both means, fed alike."""
+    """Both means, fed alike, and what they were."""
 
     def __init__(self) -> None:
         self._drift, self._current = DriftFilter(), CurrentFilter()
+        self._before: deque[tuple[DriftFilter, CurrentFilter]] = deque(maxlen=round(_LATELY_S / _KEPT_S))
+        self._kept_s = _KEPT_S
 
     @property
     def drift_mps(self) -> tuple[float, float] | tuple[None, None]:
@@ -209,6 +222,23 @@ class WaterMeans:
         sample_mps = (north - u_mps * cos, east - u_mps * sin)
         self._drift.step(dt_s, tau_s, sample_mps=sample_mps, r_radps=r_radps, bow=bow)
         self._current.step(dt_s, tau_s, ground_mps=ground_mps, bow=bow, through_mps=through_mps, r_radps=r_radps)
+        self._kept_s += dt_s
+        if self._kept_s >= _KEPT_S:
+            self._kept_s = 0.0
+            self._before.append(deepcopy((self._drift, self._current)))
+
+    def recall(self, state: EstimatedState) -> _Pair | None:
+        """Take the water as it was up to a minute ago: what was learnt since is thrust that was not there.
+
+        Return the surge and sway through it that the vessel must have now, m/s; None where nothing is known of it.
+        """
+        vn, ve, psi = state.vx_mps, state.vy_mps, state.psi_rad
+        if not self._before or vn is None or ve is None or psi is None:
+            return None
+        while len(self._before) > 1:
+            self._before.pop()
+        self._drift, self._current = deepcopy(self._before[0])
+        return self._current.by_file((vn, ve), (math.cos(psi), math.sin(psi)))
 
 
 class MadeWay:

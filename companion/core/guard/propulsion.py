@@ -47,6 +47,8 @@ _WAY_S: Final = 12.0
 """A boat of some 55 kg has lost its way long before, so both traces fall into it."""
 _HELD_S: Final = 7.5
 """Three of the low-pass's times: what a wave or a gust leaves is gone by then."""
+_RECENT_S: Final = 60.0
+"""What the diagnosis told of longer ago and still did not come true was weather or a hull file that is wrong."""
 _GONE_S: Final = 20.0
 """So long a thruster must give what it is asked for until it is trusted again: a blade that clears for some seconds and
 fouls again is one fault, told once."""
@@ -118,6 +120,11 @@ class PropulsionWatch:
         self._slow_s = [math.inf, math.inf]
         self._usual_nm = self._known_s = 0.0
         self._opinion: frozenset[Cause] | None = None
+        self._told: frozenset[Cause] = frozenset()
+        self._sure_s = [0.0, 0.0]
+        """For so long the diagnosis, which has told of this side, has held nothing else for possible."""
+        self._since_s = [0.0, 0.0]
+        """For so long it has told of this side."""
         self.weak = (False, False)
         """Port, starboard: this thruster gives much less than it is told to."""
         self.shares: Shares = WHOLE
@@ -145,12 +152,14 @@ class PropulsionWatch:
         state: EstimatedState,
         sent: ActuatorOutput | None,
         opinion: frozenset[Cause] | None = None,
+        told: frozenset[Cause] = frozenset(),
     ) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak.
 
         ``opinion``: what the diagnosis holds for possible. What it does not is not found here; None = it has none yet.
+        ``told``: what it has decided for at some time.
         """
-        self._opinion = opinion
+        self._opinion, self._told = opinion, told
         psi, u, v, r = state.compass_rad, state.u_mps, state.v_mps, state.r_radps
         if not self._lateral_m or psi is None or u is None or v is None or r is None or not 0.0 < dt_s < 0.5:
             self._actuators.step(dt_s, sent)
@@ -229,7 +238,8 @@ class PropulsionWatch:
             weak = told_nm > floor_nm and _SHARE * told_nm < lacks_nm < most * (told_nm + smooth[6])
             weak = weak and self._slow_s[side] < _WAY_S
             self._held_s[side] = self._held_s[side] + dt_s if weak else max(0.0, self._held_s[side] - dt_s)
-            if told_nm > floor_nm:
+            self._ask_diagnosis(side, dt_s)
+            if told_nm > floor_nm or self._sure_s[side]:
                 self._asked(side, dt_s, missing_nm, smooth[7 + side])
         weak_now = (self._is_weak(0), self._is_weak(1))
         if weak_now != self.weak or any(weak_now):
@@ -238,13 +248,23 @@ class PropulsionWatch:
 
     def _asked(self, side: int, dt_s: float, missing_nm: float, brings_nm: float) -> None:
         """Thrust was asked of this side: fit the share of its moment that is missing, and how long it has been there again."""
-        if not self.weak[side] and self._held_s[side] <= dt_s:
+        if not self.weak[side] and self._held_s[side] <= dt_s and not self._sure_s[side]:
             self._fit[side] = (0.0, 0.0)
         told, both = self._fit[side]
         keep = 1.0 - dt_s / _SHARE_TAU_S
         told, both = keep * told + dt_s * brings_nm * brings_nm, keep * both - dt_s * brings_nm * missing_nm
         self._fit[side] = (told, both)
         self._given_s[side] = self._given_s[side] + dt_s if both < _GIVEN * told else 0.0
+
+    def _ask_diagnosis(self, side: int, dt_s: float) -> None:
+        """It weighs force and moment in any weather: once it has decided for this side and stays with it, there is no doubt left."""
+        told = self._told & frozenset(_SIDES[side])
+        self._since_s[side] += dt_s if told else 0.0
+        if self._opinion and self._opinion <= told and self._since_s[side] < _RECENT_S:
+            self._sure_s[side] += dt_s
+            self._given_s[side] = 0.0
+        else:
+            self._sure_s[side] = 0.0
 
     def _may_be(self, *causes: Cause) -> bool:
         return self._opinion is None or not self._opinion.isdisjoint(causes)
@@ -254,7 +274,14 @@ class PropulsionWatch:
             return self._held_s[side] > _HELD_S or self._given_s[side] < _GONE_S
         # what was found first explains all the rest
         is_explained = self.weak[1 - side] or self.helm_mirrored
-        return self._held_s[side] > _HELD_S and not is_explained and self._may_be(*_SIDES[side])
+        is_sure = self._sure_s[side] > _HELD_S and self._left(side) < 1.0 - _SHARE
+        is_found = self._held_s[side] > _HELD_S or is_sure
+        return is_found and not is_explained and self._may_be(*_SIDES[side])
+
+    def _left(self, side: int) -> float:
+        """What this side still gives of what it is told, by the moment that is missing."""
+        told, both = self._fit[side]
+        return 1.0 - both / told if told > 0.0 else 1.0
 
     def _is_against(self, side: int, fitted: float) -> bool:
         """The diagnosis decides, the fitted share where it holds both or neither for possible."""
@@ -267,8 +294,7 @@ class PropulsionWatch:
             self.shares, self.alone, self.reversed = WHOLE, False, False
             return
         side = 0 if self.weak[0] and (self.shares[0] < 1.0 or not self.weak[1]) else 1
-        told, both = self._fit[side]
-        fitted = 1.0 - both / told if told > 0.0 else 0.0
+        fitted = self._left(side)
         old, left = self.shares[side], max(0.0, min(fitted, _SHARE))
         # later the boat is steered by what is left, and gusts and rudders weigh more than a thruster that pushes nothing
         self.reversed = self.reversed or (old == 1.0 and self._is_against(side, fitted))

@@ -3,17 +3,20 @@
 A lone thruster beside the centre line turns the bow its own way, and the rudders hold against it only under way; a rudder behind
 a screw that rests turns nothing. Where nothing pushes, the boat rests at its point and sails back when it has left it. Where wind
 and current push, a boat with one screw lies against them, with the screw's race on its rudder; one with a lone thruster circles the
-point, the way round that the thruster turns it by itself: that turn it can always make.
+point, the way round that the thruster turns it by itself: that turn it can always make. So it makes any turn that way which does
+not get on the other way.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.figures import Circle
-from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.messages import Desired, EstimatedState
 from mavlink_bridge.language.points import NorthEast
+from mavlink_bridge.language.units import wrap_pi
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.left import Shares, straight_mps
@@ -30,6 +33,13 @@ _LIES_MPS: Final = 0.4
 cut; wind alone asks for less thrust still, and in gusts."""
 _STOPS_LYING: Final = 0.85
 """Share of it below which the boat lets go."""
+_FAR_RAD: Final = math.radians(60.0)
+"""What is nearer than this is course keeping, not a turn."""
+_GETS_ON_RAD: Final = math.radians(20.0)
+_STUCK_S: Final = 8.0
+"""A turn against the lone thruster that brings no more for so long, a gust or two, is not made: the wind holds the bow as well."""
+_LED_RAD: Final = math.radians(90.0)
+"""So far ahead the bow is led the other way round: as firm a turn as any."""
 _WHOLE_TURNING: Final = 0.5
 """Nothing turns a hull with one screw off its course: half its speed is flow enough, and spare enough."""
 
@@ -53,6 +63,9 @@ class Alone:
         """Speed through the water at which rudders turn it well both ways."""
         self._whole, self._lies = min(shares) > 0.0, False
         self._round: Chain | None = None
+        self._is_led = False
+        self._best_rad, self._stuck_s = 0.0, 0.0
+        """The heading that a turn against the thruster came to, and for how long it has come no further."""
 
     def lies(self, push_mps: float) -> bool:
         """Whether it can lie against what would carry it this fast, m/s: with thrust enough for the rudder, all of the time."""
@@ -60,8 +73,8 @@ class Alone:
         return self._lies
 
     def begin(self) -> None:
-        """Another point."""
-        self._round = None
+        """Another manoeuvre."""
+        self._round, self._is_led = None, False
 
     def way_round(self, state: EstimatedState, point: NorthEast, tightest_m: float) -> tuple[Chain | None, str]:
         """Return the circle to sail about the point, None where nothing pushes or it can lie; and what to tell when it begins."""
@@ -74,3 +87,20 @@ class Alone:
             self._round.nearest(state.x_m or 0.0, state.y_m or 0.0)
             return self._round, f"one thruster: circling the point at {radius_m:.0f} m, it cannot be held"
         return self._round, ""
+
+    def led(self, dt_s: float, psi_rad: float | None, desired: Desired) -> Desired:
+        """Return the order, with the bow led round the way that the lone thruster turns it where the other way does not get on.
+
+        At full rudder against thruster and wind a boat lay on one heading for minutes, and sailed away on it.
+        """
+        if self._whole or psi_rad is None or desired.psi_rad is None:
+            return desired
+        left_rad = -self.sense * wrap_pi(desired.psi_rad - psi_rad)
+        if left_rad < _FAR_RAD or -self.sense * wrap_pi(psi_rad - self._best_rad) > _GETS_ON_RAD:
+            self._best_rad, self._stuck_s = psi_rad, 0.0
+        else:
+            self._stuck_s += dt_s
+        self._is_led = abs(left_rad) > _FAR_RAD and (self._is_led or self._stuck_s > _STUCK_S)
+        if not self._is_led:
+            return desired
+        return replace(desired, psi_rad=wrap_pi(psi_rad + self.sense * _LED_RAD), r_radps=0.0)

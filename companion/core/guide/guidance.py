@@ -30,6 +30,7 @@ from ..config import Config, param
 from ..hull import Handling, VesselConfig
 from ..hull.left import WHOLE, Shares
 from .alone import turns_under_way
+from .carried import CarriedOff
 from .follow import FollowConfig, Follower
 from .paths import Arc, Chain, Line, Projection, fillet, straight_on
 from .station import StationConfig, StationKeeper
@@ -106,6 +107,7 @@ class Guidance:
         self._last_run_m: float | None = None
         self._sailed_m = 0.0
         self._tight = TightWatch()
+        self._carried = CarriedOff()
         if self._alone is not None:
             self._alone.begin()
 
@@ -276,7 +278,7 @@ class Guidance:
             if told:
                 self._say(Severity.WARNING, told)
             path = self._orbit_state(self._loiter, state, track, here)
-        return self._judged(state, desired, path, possible)
+        return self._judged(state, self._led(dt_s, state, desired), path, possible)
 
     def _keep_station(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:
@@ -289,6 +291,8 @@ class Guidance:
                 desired, _, _, able = self.follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
+        told = self._carried.step(distance, near=near, turns_at_rest=self._alone is None)
+        self._texts += [(Severity.WARNING, told)] if told else []
         self._on_path = self._on_path or near
         maneuver = self._maneuver
         lat_rad = None if maneuver is None else maneuver.lat_rad
@@ -301,7 +305,10 @@ class Guidance:
             target_lon_rad=lon_rad,
             on_path=near,
         )
-        return self._judged(state, desired, path, able)
+        return self._judged(state, self._led(dt_s, state, desired), path, able)
+
+    def _led(self, dt_s: float, state: EstimatedState, desired: Desired) -> Desired:
+        return desired if self._alone is None else self._alone.led(dt_s, state.psi_rad, desired)
 
     def _judged(self, state: EstimatedState, desired: Desired, path: PathControlState, able: bool) -> GuidanceOutput:
         carried = state.sog_mps is None or state.sog_mps >= _CARRIED_MPS

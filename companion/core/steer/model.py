@@ -139,11 +139,14 @@ class ModelController:
         now = self._omega(speed)
         self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
 
-    def thrusters(self, shares: Shares) -> None:
-        """Steer with what each thruster still gives, port and starboard, as a share of what it is told."""
+    def thrusters(self, shares: Shares, through_mps: tuple[float, float] | None = None) -> None:
+        """Steer with what each thruster still gives, port and starboard, as a share of what it is told.
+
+        ``through_mps``: surge and sway through the water as the vessel makes them in truth; None = go on with what was modelled.
+        """
         self._handling.thrusters(shares)
         self._allocator.thrusters(shares)
-        self._observer.thrusters(shares)
+        self._observer.thrusters(shares, through_mps)
         self._least_rate = 0.0 if shares == WHOLE and self._handling.model.lateral_m else _KICKED_RATE
         speeds = None if shares == WHOLE else straight_mps(self._vessel, shares)
         self._left_mps = math.inf if speeds is None else speeds[1]

@@ -53,9 +53,17 @@ class WaterSpeedObserver:
         self._newer_mps = 0.0
         self._actuators.clear()
 
-    def thrusters(self, shares: Shares) -> None:
-        """Reckon with what each thruster still gives of what it is told."""
+    def thrusters(self, shares: Shares, through_mps: tuple[float, float] | None = None) -> None:
+        """Reckon with what each thruster still gives of what it is told.
+
+        ``through_mps``: surge and sway that the vessel makes in truth, where they are known. What was carried forward was made by
+        thrust that is not there.
+        """
         self._actuators.shares = shares
+        if through_mps is not None:
+            self.u_mps, self.v_mps = through_mps
+            self._gained.clear()
+            self._newer_mps = 0.0
 
     def idle(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Keep up with the vessel while no loop steers it: the model goes on with what was sent, measurements start anew.

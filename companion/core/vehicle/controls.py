@@ -308,11 +308,12 @@ class Controls:
 
     def use_thrusters(self, shares: Shares) -> None:
         """Sail with what each thruster still gives of what it is told, port and starboard, where the law can."""
+        is_other_boat = (self._shares == WHOLE) != (shares == WHOLE)
         self._shares = shares
         law_takes = getattr(self.parts.controller, "thrusters", None)
         if law_takes is None:
             return
-        law_takes(shares)
+        law_takes(shares, self.parts.estimator.recall_water(self.state) if is_other_boat else None)
         self.parts.guidance.thrusters(shares)
         self._limit_speed()
 

@@ -145,8 +145,8 @@ class Vehicle:
                 self.controls.use_thrusters(watch.shares)
             return
         mirrored = watch.helm_mirrored
-        was, shares, opinion = watch.weak, watch.shares, self.parts.diagnosis.opinion
-        now = watch.step(sensed.dt_s, sensed.state, before.output, opinion)
+        was, shares, diagnosis = watch.weak, watch.shares, self.parts.diagnosis
+        now = watch.step(sensed.dt_s, sensed.state, before.output, diagnosis.opinion, diagnosis.told)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
         if watch.shares != shares:
