@@ -1,8 +1,12 @@
 """Keeping station where wind pushes and the water stands still, the commonest weather on a lake; judged on the truth."""
 
+import math
+
 import pytest
 
 from companion.tuning.fitted import vessel_toml
+from mavlink_bridge.language.figures import Hover
+from mavlink_bridge.language.messages import Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import Case
@@ -98,9 +102,37 @@ def test_a_boat_with_one_screw_and_a_rudder_is_not_cut_for_oscillating(voyage, t
     assert not [text for text in trip.texts if "oscillates" in text]
 
 
-def test_a_boat_with_one_screw_and_a_rudder_stays_about_its_point_in_wind_alone():
-    found = held(Case(ONE_SCREW, WaterConfig(wind_mps=5.0), seed=1, source=SensedState), seconds=250.0)
-    assert found.furthest_m < 20.0
+@pytest.mark.parametrize(("wind_mps", "current_mps"), [(2.0, 0.05), (3.0, 0.1), (8.0, 0.1)])
+def test_a_boat_with_one_screw_backs_and_fills(wind_mps, current_mps):
+    """It had sailed away from its point and back to it, 6 m RMS off: kicks over the rudder turn it where it lies."""
+    water = WaterConfig(wind_mps=wind_mps, current_mps=current_mps)
+    assert_holds(held(Case(ONE_SCREW, water, seed=1, source=SensedState), seconds=250.0))
+
+
+def test_its_screw_is_not_reversed_each_second():
+    run = Case(ONE_SCREW, WaterConfig(wind_mps=3.0, current_mps=0.05), seed=3, source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
+    reversals, side = 0, 0
+    while run.t_s < 240.0:
+        run.tick(1.5)
+        size = run.sent.thruster_port
+        if abs(size) > 0.1:
+            reversals += side * size < 0.0
+            side = 1 if size > 0.0 else -1
+    assert reversals <= 4 * 30
+
+
+def test_a_boat_with_one_screw_whose_law_gives_no_kicks_stays_about_its_point():
+    run = Case(ONE_SCREW, WaterConfig(wind_mps=5.0), seed=1, source=SensedState).loop()
+    run.guidance.limit(fast_mps=run.controller.steady_mps, turn_radps=run.controller.turn_radps, backs_and_fills=False)
+    run.place(0.0, 0.0, 0.0)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
+    furthest_m = 0.0
+    while run.t_s < 250.0:
+        run.tick(1.5)
+        furthest_m = max(furthest_m, math.hypot(run.vessel.north_m, run.vessel.east_m))
+    assert 3.0 < furthest_m < 20.0
 
 
 @pytest.mark.soak

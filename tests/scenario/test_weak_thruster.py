@@ -76,7 +76,9 @@ def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
             through_mps = run.source.estimator.recall_water(run.state) if is_other_boat else None
             run.controller.thrusters(watch.shares, through_mps)
             run.guidance.thrusters(watch.shares)
-            run.guidance.limit(fast_mps=run.controller.steady_mps, turn_radps=run.controller.turn_radps)
+            run.guidance.limit(
+                fast_mps=run.controller.steady_mps, turn_radps=run.controller.turn_radps, backs_and_fills=False
+            )
         yield run.t_s, run.vessel.north_m, run.vessel.east_m
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from .guidance import Guidance, GuidanceConfig, GuidanceOutput
+from .guidance import Guidance, GuidanceConfig
+from .output import GuidanceOutput
 
 __all__ = ["Guidance", "GuidanceConfig", "GuidanceOutput"]

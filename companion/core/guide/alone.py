@@ -1,4 +1,4 @@
-"""Keeping a place with what turns only under way: one thruster left of two, or one screw and a rudder from the yard.
+"""Keeping a place with what turns only under way: one thruster left of two, or one screw and a rudder whose law does not back and fill.
 
 A lone thruster beside the centre line turns the bow its own way, and the rudders hold against it only under way; a rudder behind
 a screw that rests turns nothing. Where nothing pushes, the boat rests at its point and sails back when it has left it. Where wind
@@ -44,9 +44,13 @@ _WHOLE_TURNING: Final = 0.5
 """Nothing turns a hull with one screw off its course: half its speed is flow enough, and spare enough."""
 
 
-def turns_under_way(vessel: VesselConfig, shares: Shares) -> Alone | None:
-    """Return how a vessel stays anywhere that turns only under way; None when it turns at rest, and can hold its place."""
-    return Alone(vessel, shares) if min(shares) == 0.0 or not ForceModel(vessel).turns_at_rest else None
+def turns_under_way(vessel: VesselConfig, shares: Shares, *, backs_and_fills: bool) -> Alone | None:
+    """Return how a vessel stays anywhere that turns only under way; None when it turns where it lies, and can hold its place.
+
+    ``backs_and_fills``: the steering law turns it by kicks over the rudder.
+    """
+    turns = backs_and_fills or ForceModel(vessel).turns_at_rest
+    return None if turns and min(shares) > 0.0 else Alone(vessel, shares)
 
 
 class Alone:

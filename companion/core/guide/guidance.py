@@ -24,14 +24,14 @@ from mavlink_bridge.language.messages import (
 )
 from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import wrap_pi
-from mavlink_bridge.language.value import value
 
 from ..config import Config, param
 from ..hull import Handling, VesselConfig
 from ..hull.left import WHOLE, Shares
-from .alone import turns_under_way
+from .alone import Alone, turns_under_way
 from .carried import CarriedOff
 from .follow import FollowConfig, Follower
+from .output import GuidanceOutput
 from .paths import Arc, Chain, Line, Projection, fillet, straight_on
 from .station import StationConfig, StationKeeper
 from .tight import TightWatch
@@ -53,22 +53,6 @@ class GuidanceConfig(Config):
     station: StationConfig = Field(default_factory=StationConfig)
 
 
-@value
-class GuidanceOutput:
-    """One step's result."""
-
-    desired: Desired
-    path: PathControlState
-    arrived: bool = False
-    """A go-to's point is reached or passed."""
-    on_path: bool = False
-    """A loiter's path (or point) has been reached; stays true."""
-    turns: float = 0.0
-    """Laps sailed since then."""
-    unable: str = ""
-    """Why nothing sensible can be steered: the caller must stop the vessel. Empty when all is well."""
-
-
 _TOO_FAST = "the water is faster than the vessel"
 _CARRIED_MPS = 0.3
 """Speed over ground from which water that seems too fast is believed: it would carry the vessel away. One that stays where
@@ -84,7 +68,8 @@ class Guidance:
         self._handling = Handling(vessel)
         self.follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
-        self._alone = turns_under_way(vessel, WHOLE)
+        self._shares, self._backs_and_fills = WHOLE, False
+        self._alone = self._station.alone = self._found_alone()
         self._texts: list[tuple[Severity, str]] = []
         self._unable = ""
         self._corner: tuple[NorthEast, Arc] | None = None
@@ -118,19 +103,29 @@ class Guidance:
         self.follower.configure(config.follow)
         self._station.configure(config.station)
 
-    def limit(self, *, fast_mps: float, turn_radps: float) -> None:
-        """Ask for no more than the steering law gives: m/s through the water at which it keeps its margins, rad/s of yaw."""
+    def limit(self, *, fast_mps: float, turn_radps: float, backs_and_fills: bool) -> None:
+        """Ask for no more than the steering law gives: m/s through the water at which it keeps its margins, rad/s of yaw.
+
+        ``backs_and_fills``: it turns a boat of one screw where she lies.
+        """
+        if backs_and_fills is not self._backs_and_fills:
+            self._backs_and_fills = backs_and_fills
+            self._alone = self._station.alone = self._found_alone()
         self._handling.steered_within(turn_radps)
         self.follower.limit(fast_mps)
         self._station.limit(fast_mps)
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
+        self._shares = shares
         self._handling.thrusters(shares)
-        self._alone = alone = turns_under_way(self._handling.vessel, shares)
+        self._alone = self._station.alone = alone = self._found_alone()
         lost = (alone.turning_mps, alone.most_mps) if alone and min(shares) == 0.0 else None
         self.follower.bends_within(*(lost or (0.0, math.inf)))
         self._station.thrusters(shares)
+
+    def _found_alone(self) -> Alone | None:
+        return turns_under_way(self._handling.vessel, self._shares, backs_and_fills=self._backs_and_fills)
 
     def drain_texts(self) -> tuple[tuple[Severity, str], ...]:
         texts, self._texts = tuple(self._texts), []

@@ -17,9 +17,9 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
-from ..hull.left import WHOLE, Shares
+from ..hull.left import Shares
 from ..hull.statics import Statics
-from .alone import Alone, turns_under_way
+from .alone import Alone
 from .push import PushObserver
 
 _TURN_ROUND_S = 6.0
@@ -42,11 +42,15 @@ _UNKNOWN_MPS2 = 0.0025
 _WEAK_MPS = 0.1
 """A push that carries the boat slower than this does not bring it over to a point that lies abeam: the boat must sail there. What
 is left of the braking at the end of a voyage looks like such a push, too."""
+_STAYS_WEAK = 1.5
+"""A boat that sails back goes on until the push is so much stronger: it is not known to a tenth, and the bow went to and fro for it."""
 _BACK = 0.3
 """Share of the radius within which the vessel is back at its point."""
 _RESTS, _GOES, _TURNS = 0.08, 0.16, 0.22
 """Shares of the radius in still water: within the first the vessel rests, beyond the second it closes the distance along its bow,
 beyond the third it turns for it when the point lies abeam."""
+_FILLS = 3.0
+"""Of as many radii are those shares where kicks over the rudder turn the boat: each turn sets it aside by some decimetres."""
 _ABEAM = 0.8
 """The sine of the bearing off the bow, 53 degrees: from there on way ahead or astern brings the vessel no nearer to speak of."""
 _ALONG_RAD = 0.5
@@ -104,7 +108,8 @@ class StationKeeper:
         self._motion = SmoothMotion()
         self._push = PushObserver(handling)
         self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
-        self._alone = turns_under_way(handling.vessel, WHOLE)
+        self._turns_at_rest = handling.model.turns_at_rest
+        self.alone: Alone | None = None
         """It turns only under way: what it can do."""
         self.anchor = (0.0, 0.0)
         self._heading_rad: float | None = None
@@ -123,11 +128,11 @@ class StationKeeper:
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives of what it is told."""
         self._push.thrusters(shares)
-        self._alone = turns_under_way(self._vessel, shares)
 
     def configure(self, config: StationConfig) -> None:
         self._drifts = config.mode == "drift"
         self._radius_m, self._gain = config.radius_m, config.gain * (_LIGHT if self._drifts else 1.0)
+        self._near_m = config.radius_m * (1.0 if self._turns_at_rest else _FILLS)
         self._firm = self._gain
         """The same in the push as it is."""
         self._speed_mps = config.speed_mps
@@ -157,8 +162,8 @@ class StationKeeper:
         north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         strength = math.hypot(drift[0], drift[1])
-        if self._alone is not None and not self._alone.lies(strength):
-            return self._on_one(state, north, east, drift, self._alone), strength < self._able_mps
+        if self.alone is not None and not self.alone.lies(strength):
+            return self._on_one(state, north, east, drift, self.alone), strength < self._able_mps
         if self._drifts:
             return self._drift_and_return(dt_s, state, north, east, drift), strength < self._able_mps
         return self._weathervane(dt_s, state, north, east, drift), strength < self._able_mps
@@ -171,7 +176,8 @@ class StationKeeper:
             return self._go(state, north, east, drift)
         push_mps = self._statics.speed_for_thrust(self._push.strength_n)
         away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
-        self._sailing_back = push_mps < _WEAK_MPS and distance > away * self._radius_m
+        weak_mps = _WEAK_MPS * (_STAYS_WEAK if self._sailing_back else 1.0)
+        self._sailing_back = push_mps < weak_mps and distance > away * self._radius_m
         self._firm = self._gain if self._drifts else self._gain * (1.0 + _GUSTS_PER_MPS * push_mps)
         wanted, self._firm = self._firm, min(self._firm, self._most_firm)
         facing = None if self._sailing_back else self._face(dt_s)
@@ -229,7 +235,8 @@ class StationKeeper:
 
     def _rest(self, state: EstimatedState, north: float, east: float, distance: float) -> Desired:
         """Still water: rest near the point; beyond, close the distance ahead or astern, and turn only when it lies abeam."""
-        self._returning = distance > (_RESTS if self._returning else _GOES) * self._radius_m
+        near_m = self._near_m
+        self._returning = distance > (_RESTS if self._returning else _GOES) * near_m
         if not self._returning:
             self._heading_rad = None
             return _AT_REST
@@ -237,7 +244,7 @@ class StationKeeper:
         if self._heading_rad is None:
             self._heading_rad = psi
         cos, sin = math.cos(self._heading_rad), math.sin(self._heading_rad)
-        if distance > _TURNS * self._radius_m and abs(east * cos - north * sin) > _ABEAM * distance:
+        if distance > _TURNS * near_m and abs(east * cos - north * sin) > _ABEAM * distance:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - self._would_face(psi))) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))

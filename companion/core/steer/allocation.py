@@ -23,8 +23,11 @@ _USEFUL = 0.35
 """Shares of the yaw authority at which rudders begin to be used and are used in full."""
 _REST_NM = 0.05
 """Less of a moment is nobody's heading."""
-_KICK = 0.3
-"""Share of full thrust that may be spent on the rudders' flow where there is no other way to turn."""
+_KICK = 0.6
+"""Share of full thrust that may be spent on the rudders' flow where there is no other way to turn: in a strong breeze a boat with one
+screw does not come round with half of it."""
+_LEAST_RACE = 0.06
+"""Share of full thrust in whose race rudders alone are reckoned with at least."""
 
 
 @value
@@ -55,26 +58,32 @@ class Allocator:
         self._way_n = (0.0, 0.0)
         self._rudder_max = vessel.rudder.max_rad if vessel.rudder.count else 0.0
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
+        # less than that race the rudder is not told to make up for: it would go from stop to stop for a compass's noise
+        least_n = _LEAST_RACE * self._all_ahead_n if self._differential_n == 0.0 else 0.0
+        self._least_slope = model.rudder_slope_nm(0.0, least_n, 0.0)
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
         self._shares = shares
         self._way_n = way_n(self._vessel, shares)
 
-    def allocate(self, surge_n: float, yaw_nm: float, surge_mps: float, flow_mps: float | None = None) -> Allocation:
+    def allocate(
+        self, surge_n: float, yaw_nm: float, surge_mps: float, *, flow_mps: float | None = None, may_kick: bool = True
+    ) -> Allocation:
         """Return commands for a total thrust and a yaw moment at a speed through the water.
 
-        ``flow_mps``: as much flow as the rudders are sure of beside the propellers' race, where that is less.
+        ``flow_mps``: as much flow as the rudders are sure of beside the propellers' race, where that is less. ``may_kick``: more thrust
+        than asked for may give rudders alone the flow that they lack.
         """
         if self._shares != WHOLE:
             return self._with_what_is_left(surge_n, yaw_nm, surge_mps)
         lateral_m, most_n = self._lateral_m, self._differential_n
         surge_n = clamp(surge_n, -self._all_astern_n, self._all_ahead_n)
-        if most_n <= 0.0 < self._rudder_max:
+        if may_kick and most_n <= 0.0 < self._rudder_max:
             surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
         flow_mps = surge_mps if flow_mps is None else flow_mps
         slope = self._model.rudder_slope_nm(flow_mps, 0.5 * surge_n, 0.5 * surge_n)
-        angle_rad = self._rudder(yaw_nm, slope)
+        angle_rad = self._rudder(yaw_nm, max(slope, self._least_slope))
         by_rudder = 0.5 * slope * math.sin(2.0 * angle_rad)
         half_n = clamp((yaw_nm - by_rudder) / (2.0 * lateral_m), -most_n, most_n) if most_n > 0.0 else 0.0
         port, starboard = self._law.sides

@@ -156,6 +156,14 @@ def turn_rate_radps(controller: Controller) -> float:
     return float(getattr(controller, "turn_radps", math.inf))
 
 
+def backs_and_fills(controller: Controller) -> bool:
+    """Return whether a law turns a boat of one screw where she lies, by kicks over the rudder whose way it takes back.
+
+    A law says it by an attribute ``backs_and_fills``.
+    """
+    return bool(getattr(controller, "backs_and_fills", False))
+
+
 def sway_through_water_mps(controller: Controller) -> float:
     """Return the modelled sway through the water, to starboard positive; 0 when a law does not say it.
 

@@ -27,6 +27,18 @@ _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _KICKED_RATE = 0.15
 """Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
+_KICKED_MPS, _KICKED_FIRM_MPS = 0.12, 0.3
+"""Way that a kick may bring on station beyond what was asked for: more, and she surges to and fro by metres; and so much more in
+strong wind, which takes it back by itself."""
+_KICK_EACH_S = 2.0
+"""No more often: five swings of the screw from side to side in 3 s are an oscillation, and cut."""
+_KICKS_GENTLY, _KICKS_FIRMLY = 0.2, 3.0
+"""Kick over the rudder on station, share of the thrust of all screws: in light air a gentle one, or the screw is reversed each second; in
+a third of a strong wind as much as the allocation gives."""
+_TAKES_BACK = 0.1
+"""Share of the thrust ahead that there must be astern to take a kick's way back."""
+_CALM_REFERENCE = 0.3
+"""Share of the reference's bandwidth for that in light air: what is wanted of the bow jitters by a degree, the rudder by 30."""
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
 _GENTLE = 0.6
@@ -72,7 +84,8 @@ class ModelController:
         self._ahead_n, self._astern_n = vessel.thruster.ahead_n, vessel.thruster.astern_n
         self._inertia = hull.turning_kgm2
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
-        self._least_rate = 0.0 if self._handling.model.lateral_m else _KICKED_RATE
+        self._by_rudder = not self._handling.model.lateral_m
+        self._least_rate = _KICKED_RATE if self._by_rudder else 0.0
         self._left_mps = math.inf
         """Greatest steady speed through the water with what weak thrusters still give."""
         self._config: ModelConfig = config.model
@@ -88,6 +101,10 @@ class ModelController:
         self._surge_integral_n = 0.0
         self._heading_error = 0.0
         self._firmness = 0.0
+        self._kicked = False
+        """She has more way than asked for, by kicks over the rudder."""
+        self._kicks_s = 0.0
+        """Since the last one began."""
         self._held = False
         """The turn takes all of the moment that a gentle one may."""
         self._last: ActuatorDemand | None = None
@@ -109,12 +126,23 @@ class ModelController:
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
-        self._gentle_nm = 2.0 * handling.model.lateral_m * _TURNS_WITH * self._astern_n or math.inf
+        self._gentle_nm, self._firm_nm = self._station_moments()
         self._gentle_rate = handling.rate_for(_PLANNED * self._gentle_nm) if handling.model.lateral_m else math.inf
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
         self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps)
+
+    def _station_moments(self) -> tuple[float, float]:
+        """Return the greatest yaw moment on station, Nm: gently, and in strong wind."""
+        model, vessel = self._handling.model, self._vessel
+        if not self._by_rudder:
+            firm_nm = 2.0 * model.lateral_m * self._astern_n
+            return _TURNS_WITH * firm_nm, firm_nm
+        if not vessel.rudder.count:
+            return math.inf, math.inf
+        whole_nm = 0.5 * model.rudder_slope_nm(0.0, self._ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
+        return _KICKS_GENTLY * whole_nm, _KICKS_FIRMLY * whole_nm
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -168,6 +196,11 @@ class ModelController:
         return self._handling.top_mps
 
     @property
+    def backs_and_fills(self) -> bool:
+        """Whether it turns a boat without a difference of thrust where she lies, by kicks over the rudder."""
+        return self._by_rudder and self._vessel.rudder.count > 0 and self._astern_n >= _TAKES_BACK * self._ahead_n
+
+    @property
     def schedule(self) -> Schedule:
         """The heading loop's gains over speed, what they leave, and how fast the vessel may be sailed with them."""
         return self._schedule
@@ -215,7 +248,8 @@ class ModelController:
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps)
+        may_kick = self._may_kick(dt_s, desired, speed_error)
+        given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
         rudder_rad = given.rudder_rad
@@ -232,6 +266,18 @@ class ModelController:
             psi_ref_rad=self._psi_ref,
             speed_ref_mps=self._u_ref,
         )
+
+    def _may_kick(self, dt_s: float, desired: Desired, speed_error: float) -> bool:
+        """On station a kick over the rudder ends when it has brought some way, and the next one waits until that is taken back.
+
+        So a boat with one screw turns where she lies: seamen call it backing and filling.
+        """
+        self._kicks_s += dt_s
+        if not self._kicked:
+            self._kicked = desired.gentle and speed_error < -_KICKED_MPS - _KICKED_FIRM_MPS * desired.firmness
+        elif not desired.gentle or (speed_error >= 0.0 and self._kicks_s >= _KICK_EACH_S):
+            self._kicked, self._kicks_s = False, 0.0
+        return not self._kicked
 
     def _free(self, sent: ActuatorOutput | None) -> bool:
         """True when what went out is what was asked for, so that integrals may act."""
@@ -266,7 +312,7 @@ class ModelController:
         moment = forward + p + d + self._yaw_integral_nm
         self._held = False
         if desired.gentle:
-            most = self._gentle_nm * (1.0 + (1.0 / _TURNS_WITH - 1.0) * desired.firmness)
+            most = self._gentle_nm + desired.firmness * (self._firm_nm - self._gentle_nm)
             self._held = abs(moment) > most
             moment = clamp(moment, -most, most)
         return moment, p, d
@@ -285,12 +331,15 @@ class ModelController:
         if desired.gentle and limit > self._gentle_rate:
             limit = self._gentle_rate
         assert desired.psi_rad is not None
-        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(desired.psi_rad - reference) + desired.r_radps
+        pole = _REFERENCE_RATE
+        if desired.gentle and self._by_rudder:
+            pole *= _CALM_REFERENCE + (1.0 - _CALM_REFERENCE) * desired.firmness * desired.firmness
+        wanted = 0.5 * pole * wrap_pi(desired.psi_rad - reference) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
             wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * _REFERENCE_RATE
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * pole
         if change > most:
             change = most
         elif change < -most:

@@ -30,7 +30,7 @@ from ..hull import ForceModel
 from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import braking_distance_m
-from ..steer.law import lowered_text, steady_speed_mps, turn_rate_radps
+from ..steer.law import backs_and_fills, lowered_text, steady_speed_mps, turn_rate_radps
 from .config import TickInputs, VehicleConfig
 from .operators import StickOwner
 from .parts import Parts
@@ -323,7 +323,9 @@ class Controls:
         steady_mps = steady_speed_mps(controller)
         if steady_mps is None:
             return
-        self.parts.guidance.limit(fast_mps=steady_mps, turn_radps=turn_rate_radps(controller))
+        self.parts.guidance.limit(
+            fast_mps=steady_mps, turn_radps=turn_rate_radps(controller), backs_and_fills=backs_and_fills(controller)
+        )
         if steady_mps == self._steady_mps:
             return
         self._steady_mps = steady_mps

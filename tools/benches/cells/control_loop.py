@@ -16,7 +16,7 @@ from companion.core.guard.gate import Evidence, Gate, GateConfig
 from companion.core.guide import Guidance, GuidanceConfig, GuidanceOutput
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig, make_controller, sway_through_water_mps
-from companion.core.steer.law import steady_speed_mps, turn_rate_radps
+from companion.core.steer.law import backs_and_fills, steady_speed_mps, turn_rate_radps
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
 from mavlink_bridge.language.snapshot import ControlTrace
@@ -113,7 +113,11 @@ class ControlLoop:
         self.gate = Gate(GateConfig(), setup.vessel.rudder.max_rad, round(TICK_S * 1e6))
         steady_mps = steady_speed_mps(self.controller)
         if steady_mps is not None:
-            self.guidance.limit(fast_mps=steady_mps, turn_radps=turn_rate_radps(self.controller))
+            self.guidance.limit(
+                fast_mps=steady_mps,
+                turn_radps=turn_rate_radps(self.controller),
+                backs_and_fills=backs_and_fills(self.controller),
+            )
         self.frame = LocalFrame(*ORIGIN_RAD)
         self.now_us = self._start_us = 0
         self.sent: ActuatorOutput | None = None
