@@ -18,6 +18,7 @@ from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
 from tools.benches.cells.foreign_hulls import bare, launch
 from tools.benches.cells.sensed import SensedState
+from tools.benches.cells.trial_cells import wrong
 
 HULLS = {
     "otter": load_vessel("otter"),
@@ -202,6 +203,22 @@ def test_what_the_water_has_done_before_is_no_weed(helm_rad, is_found):
 def test_rough_water_is_no_weed():
     assert told_after_s("otter", GALE, Hover(), 1.0, 120.0) is None
     assert told_after_s("otter", GALE, Circle(radius_m=10.0), 1.5, 90.0) is None
+
+
+def test_a_file_that_is_known_to_be_wrong_makes_no_weed_of_a_corner():
+    """All its figures are wrong by up to half: in the third corner, against the wind, a thruster was taken for lost."""
+    belief = wrong(HULLS["launch"], 2)
+    run = Case(HULLS["launch"], BLOW, seed=2, belief=belief, source=SensedState).loop()
+    run.place(20.0, 0.0, math.pi / 2.0, 1.5)
+    watch, diagnosis = PropulsionWatch(belief), Diagnosis(belief)
+    for corner in ((150.0, 0.0), (150.0, 150.0), (0.0, 150.0)):
+        run.sail(run.goto(*corner))
+        while math.dist(corner, (run.vessel.north_m, run.vessel.east_m)) > 4.0 and run.t_s < 225.0:
+            run.tick(1.5)
+            diagnosis.step(TICK_S, run.state, run.sent)
+            watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+            assert watch.weak == (False, False)
+    assert run.t_s > 200.0
 
 
 @pytest.mark.soak

@@ -49,6 +49,11 @@ _HELD_S: Final = 7.5
 """Three of the low-pass's times: what a wave or a gust leaves is gone by then."""
 _RECENT_S: Final = 60.0
 """What the diagnosis told of longer ago and still did not come true was weather or a hull file that is wrong."""
+_DOUBT_S: Final = 60.0
+"""A thruster that is lost makes the file look wrong, too: not so soon that it could not be found."""
+_DOUBTFUL: Final = 0.2
+_DOUBTED_S: Final = 15.0
+"""With a file that has been off by so much for a while, what is missing under way must be missing for longer than a corner lasts."""
 _GONE_S: Final = 20.0
 """So long a thruster must give what it is asked for until it is trusted again: a blade that clears for some seconds and
 fouls again is one fault, told once."""
@@ -121,6 +126,10 @@ class PropulsionWatch:
         self._usual_nm = self._known_s = 0.0
         self._opinion: frozenset[Cause] | None = None
         self._told: frozenset[Cause] = frozenset()
+        self._lies = False
+        """It keeps a station."""
+        self._doubt = 0.0
+        """By how much the file has been wrong about the way that is made, of late: none or all."""
         self._sure_s = [0.0, 0.0]
         """For so long the diagnosis, which has told of this side, has held nothing else for possible."""
         self._since_s = [0.0, 0.0]
@@ -160,6 +169,7 @@ class PropulsionWatch:
         ``told``: what it has decided for at some time.
         """
         self._opinion, self._told = opinion, told
+        self._doubt += dt_s / _DOUBT_S * (abs(state.made_share) - self._doubt)
         psi, u, v, r = state.compass_rad, state.u_mps, state.v_mps, state.r_radps
         if not self._lateral_m or psi is None or u is None or v is None or r is None or not 0.0 < dt_s < 0.5:
             self._actuators.step(dt_s, sent)
@@ -194,7 +204,8 @@ class PropulsionWatch:
             smooth[k] += share * (newest - smooth[k])
         missing_nm = hull.m33_kgm2 * (r - smooth[0]) / _TAU_S - smooth[1]
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
-        self._most_nm = self._gusts_nm if -_STILL_MPS < u < _STILL_MPS else self._clear_nm
+        self._lies = -_STILL_MPS < u < _STILL_MPS
+        self._most_nm = self._gusts_nm if self._lies else self._clear_nm
         self._judge(dt_s, missing_nm, lost_n)
         if any(self.weak):  # a helm is judged with thrusters that push
             return self.weak
@@ -274,8 +285,9 @@ class PropulsionWatch:
             return self._held_s[side] > _HELD_S or self._given_s[side] < _GONE_S
         # what was found first explains all the rest
         is_explained = self.weak[1 - side] or self.helm_mirrored
-        is_sure = self._sure_s[side] > _HELD_S and self._left(side) < 1.0 - _SHARE
-        is_found = self._held_s[side] > _HELD_S or is_sure
+        for_s = _HELD_S if self._lies or self._doubt < _DOUBTFUL else _DOUBTED_S
+        is_sure = self._sure_s[side] > for_s and self._left(side) < 1.0 - _SHARE
+        is_found = self._held_s[side] > for_s or is_sure
         return is_found and not is_explained and self._may_be(*_SIDES[side])
 
     def _left(self, side: int) -> float:
