@@ -51,8 +51,7 @@ _RECENT_S: Final = 60.0
 """What the diagnosis told of longer ago and still did not come true was weather or a hull file that is wrong."""
 _DOUBT_S: Final = 60.0
 """A thruster that is lost makes the file look wrong, too: not so soon that it could not be found."""
-_DOUBTFUL: Final = 0.2
-_DOUBTED_S: Final = 15.0
+_DOUBTFUL, _DOUBTED_S = 0.2, 15.0
 """With a file that has been off by so much for a while, what is missing under way must be missing for longer than a corner lasts."""
 _GONE_S: Final = 20.0
 """So long a thruster must give what it is asked for until it is trusted again: a blade that clears for some seconds and

@@ -30,15 +30,15 @@ _KICKED_RATE = 0.15
 _KICKED_MPS, _KICKED_FIRM_MPS = 0.12, 0.3
 """Way that a kick may bring on station beyond what was asked for: more, and she surges to and fro by metres; and so much more in
 strong wind, which takes it back by itself."""
-_KICK_EACH_S = 2.0
+_KICK_EACH_S = 2.5
 """No more often: five swings of the screw from side to side in 3 s are an oscillation, and cut."""
+_EASY_HELM_RADPS = math.radians(35.0)
+"""So the rudder cannot swing five times from one side to the other in 3 s, which is an oscillation, and cut."""
 _KICKS_GENTLY, _KICKS_FIRMLY = 0.2, 3.0
 """Kick over the rudder on station, share of the thrust of all screws: in light air a gentle one, or the screw is reversed each second; in
 a third of a strong wind as much as the allocation gives."""
 _TAKES_BACK = 0.1
 """Share of the thrust ahead that there must be astern to take a kick's way back."""
-_CALM_REFERENCE = 0.3
-"""Share of the reference's bandwidth for that in light air: what is wanted of the bow jitters by a degree, the rudder by 30."""
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
 _GENTLE = 0.6
@@ -252,7 +252,7 @@ class ModelController:
         given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
-        rudder_rad = given.rudder_rad
+        rudder_rad = self._easy(dt_s, desired, given.rudder_rad)
         self._last = ActuatorDemand(now_us, given.thruster_port, given.thruster_starboard, rudder_rad, rudder_rad)
         return self._last, ControlTrace(
             heading_error_rad=self._heading_error,
@@ -278,6 +278,14 @@ class ModelController:
         elif not desired.gentle or (speed_error >= 0.0 and self._kicks_s >= _KICK_EACH_S):
             self._kicked, self._kicks_s = False, 0.0
         return not self._kicked
+
+    def _easy(self, dt_s: float, desired: Desired, rudder_rad: float) -> float:
+        """The rudder of a boat that nothing else turns goes over slowly on station: with little flow it would go from stop to stop."""
+        last = self._last
+        if last is None or not (desired.gentle and self._by_rudder):
+            return rudder_rad
+        most_rad = _EASY_HELM_RADPS * dt_s
+        return clamp(rudder_rad, last.rudder_port_rad - most_rad, last.rudder_port_rad + most_rad)
 
     def _free(self, sent: ActuatorOutput | None) -> bool:
         """True when what went out is what was asked for, so that integrals may act."""
@@ -331,15 +339,12 @@ class ModelController:
         if desired.gentle and limit > self._gentle_rate:
             limit = self._gentle_rate
         assert desired.psi_rad is not None
-        pole = _REFERENCE_RATE
-        if desired.gentle and self._by_rudder:
-            pole *= _CALM_REFERENCE + (1.0 - _CALM_REFERENCE) * desired.firmness * desired.firmness
-        wanted = 0.5 * pole * wrap_pi(desired.psi_rad - reference) + desired.r_radps
+        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(desired.psi_rad - reference) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
             wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * pole
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * _REFERENCE_RATE
         if change > most:
             change = most
         elif change < -most:
