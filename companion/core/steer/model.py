@@ -17,6 +17,7 @@ from ..hull import Handling, VesselConfig
 from ..hull.left import WHOLE, Shares, straight_mps
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
+from .kicks import Kicks, eased
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver
 from .yaw_loop import LoopMargins
@@ -27,18 +28,6 @@ _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
 _KICKED_RATE = 0.15
 """Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
-_KICKED_MPS, _KICKED_FIRM_MPS = 0.12, 0.3
-"""Way that a kick may bring on station beyond what was asked for: more, and she surges to and fro by metres; and so much more in
-strong wind, which takes it back by itself."""
-_KICK_EACH_S = 2.5
-"""No more often: five swings of the screw from side to side in 3 s are an oscillation, and cut."""
-_EASY_HELM_RADPS = math.radians(35.0)
-"""So the rudder cannot swing five times from one side to the other in 3 s, which is an oscillation, and cut."""
-_KICKS_GENTLY, _KICKS_FIRMLY = 0.2, 3.0
-"""Kick over the rudder on station, share of the thrust of all screws: in light air a gentle one, or the screw is reversed each second; in
-a third of a strong wind as much as the allocation gives."""
-_TAKES_BACK = 0.1
-"""Share of the thrust ahead that there must be astern to take a kick's way back."""
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
 _GENTLE = 0.6
@@ -85,6 +74,7 @@ class ModelController:
         self._inertia = hull.turning_kgm2
         # rudders alone turn a resting hull only by the thrust that the allocation adds for them
         self._by_rudder = not self._handling.model.lateral_m
+        self._kicks = Kicks(vessel, self._handling.model)
         self._least_rate = _KICKED_RATE if self._by_rudder else 0.0
         self._left_mps = math.inf
         """Greatest steady speed through the water with what weak thrusters still give."""
@@ -93,6 +83,7 @@ class ModelController:
         self._clear()
 
     def _clear(self) -> None:
+        self._kicks.clear()
         self._psi_ref: float | None = None
         self._r_ref = self._a_ref = 0.0
         self._u_ref: float | None = None
@@ -101,10 +92,6 @@ class ModelController:
         self._surge_integral_n = 0.0
         self._heading_error = 0.0
         self._firmness = 0.0
-        self._kicked = False
-        """She has more way than asked for, by kicks over the rudder."""
-        self._kicks_s = 0.0
-        """Since the last one began."""
         self._held = False
         """The turn takes all of the moment that a gentle one may."""
         self._last: ActuatorDemand | None = None
@@ -126,23 +113,15 @@ class ModelController:
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
-        self._gentle_nm, self._firm_nm = self._station_moments()
+        self._firm_nm = 2.0 * handling.model.lateral_m * self._astern_n
+        self._gentle_nm = _TURNS_WITH * self._firm_nm
+        if self._by_rudder:
+            self._gentle_nm, self._firm_nm = self._kicks.gentle_nm, self._kicks.firm_nm
         self._gentle_rate = handling.rate_for(_PLANNED * self._gentle_nm) if handling.model.lateral_m else math.inf
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
         self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps)
-
-    def _station_moments(self) -> tuple[float, float]:
-        """Return the greatest yaw moment on station, Nm: gently, and in strong wind."""
-        model, vessel = self._handling.model, self._vessel
-        if not self._by_rudder:
-            firm_nm = 2.0 * model.lateral_m * self._astern_n
-            return _TURNS_WITH * firm_nm, firm_nm
-        if not vessel.rudder.count:
-            return math.inf, math.inf
-        whole_nm = 0.5 * model.rudder_slope_nm(0.0, self._ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
-        return _KICKS_GENTLY * whole_nm, _KICKS_FIRMLY * whole_nm
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -198,7 +177,7 @@ class ModelController:
     @property
     def backs_and_fills(self) -> bool:
         """Whether it turns a boat without a difference of thrust where she lies, by kicks over the rudder."""
-        return self._by_rudder and self._vessel.rudder.count > 0 and self._astern_n >= _TAKES_BACK * self._ahead_n
+        return self._by_rudder and self._kicks.can
 
     @property
     def schedule(self) -> Schedule:
@@ -248,11 +227,13 @@ class ModelController:
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        may_kick = self._may_kick(dt_s, desired, speed_error)
+        may_kick = self._kicks.may(dt_s, desired, speed_error)
         given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
-        rudder_rad = self._easy(dt_s, desired, given.rudder_rad)
+        rudder_rad = given.rudder_rad
+        if desired.gentle and self._by_rudder and self._last is not None:
+            rudder_rad = eased(dt_s, rudder_rad, self._last.rudder_port_rad)
         self._last = ActuatorDemand(now_us, given.thruster_port, given.thruster_starboard, rudder_rad, rudder_rad)
         return self._last, ControlTrace(
             heading_error_rad=self._heading_error,
@@ -266,26 +247,6 @@ class ModelController:
             psi_ref_rad=self._psi_ref,
             speed_ref_mps=self._u_ref,
         )
-
-    def _may_kick(self, dt_s: float, desired: Desired, speed_error: float) -> bool:
-        """On station a kick over the rudder ends when it has brought some way, and the next one waits until that is taken back.
-
-        So a boat with one screw turns where she lies: seamen call it backing and filling.
-        """
-        self._kicks_s += dt_s
-        if not self._kicked:
-            self._kicked = desired.gentle and speed_error < -_KICKED_MPS - _KICKED_FIRM_MPS * desired.firmness
-        elif not desired.gentle or (speed_error >= 0.0 and self._kicks_s >= _KICK_EACH_S):
-            self._kicked, self._kicks_s = False, 0.0
-        return not self._kicked
-
-    def _easy(self, dt_s: float, desired: Desired, rudder_rad: float) -> float:
-        """The rudder of a boat that nothing else turns goes over slowly on station: with little flow it would go from stop to stop."""
-        last = self._last
-        if last is None or not (desired.gentle and self._by_rudder):
-            return rudder_rad
-        most_rad = _EASY_HELM_RADPS * dt_s
-        return clamp(rudder_rad, last.rudder_port_rad - most_rad, last.rudder_port_rad + most_rad)
 
     def _free(self, sent: ActuatorOutput | None) -> bool:
         """True when what went out is what was asked for, so that integrals may act."""
