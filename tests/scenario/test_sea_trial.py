@@ -4,9 +4,12 @@ import math
 
 import pytest
 
+from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, SetMode
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
+from tools.benches.cells.foreign_hulls import launch
+from tools.benches.cells.trial_cells import wrong
 
 SEA = ("world.water.current_mps=0.3", "world.water.wind_mps=4", "depth.enabled=false")
 
@@ -36,6 +39,20 @@ def test_manoeuvres_are_announced_and_sailed_inside_the_circle(voyage):
     assert 5.0 < furthest_m < 80.0
     assert fastest_mps > 0.7
     assert run.snapshot.mode is Mode.GUIDED
+
+
+def test_a_file_wrong_by_half_does_not_break_it_off(voyage, tmp_path):
+    """What the trial is for: by such a file a sound thruster had been missed after a minute, and the trial ended."""
+    hull = launch()
+    (tmp_path / "true.toml").write_text(vessel_toml(hull))
+    (tmp_path / "wrong.toml").write_text(vessel_toml(wrong(hull, 1)))
+    run = voyage(*SEA, f"vessel='{tmp_path / 'wrong.toml'}'", f"world.vessel='{tmp_path / 'true.toml'}'")
+    run.ask(Arm(arm=True))
+    assert run.ask(SeaTrial(TrialOrder.BEGIN, 80.0, quick=True)).reason == ""
+    assert run.ask(SeaTrial(TrialOrder.CONFIRM)).reason == ""
+    run.run(120.0)
+    assert not [text for text in run.texts if "gives much less" in text or "Trial ended" in text]
+    assert run.ask(SeaTrial(TrialOrder.TELL)).reason == ""
 
 
 def test_an_order_ends_it_at_once_and_station_is_kept(voyage):

@@ -54,11 +54,18 @@ class WrongWay:
         self.found = False
 
     def step(
-        self, dt_s: float, helm_nm: float, sides_nm: tuple[float, float], missing_nm: float, *, may_be: bool = True
+        self,
+        dt_s: float,
+        helm_nm: float,
+        sides_nm: tuple[float, float],
+        missing_nm: float,
+        *,
+        may_be: bool = True,
+        patience: float = 1.0,
     ) -> None:
         """Take what this helm and each thruster should turn the hull by, and what is missing of all, after one low-pass.
 
-        ``may_be``: nothing else is likelier.
+        ``may_be``: nothing else is likelier. ``patience``: so many times as long it must look so.
         """
         self._helm.step(dt_s, helm_nm, missing_nm)
         for fit, side_nm in zip(self._sides, sides_nm, strict=True):
@@ -69,4 +76,4 @@ class WrongWay:
         looks_so = is_clear and self._helm.explains(*_TWICE) and not one_alone
         self._held_s = self._held_s + dt_s if looks_so else 0.0
         self._right_s += dt_s if is_clear and not looks_so else 0.0
-        self.found = self.found or (may_be and self._held_s > _HELD_S and self._right_s < _PROVEN_S)
+        self.found = self.found or (may_be and self._held_s > patience * _HELD_S and self._right_s < _PROVEN_S)

@@ -204,6 +204,11 @@ class Navigator:
             self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest)
         return refusal
 
+    @property
+    def on_trial(self) -> bool:
+        """Whether a sea trial is under way."""
+        return self._trial is not None and self._trial.told is TrialStanding.RUNNING
+
     def confirm_trial(self) -> str:
         """A person allows the whole throttle. Return a refusal or an empty string."""
         if self._trial is None or self._trial.told is not TrialStanding.RUNNING:

@@ -146,6 +146,7 @@ class Vehicle:
             return
         mirrored = watch.helm_mirrored
         was, shares, diagnosis = watch.weak, watch.shares, self.parts.diagnosis
+        watch.on_trial = self.parts.navigator.on_trial
         now = watch.step(sensed.dt_s, sensed.state, before.output, diagnosis.opinion, diagnosis.told)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
