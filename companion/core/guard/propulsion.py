@@ -211,21 +211,9 @@ class PropulsionWatch:
         self._lies = -_STILL_MPS < u < _STILL_MPS
         self._most_nm = self._gusts_nm if self._lies else self._clear_nm
         self._judge(dt_s, missing_nm, lost_n)
-        if any(self.weak):  # a helm is judged with thrusters that push
-            return self.weak
-        sides_nm = (smooth[7], smooth[8])
-        apart_nm = self._lateral_m * (smooth[2] - smooth[3])
-        self._swapped.step(
-            dt_s, apart_nm, sides_nm, missing_nm, may_be=self._may_be(Cause.SWAPPED), patience=self._patience
-        )
-        self._mirrored.step(
-            dt_s, smooth[9], sides_nm, missing_nm, may_be=self._may_be(Cause.RUDDERS_REVERSED), patience=self._patience
-        )
+        if not any(self.weak):  # a helm is judged with thrusters that push
+            self._judge_helm(dt_s, missing_nm)
         return self.weak
-
-    @property
-    def _patience(self) -> float:
-        return _ON_TRIAL if self.on_trial else 1.0
 
     def _race_nm(self, thrust_n: float, angle_rad: float) -> float:
         """What the rudder behind a propeller turns the hull by through that propeller's race alone."""
@@ -269,6 +257,16 @@ class PropulsionWatch:
             self.weak = weak_now
             self._set_shares()
 
+    def _judge_helm(self, dt_s: float, missing_nm: float) -> None:
+        smooth, patience = self._smooth, _ON_TRIAL if self.on_trial else 1.0
+        assert smooth is not None
+        sides_nm, apart_nm = (smooth[7], smooth[8]), self._lateral_m * (smooth[2] - smooth[3])
+        for helm, helm_nm, cause in (
+            (self._swapped, apart_nm, Cause.SWAPPED),
+            (self._mirrored, smooth[9], Cause.RUDDERS_REVERSED),
+        ):
+            helm.step(dt_s, helm_nm, sides_nm, missing_nm, may_be=self._may_be(cause), patience=patience)
+
     def _asked(self, side: int, dt_s: float, missing_nm: float, brings_nm: float) -> None:
         """Thrust was asked of this side: fit the share of its moment that is missing, and how long it has been there again."""
         if not self.weak[side] and self._held_s[side] <= dt_s and not self._sure_s[side]:
@@ -297,10 +295,17 @@ class PropulsionWatch:
             return self._held_s[side] > _HELD_S or self._given_s[side] < _GONE_S
         # what was found first explains all the rest
         is_explained = self.weak[1 - side] or self.helm_mirrored
-        for_s = _HELD_S * self._patience if self._lies or self._doubt < _DOUBTFUL or self.on_trial else _DOUBTED_S
+        for_s = self._for_s
         is_sure = self._sure_s[side] > for_s and self._left(side) < 1.0 - _SHARE
         is_found = self._held_s[side] > for_s or is_sure
         return is_found and not is_explained and self._may_be(*_SIDES[side])
+
+    @property
+    def _for_s(self) -> float:
+        """So long thrust must be missing."""
+        if self.on_trial:
+            return _ON_TRIAL * _HELD_S
+        return _DOUBTED_S if self._doubt >= _DOUBTFUL and not self._lies else _HELD_S
 
     def _left(self, side: int) -> float:
         """What this side still gives of what it is told, by the moment that is missing."""

@@ -35,11 +35,11 @@ class Kicks:
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
         self.gentle_nm = self.firm_nm = math.inf
         """Greatest yaw moment that is asked for: in light air, in strong wind."""
-        ahead_n = ThrustLaw(vessel).all_ahead_n
+        law = ThrustLaw(vessel)
         if vessel.rudder.count:
-            whole_nm = 0.5 * model.rudder_slope_nm(0.0, ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
+            whole_nm = 0.5 * model.rudder_slope_nm(0.0, law.all_ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
             self.gentle_nm, self.firm_nm = _GENTLY * whole_nm, _FIRMLY * whole_nm
-        self.can = vessel.rudder.count > 0 and ThrustLaw(vessel).all_astern_n >= _TAKES_BACK * ahead_n
+        self.can = vessel.rudder.count > 0 and law.all_astern_n >= _TAKES_BACK * law.all_ahead_n
         """Whether the boat has what it takes."""
         self.clear()
 
