@@ -269,6 +269,8 @@ class Desired:
     """Turn with so little thrust that the way on stays as it is asked for."""
     asked_mps: float | None = None
     """Along a path: speed over ground that the plan asks for here. In a strong stream ``speed_mps`` is what can be made of it."""
+    yaw_nm: float = 0.0
+    """On station: moment, to starboard, that takes what the wind is known to turn the hull with as it lies."""
     firmness: float = 0.0
     """On station: how much the wind asks for hard loops of heading and speed, soft ones being the rule there, 0 to 1."""
 

@@ -10,7 +10,7 @@ from mavlink_bridge.language.messages import Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import Case
-from tools.benches.cells.foreign_hulls import bare, crooked, launch, single_screw
+from tools.benches.cells.foreign_hulls import bare, cockle, crooked, launch, single_screw
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState, late_eyes
 from tools.benches.cells.trial_cells import wrong
@@ -107,6 +107,26 @@ def test_a_boat_with_one_screw_backs_and_fills(wind_mps, current_mps):
     """It had sailed away from its point and back to it, 6 m RMS off: kicks over the rudder turn it where it lies."""
     water = WaterConfig(wind_mps=wind_mps, current_mps=current_mps)
     assert_holds(held(Case(ONE_SCREW, water, seed=1, source=SensedState), seconds=250.0))
+
+
+def test_a_small_boat_with_one_screw_is_not_blown_off():
+    """Carried beyond eight metres she was turned gently, which was no match for the wind: off for ever, 115 m here."""
+    water = WaterConfig(wind_mps=10.0, gust_share=0.25, current_mps=0.3)
+    found = held(Case(cockle(), water, seed=1, source=SensedState), seconds=250.0)
+    assert found.furthest_m < 25.0
+
+
+@pytest.mark.parametrize(("wind_mps", "seed"), [(2.0, 8), (3.0, 7), (3.0, 15)])
+def test_a_point_that_lies_abeam_in_light_air_is_come_back_to(wind_mps, seed):
+    """Too near to be turned for, too far to be at: the boat lay a metre beside it for ever, bow to the wind."""
+    assert held(Case(ONE_SCREW, WaterConfig(wind_mps=wind_mps), seed=seed, source=SensedState)).rms_m < 0.5
+
+
+def test_what_the_wind_turns_a_bow_with_is_met_before_it_has_turned():
+    """0.33 m when the heading loop waited for it."""
+    water = WaterConfig(wind_mps=10.0)
+    found = [held(Case(ONE_SCREW, water, seed=seed, source=SensedState)).rms_m for seed in (1, 3)]
+    assert max(found) <= 0.3
 
 
 def test_its_screw_is_not_reversed_each_second():

@@ -101,6 +101,11 @@ class PushObserver:
         """How far to starboard of its usual direction the wind stands now, as far as that is believed."""
         return self._gust.off_rad
 
+    def counter_nm(self, psi_rad: float) -> float:
+        """Yaw moment that takes what the wind, gust and all, turns a bow away with that looks there; none where that is little."""
+        off_rad = self.against_rad + self._gust.off_rad - psi_rad
+        return 0.5 * self.firmness * self._turning_m * self.strength_n * math.sin(2.0 * off_rad)
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Take one tick: the state, and what went out during it."""
         actuators = self._actuators

@@ -42,6 +42,8 @@ _UNKNOWN_MPS2 = 0.0025
 _WEAK_MPS = 0.1
 """A push that carries the boat slower than this does not bring it over to a point that lies abeam: the boat must sail there. What
 is left of the braking at the end of a voyage looks like such a push, too."""
+_KICKS_WEAK_MPS = 0.04
+"""The same where kicks over the rudder turn the boat: it cannot lie across a weak push, and hunted its point for minutes."""
 _STAYS_WEAK = 1.5
 """A boat that sails back goes on until the push is so much stronger: it is not known to a tenth, and the bow went to and fro for it."""
 _BACK = 0.3
@@ -109,6 +111,7 @@ class StationKeeper:
         self._push = PushObserver(handling)
         self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
         self._turns_at_rest = handling.model.turns_at_rest
+        self._weak_mps = _WEAK_MPS if self._turns_at_rest else _KICKS_WEAK_MPS
         self.alone: Alone | None = None
         """It turns only under way: what it can do."""
         self.anchor = (0.0, 0.0)
@@ -175,9 +178,9 @@ class StationKeeper:
         if distance > 4.0 * self._radius_m:
             return self._go(state, north, east, drift)
         push_mps = self._statics.speed_for_thrust(self._push.strength_n)
-        away = 0.2 if self._sailing_back else 1.0 if self._drifts else 0.5
-        weak_mps = _WEAK_MPS * (_STAYS_WEAK if self._sailing_back else 1.0)
-        self._sailing_back = push_mps < weak_mps and distance > away * self._radius_m
+        weak_mps = self._weak_mps * (_STAYS_WEAK if self._sailing_back else 1.0)
+        from_m = self._sails_from_m(state.psi_rad or 0.0, north, east)
+        self._sailing_back = push_mps < weak_mps and distance > from_m
         self._firm = self._gain if self._drifts else self._gain * (1.0 + _GUSTS_PER_MPS * push_mps)
         wanted, self._firm = self._firm, min(self._firm, self._most_firm)
         facing = None if self._sailing_back else self._face(dt_s)
@@ -192,12 +195,27 @@ class StationKeeper:
         self._heading_rad = wrap_pi(facing + aside)
         return self._steer(state, north, east)
 
+    def _sails_from_m(self, psi_rad: float, north: float, east: float) -> float:
+        """How far off its point the boat sails there. With kicks it turns for a point abeam from further off, and leaves a nearer one
+        to the push: it would lie there for ever.
+        """
+        turns_m = _TURNS * self._near_m
+        if not self._sailing_back:
+            return max((1.0 if self._drifts else 0.5) * self._radius_m, turns_m)
+        is_abeam = abs(east * math.cos(psi_rad) - north * math.sin(psi_rad)) > _ABEAM * math.hypot(north, east)
+        is_round = self._heading_rad is not None and abs(wrap_pi(self._heading_rad - psi_rad)) < _ALONG_RAD
+        return turns_m if is_abeam and is_round and not self._turns_at_rest else 0.2 * self._radius_m
+
     def _steer(self, state: EstimatedState, north: float, east: float) -> Desired:
         """Turn gently to the heading that is chosen, and close the distance along the bow as it looks now."""
         psi = state.psi_rad or 0.0
         along = north * math.cos(psi) + east * math.sin(psi)
         speed = clamp(self._firm * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
-        return Desired(self._heading_rad, speed, 0.0, brake=True, gentle=True, firmness=self._push.firmness)
+        return self._in_wind(Desired(self._heading_rad, speed, brake=True, gentle=True), psi)
+
+    def _in_wind(self, desired: Desired, psi_rad: float) -> Desired:
+        """The same, as hard as the wind asks for, with what turns the hull away met before it does."""
+        return replace(desired, firmness=self._push.firmness, yaw_nm=self._push.counter_nm(psi_rad))
 
     @property
     def _least_n(self) -> float:
@@ -248,7 +266,7 @@ class StationKeeper:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - self._would_face(psi))) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))
-        steer = replace(self._steer(state, north, east), brake=False, firmness=0.0)
+        steer = replace(self._steer(state, north, east), brake=False, firmness=0.0, yaw_nm=0.0)
         # a hull that turns slowly would go round and round its point if it made way meanwhile
         return steer if abs(wrap_pi(self._heading_rad - psi)) < _ALONG_RAD else replace(steer, speed_mps=0.0)
 
@@ -261,7 +279,9 @@ class StationKeeper:
         self._heading_rad = psi
         error = wrap_pi(psi - (state.psi_rad or 0.0))
         surge = math.hypot(water_n, water_e) * max(0.0, math.cos(error))
-        return Desired(psi, surge + drift[0] * math.cos(psi) + drift[1] * math.sin(psi), brake=True)
+        over_ground_mps = surge + drift[0] * math.cos(psi) + drift[1] * math.sin(psi)
+        # turned gently, a small boat in strong wind does not come round, and is blown off for good
+        return self._in_wind(Desired(psi, over_ground_mps, brake=True), state.psi_rad or 0.0)
 
     def _drift_and_return(
         self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]

@@ -25,8 +25,8 @@ _GENTLY, _FIRMLY = 0.2, 3.0
 as much as the allocation gives."""
 _TAKES_BACK: Final = 0.1
 """Share of the thrust ahead that there must be astern to take a kick's way back."""
-_EASY_HELM_RADPS: Final = math.radians(35.0)
-"""So the rudder cannot swing five times from one side to the other in 3 s."""
+_EASY_HELM_RADPS: Final = math.radians(60.0)
+"""A second from stop to stop: the rudder cannot swing five times from one side to the other in 3 s."""
 
 
 class Kicks:

@@ -278,7 +278,7 @@ class ModelController:
         p = inertia * omega * omega * error
         d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
         forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
-        moment = forward + p + d + self._yaw_integral_nm
+        moment = forward + p + d + self._yaw_integral_nm + desired.yaw_nm
         self._held = False
         if desired.gentle:
             most = self._gentle_nm + desired.firmness * (self._firm_nm - self._gentle_nm)

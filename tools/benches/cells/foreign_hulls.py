@@ -92,6 +92,16 @@ def lopsided() -> VesselConfig:
     return _foreign("lopsided", size | inertia | damping, thruster, rudder={"area_m2": 0.011}, windage=(0.5, 0.9))
 
 
+def cockle() -> VesselConfig:
+    """Return a boat of 8 kg and 1.1 m with one propeller and one rudder: a strong breeze is a great deal to it."""
+    size = {"length_m": 1.1, "beam_m": 0.38, "draught_m": 0.125, "mass_kg": 7.8}
+    inertia = {"m11_kg": 8.2, "m22_kg": 16.0, "m23_kgm": 0.12, "m33_kgm2": 0.7}
+    damping = {"xu": 2.4, "xuu": 5.2, "yv": 20.0, "yvv": 57.0, "nr": 1.05, "nrr": 4.4, "munk": 0.26}
+    thruster = {"count": 1, "lateral_m": 0.0, "ahead_n": 31.0, "astern_n": 16.0, "lag_s": 0.08, "diameter_m": 0.097}
+    rudder = {"count": 1, "area_m2": 0.0095, "x_m": -0.48, "rate_dps": 46.0, "lag_s": 0.15}
+    return _foreign("cockle", size | inertia | damping, thruster, rudder=rudder, windage=(0.115, 0.265))
+
+
 def pontoon() -> VesselConfig:
     """Return a work pontoon of 670 kg and 4.6 m whose two small propellers take more than two seconds to turn it."""
     size = {"length_m": 4.6, "beam_m": 1.5, "draught_m": 0.46, "mass_kg": 670.0}
