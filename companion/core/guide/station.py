@@ -193,7 +193,7 @@ class StationKeeper:
         starboard = east * cos - north * sin
         aside = math.atan2(self._firm * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
         self._heading_rad = wrap_pi(facing + aside)
-        return self._steer(state, north, east)
+        return self._in_wind(self._steer(state, north, east), state.psi_rad or 0.0)
 
     def _sails_from_m(self, psi_rad: float, north: float, east: float) -> float:
         """How far off its point the boat sails there. With kicks it turns for a point abeam from further off, and leaves a nearer one
@@ -211,7 +211,7 @@ class StationKeeper:
         psi = state.psi_rad or 0.0
         along = north * math.cos(psi) + east * math.sin(psi)
         speed = clamp(self._firm * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
-        return self._in_wind(Desired(self._heading_rad, speed, brake=True, gentle=True), psi)
+        return Desired(self._heading_rad, speed, brake=True, gentle=True)
 
     def _in_wind(self, desired: Desired, psi_rad: float) -> Desired:
         """The same, as hard as the wind asks for, with what turns the hull away met before it does."""
@@ -266,7 +266,7 @@ class StationKeeper:
             bearing = math.atan2(east, north)
             behind = abs(wrap_pi(bearing - self._would_face(psi))) > 0.5 * math.pi
             self._heading_rad = wrap_pi(bearing + (math.pi if behind else 0.0))
-        steer = replace(self._steer(state, north, east), brake=False, firmness=0.0, yaw_nm=0.0)
+        steer = replace(self._steer(state, north, east), brake=False)
         # a hull that turns slowly would go round and round its point if it made way meanwhile
         return steer if abs(wrap_pi(self._heading_rad - psi)) < _ALONG_RAD else replace(steer, speed_mps=0.0)
 
