@@ -73,7 +73,7 @@ def test_laps_of_a_circle_are_counted_through_the_seam(steps, turn):
 
 
 @SHORT
-@given(st.floats(-300.0, 300.0), st.floats(0.5, 20.0), st.floats(0.5, 50.0), st.floats(0.0, 10.0))
+@given(st.floats(-300.0, 300.0), st.floats(0.5, 20.0), st.floats(0.0, 50.0), st.floats(0.0, 10.0))
 def test_the_field_turns_towards_the_path_and_never_back(offset, look, turn, into):
     found, slope = approach(offset, look, turn, into)
     assert abs(found) <= 0.5 * math.pi + 1e-9

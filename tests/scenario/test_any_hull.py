@@ -88,6 +88,17 @@ def test_a_heavy_boat_does_not_swing_past_the_leg_that_she_joins():
     assert found.rms < 0.4
 
 
+@pytest.mark.parametrize("east_m", [2.5, -3.5])
+def test_a_heavy_boat_ends_her_track_also_when_she_comes_to_it_from_the_side(east_m):
+    """Half a second from its end no speed is planned any more: her way to join the track was divided by it, and her autopilot ended."""
+    run = Case(pontoon(), source=SensedState).loop()
+    run.place(75.0, east_m, 0.0, 1.5)
+    run.sail(run.goto(80.0, 0.0), run.frame.to_geodetic(0.0, 0.0))
+    while not run.tick(1.5).arrived and run.t_s < 60.0:
+        pass
+    assert run.t_s < 60.0
+
+
 def test_the_lowered_top_speed_is_told_and_kept():
     """2.5 m/s ordered where the margins end at 1.8 m/s."""
     vessel = bare("otter", 1.0)

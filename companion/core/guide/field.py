@@ -39,14 +39,14 @@ def approach(offset_m: float, look_ahead_m: float, turn_m: float, into_m: float)
 
     Near the path atan(offset / look-ahead); farther off the angle chi at which ``into_m`` sailed on and then an arc of
     radius ``turn_m`` would still run into the path tangentially, offset = into sin(chi) + turn (1 - cos(chi)), whichever
-    is smaller. Up to 90 degrees.
+    is smaller. Up to 90 degrees. Both may be zero: at the end of a track nothing is planned, and the arc is none.
     """
     size = abs(offset_m)
     linear = math.atan(size / look_ahead_m)
     slope = look_ahead_m / (look_ahead_m * look_ahead_m + size * size)
     if size < turn_m + into_m:
-        part = turn_m / math.hypot(turn_m, into_m)
-        tangential = math.acos((1.0 - size / turn_m) * part) - math.acos(part)
+        reach_m = math.hypot(turn_m, into_m)
+        tangential = math.acos((turn_m - size) / reach_m) - math.acos(turn_m / reach_m)
         if tangential < linear:
             linear = tangential
             slope = 1.0 / math.sqrt(into_m * into_m + size * (2.0 * turn_m - size))
