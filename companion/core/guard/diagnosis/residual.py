@@ -56,6 +56,8 @@ class Sample:
     thrust_n: float
     """Both sides together, whatever their sense: how much the model can be wrong by."""
     on_station: bool
+    aside_nm: float = 0.0
+    """What the modelled yaw moment is off by when the way aside through the water is: a hull without a fin is turned by it."""
     upset: bool = False
     """The water itself has just changed: what was known of the weather is gone."""
 
@@ -66,6 +68,9 @@ _STATION_TAU_S: Final = 5.0
 """Longer than a gust drives it off or a corner slows it."""
 
 
+_ASIDE_MPS: Final = 0.04
+"""The way aside through the water is known no better: the drift is a mean, and the receiver's velocity has its noise. On a hull that
+turns away by itself such an error looked like thrusters changed over, five times in twelve hours of a gale."""
 _JUMP_MPS: Final = 0.6
 """Sway over ground that changes by more within ``_JUMP_SAMPLES`` is an eddy: no thruster and no rudder sets a hull aside so quickly."""
 _JUMP_SAMPLES: Final = 2
@@ -131,21 +136,26 @@ class Residual:
         north, east = self._drift_mps
         self._drift_mps = (north + share * (north_mps - north), east + share * (east_mps - east))
 
-    def _sample(self, step_s: float, acting: Acting, *, upset: bool) -> Sample | None:
-        hull, model = self._hull, self._model
-        u, v, r = acting.u_mps, acting.v_mps, acting.r_radps
-        healthy = pushed(model, acting, acting.port_n, acting.starboard_n, acting.rudder_rad)
-        du, dv, dr = model.rates(
-            u,
-            v,
-            r,
+    def _forces(self, acting: Acting, aside_mps: float = 0.0) -> tuple[float, float]:
+        """Surge force (N) and yaw moment (Nm) that the model makes of all this, with so much more way aside."""
+        hull = self._hull
+        du, dv, dr = self._model.rates(
+            acting.u_mps,
+            acting.v_mps + aside_mps,
+            acting.r_radps,
             thrust_port_n=acting.port_n,
             thrust_starboard_n=acting.starboard_n,
             rudder_port_rad=acting.rudder_rad,
             rudder_starboard_rad=acting.rudder_rad,
         )
+        return hull.m11_kg * du, hull.m23_kgm * dv + hull.m33_kgm2 * dr
+
+    def _sample(self, step_s: float, acting: Acting, *, upset: bool) -> Sample | None:
+        hull, model = self._hull, self._model
+        u, v, r = acting.u_mps, acting.v_mps, acting.r_radps
+        healthy = pushed(model, acting, acting.port_n, acting.starboard_n, acting.rudder_rad)
         momenta = (hull.m11_kg * u, hull.m23_kgm * v + hull.m33_kgm2 * r)
-        forces = (hull.m11_kg * du, hull.m23_kgm * dv + hull.m33_kgm2 * dr)
+        forces = self._forces(acting)
         effects = [part for suspect in self._among for part in effect(model, suspect, acting, healthy)]
         values = [*momenta, *forces, *effects]
         low, share = self._low, step_s / _TAU_S
@@ -156,4 +166,11 @@ class Residual:
         unexplained = ((momenta[0] - low[0]) / _TAU_S - low[2], (momenta[1] - low[1]) / _TAU_S - low[3])
         pairs = tuple(zip(low[4::2], low[5::2], strict=True))
         thrust_n = abs(acting.port_n) + abs(acting.starboard_n)
-        return Sample(unexplained, pairs, thrust_n, on_station=self._ground_mps < _STATION_MPS, upset=upset)
+        return Sample(
+            unexplained,
+            pairs,
+            thrust_n,
+            on_station=self._ground_mps < _STATION_MPS,
+            aside_nm=abs(self._forces(acting, _ASIDE_MPS)[1] - forces[1]),
+            upset=upset,
+        )

@@ -101,10 +101,10 @@ class Weather:
         found, first = self._variance, self._bounds.first
         return math.sqrt(max(found[0] / first[0], found[1] / first[1]))
 
-    def noise(self, thrust_n: float) -> HealthyNoise:
-        """With this much thrust, both sides together."""
+    def noise(self, thrust_n: float, aside_nm: float = 0.0) -> HealthyNoise:
+        """With this much thrust, both sides together, and a yaw moment that is off by as much for the way aside."""
         off_n = _MODEL * thrust_n + _MODEL_CHANGE * abs(thrust_n - self._thrust_n)
-        off_nm = off_n * self._bounds.lever_m
+        off_nm = math.hypot(off_n * self._bounds.lever_m, aside_nm)
         variance = self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
         known = max(1.0, self._known_s() / _APART_S)
         return HealthyNoise(variance, (self._alike(0), self._alike(1)), known)
