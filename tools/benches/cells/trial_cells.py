@@ -29,6 +29,16 @@ _STEADY_STEPS, _STEADY_DT_S = 1200, 0.02
 """24 s: a launch of 350 kg moves evenly after ten."""
 
 
+COEFFICIENTS = (
+    *(("hull", key) for key in ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "m22_kg", "m33_kgm2", "m23_kgm", "munk")),
+    *(("thruster", key) for key in ("ahead_n", "astern_n", "lag_s", "dead_band")),
+    *(("rudder", key) for key in ("area_m2", "lag_s")),
+)
+"""Table and key of what a vessel file can be wrong about."""
+_SOME_MUNK = 0.3
+"""A file that says nothing of it is wrong about this much."""
+
+
 @dataclass(frozen=True, slots=True)
 class Trialled:
     """How a trial went."""
@@ -114,24 +124,30 @@ def wrong(vessel: VesselConfig, seed: int, most: float = 0.5) -> VesselConfig:
     Of rudders that stand off and of unlike sides it knows nothing.
     """
     dice = random.Random(f"wrong {seed}")
-
-    def off(value: float) -> float:
-        return value * (1.0 + dice.uniform(-most, most))
-
-    hull = {
-        k: off(getattr(vessel.hull, k))
-        for k in ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "m22_kg", "m33_kgm2", "m23_kgm")
+    tables: dict[str, dict[str, float]] = {
+        "hull": {},
+        "thruster": {"starboard_share": 1.0},
+        "rudder": {"offset_deg": 0.0},
     }
-    hull["munk"] = min(1.0, off(vessel.hull.munk or 0.3))
-    thruster = {k: off(getattr(vessel.thruster, k)) for k in ("ahead_n", "astern_n", "lag_s", "dead_band")}
-    rudder = {k: off(getattr(vessel.rudder, k)) for k in ("area_m2", "lag_s")}
+    for table, key in COEFFICIENTS:
+        right = getattr(getattr(vessel, table), key)
+        if key == "munk":
+            right = right or _SOME_MUNK
+        tables[table][key] = _off(key, right, 1.0 + dice.uniform(-most, most))
     return vessel.model_copy(
-        update={
-            "hull": vessel.hull.model_copy(update=hull),
-            "thruster": vessel.thruster.model_copy(update=thruster | {"starboard_share": 1.0}),
-            "rudder": vessel.rudder.model_copy(update=rudder | {"offset_deg": 0.0}),
-        }
+        update={table: getattr(vessel, table).model_copy(update=values) for table, values in tables.items()}
     )
+
+
+def one_wrong(vessel: VesselConfig, table: str, key: str, factor: float) -> VesselConfig:
+    """Return a file of which one of ``COEFFICIENTS`` is so many times what is right."""
+    part = getattr(vessel, table)
+    return vessel.model_copy(update={table: part.model_copy(update={key: _off(key, getattr(part, key), factor)})})
+
+
+def _off(key: str, right: float, factor: float) -> float:
+    """A share of an ideal moment is no more than all of it."""
+    return min(1.0, factor * right) if key == "munk" else factor * right
 
 
 def turn_rate(
