@@ -1,5 +1,7 @@
 """Hulls that nobody tuned for, in a current of 0.5 m/s and 8 m/s of wind with gusts and waves: held by the law on the truth."""
 
+import statistics
+
 import pytest
 
 from companion.core.vehicle.config import VehicleConfig
@@ -8,7 +10,7 @@ from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells import control_cells as cells
 from tools.benches.cells.control_cells import WATERS, Case
-from tools.benches.cells.foreign_hulls import any_hull, bare, pontoon
+from tools.benches.cells.foreign_hulls import any_hull, bare, barge, pontoon
 from tools.benches.cells.sensed import SensedState
 
 BLOW = WATERS["0.5 m/s + 8 m/s"]
@@ -86,6 +88,33 @@ def test_a_heavy_boat_does_not_swing_past_the_leg_that_she_joins():
     """Her turn towards the leg takes five seconds to become one along it; the arc had none to spare: 0.74 m RMS, in calm water."""
     found, _ = cells.legs(Case(pontoon(), source=SensedState), 1.5)
     assert found.rms < 0.4
+
+
+def test_a_boat_that_her_rudder_turns_slowly_ends_her_turns_in_time():
+    """Her reference turned as if it could stop at once, and swung past, and back: 3.7 m off her legs in calm water, 5.7 m off a circle."""
+    case = Case(barge(), source=SensedState)
+    legs, _ = cells.legs(case, 1.0)
+    assert legs.rms < 0.3
+    assert cells.ring(case, 20.0, 1.0, laps=1.0).rms < 0.15
+
+
+def test_a_boat_that_loses_her_way_slowly_slows_early_for_a_corner():
+    """Planned to lose 0.3 m/s in a second, she came to it twice as fast as her arc allows, and 4.7 m beyond her next leg."""
+    assert cells.big_square(Case(pontoon(), source=SensedState), 1.5).whole.most < 3.5
+
+
+def test_the_propeller_of_a_heavy_boat_is_not_worked_by_the_noise_of_her_speed():
+    """A receiver's noise of 2 cm/s asked for a third of her thrust to and fro."""
+    hull = barge()
+    weak = hull.model_copy(update={"thruster": hull.thruster.model_copy(update={"ahead_n": 60.0, "astern_n": 40.0})})
+    run = Case(weak, source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0, 0.6)
+    run.sail(run.goto(100.0, 0.0))
+    asked = []
+    while run.t_s < 60.0:
+        run.tick(0.6)
+        asked.append(run.sent.thruster_port)
+    assert statistics.pstdev(asked[400:]) < 0.1
 
 
 @pytest.mark.parametrize("east_m", [2.5, -3.5])

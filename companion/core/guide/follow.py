@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 from mavlink_bridge.language.messages import Desired, EstimatedState
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
+from ..hull.handling import SLOW_SHARE
 from .field import MOST_SLOPE, Integrator, SteeredHeading, approach, bow, triangle
-from .paths import Chain, Projection
+from .paths import Arc, Chain, Projection, fillet
 from .swing import FELT, EarlySwing, Wish
 
 
@@ -34,7 +36,9 @@ class FollowConfig(Config):
     turn_share: float = param(
         0.9, "PATH_TURN", "Share of the vessel's turning ability that a bend may use", ge=0.2, le=1.0
     )
-    deceleration: float = param(0.3, "PATH_DECEL", "Deceleration before bends and ends", unit="m/s^2", ge=0.02, le=5.0)
+    deceleration: float = param(
+        0.3, "PATH_DECEL", "Deceleration before bends and ends, at most", unit="m/s^2", ge=0.02, le=5.0
+    )
     preview_s: float = param(0.9, "PATH_PREVIEW", "Bends are steered into this much early", unit="s", ge=0.0, le=3.0)
     speed_min_mps: float = param(
         0.5, "PATH_SPEED_MIN", "Bends never slow the vessel below this", unit="m/s", ge=0.1, le=5
@@ -60,6 +64,8 @@ _ANSWERS = 1.1
 _ARC_HOLDS_S = 1.0
 """A path is joined by an arc of twice the tightest radius, which leaves so much time to begin it. A heavy boat that turns towards the
 path takes longer, and twice: to end that turn, and to take up the other. She would swing past by metres."""
+_HALF = 0.5
+"""A turn that is taken up evenly is the path's on the whole when it begins half as early."""
 _SLOPE_BESIDE_DRIFT = 0.15
 """Slope of the path's integral where the drift is reckoned with: 9 degrees, more than a compass is off that the drift does not show. A
 greater one fills up while the drift is still learnt, and stands beside the leg for a minute after."""
@@ -87,7 +93,7 @@ class Follower:
 
     def configure(self, config: FollowConfig) -> None:
         self._config = config
-        self._double = 2.0 * config.deceleration
+        self._double = 2.0 * min(config.deceleration, self._handling.slows_mps2)
         answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
         self._reverses_s = max(0.0, 2.0 * (self._handling.takes_up_s - _ARC_HOLDS_S))
         """How much longer she sails on before the turn towards a path has become one along it than the arc has to spare."""
@@ -95,7 +101,8 @@ class Follower:
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
         self.integrator.most_slope = _SLOPE_BESIDE_DRIFT if config.use_drift else MOST_SLOPE
-        self._turn_share, self._preview_s = config.turn_share, config.preview_s
+        self._turn_share = config.turn_share
+        self._preview_s = max(config.preview_s, _HALF * self._handling.takes_up_s)
         self._use_drift = config.use_drift
         self._bow_turns = 1.0
         """By how much more than the course: in water that runs with her the arc over ground is so much wider."""
@@ -134,6 +141,17 @@ class Follower:
     def tightest_m(self) -> float:
         """Return the smallest radius that the vessel can sail at any speed."""
         return min(radius for _, radius in self._radii)
+
+    def corner(
+        self, start: NorthEast, corner: NorthEast, end: NorthEast, *, cut_m: float, reach_m: float
+    ) -> Arc | None:
+        """Return the arc that rounds a corner, as ``fillet`` does: one that the vessel can sail.
+
+        It is as long as she sails on, at the speed for which that is known, beyond what an arc has to spare to take a turn up and end it.
+        """
+        way_m = self._reverses_s * SLOW_SHARE * self._handling.top_mps
+        least_m = self.tightest_m()
+        return fillet(start, corner, end, cut_m=cut_m, least_m=least_m, reach_m=reach_m, way_m=way_m)
 
     def _measure_bends(self) -> None:
         """Tabulate the radius that each speed allows, from the least speed that bends may slow to."""

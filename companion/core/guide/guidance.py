@@ -32,7 +32,7 @@ from .alone import Alone, turns_under_way
 from .carried import CarriedOff
 from .follow import FollowConfig, Follower
 from .output import GuidanceOutput
-from .paths import Arc, Chain, Line, Projection, fillet, straight_on
+from .paths import Arc, Chain, Line, Projection, straight_on
 from .station import StationConfig, StationKeeper
 from .tight import TightWatch
 
@@ -215,8 +215,8 @@ class Guidance:
         arc = None
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
             reach = max(0.0, math.dist(begin, self._target) - 0.5)
-            least = self.follower.tightest_m()
-            arc = fillet(begin, self._target, onward, cut_m=self._config.corner_cut_m, least_m=least, reach_m=reach)
+            cut_m = self._config.corner_cut_m
+            arc = self.follower.corner(begin, self._target, onward, cut_m=cut_m, reach_m=reach)
         if arc is None:
             segments.append(Line(begin, self._target))
             self._goal_m = math.fsum(segment.length_m for segment in segments)

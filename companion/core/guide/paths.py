@@ -25,12 +25,19 @@ _LEAST_REACH_M = 0.1
 
 
 def fillet(
-    start: NorthEast, corner: NorthEast, end: NorthEast, cut_m: float, least_m: float, reach_m: float
+    start: NorthEast,
+    corner: NorthEast,
+    end: NorthEast,
+    cut_m: float,
+    least_m: float,
+    reach_m: float,
+    way_m: float = 0.0,
 ) -> Arc | None:
     """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight,
     reverses, or a leg has no way for it.
 
-    No tighter than ``least_m``, though that cuts more; ``reach_m`` bounds the part of either leg that the arc may take.
+    No tighter than ``least_m``, nor shorter than ``way_m``, though that cuts more; ``reach_m`` bounds the part of either leg that
+    the arc may take.
     """
     inbound, outbound = Line(start, corner), Line(corner, end)
     if inbound.length_m < 1e-6 or outbound.length_m < 1e-6:
@@ -42,7 +49,7 @@ def fillet(
     reach = min(reach_m, 0.5 * inbound.length_m, 0.5 * outbound.length_m)
     if reach < _LEAST_REACH_M:
         return None
-    radius = min(max(cut_m / (1.0 - math.cos(half)), least_m), reach / math.tan(half))
+    radius = min(max(cut_m / (1.0 - math.cos(half)), least_m, way_m / abs(turn)), reach / math.tan(half))
     sense = 1 if turn > 0.0 else -1
     begin = inbound.point(inbound.length_m - radius * math.tan(half))
     to_centre = inbound.course_rad + sense * 0.5 * math.pi

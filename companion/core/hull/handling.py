@@ -27,6 +27,10 @@ _SLOWEST_ALONE = 0.02
 _SLOWED = 0.75
 """Share of her way that a boat keeps in a turn that matters more."""
 
+SLOW_SHARE = 1.0 / 3.0
+"""Share of the top speed at which it is judged how quickly a turn is taken up: there rudders have little flow."""
+BRAKED_SHARE = 0.5
+"""Share of one thruster's astern thrust that a steering law slows her with under way: the rest is left for the turn."""
 _SURGE_RAD = 0.8
 """Phase that a speed loop may lose by propellers and sensors at its bandwidth: it keeps 44 degrees."""
 _SEEN_LATE_S = 0.2
@@ -70,12 +74,16 @@ class Handling:
         """How fast the sideways slip of a turn builds up."""
         self.surge_radps = _SURGE_RAD / (vessel.thruster.lag_s + _SEEN_LATE_S)
         """Bandwidth of a speed loop that slow propellers allow."""
+        self.slows_mps2 = (
+            self.drag_n(SLOW_SHARE * self.top_mps) + BRAKED_SHARE * vessel.thruster.astern_n
+        ) / hull.m11_kg
+        """Deceleration that she is sure of under way, at a third of the top speed: half of one thruster astern and the drag there."""
         self._steered_radps = math.inf
         self.takes_up_s = self._takes_up()
         """How long a turn takes from the order to its full rate, at a third of the top speed: there rudders have little flow."""
 
     def _takes_up(self) -> float:
-        speed_mps = self.top_mps / 3.0
+        speed_mps = SLOW_SHARE * self.top_mps
         hull, given = self.vessel.hull, self.authority(speed_mps)
         moment_nm = given.rudder_nm + given.differential_nm
         if moment_nm <= 0.0:

@@ -14,6 +14,7 @@ from mavlink_bridge.language.snapshot import ControlTrace
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..hull import Handling, VesselConfig
+from ..hull.handling import BRAKED_SHARE
 from ..hull.left import WHOLE, Shares, straight_mps
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
@@ -26,10 +27,14 @@ _SATURATED_RAD = 0.3
 """Heading error at which a good bandwidth just uses up the yaw authority."""
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 0.2
 """The first call after a start has no time behind it, a late one too much."""
+_SATURATED_MPS = 0.25
+"""Speed error that may take all of the thrust: ten times a receiver's noise, which would else work the propellers of a heavy boat."""
 _KICKED_RATE = 0.15
 """Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
+_BRAKED = 0.7
+"""Share of the acceleration by which the reference ends a turn: a boat that turns slowly would swing past, and back."""
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
 _BY_COURSE = 0.5
@@ -121,7 +126,8 @@ class ModelController:
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
-        self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps)
+        within = self._ahead_n * vessel.thruster.count / (self._m11 * _SATURATED_MPS)
+        self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps, within)
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -300,7 +306,9 @@ class ModelController:
         if desired.gentle and limit > self._gentle_rate:
             limit = self._gentle_rate
         assert desired.psi_rad is not None
-        wanted = 0.5 * _REFERENCE_RATE * wrap_pi(desired.psi_rad - reference) + desired.r_radps
+        left_rad = wrap_pi(desired.psi_rad - reference)
+        stopped_radps = math.sqrt(2.0 * _BRAKED * self._turn_most * abs(left_rad))
+        wanted = clamp(0.5 * _REFERENCE_RATE * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
@@ -341,8 +349,8 @@ class ModelController:
         through = clamp(reference + (water - measured), -0.5, self._attainable_mps)
         forward = self._handling.drag_n(through) + m11 * change
         total = forward + p + self._surge_integral_n
-        if not desired.brake and wanted >= 0.0 and total < -0.5 * self._astern_n:
-            total = -0.5 * self._astern_n
+        if not desired.brake and wanted >= 0.0:
+            total = max(total, -BRAKED_SHARE * self._astern_n)
         return total, error, p
 
     def _integrate(

@@ -102,6 +102,16 @@ def cockle() -> VesselConfig:
     return _foreign("cockle", size | inertia | damping, thruster, rudder=rudder, windage=(0.115, 0.265))
 
 
+def barge() -> VesselConfig:
+    """Return a barge of 720 kg and 4 m with one propeller of 150 N and one small rudder: full helm takes her turn up in three seconds."""
+    size = {"length_m": 4.0, "beam_m": 1.45, "draught_m": 0.24, "mass_kg": 720.0}
+    inertia = {"m11_kg": 760.0, "m22_kg": 1380.0, "m23_kgm": 0.0, "m33_kgm2": 1260.0}
+    damping = {"xu": 15.0, "xuu": 32.0, "yv": 290.0, "yvv": 740.0, "nr": 590.0, "nrr": 400.0, "nur": 280.0, "munk": 0.7}
+    thruster = {"count": 1, "lateral_m": 0.0, "ahead_n": 150.0, "astern_n": 82.0, "lag_s": 0.6, "diameter_m": 0.26}
+    rudder = {"count": 1, "area_m2": 0.02, "x_m": -1.9, "rate_dps": 40.0, "lag_s": 0.15}
+    return _foreign("barge", size | inertia | damping, thruster, rudder=rudder, windage=(0.45, 1.0))
+
+
 def pontoon() -> VesselConfig:
     """Return a work pontoon of 670 kg and 4.6 m whose two small propellers take more than two seconds to turn it."""
     size = {"length_m": 4.6, "beam_m": 1.5, "draught_m": 0.46, "mass_kg": 670.0}
