@@ -22,6 +22,13 @@ _ADDED: Final = 0.7
 """Inertia with the water that moves along, over the mass: never below 1; less is forgiven to a fit of a poor record."""
 _GYRATION: Final = (0.08, 1.5)
 """Radius of gyration over the length, with the added inertia: small boats have 0.25 to 0.5."""
+_QUICKEST: Final = (
+    ("xu", "m11_kg", 10.0, "1/s"),
+    ("yv", "m22_kg", 10.0, "1/s"),
+    ("nr", "m33_kgm2", 10.0, "1/s"),
+    ("nrr", "m33_kgm2", 120.0, "1/rad"),
+)
+"""Damping over its inertia: ten times what boats of 1 to 6 m have. What steps through time with more runs away."""
 _SPEEDS_MPS: Final = (0.2, 25.0)
 """Top speeds: below, nothing could be held against a breeze; 25 m/s are 49 knots."""
 _LAG_S: Final = 5.0
@@ -96,6 +103,13 @@ def _damping(vessel: VesselConfig) -> Iterator[str]:
         yield "hull.yv = 0: nothing stops her from sliding sideways; give about m22_kg, and yvv (docs/VESSEL.md)"
     if hull.nr + hull.nrr + hull.nur == 0.0:
         yield "hull.nr = 0: nothing stops her from turning; give about m33_kgm2, and nrr (docs/VESSEL.md)"
+    for key, inertia_key, most, unit in _QUICKEST:
+        damping, inertia = getattr(hull, key), getattr(hull, inertia_key)
+        if damping > most * inertia:
+            yield (
+                f"hull.{key} = {damping:g}: {_about(damping / inertia)} {unit} of {inertia_key} {inertia:g}, and no hull loses its "
+                f"way so quickly; look for a digit too many in it, or too few in {inertia_key}"
+            )
 
 
 def _below(vessel: VesselConfig) -> Iterator[str]:

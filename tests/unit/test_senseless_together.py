@@ -150,6 +150,11 @@ HULL_FILES = {
         ("count = 2\nlateral_m", "count = 1@\nlateral_m", "thruster.count = 1", "nothing steers her"),
         ("[rudder]\ncount = 2", "[rudder]\ncount = 0"),
     ],
+    "a digit too many": [
+        ("yv = 162.5", "yv = 16250.0", "hull.yv = 16250", "100 1/s of m22_kg"),
+        ("nr = 42.6", "nr = 4260", "hull.nr = 4260", "too few in m33_kgm2"),
+        ("nrr = 426.0", "nrr = 42600", "hull.nrr = 42600", "1/rad"),
+    ],
     "grams": [
         ("mass_kg = 80.0", "mass_kg = 80000.0", "mass_kg = 80000", "432 kg"),
         ("ahead_n = 119.6", "ahead_n = 0.1196", "ahead_n = 0.1196", "newtons"),
