@@ -141,6 +141,8 @@ _DEPTH_M: Final = 200.0
 _SHAFT_S: Final = 0.3
 _LEAST_U: Final = 0.05
 """m/s of the tanker: of sideslip it knows no angle at rest."""
+_SOME_DRAG: Final = 1.0
+"""N/(m/s): its drag is all quadratic, and a file with no other would have it coast for ever; 1.5 N at a speed that takes 14."""
 _MASS_KG: Final = 1025.0 * _SHIP_M3 * _SMALLER**3
 
 
@@ -171,7 +173,7 @@ def file_of_tanker(tanker: Any) -> VesselConfig:
         "m22_kg": 2.02 * m,
         "m23_kgm": 0.0,
         "m33_kgm2": 0.1232 * m * length**2,
-        "xu": 0.0,
+        "xu": _SOME_DRAG,
         "xuu": xuu,
         "yv": max(0.0, 1.205 * m / length * mps - fin),
         "yvv": 2.4 * m / length,

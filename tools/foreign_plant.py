@@ -45,6 +45,8 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--trial", action="store_true", help="sail a sea trial, fit it, and judge the fit by the hull")
     arguments = parser.parse_args()
+    if arguments.trial and arguments.boat != "otter":
+        parser.error(f"the model of the {arguments.boat} is not valid at rest and astern, where a trial takes it")
     try:
         exact, plant = boats(arguments.checkout)[arguments.boat]
     except FileNotFoundError as error:
