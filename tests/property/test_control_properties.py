@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from companion.core.guide.field import approach, bow, triangle
 from companion.core.guide.paths import Chain, Line, fillet
@@ -74,6 +74,8 @@ def test_laps_of_a_circle_are_counted_through_the_seam(steps, turn):
 
 @SHORT
 @given(st.floats(-300.0, 300.0), st.floats(0.5, 20.0), st.floats(0.0, 50.0), st.floats(0.0, 10.0))
+@example(offset=5e-324, look=1.0, turn=0.25, into=0.0)
+@example(offset=3.0, look=5.0, turn=0.0, into=8.0)
 def test_the_field_turns_towards_the_path_and_never_back(offset, look, turn, into):
     found, slope = approach(offset, look, turn, into)
     assert abs(found) <= 0.5 * math.pi + 1e-9
