@@ -136,6 +136,14 @@ _SHIP_M3: Final = 220_000.0
 """What it displaces."""
 _SMALLER, _SLOWER = _LENGTH_M / _SHIP_M, _TOP_MPS / _SHIP_MPS
 _QUICKER: Final = _SLOWER / _SMALLER
+_LEFT: Final = 0.78
+"""Of its thrust, after what the screw draws off the hull. This and the next: figures of ``tanker.py``, which keeps them to itself."""
+_TUN, _TNN = 0.00063, 3.54e-5
+"""Thrust that the way takes, and that of the screw at rest."""
+_DRAG: Final = 0.0377 + _LEFT * 0.00695
+"""Of the hull, and what its way takes off the screw."""
+_CUN, _CNN = 0.605, 38.2
+"""Flow at the rudder, squared: by way and revolutions, and by revolutions alone."""
 _DEPTH_M: Final = 200.0
 """Of the tanker's water: deep."""
 _SHAFT_S: Final = 0.3
@@ -152,13 +160,13 @@ def file_of_tanker(tanker: Any) -> VesselConfig:
     They are of the ship with its rudder amidships; in a file the rudder stands for itself, so what it damps is taken off.
     """
     m, length, mps = _MASS_KG, _LENGTH_M, 1.5
-    thrust_n = 0.78 * m * _SHIP_M * 3.54e-5 * (_FULL_RPM / 60.0) ** 2 * _SLOWER * _QUICKER
-    loss = 0.00063 / (_SHIP_M * 3.54e-5 * _FULL_RPM / 60.0) / _SLOWER
-    x_m, xuu = -0.47 * length, (0.0377 + 0.78 * 0.00695) * m / length
+    thrust_n = _LEFT * m * _SHIP_M * _TNN * (_FULL_RPM / 60.0) ** 2 * _SLOWER * _QUICKER
+    loss = _TUN / (_SHIP_M * _TNN * _FULL_RPM / 60.0) / _SLOWER
+    x_m, xuu = -0.47 * length, _DRAG * m / length
     # the rudder's moment at rest with all thrust, and at this speed with the thrust that holds it, as lift * (2 u^2 + race * thrust)
     hold_n = xuu * mps**2
     at_rest, under_way = (
-        0.098 * m * _SLOWER**2 * (0.605 * u * n + 38.2 * n * n) / -x_m
+        0.098 * m * _SLOWER**2 * (_CUN * u * n + _CNN * n * n) / -x_m
         for u, n in ((0.0, _FULL_RPM / 60.0), (mps / _SLOWER, _rps(mps / _SLOWER)))
     )
     lift = (under_way - at_rest * hold_n / thrust_n) / (2.0 * mps**2)
@@ -199,7 +207,7 @@ def file_of_tanker(tanker: Any) -> VesselConfig:
 
 def _rps(u_mps: float) -> float:
     """Revolutions of the tanker's screw, 1/s, that hold a speed: drag, thrust less what the hull takes of it, and that by the way."""
-    a, b, c = 0.78 * _SHIP_M * 3.54e-5, -0.78 * 0.00063 * u_mps, -(0.0377 + 0.78 * 0.00695) * u_mps**2 / _SHIP_M
+    a, b, c = _LEFT * _SHIP_M * _TNN, -_LEFT * _TUN * u_mps, -_DRAG * u_mps**2 / _SHIP_M
     return (-b + math.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
 
 
@@ -236,7 +244,7 @@ class ForeignTanker(SimVessel):
     def _shaft_rpm(self, u_mps: float) -> float:
         """Of a screw that turns slowly against the way the model's race is the root of a negative number: it is taken to stand."""
         rpm = self.revs[0] * _FULL_RPM
-        return 0.0 if (0.605 * u_mps + 38.2 * rpm / 60.0) * rpm < 0.0 else rpm
+        return 0.0 if (_CUN * u_mps + _CNN * rpm / 60.0) * rpm < 0.0 else rpm
 
 
 def boats(checkout: Path) -> dict[str, tuple[VesselConfig, Plant]]:

@@ -16,6 +16,7 @@ from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
+from tools.benches.cells.fault_cells import REVERSED, STARBOARD_REVERSED, SWAPPED
 from tools.benches.cells.foreign_hulls import bare, launch
 from tools.benches.cells.sensed import SensedState
 from tools.benches.cells.trial_cells import wrong
@@ -131,31 +132,13 @@ def test_what_is_left_does_it_on_either_side(hull, side, share, seed):
     assert worst_of_a_stay(hull, 400.0, side=side, share=share, seed=seed) <= 40.0
 
 
-def wired(vessel, *, port=1.0, starboard=1.0, rudder=1.0, swapped=False):
-    """Rewire a simulated boat: senses of its actuators, and which lead goes where."""
-    step = vessel.step
-
-    def rewired(dt_s, thruster_port, thruster_starboard, rudder_port_rad, rudder_starboard_rad, **water):
-        leads = (thruster_starboard, thruster_port) if swapped else (thruster_port, thruster_starboard)
-        step(
-            dt_s,
-            thruster_port=port * leads[0],
-            thruster_starboard=starboard * leads[1],
-            rudder_port_rad=rudder * rudder_port_rad,
-            rudder_starboard_rad=rudder * rudder_starboard_rad,
-            **water,
-        )
-
-    vessel.step = rewired
-
-
 @pytest.mark.parametrize("water", [WATERS["calm"], BLOW], ids=["calm", "blow"])
 @pytest.mark.parametrize(
     ("hull", "fault", "which"),
     [
-        ("otter", {"port": -1.0}, "port"),
-        ("blueboat", {"starboard": -1.0}, "starboard"),
-        ("blueboat", {"swapped": True}, "helm"),
+        ("otter", REVERSED, "port"),
+        ("blueboat", STARBOARD_REVERSED, "starboard"),
+        ("blueboat", SWAPPED, "helm"),
     ],
 )
 def test_what_works_the_wrong_way_is_found_within_15_s(hull, fault, which, water):
@@ -163,7 +146,7 @@ def test_what_works_the_wrong_way_is_found_within_15_s(hull, fault, which, water
     run.place(20.0, 0.0, math.pi / 2.0, 1.5)
     watch = PropulsionWatch(HULLS[hull])
     run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=20.0)))
-    wired(run.vessel, **fault)
+    fault(run.vessel)
     while not watch.flags.thruster_reversed and run.t_s < 15.0:
         run.tick(1.5)
         watch.step(TICK_S, run.state, run.sent)
@@ -244,7 +227,7 @@ def test_the_operator_is_told_which_side_and_the_boat_sails_on(voyage):
 
 def test_thrusters_changed_over_stop_the_boat_with_words(voyage):
     trip = voyage("depth.enabled=false", "vessel='blueboat'")
-    wired(trip.world.surroundings.plant.vessel, swapped=True)
+    SWAPPED(trip.world.surroundings.plant.vessel)
     trip.sail(1.5, (0.0, 200.0), after_s=15.0)
     assert trip.neutral
     assert trip.snapshot.armed

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from companion.core.hull import VesselConfig
-from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare
+from tools.benches.cells.foreign_hulls import any_hull, bare
 
 Job = tuple[Any, ...]
 """Hull first, seed last; the campaign knows what stands between."""
@@ -26,11 +26,6 @@ def hull(name: str) -> VesselConfig:
     if name not in HULLS:
         raise ValueError(f"no hull {name!r}: one of {', '.join(HULLS)}")
     return bare("otter", 1.0) if name == "bare" else any_hull(name)
-
-
-def is_foreign(name: str) -> bool:
-    """Whether no shipped file describes it."""
-    return name in FOREIGN
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,9 +47,8 @@ def approach(offset_m: float, look_ahead_m: float, turn_m: float, into_m: float)
     if size < turn_m + into_m:
         reach_m = math.hypot(turn_m, into_m)
         tangential = math.acos((turn_m - size) / reach_m) - math.acos(turn_m / reach_m)
-        if (
-            0.0 < tangential < linear
-        ):  # of an offset that is nothing the arc's angle is rounded to none, and its slope has no end
+        # of an offset that is nothing the arc's angle is rounded to none, and its slope has no end
+        if 0.0 < tangential < linear:
             linear = tangential
             slope = 1.0 / math.sqrt(into_m * into_m + size * (2.0 * turn_m - size))
     return math.copysign(linear, offset_m), slope
