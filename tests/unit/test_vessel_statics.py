@@ -3,11 +3,14 @@
 import math
 
 import pytest
+from scipy.integrate import solve_ivp
 
+from companion.core.hull import VesselConfig
 from companion.core.hull.handling import Handling
 from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
+from tools.benches.cells.foreign_hulls import any_hull
 
 OTTER = load_vessel("otter")
 
@@ -97,3 +100,56 @@ def test_faults_are_felt():
         hull.step(0.02, 0.6, 0.6, 0.0, 0.0)
     assert hull.thrust_n[0] == pytest.approx(0.7 * hull.thrust_n[1])
     assert hull.rudder_rad == pytest.approx([0.0, math.radians(10)])
+
+
+def _steady_rate(vessel: VesselConfig, handling: Handling, speed_mps: float) -> float:
+    """The turn of ``max_yaw_rate`` by a stiff solver of somebody else's."""
+    each_n = drag_n(vessel, speed_mps) / 2.0
+    half_n = handling.authority(speed_mps).differential_nm / (2.0 * vessel.thruster.lateral_m)
+    hard_over = vessel.rudder.max_rad
+
+    def rates(_: float, through: tuple[float, float]) -> tuple[float, float]:
+        v, r = through
+        return handling.model.rates(speed_mps, v, r, each_n + half_n, each_n - half_n, hard_over, hard_over)[1:]
+
+    return float(solve_ivp(rates, (0.0, 10.0), (0.0, 0.0), method="LSODA", rtol=1e-8, atol=1e-10).y[1, -1])
+
+
+_FAST = {
+    "heavy to turn": (
+        "plant_b",
+        {
+            "hull": {"m22_kg": 247.0, "m33_kgm2": 35.0, "yv": 163.0, "nr": 38.0, "nrr": 780.0, "munk": 0.8},
+            "thruster": {"ahead_n": 160.0},
+        },
+    ),
+    "well ruddered": (
+        "otter",
+        {
+            "hull": {"m22_kg": 302.0, "m33_kgm2": 34.1, "yv": 117.0, "yvv": 316.0, "nrr": 340.0, "munk": 0.66},
+            "thruster": {"ahead_n": 220.0, "astern_n": 70.0, "lateral_m": 0.76},
+            "rudder": {"area_m2": 0.02, "lift_slope_per_rad": 4.6},
+        },
+    ),
+    "bare": (
+        "blueboat",
+        {
+            "hull": {"m22_kg": 70.0, "m33_kgm2": 2.0, "xuu": 5.5, "yv": 81.0, "yvv": 93.0, "munk": 0.92},
+            "thruster": {"ahead_n": 71.0, "astern_n": 55.0, "lateral_m": 0.21},
+        },
+    ),
+}
+"""Hulls and figures of boats of 5 to 7 m/s: each ran away where her turn was stepped by a twentieth of a second."""
+
+
+@pytest.mark.parametrize(("name", "figures"), _FAST.values(), ids=_FAST)
+def test_the_turn_of_a_fast_boat_is_that_of_her_equations(name, figures):
+    vessel = any_hull(name)
+    vessel = vessel.model_copy(
+        update={table: getattr(vessel, table).model_copy(update=values) for table, values in figures.items()}
+    )
+    handling = Handling(vessel)
+    for eighths in range(9):  # where the table has its points
+        speed_mps = handling.top_mps * eighths / 8.0
+        steady = _steady_rate(vessel, handling, speed_mps)
+        assert handling.max_yaw_rate(speed_mps) == pytest.approx(max(steady, 0.001), rel=0.01)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from .forces import ForceModel
 from .left import WHOLE, Shares, shared_ahead_n
+from .settling import settled
 from .statics import Statics, drag_n, top_speed_mps
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
@@ -185,46 +186,27 @@ class Handling:
     def _turning_moment(self, speed_mps: float, rate: float) -> float:
         """Yaw moment that holds a yaw rate with rudders amidships, sway in balance, Nm."""
         hull, thrust_n = self.vessel.hull, drag_n(self.vessel, speed_mps) / 2.0
-        v = 0.0
-        for _ in range(60):
-            _, dv, dr = self.model.rates(
-                speed_mps,
-                v,
-                rate,
-                thrust_port_n=thrust_n,
-                thrust_starboard_n=thrust_n,
-                rudder_port_rad=0.0,
-                rudder_starboard_rad=0.0,
-            )
-            v += 0.2 * (dv + hull.m23_kgm / hull.m22_kg * dr)
-        _, dv, dr = self.model.rates(
-            speed_mps,
-            v,
-            rate,
-            thrust_port_n=thrust_n,
-            thrust_starboard_n=thrust_n,
-            rudder_port_rad=0.0,
-            rudder_starboard_rad=0.0,
-        )
+
+        def slips(v: float, _: float) -> tuple[float, float]:
+            _, dv, dr = self._rates_of((speed_mps, v, rate), (thrust_n, thrust_n))
+            return dv + hull.m23_kgm / hull.m22_kg * dr, 0.0
+
+        v, _ = settled(slips, 0.2, 60)
+        _, dv, dr = self._rates_of((speed_mps, v, rate), (thrust_n, thrust_n))
         return -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
 
     def _leeway(self, speed_mps: float) -> float:
         """Sway over yaw rate in a gentle turn by the rudders, whose side force adds to the slip."""
-        hull, rate, v = self.vessel.hull, 0.1, 0.0
+        hull, rate = self.vessel.hull, 0.1
         thrust_n = drag_n(self.vessel, speed_mps) / 2.0
-        for _ in range(120):
-            _, dv, dr = self.model.rates(
-                speed_mps,
-                v,
-                rate,
-                thrust_port_n=thrust_n,
-                thrust_starboard_n=thrust_n,
-                rudder_port_rad=0.0,
-                rudder_starboard_rad=0.0,
-            )
+
+        def slips(v: float, _: float) -> tuple[float, float]:
+            _, dv, dr = self._rates_of((speed_mps, v, rate), (thrust_n, thrust_n))
             moment = -(hull.m23_kgm * dv + hull.m33_kgm2 * dr)
             side_n = moment / self.vessel.rudder.x_m if self.vessel.rudder.count and speed_mps > 0.5 else 0.0
-            v += 0.15 * (dv + (hull.m23_kgm * dr + side_n) / hull.m22_kg)
+            return dv + (hull.m23_kgm * dr + side_n) / hull.m22_kg, 0.0
+
+        v, _ = settled(slips, 0.15, 120)
         return v / rate
 
     def _steady_turn(self, speed_mps: float) -> float:
@@ -241,17 +223,24 @@ class Handling:
         """Yaw rate that a turn under this thrust and full helm settles at, positive when it goes that way."""
         sense = -1.0 if to_port else 1.0
         angle = sense * self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
-        v = r = 0.0
-        for _ in range(_RUN_STEPS):
-            _, dv, dr = self.model.rates(
-                speed_mps,
-                v,
-                r,
-                thrust_port_n=port_n,
-                thrust_starboard_n=starboard_n,
-                rudder_port_rad=angle,
-                rudder_starboard_rad=angle,
-            )
-            v += dv * _STEP_S
-            r += dr * _STEP_S
+
+        def turns(v: float, r: float) -> tuple[float, float]:
+            _, dv, dr = self._rates_of((speed_mps, v, r), (port_n, starboard_n), angle)
+            return dv, dr
+
+        _, r = settled(turns, _STEP_S, _RUN_STEPS)
         return sense * r
+
+    def _rates_of(
+        self, through: tuple[float, float, float], thrust_n: tuple[float, float], rudder_rad: float = 0.0
+    ) -> tuple[float, float, float]:
+        u, v, r = through
+        return self.model.rates(
+            u,
+            v,
+            r,
+            thrust_port_n=thrust_n[0],
+            thrust_starboard_n=thrust_n[1],
+            rudder_port_rad=rudder_rad,
+            rudder_starboard_rad=rudder_rad,
+        )
