@@ -9,7 +9,8 @@ from mavlink_bridge.language.figures import Hover
 from mavlink_bridge.language.messages import Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
-from tools.benches.cells.control_cells import Case
+from tools.benches.cells.control_cells import BLOW, Case
+from tools.benches.cells.drawn_hulls import drawn
 from tools.benches.cells.foreign_hulls import bare, cockle, crooked, launch, single_screw
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState, late_eyes
@@ -127,6 +128,13 @@ def test_what_the_wind_turns_a_bow_with_is_met_before_it_has_turned():
     water = WaterConfig(wind_mps=10.0)
     found = [held(Case(ONE_SCREW, water, seed=seed, source=SensedState)).rms_m for seed in (1, 3)]
     assert max(found) <= 0.3
+
+
+def test_a_light_boat_whose_top_speed_was_lowered_is_not_let_go():
+    """It held its point, and was let go for good (160 m off): the current and the wind's push together are faster than she is sailed."""
+    found = held(Case(drawn("fast", 0), BLOW, seed=1, source=SensedState), seconds=200.0)
+    assert found.rms_m < 0.6
+    assert found.furthest_m < 4.0
 
 
 def test_its_screw_is_not_reversed_each_second():

@@ -192,6 +192,36 @@ def test_water_faster_than_the_vessel_is_a_stop_with_the_reason():
         assert "faster than the vessel" in output.unable
 
 
+def _drained(guidance, where, seconds):
+    """Sail on at one place; return the last output and what was told."""
+    for _ in range(round(seconds / 0.05)):
+        output = guidance.step(0, 0.05, where, 1.5)
+    return output, [text for _, text in guidance.drain_texts()]
+
+
+def test_a_boat_that_is_steered_slower_than_it_could_go_is_not_let_go():
+    """Its margins forbid more than 0.7 m/s: letting go makes more leeway than that speed against wind and current."""
+    where = state(10.0, 0.0, 0.0, 1.0, (0.0, 1.0))
+    for maneuver in (goto(50.0, 0.0), loiter(figure=Circle(radius_m=20.0)), loiter(figure=Hover())):
+        guidance = begun(maneuver, where)
+        guidance.limit(fast_mps=0.7, turn_radps=1.0, backs_and_fills=False)
+        output, texts = _drained(guidance, where, 20.0)
+        assert not output.unable
+        assert output.desired.psi_rad is not None
+        assert [text for text in texts if "loses ground" in text] == [
+            "wind and current carry it at 1.0 m/s, and faster than 0.7 m/s it is not steered safely: it goes on trying, and loses ground"
+        ]
+
+
+def test_a_boat_that_has_lost_a_thruster_stops_where_what_is_left_is_slower_than_the_water():
+    where = state(10.0, 0.0, 0.0, 1.0, (0.0, 1.0))
+    guidance = begun(loiter(figure=Hover()), where)
+    guidance.thrusters((0.0, 1.0))
+    guidance.limit(fast_mps=0.7, turn_radps=1.0, backs_and_fills=False)
+    output, _ = _drained(guidance, where, 1.0)
+    assert "faster than the vessel" in output.unable
+
+
 def test_without_a_position_nothing_is_steered():
     guidance = begun(loiter(figure=Circle(radius_m=20.0)), state(20.0))
     output = guidance.step(0, 0.05, EstimatedState(0, psi_rad=0.0), 1.5)

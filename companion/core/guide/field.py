@@ -85,8 +85,6 @@ class SteeredHeading:
     against, more where the water carries it faster than that and it needs steerage way."""
     water_mps: float
     """Speed through the water for it."""
-    possible: bool
-    """False when the water is faster than the vessel: it cannot stay anywhere, let alone on a path."""
 
 
 def triangle(
@@ -114,7 +112,7 @@ def triangle(
     angle = math.asin(clamp(across / reference, -0.97, 0.97))
     cosine = math.cos(angle)
     factor = clamp(1.0 + along / (reference * cosine), 0.2, 3.0) if abs(cosine) > 0.2 else 1.0
-    return SteeredHeading(wrap_pi(course_rad - angle), factor, ground, water, math.hypot(drift[0], drift[1]) < top_mps)
+    return SteeredHeading(wrap_pi(course_rad - angle), factor, ground, water)
 
 
 def bow(

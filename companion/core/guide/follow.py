@@ -14,6 +14,7 @@ from ..hull import Handling
 from ..hull.handling import SLOW_SHARE
 from .field import MOST_SLOPE, Integrator, SteeredHeading, approach, bow, triangle
 from .paths import Arc, Chain, Projection, fillet
+from .stemmed import SPARED
 from .swing import FELT, EarlySwing, Wish
 
 
@@ -47,8 +48,6 @@ class FollowConfig(Config):
     """Steer by the triangle of velocities; off leaves drift to the integral."""
 
 
-SPARED = 0.96
-"""Share of the top speed that is sailed: the rest is what steering needs."""
 _AFTER_CORNER_S = 3.0
 """A corner's transient is no drift: the integral waits so long."""
 _TURN_TAU_S = 0.3
@@ -76,8 +75,8 @@ _NO_DRIFT = (0.0, 0.0)
 """m/s north and east."""
 
 
-Followed = tuple[Desired, Projection, float, bool]
-"""What to steer, where on the track the vessel is, the speed planned in m/s, and whether the vessel can do it at all."""
+Followed = tuple[Desired, Projection, float]
+"""What to steer, where on the track the vessel is, and the speed planned in m/s."""
 
 
 class Follower:
@@ -201,10 +200,9 @@ class Follower:
         share = min(1.0, dt_s / _BOW_TAU_S)
         self._bow_turns += share * (max(1.0, heading.rate_factor) - self._bow_turns)
         desired = self._steer(dt_s, state, heading, rate=rate, planned=planned, drift=drift)
-        possible = not self._use_drift or self._is_possible(state, course, planned)
         if self._use_drift and math.hypot(drift[0], drift[1]) >= FELT * speed_mps:
             desired = self._swing(dt_s, state, track, speed_mps=speed_mps, planned=planned, drift=drift) or desired
-        return desired, here, planned, possible
+        return desired, here, planned
 
     def _plan(
         self, track: Chain, along_m: float, speed_mps: float, end_speed_mps: float | None, now_mps: float
@@ -279,11 +277,6 @@ class Follower:
         surge = heading.water_mps + drift[0] * math.cos(now_rad) + drift[1] * math.sin(now_rad)
         rate_radps = clamp(turning - slipping, -limit, limit)
         return Desired(psi, surge, rate_radps, asked_mps=planned)
-
-    def _is_possible(self, state: EstimatedState, course: float, planned: float) -> bool:
-        """Whether the vessel makes way along a course: by all that carries it off, what its file says wrongly too."""
-        drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        return triangle(course, planned, drift, self._fast_mps, self._water_mps()).possible
 
     def _water_mps(self) -> float:
         """The way ahead through the water."""

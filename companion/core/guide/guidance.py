@@ -34,6 +34,7 @@ from .follow import FollowConfig, Follower
 from .output import GuidanceOutput
 from .paths import Arc, Chain, Line, Projection, straight_on
 from .station import StationConfig, StationKeeper
+from .stemmed import Stemmed
 from .tight import TightWatch
 
 
@@ -69,6 +70,7 @@ class Guidance:
         self.follower = Follower(config.follow, self._handling)
         self._station = StationKeeper(config.station, self._handling)
         self._shares, self._backs_and_fills = WHOLE, False
+        self._stemmed = Stemmed(self._handling)
         self._alone = self._station.alone = self._found_alone()
         self._texts: list[tuple[Severity, str]] = []
         self._unable = ""
@@ -113,7 +115,7 @@ class Guidance:
             self._alone = self._station.alone = self._found_alone()
         self._handling.steered_within(turn_radps)
         self.follower.limit(fast_mps)
-        self._station.limit(fast_mps)
+        self._stemmed.limit(fast_mps, is_whole=self._shares == WHOLE)
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives, port and starboard, as a share of what it is told."""
@@ -236,9 +238,7 @@ class Guidance:
         radius = figure.radius_m or self._config.loiter_radius_m
         tightest = self.follower.tightest_m()
         if radius < tightest:
-            self._say(
-                Severity.WARNING, f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit"
-            )
+            self._warn(f"loiter radius raised from {radius:.1f} to {tightest:.1f} m: the vessel's limit")
             radius = tightest
         sense = self._sense(state, figure.direction)
         if isinstance(figure, FigureEight):
@@ -263,31 +263,30 @@ class Guidance:
         return 1 if ahead_n * east - ahead_e * north >= 0.0 else -1
 
     def _follow(self, dt_s: float, state: EstimatedState, track: Chain, speed_mps: float) -> GuidanceOutput:
-        desired, here, planned_mps, possible = self.follower.step(dt_s, state, track, speed_mps, self._end_mps)
+        desired, here, planned_mps = self.follower.step(dt_s, state, track, speed_mps, self._end_mps)
         if self._loiter is None:
             path = self._progress_of_leg(track, here, state)
         else:
             self._progress_of_loiter(track, here, state)
             self._tell_slowed(planned_mps, speed_mps)
-            told = self._tight.step(dt_s, near=self._on_path, cross_m=here.cross_m, radius_m=track.tightest_m)
-            if told:
-                self._say(Severity.WARNING, told)
+            self._warn(self._tight.step(dt_s, near=self._on_path, cross_m=here.cross_m, radius_m=track.tightest_m))
             path = self._orbit_state(self._loiter, state, track, here)
-        return self._judged(state, self._led(dt_s, state, desired), path, possible)
+        if not self._config.follow.use_drift:
+            return self._result(self._led(dt_s, state, desired), path)
+        return self._judged(dt_s, state, self._led(dt_s, state, desired), path)
 
     def _keep_station(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> GuidanceOutput:
         if self._track is not None and self._station.anchor != self._target:
             self._station.begin(self._target, _drift(state))
-        desired, able = self._station.step(dt_s, state, sent)
+        desired = self._station.step(dt_s, state, sent)
         if self._alone is not None:
             way_round, told = self._alone.way_round(state, self._target, self.follower.tightest_m())
-            self._texts += [(Severity.WARNING, told)] if told else []
+            self._warn(told)
             if way_round is not None:
-                desired, _, _, able = self.follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
+                desired, _, _ = self.follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
-        told = self._carried.step(distance, near=near, turns_at_rest=self._alone is None)
-        self._texts += [(Severity.WARNING, told)] if told else []
+        self._warn(self._carried.step(distance, near=near, turns_at_rest=self._alone is None))
         self._on_path = self._on_path or near
         maneuver = self._maneuver
         lat_rad = None if maneuver is None else maneuver.lat_rad
@@ -300,14 +299,16 @@ class Guidance:
             target_lon_rad=lon_rad,
             on_path=near,
         )
-        return self._judged(state, self._led(dt_s, state, desired), path, able)
+        return self._judged(dt_s, state, self._led(dt_s, state, desired), path)
 
     def _led(self, dt_s: float, state: EstimatedState, desired: Desired) -> Desired:
         return desired if self._alone is None else self._alone.led(dt_s, state.psi_rad, desired)
 
-    def _judged(self, state: EstimatedState, desired: Desired, path: PathControlState, able: bool) -> GuidanceOutput:
+    def _judged(self, dt_s: float, state: EstimatedState, desired: Desired, path: PathControlState) -> GuidanceOutput:
+        drift_mps = math.hypot(*_drift(state))
+        self._warn(self._stemmed.step(dt_s, drift_mps))
         carried = state.sog_mps is None or state.sog_mps >= _CARRIED_MPS
-        if carried and not able:
+        if carried and not self._stemmed.can(drift_mps):
             return self._result(Desired(None, None), path, _TOO_FAST)
         return self._result(desired, path)
 
@@ -381,6 +382,10 @@ class Guidance:
         elif self._slowed and planned_mps > 0.98 * speed_mps:
             self._slowed = False
             self._say(Severity.INFO, f"back to {speed_mps:.1f} m/s")
+
+    def _warn(self, told: str) -> None:
+        if told:
+            self._say(Severity.WARNING, told)
 
     def _say(self, severity: Severity, text: str) -> None:
         self._texts.append((severity, text))

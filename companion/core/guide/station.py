@@ -103,10 +103,7 @@ class StationKeeper:
     """Holds one anchor point at a time."""
 
     def __init__(self, config: StationConfig, handling: Handling) -> None:
-        self._top_mps = handling.top_mps
         self._most_firm = _INNER_SHARE * handling.surge_radps
-        self._able_mps = 0.96 * self._top_mps
-        """Drift that the vessel can still stem."""
         self._motion = SmoothMotion()
         self._push = PushObserver(handling)
         self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
@@ -123,10 +120,6 @@ class StationKeeper:
         self._feigned_n = 0.0
         """What a push was that went round with the bow."""
         self.configure(config)
-
-    def limit(self, fast_mps: float) -> None:
-        """Sail no faster than this through the water, m/s."""
-        self._able_mps = min(fast_mps, 0.96 * self._top_mps)
 
     def thrusters(self, shares: Shares) -> None:
         """Reckon with what each thruster still gives of what it is told."""
@@ -157,19 +150,18 @@ class StationKeeper:
         assert state.y_m is not None
         return math.hypot(self.anchor[0] - state.x_m, self.anchor[1] - state.y_m)
 
-    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None = None) -> tuple[Desired, bool]:
-        """Return what to steer, and whether the vessel is able to stay at all. ``sent``: what went out last."""
+    def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None = None) -> Desired:
+        """Return what to steer. ``sent``: what went out last."""
         self._push.step(dt_s, state, sent)
         motion = self._motion
         motion.step(dt_s, state)
         north, east = self.anchor[0] - motion.north_m, self.anchor[1] - motion.east_m
         drift = (state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        strength = math.hypot(drift[0], drift[1])
-        if self.alone is not None and not self.alone.lies(strength):
-            return self._on_one(state, north, east, drift, self.alone), strength < self._able_mps
+        if self.alone is not None and not self.alone.lies(math.hypot(drift[0], drift[1])):
+            return self._on_one(state, north, east, drift, self.alone)
         if self._drifts:
-            return self._drift_and_return(dt_s, state, north, east, drift), strength < self._able_mps
-        return self._weathervane(dt_s, state, north, east, drift), strength < self._able_mps
+            return self._drift_and_return(dt_s, state, north, east, drift)
+        return self._weathervane(dt_s, state, north, east, drift)
 
     def _weathervane(
         self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
