@@ -137,6 +137,20 @@ def test_a_light_boat_whose_top_speed_was_lowered_is_not_let_go():
     assert found.furthest_m < 4.0
 
 
+def test_a_heavy_boat_of_weak_propellers_comes_to_look_where_the_wind_comes_from():
+    """She turns 3 degrees a second at most: turned gently she lay across it for ever, to and fro, 5 m off in the mean."""
+    found = held(Case(drawn("heavy", 13), WaterConfig(wind_mps=10.0, gust_share=0.25), seed=1, source=SensedState))
+    assert found.rms_m < 1.5
+    assert found.most_m < 4.0
+
+
+def test_a_light_boat_is_brought_round_by_its_rudders_where_its_propellers_lie_too_near_to_each_other():
+    """Their difference is half of what the wind turns her by; both ahead over the rudders give three times as much. Was 7.4 m off."""
+    found = held(Case(drawn("small", 7), BLOW, seed=1, source=SensedState))
+    assert found.rms_m < 1.5
+    assert found.most_m < 4.0
+
+
 def test_its_screw_is_not_reversed_each_second():
     run = Case(ONE_SCREW, WaterConfig(wind_mps=3.0, current_mps=0.05), seed=3, source=SensedState).loop()
     run.place(0.0, 0.0, 0.0)

@@ -4,10 +4,14 @@ import math
 
 import pytest
 
-from companion.core.hull import ForceModel
-from companion.core.steer.kicks import Kicks, eased
+from companion.core.hull import ForceModel, VesselConfig
+from companion.core.steer.allocation import Allocator
+from companion.core.steer.kicks import Kicks, brings_round, eased
 from mavlink_bridge.language.messages import Desired
-from tools.benches.cells.foreign_hulls import single_screw
+from mavlink_bridge.language.units import wrap_pi
+from sitl.plant import SimVessel
+from sitl.plant.library import load_vessel
+from tools.benches.cells.foreign_hulls import launch, single_screw
 
 ON_STATION = Desired(1.0, 0.0, gentle=True)
 TICK_S = 0.05
@@ -45,3 +49,43 @@ def test_from_stop_to_stop_the_rudder_takes_longer_than_a_second():
     while angle < math.radians(30.0):
         angle, seconds = eased(TICK_S, math.radians(30.0), angle), seconds + TICK_S
     assert 1.0 < seconds < 2.5
+
+
+def _turning_nm(vessel: VesselConfig, port: float, starboard: float, rudder_rad: float) -> float:
+    """The moment on a resting hull, by the plant."""
+    hull = SimVessel(vessel)
+    for _ in range(200):  # the propellers come up; the hull is held
+        hull.place()
+        hull.step(0.02, port, starboard, rudder_rad, rudder_rad)
+    return hull.model.actuator_forces((0.0, 0.0, 0.0), (hull.thrust_n[0], hull.thrust_n[1]), rudder_rad)[1]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_two_propellers_go_ahead_together_where_their_rudders_turn_her_harder_than_their_difference(side):
+    vessel = launch()
+    allocator = Allocator(vessel, ForceModel(vessel))
+    turned_nm = []
+    for may_kick in (False, True):
+        given = allocator.allocate(0.0, side * 600.0, 0.0, flow_mps=0.0, may_kick=may_kick)
+        turned_nm.append(side * _turning_nm(vessel, given.thruster_port, given.thruster_starboard, given.rudder_rad))
+    assert turned_nm[1] > 1.3 * turned_nm[0]
+    assert turned_nm[1] == pytest.approx(600.0, rel=0.1)
+
+
+def test_no_more_thrust_than_the_turn_needs_and_none_where_the_difference_does_as_well():
+    boat, default = launch(), load_vessel("otter")
+    for vessel, yaw_nm in ((boat, 200.0), (default, 200.0)):
+        allocator = Allocator(vessel, ForceModel(vessel))
+        kicked, not_kicked = (allocator.allocate(0.0, yaw_nm, 0.0, flow_mps=0.0, may_kick=can) for can in (True, False))
+        assert kicked == not_kicked
+    assert Kicks(default, ForceModel(default)).race_nm == 0.0
+
+
+@pytest.mark.parametrize(
+    ("firmness", "off_rad", "brings"), [(1.0, 1.0, True), (1.0, -1.0, True), (1.0, 0.2, False), (0.5, 1.0, False)]
+)
+def test_all_thrust_goes_over_the_rudders_only_in_strong_wind_with_the_bow_far_off(firmness, off_rad, brings):
+    psi_rad = 3.0
+    wanted = Desired(wrap_pi(psi_rad + off_rad), 0.0, brake=True, gentle=True, firmness=firmness)
+    assert brings_round(wanted, psi_rad) is brings
+    assert not brings_round(wanted, None)

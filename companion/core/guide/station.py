@@ -69,6 +69,9 @@ _GUSTS_PER_MPS = 0.8
 """A stronger push comes in stronger gusts: so much more speed towards the point, per m/s that it would carry the boat at."""
 _INNER_SHARE = 0.6
 """Most of the speed loop's bandwidth that the distance may ask for: more, and a boat of slow propellers surges to and fro."""
+_BOW_LEADS = 3.0
+"""Gain of the sideways distance over the yaw rate that the hull has at rest: beyond it the bow does not follow where it is told to look,
+and a heavy boat goes to and fro beside her point."""
 _MEETS_GUST = 1.4
 """Share of a gust's turn that the bow meets, over what slow propellers leave of the speed that the distance asks for."""
 _MEETS_MOST = 0.25
@@ -104,10 +107,11 @@ class StationKeeper:
 
     def __init__(self, config: StationConfig, handling: Handling) -> None:
         self._most_firm = _INNER_SHARE * handling.surge_radps
+        self._turns_at_rest = handling.model.turns_at_rest
+        self._most_aside = _BOW_LEADS * handling.max_yaw_rate(0.0) if self._turns_at_rest else math.inf
         self._motion = SmoothMotion()
         self._push = PushObserver(handling)
         self._vessel, self._statics = handling.vessel, Statics(handling.vessel)
-        self._turns_at_rest = handling.model.turns_at_rest
         self._weak_mps = _WEAK_MPS if self._turns_at_rest else _KICKS_WEAK_MPS
         self.alone: Alone | None = None
         """It turns only under way: what it can do."""
@@ -183,7 +187,9 @@ class StationKeeper:
         facing = wrap_pi(facing + meets * self._push.gust_rad)
         cos, sin = math.cos(facing), math.sin(facing)
         starboard = east * cos - north * sin
-        aside = math.atan2(self._firm * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS)
+        aside = math.atan2(
+            min(self._firm, self._most_aside) * starboard, (push_mps if push_mps >= 0.3 else 0.3) + _SIDEWAYS_MPS
+        )
         self._heading_rad = wrap_pi(facing + aside)
         return self._in_wind(self._steer(state, north, east), state.psi_rad or 0.0)
 

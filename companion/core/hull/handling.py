@@ -148,6 +148,10 @@ class Handling:
             return moment_nm / linear
         return (math.sqrt(linear * linear + 4.0 * quadratic * moment_nm) - linear) / (2.0 * quadratic)
 
+    def moment_for(self, rate_radps: float) -> float:
+        """Return the moment that turns the resting hull steadily at a yaw rate, Nm: the inverse of ``rate_for``."""
+        return (max(self._linear[0], 1e-3) + self._quadratic[0] * rate_radps) * rate_radps
+
     def max_yaw_rate(self, speed_mps: float) -> float:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
         return min(self._look_up(self._rates, speed_mps), self._steered_radps)

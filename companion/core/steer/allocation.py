@@ -79,8 +79,13 @@ class Allocator:
             return self._with_what_is_left(surge_n, yaw_nm, surge_mps)
         lateral_m, most_n = self._lateral_m, self._differential_n
         surge_n = clamp(surge_n, -self._all_astern_n, self._all_ahead_n)
-        if may_kick and most_n <= 0.0 < self._rudder_max:
-            surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
+        if may_kick and self._rudder_max > 0.0:
+            if most_n <= 0.0:
+                surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
+            else:
+                kicked_n = self._kick_of_both_n(yaw_nm)
+                if kicked_n > surge_n:
+                    surge_n, most_n = kicked_n, min(most_n, self._ahead_n - 0.5 * kicked_n)
         flow_mps = surge_mps if flow_mps is None else flow_mps
         slope = self._model.rudder_slope_nm(flow_mps, 0.5 * surge_n, 0.5 * surge_n)
         angle_rad = self._rudder(yaw_nm, max(slope, self._least_slope))
@@ -170,6 +175,16 @@ class Allocator:
         per_n = self._model.rudder_slope_nm(0.0, 0.5, 0.5)
         missing = 2.0 * abs(yaw_nm) / math.sin(2.0 * self._rudder_max) - still
         return clamp(missing / per_n, 0.0, _KICK * 2.0 * self._ahead_n)
+
+    def _kick_of_both_n(self, yaw_nm: float) -> float:
+        """Thrust ahead of two propellers in whose race rudders give what their difference lacks of a moment; 0 = no need, no use."""
+        race_per_n = self._model.rudder_slope_nm(0.0, 0.5, 0.5) * math.sin(2.0 * self._rudder_max)
+        gains_per_n = race_per_n - 2.0 * self._lateral_m
+        lacks_nm = abs(yaw_nm) - 2.0 * self._lateral_m * self._differential_n
+        if gains_per_n <= 0.0 or lacks_nm <= 0.0:
+            return 0.0
+        each_n = (abs(yaw_nm) - 2.0 * self._lateral_m * self._ahead_n) / gains_per_n
+        return 2.0 * clamp(each_n, 0.5 * (self._ahead_n - self._astern_n), self._ahead_n)
 
     def _rudder(self, yaw_nm: float, slope: float) -> float:
         """Rudder angle for the moment; rudders too weak to matter stay amidships instead of working to and fro."""

@@ -10,7 +10,7 @@ import math
 from typing import Final
 
 from mavlink_bridge.language.messages import Desired
-from mavlink_bridge.language.units import clamp
+from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.thrust import ThrustLaw
@@ -25,6 +25,10 @@ _GENTLY, _FIRMLY = 0.2, 3.0
 as much as the allocation gives."""
 _TAKES_BACK: Final = 0.1
 """Share of the thrust ahead that there must be astern to take a kick's way back."""
+_STRONG: Final = 0.9
+_FAR_RAD: Final = 0.4
+"""From this firmness on, and with the bow so far off where it is to look, two propellers go ahead together for their rudders' sake: their
+difference is no match for such a wind, and it is soon over."""
 _EASY_HELM_RADPS: Final = math.radians(60.0)
 """A second from stop to stop: the rudder cannot swing five times from one side to the other in 3 s."""
 
@@ -35,9 +39,13 @@ class Kicks:
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
         self.gentle_nm = self.firm_nm = math.inf
         """Greatest yaw moment that is asked for: in light air, in strong wind."""
+        self.race_nm = 0.0
+        """Yaw moment of the rudders with both of two propellers full ahead, where that is more than their difference gives; else 0."""
         law = ThrustLaw(vessel)
         if vessel.rudder.count:
             whole_nm = 0.5 * model.rudder_slope_nm(0.0, law.all_ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
+            if whole_nm > 2.0 * model.lateral_m * law.ahead_n > 0.0:
+                self.race_nm = whole_nm
             self.gentle_nm, self.firm_nm = _GENTLY * whole_nm, _FIRMLY * whole_nm
         self.can = vessel.rudder.count > 0 and law.all_astern_n >= _TAKES_BACK * law.all_ahead_n
         """Whether the boat has what it takes."""
@@ -61,6 +69,13 @@ class Kicks:
         elif not desired.gentle or (speed_error_mps >= 0.0 and self._since_s >= _EACH_S):
             self._has_way, self._since_s = False, 0.0
         return not self._has_way
+
+
+def brings_round(desired: Desired, psi_rad: float | None) -> bool:
+    """Whether all thrust may go over the rudders, on station: the wind is strong, and the bow far from where it is to look."""
+    if desired.psi_rad is None or psi_rad is None or not desired.brake:
+        return False
+    return desired.firmness > _STRONG and abs(wrap_pi(desired.psi_rad - psi_rad)) > _FAR_RAD
 
 
 def eased(dt_s: float, rudder_rad: float, last_rad: float) -> float:

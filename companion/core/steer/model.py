@@ -18,7 +18,7 @@ from ..hull.handling import BRAKED_SHARE
 from ..hull.left import WHOLE, Shares, straight_mps
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
-from .kicks import Kicks, eased
+from .kicks import Kicks, brings_round, eased
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver
 from .yaw_loop import LoopMargins
@@ -32,7 +32,10 @@ _SATURATED_MPS = 0.25
 _KICKED_RATE = 0.15
 """Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
 _REFERENCE_RATE = 2.4
-"""The reference's bandwidth over the loop's: fast enough not to be felt, slow enough not to saturate."""
+"""The reference's bandwidth, rad/s: fast enough not to be felt, slow enough not to saturate."""
+_REFERENCE_TIMES = 4.0
+"""The same over the loop's, on station: a heavy boat's propellers worked from nothing to all for a thousandth of a degree in what was
+asked for."""
 _BRAKED = 0.7
 """Share of the acceleration by which the reference ends a turn: a boat that turns slowly would swing past, and back."""
 _GENTLE = 0.6
@@ -44,6 +47,8 @@ _TURNS_WITH = 0.6
 where wind turns the bow away so hard that the boat would not come to face it."""
 _PLANNED = 0.7
 """Share of that for which a gentle turn is planned; the rest is the feedback's."""
+_LEAST_TURN = 0.1
+"""Yaw rate that a gentle turn has, as far as all of that gives it, rad/s: a heavy boat never came to look where the push came from."""
 _SPEED_REFERENCE = 2.0
 """Bandwidth of the speed reference, 1/s; on station in strong wind twice that."""
 _HANDS_OVER_S = 10.0
@@ -119,7 +124,9 @@ class ModelController:
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
         self._firm_nm = 2.0 * handling.model.lateral_m * self._astern_n
-        self._gentle_nm = _TURNS_WITH * self._firm_nm
+        self._gentle_nm = max(
+            _TURNS_WITH * self._firm_nm, min(handling.moment_for(_LEAST_TURN) / _PLANNED, self._firm_nm)
+        )
         if self._by_rudder:
             self._gentle_nm, self._firm_nm = self._kicks.gentle_nm, self._kicks.firm_nm
         self._gentle_rate = handling.rate_for(_PLANNED * self._gentle_nm) if handling.model.lateral_m else math.inf
@@ -233,7 +240,9 @@ class ModelController:
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        may_kick = self._kicks.may(dt_s, desired, speed_error)
+        may_kick = self._kicks.may(dt_s, desired, speed_error) and (
+            self._by_rudder or brings_round(desired, state.psi_rad)
+        )
         given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
@@ -274,10 +283,11 @@ class ModelController:
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        reference = self._reference(dt_s, psi, rate, desired)
+        on_station = omega * (_GENTLE + (1.0 - _GENTLE) * desired.firmness)
+        quick_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * on_station) if desired.gentle else _REFERENCE_RATE
+        omega = on_station if desired.brake else omega
+        reference = self._reference(dt_s, psi, rate, desired, quick_radps=quick_radps)
         self._heading_error = error = wrap_pi(reference - psi)
-        if desired.brake:
-            omega *= _GENTLE + (1.0 - _GENTLE) * desired.firmness
         r_ref, damping = self._r_ref, 2.0 * self._at(self._zetas, speed) * omega * inertia
         if linear > 0.0:  # the hull's own share; a hull that has none takes all of it from the law
             damping -= linear
@@ -288,11 +298,13 @@ class ModelController:
         self._held = False
         if desired.gentle:
             most = self._gentle_nm + desired.firmness * (self._firm_nm - self._gentle_nm)
+            if brings_round(desired, psi):
+                most = max(most, self._kicks.race_nm)
             self._held = abs(moment) > most
             moment = clamp(moment, -most, most)
         return moment, p, d
 
-    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired) -> float:
+    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, *, quick_radps: float) -> float:
         """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
         reference = self._psi_ref
         if reference is None:
@@ -308,12 +320,12 @@ class ModelController:
         assert desired.psi_rad is not None
         left_rad = wrap_pi(desired.psi_rad - reference)
         stopped_radps = math.sqrt(2.0 * _BRAKED * self._turn_most * abs(left_rad))
-        wanted = clamp(0.5 * _REFERENCE_RATE * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
+        wanted = clamp(0.5 * quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
             wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * _REFERENCE_RATE
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * quick_radps
         if change > most:
             change = most
         elif change < -most:

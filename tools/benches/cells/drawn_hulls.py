@@ -116,4 +116,3 @@ def _hull(chance: random.Random, spans: _Kind, size_m: tuple[float, float, float
         nrr=cross * length_m**4 / 32.0 * between(1.0, 4.0),
         munk=between(0.1, 1.0),
     )
-
