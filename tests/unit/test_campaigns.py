@@ -1,11 +1,15 @@
 """The campaigns: every line is found, a miss is named, and a fault counts from the moment at which the truth shows it."""
 
+import math
 import sys
 
 import pytest
 
 from companion.core.guard.diagnosis import Cause
+from companion.core.hull.statics import top_speed_mps
+from companion.judge.hulls import hull_mistakes
 from tools.benches.cells.control_cells import Case
+from tools.benches.cells.drawn_hulls import KINDS, drawn
 from tools.benches.cells.fault_cells import SoundTwin, Told, faults, stuck, thrusters, trailing
 from tools.campaigns import __main__ as command
 from tools.campaigns.campaign import HULLS, Campaign, hull
@@ -33,7 +37,17 @@ def run(monkeypatch, *words):
 def test_every_line_is_found_and_has_runs():
     for line in command.LINES:
         found = command.campaign(line)
-        assert next(found.jobs(("otter",), range(1, 2)))[0] == "otter"
+        assert next(found.jobs(("otter",), range(1, 2)))[0] == ("small" if line == "drawn" else "otter")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_boats_that_are_drawn_could_float_and_are_the_same_each_time(kind):
+    for seed in range(30):
+        vessel = drawn(kind, seed)
+        assert hull_mistakes(vessel) == []
+        assert drawn(kind, seed) == vessel
+        froude = top_speed_mps(vessel) / math.sqrt(9.81 * vessel.hull.length_m)
+        assert 0.2 < froude < 0.6 or (kind == "fast" and 0.65 < froude < 1.4)
 
 
 def test_a_miss_is_named_and_a_run_without_figures_does_not_count(monkeypatch, capsys):

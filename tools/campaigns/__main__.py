@@ -17,6 +17,7 @@ from .campaign import HULLS, Campaign, Outcome, hull, sail_all
 
 LINES: Final = {
     "hover": ("hover", "HOVER"),
+    "drawn": ("drawn", "DRAWN"),
     "joint": ("wrong_files", "JOINT"),
     "each": ("wrong_files", "EACH"),
     "health": ("health", "HEALTH"),
