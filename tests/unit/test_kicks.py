@@ -6,7 +6,7 @@ import pytest
 
 from companion.core.hull import ForceModel, VesselConfig
 from companion.core.steer.allocation import Allocator
-from companion.core.steer.kicks import Kicks, brings_round, eased
+from companion.core.steer.kicks import Kicks, eased
 from mavlink_bridge.language.messages import Desired
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel
@@ -85,7 +85,13 @@ def test_no_more_thrust_than_the_turn_needs_and_none_where_the_difference_does_a
     ("firmness", "off_rad", "brings"), [(1.0, 1.0, True), (1.0, -1.0, True), (1.0, 0.2, False), (0.5, 1.0, False)]
 )
 def test_all_thrust_goes_over_the_rudders_only_in_strong_wind_with_the_bow_far_off(firmness, off_rad, brings):
-    psi_rad = 3.0
+    boat, psi_rad = Kicks(launch(), ForceModel(launch())), 3.0
     wanted = Desired(wrap_pi(psi_rad + off_rad), 0.0, brake=True, gentle=True, firmness=firmness)
-    assert brings_round(wanted, psi_rad) is brings
-    assert not brings_round(wanted, None)
+    for _ in range(30):
+        boat.far(TICK_S, wanted, psi_rad)
+    assert not boat.brings_round, "a gust that turns the bow is over by then"
+    for _ in range(60):
+        boat.far(TICK_S, wanted, psi_rad)
+    assert boat.brings_round is brings
+    boat.far(TICK_S, wanted, None)
+    assert not boat.brings_round

@@ -27,8 +27,9 @@ _TAKES_BACK: Final = 0.1
 """Share of the thrust ahead that there must be astern to take a kick's way back."""
 _STRONG: Final = 0.9
 _FAR_RAD: Final = 0.4
-"""From this firmness on, and with the bow so far off where it is to look, two propellers go ahead together for their rudders' sake: their
-difference is no match for such a wind, and it is soon over."""
+_FAR_S: Final = 2.0
+"""From this firmness on, and with the bow so far off where it is to look for so long, two propellers go ahead together for their rudders'
+sake: their difference is no match for such a wind."""
 _EASY_HELM_RADPS: Final = math.radians(60.0)
 """A second from stop to stop: the rudder cannot swing five times from one side to the other in 3 s."""
 
@@ -57,6 +58,24 @@ class Kicks:
         """More than asked for, by kicks."""
         self._since_s = 0.0
         """Since the last kick began."""
+        self._far_s = 0.0
+        """For how long the bow has been far off in strong wind."""
+
+    def far(self, dt_s: float, desired: Desired, psi_rad: float | None) -> None:
+        """Take, once a tick, where the bow is to look and where it looks."""
+        is_far = (
+            desired.brake
+            and desired.firmness > _STRONG
+            and psi_rad is not None
+            and desired.psi_rad is not None
+            and abs(wrap_pi(desired.psi_rad - psi_rad)) > _FAR_RAD
+        )
+        self._far_s = self._far_s + dt_s if is_far else 0.0
+
+    @property
+    def brings_round(self) -> bool:
+        """Whether two propellers may both go ahead over the rudders."""
+        return self._far_s > _FAR_S
 
     def may(self, dt_s: float, desired: Desired, speed_error_mps: float) -> bool:
         """Return whether more thrust than asked for may go over the rudder now. Off station always.
@@ -69,13 +88,6 @@ class Kicks:
         elif not desired.gentle or (speed_error_mps >= 0.0 and self._since_s >= _EACH_S):
             self._has_way, self._since_s = False, 0.0
         return not self._has_way
-
-
-def brings_round(desired: Desired, psi_rad: float | None) -> bool:
-    """Whether all thrust may go over the rudders, on station: the wind is strong, and the bow far from where it is to look."""
-    if desired.psi_rad is None or psi_rad is None or not desired.brake:
-        return False
-    return desired.firmness > _STRONG and abs(wrap_pi(desired.psi_rad - psi_rad)) > _FAR_RAD
 
 
 def eased(dt_s: float, rudder_rad: float, last_rad: float) -> float:

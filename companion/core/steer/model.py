@@ -18,7 +18,7 @@ from ..hull.handling import BRAKED_SHARE
 from ..hull.left import WHOLE, Shares, straight_mps
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
-from .kicks import Kicks, brings_round, eased
+from .kicks import Kicks, eased
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver
 from .yaw_loop import LoopMargins
@@ -235,14 +235,13 @@ class ModelController:
         if desired.gentle and self._handling.model.lateral_m:
             # what holds against wind looks like way, and may be none: the rudders are sure of the propellers' race alone
             ahead = flow_mps = 0.0
+        self._kicks.far(dt_s, desired, state.psi_rad)
         surge_n, speed_error, speed_p = self._surge(dt_s, desired, water)
         yaw_nm, heading_p, heading_d = self._yaw(dt_s, state.psi_rad, desired, ahead, omega)
         if desired.psi_rad is None and desired.speed_mps is None:
             self._last = ActuatorDemand(now_us)
             return self._last, ControlTrace()
-        may_kick = self._kicks.may(dt_s, desired, speed_error) and (
-            self._by_rudder or brings_round(desired, state.psi_rad)
-        )
+        may_kick = self._kicks.may(dt_s, desired, speed_error) and (self._by_rudder or self._kicks.brings_round)
         given = self._allocator.allocate(surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick)
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
@@ -298,7 +297,7 @@ class ModelController:
         self._held = False
         if desired.gentle:
             most = self._gentle_nm + desired.firmness * (self._firm_nm - self._gentle_nm)
-            if brings_round(desired, psi):
+            if self._kicks.brings_round:
                 most = max(most, self._kicks.race_nm)
             self._held = abs(moment) > most
             moment = clamp(moment, -most, most)
