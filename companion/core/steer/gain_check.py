@@ -1,9 +1,10 @@
 """Whether steering gains fit together and fit the vessel: refused before they reach the water (fault row 59).
 
 Each gain alone has a range; together they may still leave a loop no margin. Both loops of the law ``model`` are judged
-behind the actuators' lag and the stated delay, with the settings as they are: what the schedule mends for a hull that is
-unstable by itself is no excuse for settings that fit no hull. A law with free gains (``seed``, one's own) is not judged here;
-the oscillation monitor watches all of them.
+behind the actuators' lag and the stated delay, with the settings as they are: what the schedule mends is no excuse for settings
+that fit no hull. Where the shipped settings would not do either it is the hull, unstable by itself, or its file, and the gains that
+the schedule mends for it are judged. A law with free gains (``seed``, one's own) is not judged here; the oscillation monitor
+watches all of them.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..hull import ForceModel, VesselConfig
 from ..hull.statics import drag_n
 from .law import SteeringConfig
 from .model import ModelController
-from .yaw_loop import DELAY_S
+from .yaw_loop import DELAY_S, LoopMargins
 
 PHASE_DEG: Final = 20.0
 GAIN_DB: Final = 4.0
@@ -34,16 +35,28 @@ def gains_problem(config: SteeringConfig, vessel: VesselConfig) -> str:
     if config.profile != "model":
         return ""
     model = config.model
-    controller = ModelController(config, vessel)
-    names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
-    for share in _SPEEDS if ForceModel(vessel).turns_at_rest else _SPEEDS[1:]:
-        found = controller.plain_margins(share * controller.schedule.steady_mps)
-        if found.gain_db < GAIN_DB or found.phase_deg < PHASE_DEG:
-            return _told(f"heading loop ({names})", found.gain_db, found.phase_deg)
+    found = _worst_plain(config, vessel)
+    if not _will_do(found) and not _will_do(_worst_plain(SteeringConfig(), vessel)):
+        found = ModelController(config, vessel).schedule.worst.margins
+    if not _will_do(found):
+        names = f"STEER_BW {model.heading_bandwidth:g}, STEER_ZETA {model.heading_damping:g}, STEER_INT {model.heading_integral:g}"
+        return _told(f"heading loop ({names})", found.gain_db, found.phase_deg)
     gain = model.speed_gain
     damping = drag_n(vessel, 0.5) / 0.5 / vessel.hull.m11_kg
     loop = _speed(gain, gain * model.speed_integral, damping, vessel.thruster.lag_s)
     return _problem(loop, f"speed loop (SPEED_P {gain:g}, SPEED_I {model.speed_integral:g})")
+
+
+def _worst_plain(config: SteeringConfig, vessel: VesselConfig) -> LoopMargins:
+    """What the settings' own damping and integral leave at the speed where that is least."""
+    controller = ModelController(config, vessel)
+    shares = _SPEEDS if ForceModel(vessel).turns_at_rest else _SPEEDS[1:]
+    found = [controller.plain_margins(share * controller.schedule.steady_mps) for share in shares]
+    return min(found, key=lambda margins: min(margins.gain_db / GAIN_DB, margins.phase_deg / PHASE_DEG))
+
+
+def _will_do(found: LoopMargins) -> bool:
+    return found.gain_db >= GAIN_DB and found.phase_deg >= PHASE_DEG
 
 
 def _speed(gain: float, integral: float, damping: float, lag_s: float) -> Loop:
