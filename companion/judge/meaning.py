@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
@@ -95,6 +96,7 @@ def _names(lists: Iterable[tuple[str, Sequence[object]]], known: dict[str, str])
 
 def _speeds(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
     top_mps = top_speed_mps(vessel)
+    most_mps = math.floor(100.0 * top_mps) / 100.0
     for key, speed_mps in (
         ("mission.cruise_speed_mps", settings.mission.cruise_speed_mps),
         ("modes.return_speed_mps", settings.modes.return_speed_mps),
@@ -104,7 +106,7 @@ def _speeds(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
         ("guidance.station.speed_mps", settings.guidance.station.speed_mps),
     ):
         if speed_mps > top_mps:
-            yield f"{key} = {speed_mps:g}: more than the hull's top speed; at most {top_mps:.1f} m/s, or another vessel file"
+            yield f"{key} = {speed_mps:g}: more than the hull's top speed; at most {most_mps:g} m/s, or another vessel file"
     cruise_mps = settings.mission.cruise_speed_mps
     for key, said, speed_mps in (
         (

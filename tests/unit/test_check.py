@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
+import re
 
 import pytest
 
 import config as shipped
 from companion.cli import main
 from companion.configuration import vessel_settings
+from companion.core.steer.law import lowered_text
 from companion.settings import ConfigError
+from companion.tuning.fitted import vessel_toml
 from sitl.gateway import simulation_key
+from tools.benches.cells.drawn_hulls import drawn
 
 
 @pytest.mark.parametrize("name", ["boat.toml", "sim.toml", "replay-nmea.toml", "gateway.toml"])
@@ -147,3 +151,19 @@ def test_the_simulators_key_beside_its_world(tmp_path):
         vessel_settings(config, words, to_sail=True, run_dir=tmp_path)
     os.close(ours)
     os.close(theirs)
+
+
+def test_the_speed_that_it_tells_to_take_is_one_that_it_takes(capsys, tmp_path):
+    """A boat of 1.478 m/s was told ``1.5: more than the hull's top speed; at most 1.5``."""
+    hull = tmp_path / "small.toml"
+    hull.write_text(vessel_toml(drawn("small", 7)), encoding="utf-8")
+    settings = [str(shipped.path("sim.toml")), "--set", f"vessel='{hull}'", "--set"]
+    assert main(["check", *settings, "mission.cruise_speed_mps=1.5"]) == 2
+    most = re.search(r"more than the hull's top speed; at most ([\d.]+) m/s", capsys.readouterr().err)
+    assert most is not None
+    assert main(["check", *settings, f"mission.cruise_speed_mps={most[1]}"]) == 0
+
+
+def test_a_top_speed_that_is_lowered_by_less_than_is_told_is_not_told():
+    assert lowered_text(2.64, 2.71) != ""
+    assert lowered_text(2.66, 2.71) == "", "from 2.7 to 2.7 m/s"

@@ -174,7 +174,7 @@ def sway_through_water_mps(controller: Controller) -> float:
 
 def lowered_text(steady_mps: float, top_mps: float) -> str:
     """Say that the vessel is not sailed as fast as it could go; empty when it is."""
-    if steady_mps > 0.995 * top_mps:
+    if f"{steady_mps:.1f}" == f"{top_mps:.1f}":
         return ""
     return f"Top speed lowered from {top_mps:.1f} to {steady_mps:.1f} m/s: faster, this hull cannot be steered with safe margins"
 

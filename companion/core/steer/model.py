@@ -33,9 +33,9 @@ _KICKED_RATE = 0.15
 """Bandwidth that is kept at rest by a boat that must kick its propeller over the rudder to turn, rad/s."""
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth, rad/s: fast enough not to be felt, slow enough not to saturate."""
-_REFERENCE_TIMES = 4.0
-"""The same over the loop's, on station: a heavy boat's propellers worked from nothing to all for a thousandth of a degree in what was
-asked for."""
+_REFERENCE_TIMES = 1.6
+"""And no more than so many times the loop's own: a heavy boat's propellers worked from nothing to all, five times in three seconds, for
+hundredths of a degree in what was asked for."""
 _BRAKED = 0.7
 """Share of the acceleration by which the reference ends a turn: a boat that turns slowly would swing past, and back."""
 _GENTLE = 0.6
@@ -120,6 +120,7 @@ class ModelController:
         self._omegas = [gain.omega_radps for gain in schedule.gains]
         self._firm_radps = max(self._omegas)
         """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes."""
+        self._quick_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
@@ -282,11 +283,10 @@ class ModelController:
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        on_station = omega * (_GENTLE + (1.0 - _GENTLE) * desired.firmness)
-        quick_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * on_station) if desired.gentle else _REFERENCE_RATE
-        omega = on_station if desired.brake else omega
-        reference = self._reference(dt_s, psi, rate, desired, quick_radps=quick_radps)
+        reference = self._reference(dt_s, psi, rate, desired)
         self._heading_error = error = wrap_pi(reference - psi)
+        if desired.brake:
+            omega *= _GENTLE + (1.0 - _GENTLE) * desired.firmness
         r_ref, damping = self._r_ref, 2.0 * self._at(self._zetas, speed) * omega * inertia
         if linear > 0.0:  # the hull's own share; a hull that has none takes all of it from the law
             damping -= linear
@@ -303,7 +303,7 @@ class ModelController:
             moment = clamp(moment, -most, most)
         return moment, p, d
 
-    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired, *, quick_radps: float) -> float:
+    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired) -> float:
         """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
         reference = self._psi_ref
         if reference is None:
@@ -319,12 +319,12 @@ class ModelController:
         assert desired.psi_rad is not None
         left_rad = wrap_pi(desired.psi_rad - reference)
         stopped_radps = math.sqrt(2.0 * _BRAKED * self._turn_most * abs(left_rad))
-        wanted = clamp(0.5 * quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
+        wanted = clamp(0.5 * self._quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
             wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * quick_radps
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * self._quick_radps
         if change > most:
             change = most
         elif change < -most:
