@@ -79,8 +79,10 @@ def model_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float) -
     return control.ss([[0.0]], [[1.0, 0.0]], [[ki]], [[kp, kd]]) * plant
 
 
-def seed_share(seed: SeedConfig, speed_mps: float) -> float:
-    """Return the thrusters' share of the seed's heading output at a speed."""
+def seed_share(seed: SeedConfig, vessel: VesselConfig, speed_mps: float) -> float:
+    """Return the thrusters' share of the seed's heading output at a speed; none where they do not turn the hull."""
+    if not vessel.thruster.turns:
+        return 0.0
     fast = speed_mps > knots_to_mps(seed.high_speed_threshold_kn)
     return seed.high_speed_thruster_share if fast else seed.low_speed_thruster_share
 
@@ -97,7 +99,7 @@ def seed_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float, ga
         [[gains.ki, -gains.kd * fast_pole * fast_pole]],
         [[gains.kp + gains.kd * fast_pole]],
     )
-    return law * share_plant(vessel, speed_mps, seed_share(config.seed, speed_mps))
+    return law * share_plant(vessel, speed_mps, seed_share(config.seed, vessel, speed_mps))
 
 
 def heading_margins(

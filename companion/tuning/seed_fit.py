@@ -88,7 +88,7 @@ def seed_gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> 
     speeds, boats = reachable(vessel, SPEEDS_MPS), (vessel, *corners(fit))
     late_s = DELAY_S + steering.model.heading_late_s + _DIFFERENCE_S
     judges = [
-        [LoopJudge(ShareResponse(boat, speed, seed_share(steering.seed, speed)), late_s) for boat in boats]
+        [LoopJudge(ShareResponse(boat, speed, seed_share(steering.seed, boat, speed)), late_s) for boat in boats]
         for speed in speeds
     ]
     for count in range(len(speeds), 0, -1):

@@ -10,15 +10,20 @@ from companion.core.steer.pid import PidGains
 from mavlink_bridge.language.messages import Desired, EstimatedState
 from mavlink_bridge.language.units import KNOT_MPS
 from sitl.plant.library import load_vessel
+from tools.benches.cells.foreign_hulls import single_screw
 
 GAINS = {"heading_gains": PidGains(kp=1.8, ki=0.005, kd=0.4), "speed_gains": PidGains(kp=0.6, ki=0.15)}
 OTTER = load_vessel("otter")
 DT = 0.1
 
 
-def seed(**changes):
+def seed(vessel=OTTER, **changes):
     config = SteeringConfig(profile="seed", seed=SeedConfig(**(GAINS | changes)))
-    return make_controller("seed", config, OTTER)
+    return make_controller("seed", config, vessel)
+
+
+def on_the_centre_line():
+    return OTTER.model_copy(update={"thruster": OTTER.thruster.model_copy(update={"lateral_m": 0.0})})
 
 
 def state(psi_deg=0.0, speed_mps=0.0):
@@ -148,6 +153,24 @@ def test_sticks_give_the_whole_yaw_and_never_overflow():
     demand = manual_demand(0, 1.0, 0.5, SteeringConfig(), OTTER)
     assert (demand.thruster_port, demand.thruster_starboard) == pytest.approx((1.0, 0.0))
     assert demand.rudder_starboard_rad == pytest.approx(0.5 * OTTER.rudder.max_rad)
+
+
+@pytest.mark.parametrize("vessel", [single_screw(), on_the_centre_line()], ids=["one screw", "two on the centre line"])
+def test_the_yaw_stick_never_moves_a_boat_whose_thrusters_do_not_turn_it(vessel):
+    """To starboard it had sent one screw ahead, to port astern, and stopped it in a turn to port under way."""
+    for surge in (0.0, 0.6, -0.3):
+        for yaw in (-1.0, -0.5, 0.0, 0.5, 1.0):
+            demand = manual_demand(0, surge, yaw, SteeringConfig(), vessel)
+            assert (demand.thruster_port, demand.thruster_starboard) == (surge, surge)
+            assert demand.rudder_port_rad == pytest.approx(yaw * vessel.rudder.max_rad)
+
+
+def test_the_seeds_law_steers_one_screw_by_its_rudder_alone():
+    controller = seed(single_screw())
+    controller.loops.enable(Loop.BOTH, 1)
+    turning, straight = (controller.step(0, DT, state(), Desired(psi, 1.0), None)[0] for psi in (0.5, 0.0))
+    assert turning.thruster_port == pytest.approx(straight.thruster_port, abs=0.02)
+    assert turning.rudder_port_rad > 0.0
 
 
 def test_abort_is_neutral_at_once_and_stays_until_a_newer_scope_after_rearm():

@@ -93,6 +93,11 @@ class ThrusterConfig(Config):
     race_share: float = Field(0.8, ge=0, le=1)
     """Share of the fully developed race that the rudder feels."""
 
+    @property
+    def turns(self) -> bool:
+        """Whether a difference of thrust turns the hull: of one propeller, or of two on the centre line, none does."""
+        return self.count == 2 and self.lateral_m > 0.0
+
     @field_validator("curve")
     @classmethod
     def _rises(cls, points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

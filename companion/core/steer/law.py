@@ -119,10 +119,10 @@ def manual_demand(
     """Return the demand for an operator's sticks (surge and yaw, each -1...1) by the seed's mix, rudders included.
 
     The yaw stick has the whole differential here: an operator who turns on the spot wants all of it. Not ``mixed``: the
-    thrusters stay alike on a vessel that has rudders.
+    thrusters stay alike on a vessel that has rudders, as on one whose thrusters do not turn it.
     """
     limit = config.seed.max_thruster_output
-    differential = yaw if mixed or not vessel.rudder.count else 0.0
+    differential = yaw if vessel.thruster.turns and (mixed or not vessel.rudder.count) else 0.0
     port, starboard = mix(clamp(surge, -1.0, 1.0) * limit, clamp(differential, -1.0, 1.0) * limit, limit)
     rudder_rad = clamp(yaw, -1.0, 1.0) * vessel.rudder.max_rad if vessel.rudder.count else 0.0
     return ActuatorDemand(now_us, port, starboard, rudder_rad, rudder_rad)

@@ -123,7 +123,9 @@ class SeedController:
         return self._speed.step(0.0 if late else dt_s, error, 0.0 if late or first else None), error
 
     def _thruster_share(self, state: EstimatedState) -> float:
-        """Share of the heading output for the thrusters, by speed with hysteresis."""
+        """Share of the heading output for the thrusters, by speed with hysteresis; none where they do not turn the hull."""
+        if not self._vessel.thruster.turns:
+            return 0.0
         config = self._config
         threshold = knots_to_mps(config.high_speed_threshold_kn)
         margin = knots_to_mps(config.high_speed_hysteresis_kn)
