@@ -636,7 +636,7 @@ battery_lost           WARN      1    -            gone      0  never    WARN   
 stuck                  WARN      0    10:STOP      acted     10 manual   WARN      120
 moving_in_neutral      WARN      0    -            gone      0  never    WARN      120
 drifting_while_stopped WARN      0    -            gone      0  never    WARN      120
-oscillating            WARN      0    -            operator  0  never    WARN      120
+oscillating            WARN      0    -            gone      0  never    WARN      120
 thruster_reversed      STOP      0    -            operator  0  manual   WARN      120
 thruster_alone         STOP      0    -            operator  0  manual   WARN      120
 thruster_weak          WARN      0    -            acted     10 never    WARN      120

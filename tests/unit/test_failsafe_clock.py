@@ -190,7 +190,6 @@ def steps(run: Run, flags: Flags, seconds: float) -> None:
         ("position_lost", "Position is back: stopped: order Auto to go on"),
         ("depth_locked", "It is deep enough again: stopped: arm again to go on"),
         ("fence_breach", "The boat is inside the fence again: holding: order Auto to go on"),
-        ("oscillating", "Control is steady again: the warning stays: order Auto to go on"),
         ("battery_critical", "Battery voltage is back: returning: order Auto to go on"),
     ],
 )

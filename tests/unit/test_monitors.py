@@ -76,13 +76,13 @@ def test_drift_while_stopped():
 
 def test_row_59_oscillation():
     """Five reversals beyond half output within two seconds; three is the default, which sees slower hulls too."""
-    watch = Watch()
+    watch = Watch(oscillation_hold_s=0.0)
     seen = [watch.step(0.55, thrust=0.6 * (-1) ** i, sog=2.0).oscillating for i in range(7)]
     assert seen == [False] * 5 + [True, True]
     assert not watch.step(3.05, thrust=0.0, sog=2.0).oscillating
     for i in range(12):
         assert not watch.step(0.8, thrust=0.9 * (-1) ** i, sog=2.0).oscillating, "slower than that"
-    watch = Watch(oscillation_window_s=2.0)
+    watch = Watch(oscillation_window_s=2.0, oscillation_hold_s=0.0)
     seen = [watch.step(0.25, thrust=0.6 * (-1) ** i, sog=2.0).oscillating for i in range(7)]
     assert seen == [False] * 5 + [True, True]
     assert not watch.step(2.05, thrust=0.0, sog=2.0).oscillating
@@ -92,6 +92,35 @@ def test_row_59_oscillation():
         assert not watch.step(0.5, thrust=0.9 * (-1) ** i, sog=2.0).oscillating, "slower than that too"
     rudder = math.radians(16.0)
     assert [watch.step(0.25, rudder=rudder * (-1) ** i, sog=2.0).oscillating for i in range(7)][-1]
+
+
+def _swung(watch):
+    """Swing until the thrust is cut."""
+    while not watch.step(0.25, thrust=0.9 * watch.side, sog=2.0).oscillating:
+        watch.side = -watch.side
+
+
+def _cut_s(watch):
+    """How long it stays cut from now on with the thrusters at rest, s."""
+    began_us = watch.now_us
+    while watch.step(0.25, thrust=0.0, sog=2.0).oscillating:
+        pass
+    return (watch.now_us - began_us) / 1e6
+
+
+def test_row_59_thrust_comes_back_by_itself_and_later_each_time():
+    """A sound loop in a blow that was cut until an operator came was carried away; an unstable one swings again at once."""
+    watch = Watch()
+    watch.side = 1
+    cut = []
+    for _ in range(6):
+        _swung(watch)
+        cut.append(_cut_s(watch))
+    assert cut == pytest.approx([15.0, 30.0, 60.0, 120.0, 120.0, 120.0], abs=3.5)
+    for _ in range(620):
+        watch.step(1.0, thrust=0.0, sog=2.0)
+    _swung(watch)
+    assert _cut_s(watch) == pytest.approx(15.0, abs=3.5), "ten quiet minutes later it is the first"
 
 
 def test_row_62_battery_levels_filtered_and_the_sensor_lost():

@@ -331,7 +331,13 @@ TABLE: Final[tuple[Condition, ...]] = (
         clear=GONE,
         severity=Severity.ALERT,
     ),
-    Condition("oscillating", W, "control oscillates: thrust cut", lambda f: f.monitors.oscillating, clear=OPERATOR),
+    Condition(
+        "oscillating",
+        W,
+        "control oscillates: thrust cut until steady",
+        lambda f: f.monitors.oscillating,
+        clear=GONE,
+    ),
     _of_thrusters("thruster_reversed", "a thruster pushes the wrong way"),
     _of_thrusters("thruster_alone", "this hull cannot be steered by one thruster"),
     Condition(

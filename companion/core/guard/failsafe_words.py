@@ -32,7 +32,6 @@ BACK: Final = {
     "battery_empty": "battery voltage is back",
     "battery_critical": "battery voltage is back",
     "stuck": "the thrust has rested",
-    "oscillating": "control is steady again",
     "actuator_garbage": "the actuator line is readable",
     "manual_lost": "sticks are heard again",
     "guided_lost": "Guided is ordered again",

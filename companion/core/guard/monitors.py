@@ -28,6 +28,11 @@ _STILL_MPS: Final = 0.2
 """Hardly creeping, yet well above a receiver's noise of some 0.03 m/s. A stream that just equals the vessel's best speed looks
 the same as dead thrust, and is as hopeless."""
 
+_FORGOTTEN_US: Final = 600_000_000
+"""Two oscillations so far apart have nothing to do with each other."""
+_LONGEST_US: Final = 120_000_000
+"""A boat without thrust for longer is lost in a current; one that swings for three seconds in two minutes is not."""
+
 
 class MonitorConfig(Config):
     """Thresholds of the monitors; 0 volts = that level is not judged."""
@@ -54,6 +59,8 @@ class MonitorConfig(Config):
     """A rudder or thruster loop that is unstable swings with about nine times its delay: 1.3 s."""
     oscillation_output: float = Field(0.5, gt=0, le=1)
     """Share of full output that a swing must reach on both sides."""
+    oscillation_hold_s: float = Field(15.0, ge=0, le=600)
+    """So long the thrust stays cut after the last swing; twice as long each time it comes again within ten minutes, two minutes at most."""
     late_s: float = Field(0.2, gt=0, le=5)
     """A tick that comes so late is warned of."""
     very_late_s: float = Field(0.5, gt=0, le=5)
@@ -122,6 +129,28 @@ class Reversals:
         while times_us and now_us - times_us[0] > self._window_us:
             times_us.popleft()
         return len(times_us) >= self._enough
+
+
+class Steadying:
+    """How long an oscillation is taken to last: a loop that is unstable swings again at once, and waits longer each time.
+
+    In a blow a sound one may swing so for some seconds, too: the boat that was cut for good was carried away.
+    """
+
+    def __init__(self) -> None:
+        self._until_us: int | None = None
+        self._times = 0
+
+    def step(self, now_us: int, swings: bool, hold_us: int) -> bool:
+        """``swings``: an oscillation is found in this tick. True from then on until it has been quiet for long enough."""
+        until_us = self._until_us
+        if swings:
+            if until_us is None or now_us > until_us + _FORGOTTEN_US:
+                self._times = 1
+            elif now_us >= until_us:
+                self._times += 1
+            self._until_us = until_us = now_us + min(hold_us << (self._times - 1), max(hold_us, _LONGEST_US))
+        return until_us is not None and (swings or now_us < until_us)
 
 
 class Battery:
@@ -213,6 +242,7 @@ class Monitors:
         self._full_rad, self.period_us = rudder_max_rad, period_us
         self._stuck, self._adrift = Held(), Held()
         self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
+        self._steadying = Steadying()
         self._battery, self._ticks, self._drift = Battery(), Ticks(period_us / 1e6), Drift()
         self._said: tuple[bool, ...] = ()
         self._flags = MonitorFlags()
@@ -224,7 +254,7 @@ class Monitors:
         self._watch_way = config.stuck_s > 0.0
         self._drift_mps, self._drift_us = config.drift_mps, round(config.drift_s * 1e6)
         self._alarm_m = config.drift_alarm_m
-        self._bound = config.oscillation_output
+        self._bound, self._hold_us = config.oscillation_output, round(config.oscillation_hold_s * 1e6)
         self._shares: tuple[float, ...] = ()
         self._at_rest = False
         """No actuator has swung over lately: as long as none moves, none does."""
@@ -253,7 +283,7 @@ class Monitors:
             self._stuck.step(now_us, no_way, self._stuck_us),
             self._adrift.step(now_us, adrift, self._drift_us),
             self._drift.step(state, stopped, self._alarm_m),
-            self._oscillates(now_us, output),
+            self._steadying.step(now_us, self._oscillates(now_us, output), self._hold_us),
             *self._battery.step(now_us, supply),
             *self._ticks.step(now_us, late_s),
         )
