@@ -139,17 +139,17 @@ class Steadying:
 
     def __init__(self) -> None:
         self._until_us: int | None = None
-        self._times = 0
+        self._hold_us = 0
 
     def step(self, now_us: int, swings: bool, hold_us: int) -> bool:
         """``swings``: an oscillation is found in this tick. True from then on until it has been quiet for long enough."""
         until_us = self._until_us
         if swings:
             if until_us is None or now_us > until_us + _FORGOTTEN_US:
-                self._times = 1
+                self._hold_us = hold_us
             elif now_us >= until_us:
-                self._times += 1
-            self._until_us = until_us = now_us + min(hold_us << (self._times - 1), max(hold_us, _LONGEST_US))
+                self._hold_us = max(hold_us, min(2 * self._hold_us, _LONGEST_US))
+            self._until_us = until_us = now_us + self._hold_us
         return until_us is not None and (swings or now_us < until_us)
 
 

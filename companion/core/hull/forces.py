@@ -47,7 +47,7 @@ class ForceModel:
     @property
     def turns_at_rest(self) -> bool:
         """Whether a difference of thrust turns it: a rudder without way on and without race turns nothing."""
-        return self.lateral_m > 0.0
+        return self.vessel.thruster.turns
 
     def rates(
         self,
