@@ -32,16 +32,17 @@ BLOW = WATERS["0.5 m/s + 8 m/s"]
 
 
 def told_after_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=30.0):
-    """(seconds after the fault, what was found); None when nothing was."""
+    """(seconds after the fault, what was found); None when nothing was. Watch and diagnosis are wired as in the vessel."""
     run = Case(HULLS[hull], water, seed=seed, source=SensedState).loop()
     run.place(15.0, 0.0, math.pi / 2.0, 0.0)
-    watch = PropulsionWatch(HULLS[hull])
+    watch, diagnosis = PropulsionWatch(HULLS[hull]), Diagnosis(HULLS[hull])
     run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=figure))
     while run.t_s < seconds:
         if fault is not None and run.t_s > fault_s:
             run.vessel.thruster_health[fault[0]] = fault[1]
         run.tick(mps)
-        weak = watch.step(TICK_S, run.state, run.sent)
+        diagnosis.step(TICK_S, run.state, run.sent)
+        weak = watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
         if any(weak):
             return run.t_s - fault_s, weak
     return None
