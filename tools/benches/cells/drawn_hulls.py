@@ -45,6 +45,8 @@ _KINDS: Final[dict[Kind, _Kind]] = {
     "fast": _Kind(length_m=(1.0, 3.0), froude=(0.7, 1.3), coasts_s=(1.5, 4.0)),
 }
 KINDS: Final = tuple(_KINDS)
+_LAYOUTS: Final[tuple[tuple[Literal[1, 2], Literal[0, 1, 2]], ...]] = ((2, 0), (2, 2), (1, 1))
+"""Screws and rudders."""
 
 
 def drawn(kind: Kind, seed: int) -> VesselConfig:
@@ -57,11 +59,11 @@ def drawn(kind: Kind, seed: int) -> VesselConfig:
     hull = _hull(chance, spans, (length_m, beam_m, draught_m), mass_kg)
     top_mps = between(*spans.froude) * math.sqrt(_G_MPS2 * length_m)
     drag_n = hull.m11_kg * top_mps / between(*spans.coasts_s)
-    screws, rudders = ((2, 0), (2, 2), (1, 1))[seed % 3]
+    screws, rudders = _LAYOUTS[seed % len(_LAYOUTS)]
     loss = between(0.0, 0.3) / top_mps
     ahead_n = drag_n / screws / (1.0 - loss * top_mps)
     thruster = ThrusterConfig(
-        count=1 if screws == 1 else 2,
+        count=screws,
         lateral_m=0.0 if screws == 1 else beam_m * between(0.28, 0.46),
         ahead_n=ahead_n,
         astern_n=ahead_n * between(0.4, 0.8),
@@ -72,7 +74,7 @@ def drawn(kind: Kind, seed: int) -> VesselConfig:
         diameter_m=min(0.8 * draught_m, length_m * between(0.05, 0.1)),
     )
     rudder = RudderConfig(
-        count=0 if rudders == 0 else 1 if rudders == 1 else 2,
+        count=rudders,
         area_m2=length_m * draught_m * between(0.03, 0.06) / max(1, rudders),
         x_m=-length_m * between(0.42, 0.5),
         rate_dps=between(30.0, 90.0),
