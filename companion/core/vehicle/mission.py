@@ -128,6 +128,8 @@ class Mission:
         self._on_path_us: int | None = None
         self._arrived_us: int | None = None
         self._sailed_to: LatLon | None = None
+        self._ended_at: LatLon | None = None
+        """Point of the last item, when it was one to stay at and was reached."""
         self._reached: list[int] = []
         self._effects: list[Effect] = []
         self._texts: list[tuple[Severity, str]] = []
@@ -235,6 +237,11 @@ class Mission:
             self._arrived_us = now_us
         if self._done(now_us, state, leg, report):
             self._finish(leg)
+
+    def take_end(self) -> LatLon | None:
+        """Return and forget the point at which a plan that has ended is to stay; None where its last item named none that was reached."""
+        point, self._ended_at = self._ended_at, None
+        return point if self.state is PlanState.COMPLETE else None
 
     def drain(self) -> News:
         """Return and forget the items reached and the effects due since the last call."""
@@ -367,7 +374,11 @@ class Mission:
     def _finish(self, leg: Leg) -> None:
         self._reached.append(self.seq)
         item = leg.maneuver
-        self._sailed_to = LatLon((item.lat_rad, item.lon_rad)) if isinstance(item, Goto) else None
+        point = LatLon((item.lat_rad, item.lon_rad))
+        self._sailed_to = point if isinstance(item, Goto) else None
+        is_there = self._on_path_us is not None if isinstance(item, Loiter) else self._arrived_us is not None
+        goes_round = isinstance(item, Loiter) and not isinstance(item.figure, Hover)
+        self._ended_at = point if is_there and not goes_round else None
         self._leg = None
         self.seq += 1
 

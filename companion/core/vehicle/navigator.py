@@ -259,6 +259,7 @@ class Navigator:
         if leg is not None and (leg.maneuver.lat_rad, leg.maneuver.lon_rad) == hold:
             self._leg = None
         self._hold = None
+        self.mission.take_end()
 
     def set_speed(self, speed_mps: float | None) -> None:
         self._speed_mps = speed_mps
@@ -330,11 +331,11 @@ class Navigator:
         self._leg = Leg(self._generation, maneuver, None, None, self.speed_mps)
 
     def _station(self, state: EstimatedState) -> Leg | None:
-        """Station keeping where it began: in HOLD, after a plan, and when a stream has ended."""
+        """Station keeping where it began: in HOLD, when a stream has ended, and after a plan; that one's last point is where it ended."""
         if self.mode is _AUTO and self.mission.state is _ACTIVE:
             return None
         if self._hold is None and state.position_valid:
-            self._hold = _here(state)
+            self._hold = (self.mission.take_end() if self.mode is _AUTO else None) or _here(state)
         if self._hold is None:
             return None
         leg = self._leg
