@@ -66,6 +66,10 @@ class HullArrays:
         self._half = 0.5 if thruster.count == 1 else 1.0
         self._single = thruster.count == 1
         self.lateral_m = thruster.lateral_m if thruster.count == 2 else 0.0
+        self._curve = np.array(thruster.curve).T if thruster.curve else None
+        """Commands and shares of full thrust."""
+        self._exponent_astern = thruster.exponent_astern
+        """None: as ahead."""
         self._race = (16.0 if self._single else 8.0) / (math.pi * RHO_WATER * thruster.diameter_m**2)
         self._lift = 0.5 * RHO_WATER * rudder.count / 2.0 * rudder.lift_slope_per_rad
         self._x_m, self._stall = rudder.x_m, math.radians(rudder.stall_deg)
@@ -82,7 +86,13 @@ class HullArrays:
         """Share of full revolutions for commands -1...1."""
         size = np.abs(command)
         gate = 1.0 / (1.0 + np.exp(np.clip((c["dead_band"] - size) / _EDGE, -40.0, 40.0)))
-        return np.sign(command) * gate * np.maximum(size, 1e-9) ** (0.5 * c["exponent"])
+        if self._curve is not None:
+            share = np.interp(command, *self._curve)
+            return np.sign(share) * gate * np.sqrt(np.abs(share))
+        exponent = c["exponent"]
+        if self._exponent_astern is not None:
+            exponent = np.where(command > 0.0, exponent, self._exponent_astern)
+        return np.sign(command) * gate * np.maximum(size, 1e-9) ** (0.5 * exponent)
 
     def thrust(self, c: dict[str, Array], revs: Array, u: Array, share: Array) -> Array:
         """Thrust of a side, N."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -26,8 +26,6 @@ _DIFFERENCE_S: Final = 0.025
 """The law's derivative is a difference over one tick of 0.05 s, which looks half of it back; here the whole loop does."""
 _STILL: Final = 1e-6
 """Poles at most so far to the right, 1/s, are the heading's own at the origin."""
-
-Tried = Callable[[int], None]
 
 
 class ShareResponse:

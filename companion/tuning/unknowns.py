@@ -8,7 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from ..core.config import Config
 from ..core.hull import VesselConfig
+from ..core.hull.vessel_file import RudderConfig, ThrusterConfig
 from .hull_arrays import coefficients
 from .windows import Windows
 
@@ -18,6 +20,9 @@ _TOLD: Final = 0.6
 """A value whose spread is still more than this share of the prior's is not told by the record."""
 _WIDE: Final = 0.35
 """Neither is one that is known to no better than this, relative for coefficients, in prior widths for offsets."""
+
+_TWENTIETH: Final = math.exp(-3.0)
+"""No coefficient is so much less than the file said, nor so many times more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +55,21 @@ class FitUnknown:
         return self.told(deviation) and bool(self.low + 0.05 < x < self.high - 0.05)
 
 
-def _relative(name: str, start: float, width: float) -> FitUnknown:
-    return FitUnknown(name, start, width, True, low=-3.0 / width, high=3.0 / width)
+def _relative(name: str, start: float, width: float, allowed: tuple[float, float] = (0.0, math.inf)) -> FitUnknown:
+    low, high = max(allowed[0] / start, _TWENTIETH), min(allowed[1] / start, 1.0 / _TWENTIETH)
+    return FitUnknown(name, start, width, True, low=math.log(low) / width, high=math.log(high) / width)
 
 
 def _between(name: str, start: float, width: float, low: float, high: float) -> FitUnknown:
     return FitUnknown(name, start, width, relative=False, low=(low - start) / width, high=(high - start) / width)
+
+
+def _allowed(table: type[Config], key: str) -> tuple[float, float]:
+    """Bounds of a key of the vessel file, both included: a fit writes no file that is refused."""
+    limits = table.model_fields[key].metadata
+    return next(limit.ge for limit in limits if hasattr(limit, "ge")), next(
+        limit.le for limit in limits if hasattr(limit, "le")
+    )
 
 
 def unknowns_of(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
@@ -70,8 +84,9 @@ def unknowns_of(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
     found.append(
         _between("m23", c["m23"], 0.05 * c["m22"] * vessel.hull.length_m / 2.0, -0.3 * c["m22"], 0.3 * c["m22"])
     )
-    most = 2.0 * math.sqrt(c["nr"] * c["nrr"]) + c["nr"]
-    found.append(_between("nur", c["nur"], 0.4 * (c["nur"] + c["nr"]), 0.0, 3.0 * most))
+    nr, nrr = max(c["nr"], least["nr"]), max(c["nrr"], least["nrr"])
+    most = 2.0 * math.sqrt(nr * nrr) + nr
+    found.append(_between("nur", c["nur"], 0.4 * (c["nur"] + nr), 0.0, max(3.0 * most, 2.0 * c["nur"])))
     return found + _propulsion(vessel, c) + _sensors(vessel, windows)
 
 
@@ -86,11 +101,14 @@ def _propulsion(vessel: VesselConfig, c: dict[str, float]) -> list[FitUnknown]:
     found.append(_between("speed_loss", c["speed_loss"], 0.08, 0.0, 0.45))
     found.append(_between("dead_band", c["dead_band"], 0.04, 0.0, 0.3))
     if vessel.thruster.count == 2 and vessel.thruster.lateral_m:
-        found.append(_relative("starboard_share", c["starboard_share"], 0.2))
+        found.append(
+            _relative("starboard_share", c["starboard_share"], 0.2, _allowed(ThrusterConfig, "starboard_share"))
+        )
     if vessel.rudder.count:
         found.append(_relative("area", c["area"], 0.45))
         found.append(_relative("rudder_lag", c["rudder_lag"], 0.5))
-        found.append(_between("offset", c["offset"], math.radians(4.0), -0.35, 0.35))
+        low, high = map(math.radians, _allowed(RudderConfig, "offset_deg"))
+        found.append(_between("offset", c["offset"], math.radians(4.0), low, high))
         found.append(_between("race_share", c["race_share"], 0.25, 0.0, 1.0))
     return found
 

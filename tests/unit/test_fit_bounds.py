@@ -1,12 +1,18 @@
 """What a record presses against a bound is told as well as what lies between them: left as the file has it, it would bend all else."""
 
+import tomllib
+
+import numpy as np
 import pytest
 
+from companion.core.hull import VesselConfig
 from companion.core.trial import TrialConfig
 from companion.tuning.fit import fit_vessel
-from companion.tuning.hull_arrays import coefficients
-from companion.tuning.unknowns import FitUnknown
+from companion.tuning.fitted import vessel_toml, with_values
+from companion.tuning.hull_arrays import Commands, coefficients
+from companion.tuning.unknowns import FitUnknown, unknowns_of
 from companion.tuning.voyages import read_voyage
+from companion.tuning.windows import Windows
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.sensed import SensedState
@@ -44,3 +50,33 @@ def test_thrust_that_is_lost_with_way_is_found_from_a_file_that_knows_nothing_of
     assert fit.values["speed_loss"] == pytest.approx(0.12, abs=0.03)
     for name, rel in (("ahead", 0.05), ("xu", 0.15), ("xuu", 0.15), ("exponent", 0.03)):
         assert fit.values[name] == pytest.approx(right[name], rel=rel), name
+
+
+def a_window():
+    """One of 10 s; a fit's unknowns ask no more of a record than what kind of velocities it holds."""
+    steps = 200
+    return Windows(
+        Commands(*(np.zeros((steps, 1)) for _ in range(4))),
+        measured=np.zeros((steps, 3, 1)),
+        starts=np.zeros(1),
+        follows=np.zeros(1, dtype=bool),
+        voyage=np.zeros(1, dtype=int),
+        smoothed=np.zeros(1, dtype=bool),
+        age_s=np.zeros((steps, 1)),
+        by_fix=np.zeros(1, dtype=bool),
+    )
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+def test_no_fit_writes_a_file_that_is_refused(side):
+    """Of the starboard thruster's share a file allows 0.3 to 3, of a rudder's offset 20 degrees; a fit went a little, or far, beyond."""
+    otter = load_vessel("otter")
+    values = {each.name: float(each.value(getattr(each, side))) for each in unknowns_of(otter, a_window())}
+    VesselConfig.model_validate(tomllib.loads(vessel_toml(with_values(otter, values))))
+
+
+def test_a_hull_whose_turning_is_damped_by_its_square_alone_can_be_fitted():
+    """It had no width to look in: a division by zero instead of a fit."""
+    otter = load_vessel("otter")
+    still = otter.model_copy(update={"hull": otter.hull.model_copy(update={"nr": 0.0, "nur": 0.0, "nrr": 20.0})})
+    assert all(each.low < each.high for each in unknowns_of(still, a_window()))

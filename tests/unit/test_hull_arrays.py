@@ -24,6 +24,14 @@ HULLS["odd"] = HULLS["otter"].model_copy(
 )
 
 
+def propelled(**thruster):
+    return HULLS["otter"].model_copy(update={"thruster": HULLS["otter"].thruster.model_copy(update=thruster)})
+
+
+HULLS["astern otherwise"] = propelled(exponent=1.8, exponent_astern=1.2)
+HULLS["by a table"] = propelled(curve=((-1.0, -1.0), (-0.5, -0.4), (0.0, 0.0), (0.3, 0.2), (0.6, 0.7), (1.0, 1.0)))
+
+
 @pytest.mark.parametrize("name", HULLS)
 def test_accelerations_are_those_of_the_force_model(name, monkeypatch):
     # a fit rounds the corner at which a rudder stalls, or it would stop there
