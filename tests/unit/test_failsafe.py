@@ -510,6 +510,7 @@ def test_a_row_can_be_made_stricter_or_later_within_its_floor():
         ("position_lost", {"action": Action.HOLD}, "position_lost.action = hold: must be at least stop"),
         ("position_lost", {"delay_s": 2.1}, "delay_s = 2.1: must be at most 2"),
         ("gcs_lost", {"delay_s": 7}, "own keys"),
+        ("thruster_weak", {"action": Action.STOP}, "its own key, thruster_action"),
         ("gps", {"delay_s": 7}, "no such condition"),
         ("battery_low", {"action": "SINK"}, "must be one of none, warn|Input should be"),
         ("battery_low", {"action": []}, "must be one of none, warn|Input should be"),

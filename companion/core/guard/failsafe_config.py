@@ -113,7 +113,16 @@ class FailsafeConfig(Config):
 
 
 _NO_OVERRIDE: Final = Override()
-_BY_PARAMETER: Final = ("gcs_lost", "gcs_degraded", "radio_lost", "manual_lost", "guided_lost")
+_BY_PARAMETER: Final = {
+    "gcs_lost": "gcs_timeout_s",
+    "gcs_degraded": "gcs_timeout_s",
+    "radio_lost": "radio_timeout_s",
+    "manual_lost": "manual_timeout_s",
+    "guided_lost": "guided_timeout_s",
+}
+"""Conditions whose times and actions are keys, and parameters, of their own; and one of these keys."""
+_ACTION_BY_PARAMETER: Final = {"thruster_weak": "thruster_action"}
+"""Those of which the action alone is one."""
 
 
 def _override_problems(name: str, over: Override) -> list[str]:
@@ -123,9 +132,11 @@ def _override_problems(name: str, over: Override) -> list[str]:
         mend = f"did you mean {alike[0]}?" if alike else "'companion explain failsafe' lists them"
         return [f"{key}: no such condition; {mend}"]
     if name in _BY_PARAMETER:
-        return [f"{key}: has its own keys in [failsafe], such as gcs_timeout_s"]
+        return [f"{key}: has its own keys in [failsafe], such as {_BY_PARAMETER[name]}"]
     problems = []
-    if over.action is not None and over.action < row.floor:
+    if over.action is not None and name in _ACTION_BY_PARAMETER:
+        problems.append(f"{key}.action: is its own key, {_ACTION_BY_PARAMETER[name]}, in [failsafe]")
+    elif over.action is not None and over.action < row.floor:
         problems.append(f"{key}.action = {over.action.name.lower()}: must be at least {row.floor.name.lower()}")
     if over.delay_s is not None and over.delay_s > row.delay_max_s:
         problems.append(f"{key}.delay_s = {over.delay_s:g}: must be at most {row.delay_max_s:g}")
