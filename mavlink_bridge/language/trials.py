@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import assert_never
+from typing import Final, assert_never
 
 from .messages import Mode
 from .nature import OTHER, Ask, Nature
+
+TRIAL_DONE: Final = "Trial done"
+TRIAL_ENDED: Final = "Trial ended"
+NO_TRIAL: Final = "no sea trial is under way"
+"""How the vessel's texts begin that say so: whoever stays with a trial knows its end by them."""
 
 
 class TrialOrder(Enum):

@@ -145,6 +145,16 @@ def test_a_circle_too_small_for_a_manoeuvre_has_it_repeated_twice_and_left_out_b
     assert boat.trial.skipped
 
 
+def test_near_the_edge_the_way_off_is_taken_off_before_the_law_turns_the_boat_round():
+    boat = Boat(TrialConfig(radius_m=25.0, quick=True))
+    boat.trial.confirm()
+    boat.sail(1500.0, until=lambda boat: "the edge of the area is near" in "".join(boat.texts))
+    assert not boat.home
+    assert abs(boat.sticks[0]) == 1.0
+    boat.sail(60.0, until=lambda boat: boat.home)
+    assert boat.home
+
+
 def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_under_power():
     boat = Boat(TrialConfig(radius_m=40.0, quick=True), WaterConfig(current_mps=2.5))
     boat.sail(600.0)

@@ -84,10 +84,15 @@ def _start(vessel: Any, arguments: argparse.Namespace) -> None:
     _order(vessel, TrialOrder.LOOK, *_area(arguments))
     if not arguments.no_arm:
         vessel.arm()
-    _order(vessel, TrialOrder.BEGIN, *_area(arguments))
+    try:
+        _order(vessel, TrialOrder.BEGIN, *_area(arguments))
+    except BaseException:
+        if not arguments.no_arm:
+            vessel.command("disarm", Cmd.COMPONENT_ARM_DISARM, 0.0)  # nobody stays who would
+        raise
     minutes = about_s(manoeuvres_of(quick=arguments.quick)) / 60.0
     print(
-        f"begun: about {minutes:.0f} minutes. 'full' and Enter: the whole throttle; 'stop' and Enter, or Ctrl-C: end it"
+        f"begun: at most {minutes:.0f} minutes. 'full' and Enter: the whole throttle; 'stop' and Enter, or Ctrl-C: end it"
     )
     watch = TrialWatch(vessel, lambda order: _order(vessel, order))
     if not watch.stay(sys.stdin):

@@ -12,15 +12,13 @@ import time
 from collections.abc import Callable
 from typing import Final, Protocol, TextIO
 
-from mavlink_bridge.language.trials import TrialOrder
+from mavlink_bridge.language.trials import NO_TRIAL, TRIAL_DONE, TRIAL_ENDED, TrialOrder
 
 from ..plan.link import LinkError
 
 _LOOK_S: Final = 0.2
 _ASK_S: Final = 30.0
 """A trial says something every half minute by itself; asked as often, a lost word costs no more than that."""
-_DONE: Final = "Trial done"
-_ENDED: Final = ("trial ended", "no sea trial is under way")
 
 
 class WatchedVessel(Protocol):
@@ -69,9 +67,9 @@ class TrialWatch:
         texts = self._vessel.heard
         while self._seen < len(texts):
             text, self._seen = texts[self._seen], self._seen + 1
-            if text.startswith(_DONE):
+            if text.startswith(TRIAL_DONE):
                 return True
-            if any(words in text.lower() for words in _ENDED):
+            if text.startswith(TRIAL_ENDED) or NO_TRIAL in text.lower():
                 return False
         return None
 

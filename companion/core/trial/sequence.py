@@ -17,6 +17,7 @@ from pydantic import Field
 
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
+from mavlink_bridge.language.trials import TRIAL_DONE, TRIAL_ENDED
 
 from ..config import Config
 from .area import TrialArea
@@ -102,6 +103,8 @@ class Trial:
         self._phase, self._since_us = _Phase.BACK, start.t_us
         self._homing = Homing(self.area, start.t_us)
         self._sailing: Sailing | None = None
+        self._inward = False
+        """The way towards the edge is taken off first, by the sticks: a law would turn round there at full speed."""
         self._seen_us = self._stepped_us = start.t_us
         self._texts: list[str] = [] if turns_at_rest else [f"Trial: {NO_SPINS}"]
         self._told = TrialStanding.RUNNING
@@ -131,7 +134,7 @@ class Trial:
         """End it, for good; the vessel is still kept about the middle as long as it is stepped."""
         if self._told is TrialStanding.RUNNING:
             self._told = TrialStanding.ENDED
-            self._texts.append(f"Trial ended: {why}; {self._next} of {len(self.manoeuvres)} manoeuvres done")
+            self._texts.append(f"{TRIAL_ENDED}: {why}; {self._next} of {len(self.manoeuvres)} manoeuvres done")
 
     @property
     def progress(self) -> tuple[int, int]:
@@ -156,7 +159,7 @@ class Trial:
 
     def step(self, now_us: int, state: EstimatedState, stopping_m: float) -> TrialOutput:
         """Return what to do now. ``stopping_m``: the way that the vessel makes from its present speed to rest."""
-        sticks = (0.0, 0.0)
+        sticks, self._inward = (0.0, 0.0), False
         if (now_us - self._stepped_us) * 1e-6 > _BLIND_S:
             self.abandon("interrupted; a trial never goes on by itself")
         self._stepped_us = now_us
@@ -167,7 +170,7 @@ class Trial:
         texts, self._texts = tuple(self._texts), []
         back = self._told is not TrialStanding.RUNNING or self._phase is _Phase.BACK
         by_hand = back and self._homing.by_hand
-        by_law = back and not by_hand and _here(state) is not None
+        by_law = back and not (by_hand or self._inward) and _here(state) is not None
         return TrialOutput(*sticks, self._told, texts, by_law, by_hand and self._homing.by_rudders)
 
     def _keep(self, now_us: int, state: EstimatedState) -> tuple[float, float]:
@@ -196,7 +199,8 @@ class Trial:
                 self._disturbed(now_us, "the edge of the area is near")
             else:
                 return self._sail(now_us, state)
-        if near:  # the way off first, then back
+        self._inward = near
+        if near:
             return self._homing.inward(state, here)
         if self._phase is _Phase.ANNOUNCED:
             if (now_us - self._since_us) * 1e-6 < _ANNOUNCED_S:
@@ -230,7 +234,7 @@ class Trial:
         self._enter(_Phase.BACK, now_us)
         if self._next == len(self.manoeuvres):
             self._told = TrialStanding.DONE
-            self._texts.append(f"Trial done{self._left_out()}: fit it with companion tune vessel")
+            self._texts.append(f"{TRIAL_DONE}{self._left_out()}: fit it with companion tune vessel")
 
     def _disturbed(self, now_us: int, why: str) -> None:
         """The manoeuvre is given up for now, repeated at most twice."""

@@ -15,7 +15,7 @@ from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Loiter, Mode, PlanState, Severity
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, ManualInput, Orbit, Reposition
-from mavlink_bridge.language.trials import SeaTrial
+from mavlink_bridge.language.trials import NO_TRIAL, SeaTrial
 
 from ..config import Config, param
 from ..trial import Trial, TrialArea, TrialConfig, TrialStanding
@@ -27,7 +27,6 @@ _RTL: Final = Mode.RTL
 _GUIDED: Final = Mode.GUIDED
 _ACTIVE: Final = PlanState.ACTIVE
 _UNDER_WAY: Final = (PlanState.ACTIVE, PlanState.COMPLETE)
-_NO_TRIAL: Final = "no sea trial is under way"
 _FOLLOW_M: Final = 6.0
 """A streamed position that moves within this of a vessel that keeps station is followed by station keeping."""
 
@@ -212,14 +211,14 @@ class Navigator:
     def confirm_trial(self) -> str:
         """A person allows the whole throttle. Return a refusal or an empty string."""
         if self._trial is None or self._trial.told is not TrialStanding.RUNNING:
-            return _NO_TRIAL
+            return NO_TRIAL
         self._trial.confirm()
         return ""
 
     def tell_trial(self) -> str:
         """Say how a sea trial stands. Return a refusal or an empty string."""
         if self._trial is None:
-            return _NO_TRIAL
+            return NO_TRIAL
         self._texts.append((Severity.NOTICE, self._trial.standing))
         return ""
 
