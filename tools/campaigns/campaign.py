@@ -42,6 +42,8 @@ class Campaign:
     """What misses its bar, in words; nothing where all of it holds."""
     share: float = 1.0
     """Of the runs that must hold; a run without figures does not count."""
+    together: Callable[[list[Figures]], list[str]] = lambda _: []
+    """What misses a bar that is set for all runs together."""
 
 
 @dataclass(frozen=True, slots=True)

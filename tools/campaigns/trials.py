@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import tempfile
 from collections.abc import Iterator
 from functools import cache
@@ -31,6 +32,17 @@ _THROTTLES: Final = (0.35, 0.65, 0.95)
 _TURNING, _HELM = (0.3, 0.6), 0.5
 _STOPPED_FROM_MPS: Final = (1.0, 2.0)
 _SPEED_OFF, _TURN_OFF, _STOP_OFF, _TIMES = 0.05, 0.10, 0.15, 1.2
+_HELD_SHARE: Final = 0.9
+_REFUSED: Final[Figures] = {
+    "speed_off": math.inf,
+    "turn_off": math.inf,
+    "stop_least": 0.0,
+    "stop_most": math.inf,
+    "known": 0.0,
+    "held": 0.0,
+    "intervals_hold": math.nan,
+}
+"""The figures of a record that is too poor for a fit."""
 _WATERS: Final = {"calm": CALM, "blow": BLOW}
 _MPS, _RING_M = 1.5, 20.0
 
@@ -60,7 +72,11 @@ def _off(found: float, right: float) -> float:
 
 
 def _sail_fit(name: str, seed: int) -> Figures:
-    truth, fit = hull(name), fitted(name, seed)
+    truth = hull(name)
+    try:
+        fit = fitted(name, seed)
+    except ValueError:
+        return _REFUSED
     new = fitted_vessel(fit)
     said, is_so = Statics(new), Statics(truth)
     stops = [said.stopping_distance_m(mps) / is_so.stopping_distance_m(mps) for mps in _STOPPED_FROM_MPS]
@@ -72,8 +88,9 @@ def _sail_fit(name: str, seed: int) -> Figures:
         "turn_off": max(_off(turn_rate(new, c, _HELM), turn_rate(truth, c, _HELM)) for c in _TURNING),
         "stop_least": min(stops),
         "stop_most": max(stops),
-        "intervals_hold": sum(held) / len(held),
         "known": float(len(known)),
+        "held": float(sum(held)),
+        "intervals_hold": sum(held) / len(held) if held else math.nan,
     }
 
 
@@ -83,6 +100,13 @@ def _misses_fit(_: Job, figures: Figures) -> list[str]:
     if figures["stop_least"] < 1.0:
         found.append(f"stop_least {figures['stop_least']:.3f} (1)")
     return found
+
+
+def _misses_together(runs: list[Figures]) -> list[str]:
+    known, held = (math.fsum(figures[name] for figures in runs) for name in ("known", "held"))
+    return (
+        [] if held >= _HELD_SHARE * known else [f"{held:g} of {known:g} intervals hold the truth ({_HELD_SHARE:.0%})"]
+    )
 
 
 def _sail_after(name: str, seed: int) -> Figures:
@@ -120,6 +144,7 @@ FIT: Final = Campaign(
     jobs=_jobs,
     sail=_sail_fit,
     misses=_misses_fit,
+    together=_misses_together,
 )
 AFTER: Final = Campaign(
     told="legs and a ring in calm and blow by the file that was fitted, over those by the right file",
