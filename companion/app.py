@@ -127,9 +127,12 @@ class App:
     # ---- the two calls ------------------------------------------------------------------------------------------
 
     def pump(self, now_us: int) -> None:
-        """Serve protocol endpoints; what arrives for the vessel takes effect at the next tick."""
-        self._read(now_us)
-        self._flush(now_us)
+        """Serve protocol endpoints; what arrives for the vessel takes effect at the next tick. Fails as ``tick`` does."""
+        try:
+            self._read(now_us)
+            self._flush(now_us)
+        except Exception as error:
+            self._fault(now_us, error)
 
     def tick(self, now_us: int, *, late_s: float = 0.0, load: float = 0.0) -> Snapshot | None:
         """Run one control period. ``late_s``: how late it comes; ``load``: share of the period that the last one took.
@@ -198,7 +201,7 @@ class App:
         if self.keeper is not None:
             self.keeper.tick(now_us, snapshot)
         if self.voyages is not None:
-            self.voyages.tick()
+            self.voyages.tick(now_us)
         if now_us >= self.depths.due_us:
             self.depths.save(now_us)
         self._watched.each(self.grounds, now_us, GroundPort.tell, now_us, snapshot)

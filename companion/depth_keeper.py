@@ -63,9 +63,12 @@ class DepthKeeper:
         self._keep(op, answer)
 
     def close(self, now_us: int) -> None:
-        """Hand on the rest, at the end of a run."""
-        if self._memory is not None:
-            self._memory.close_cell()
+        """Hand on the rest, at the end of a run: all of it, however much a disk in trouble has left."""
+        memory = self._memory
+        if memory is None:
+            return
+        memory.close_cell()
+        for _ in range(1 + memory.waiting // _TILES_AT_ONCE):
             self._busy = False
             self.save(now_us)
 

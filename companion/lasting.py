@@ -16,6 +16,8 @@ from .store_watch import StoreWatch
 
 _VOYAGE: Final = "voyage"
 """Name of the store's record of a voyage under way."""
+_AGAIN_US: Final = 1_000_000
+"""Between two tries: the writer that is busy is not to be filled up."""
 Answer = Callable[[Reply], None]
 
 
@@ -64,6 +66,8 @@ class VoyageKeeper:
         self._lasting = lasting
         self._controls = controls
         self._saved: dict[str, object] | None = None
+        self._now_us = self._again_us = 0
+        """The latter: when a change that was not stored is tried again."""
         record = content.records.get(_VOYAGE)
         data = record.data if record is not None and record.version == 1 else None
         if isinstance(data, dict):
@@ -71,13 +75,18 @@ class VoyageKeeper:
             controls.resume_voyage(place, home, by_operator=data.get("by_operator") is True)
             self._saved = controls.lasting_voyage
 
-    def tick(self) -> None:
-        """Store what has changed since."""
-        now = self._controls.lasting_voyage
-        if now == self._saved:
+    def tick(self, now_us: int) -> None:
+        """Store what has changed since; again, a second later, what could not be."""
+        self._now_us, now, before = now_us, self._controls.lasting_voyage, self._saved
+        if now == before or now_us < self._again_us:
             return
+
+        def answer(reply: Reply) -> None:
+            if reply.result is not Result.ACCEPTED and self._saved is now:
+                self._saved, self._again_us = before, self._now_us + _AGAIN_US
+
         self._saved = now
-        self._lasting.submit(ForgetRecord(_VOYAGE) if now is None else SaveRecord(_VOYAGE, 1, now), lambda reply: None)
+        self._lasting.submit(ForgetRecord(_VOYAGE) if now is None else SaveRecord(_VOYAGE, 1, now), answer)
 
 
 def _point(value: object) -> LatLon | None:

@@ -184,3 +184,15 @@ def test_what_the_store_would_not_take_is_handed_on_again():
         "Depth memory: 2 tiles are damaged and left out",
     ]
     assert list(again.known()) == list(memory.known())
+
+
+def test_at_the_end_of_a_run_all_of_it_is_handed_on_after_a_disk_in_trouble():
+    """Of a hundred tiles that could not be written 64 were; the rest was lost."""
+    memory = filled([(float(north), 0.0, 5.0) for north in range(0, 16_000, 20)])
+    handed = []
+    keeper = DepthKeeper(memory, CONFIG, lambda op, answer: handed.append(op))
+    keeper.save(0)
+    first = len(handed[0].tiles)
+    assert first == 64
+    keeper.close(1)
+    assert sum(len(op.tiles) for op in handed) == len(memory)

@@ -127,3 +127,28 @@ def test_every_station_that_comes_is_told_what_the_store_changed():
     texts = "".join(str(item.text) for item in said if item is not None and item.get_type() == "STATUSTEXT")
     assert lines[0] in texts
     assert lines[1] in texts
+
+
+class Busy(MemoryStore):
+    """A store whose writer takes nothing more while a test says so."""
+
+    busy = False
+
+    def completions(self):
+        if not self.busy:
+            return super().completions()
+        refused, self._waiting = self._waiting, []
+        return [Completion(ticket, False, "the store is busy") for ticket, _ in refused]
+
+
+def test_a_voyage_that_a_busy_store_would_not_take_is_stored_when_it_does():
+    """It counted as stored: after a restart offshore the boat knew neither that it was under way nor its home."""
+    boat = Boat(store := Busy())
+    boat.world.app.keep_voyage()
+    store.busy = True
+    boat.ask(Arm(arm=True))
+    boat.world.run(0.5)
+    assert "voyage" not in store.snapshot().records
+    store.busy = False
+    boat.world.run(2.0)
+    assert "voyage" in store.snapshot().records

@@ -58,3 +58,20 @@ def test_shutdown_is_neutral_and_may_come_twice(under_way: World) -> None:
     under_way.shutdown(under_way.now_us)
     assert all(abs(pulse - 1500) < 1 for pulse in under_way.surroundings.plant.board.pulses_us)
     under_way.app.shutdown(under_way.now_us)
+
+
+def test_a_fault_between_two_ticks_is_one_of_ours_like_any_other(
+    under_way: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended the process at once, where the same fault in a tick may happen twice."""
+
+    def broken(now_us: int) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(under_way.app.sensors[0], "read", broken)
+        under_way.app.pump(under_way.now_us)
+    under_way.run(1.0)
+    assert all(abs(pulse - 1500) < 1 for pulse in under_way.surroundings.plant.board.pulses_us)
+    assert under_way.snapshot is not None
+    assert not under_way.snapshot.armed

@@ -232,6 +232,11 @@ class DepthMemory:
         gone, self._gone = self._gone[:most], self._gone[most:]
         return [(key, bytes(self._tiles[key])) for key in keys], gone
 
+    @property
+    def waiting(self) -> int:
+        """Tiles that changed or were forgotten since they were taken last."""
+        return max(len(self._changed), len(self._gone))
+
     def put_back(self, changed: Sequence[TileKey], gone: Sequence[TileKey]) -> None:
         """These could not be kept: they count as changed again."""
         self._changed |= {key: None for key in changed if key in self._tiles}
