@@ -15,9 +15,10 @@ import pytest
 from pydantic import ValidationError
 
 from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.estimate.sources import FixChoice
 from companion.core.nmea.line import frame
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
-from mavlink_bridge.language.messages import Distance, Severity
+from mavlink_bridge.language.messages import Distance, FixType, GpsFix, Severity, Source
 from mavlink_bridge.language.units import wrap_pi
 from tests.replay.own_time import timed_lines
 
@@ -293,3 +294,17 @@ def test_a_recorded_yacht_with_a_second_compass_on_the_network_steers_by_one(sha
     assert beside.yaw_deg == alone.yaw_deg
     assert len([yaw for yaw in alone.yaw_deg if yaw is not None]) > 0.9 * len(alone.yaw_deg) > 2000
     assert len(beside.said("Heading")) == 1
+
+
+def test_more_receivers_than_are_kept_do_not_end_the_tick():
+    """From the seventeenth on a receiver that stood apart was noted and not kept: a key that was missing in the next tick."""
+    choice = FixChoice([])
+    for second in range(4):
+        for number in range(24):
+            source = Source("compass", f"G{number:02}", (number,))
+            lat_rad = 0.7 if number == 0 else 0.7001
+            choice.leads(
+                0,
+                GpsFix(second * 1_000_000 + number, FixType.FIX_3D, lat_rad, 0.1, hacc_m=1.0, source=source),
+            )
+    assert choice.used

@@ -292,8 +292,8 @@ class FixChoice:
         lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
         if key in self._fixes or len(self._fixes) < _SOURCES_MAX:
             self._fixes[key] = fix
-        if len(self._fixes) > 1:
-            self._compare(fix, key)
+            if len(self._fixes) > 1:
+                self._compare(fix, key)
         return lead
 
     def _compare(self, fix: GpsFix, key: Key) -> None:
