@@ -123,6 +123,8 @@ class SimVessel:
             surge_n, sway_n, yaw_nm = self.model.wind(cosine * north + sine * east, cosine * east - sine * north)
         if water.wave_height_m > 0.0:
             yaw_nm += self._waves(water)
+        elif self.roll_rad or self.pitch_rad or self.heave_m:
+            self.roll_rad = self.pitch_rad = self.heave_m = 0.0  # the waves have just gone
         return surge_n, sway_n, yaw_nm
 
     def _turn_propellers(self, dt_s: float, port: float, starboard: float) -> None:

@@ -81,14 +81,20 @@ class Water(Still):
         self.configure(config)
 
     def configure(self, config: WaterConfig) -> None:
-        """Change the conditions from now on; gusts and waves go on from where they are."""
+        """Change the conditions from now on; gusts and waves go on from where they are, those that are no more are gone at once."""
         self.config = config
         self._steady = not (config.current_sigma_mps > 0.0 or config.wind_mps > 0.0)
         self._published = False
         self._calm = self._steady and config.direction_wander_deg <= 0.0 and config.wave_height_m <= 0.0
         """Nothing is random: once published, nothing changes."""
+        if config.current_sigma_mps <= 0.0:
+            self._current = [0.0, 0.0]
+        if config.wind_mps * config.gust_share <= 0.0:
+            self._gust = [0.0, 0.0]
+        if config.direction_wander_deg <= 0.0:
+            self._wander = [0.0]
         if config.wave_height_m <= 0.0:
-            self.wave_height_m = 0.0
+            self.wave_height_m = self.wave = self.wave_quadrature = self._wave_speed = 0.0
 
     def step(self, dt_s: float) -> None:
         """Advance by ``dt_s`` (at most about 0.1 s, for the wave filter)."""
