@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_bridge.language.messages import Mode
-
-from .conftest import WAYPOINT, Voyage
+from .conftest import Voyage
 
 LAST_M = (40.0, 20.0)
 

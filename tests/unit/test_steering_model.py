@@ -125,3 +125,14 @@ def test_rudder_alone_gets_a_kick_of_thrust_to_turn_from_rest():
     for _ in range(20 * 30):
         run.steer(Desired(math.radians(90.0), 0.0))
     assert math.degrees(run.vessel.psi_rad) == pytest.approx(90.0, abs=6.0)
+
+
+def test_without_a_heading_that_is_wanted_no_heading_error_is_integrated():
+    """The last one stood, and with a speed alone it went on into the integral: a turn that nobody asked for, when one was again."""
+    run = loop()
+    for _ in range(20):
+        run.steer(Desired(0.09, 1.5))
+    for _ in range(200):
+        run.steer(Desired(None, 1.5))
+    assert run.trace.heading_error_rad == 0.0
+    assert abs(run.trace.heading_i) < 1.0

@@ -6,10 +6,12 @@ from itertools import pairwise
 import pytest
 from pydantic import ValidationError
 
+from companion.core.hull.actuator_model import ActuatorModel
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed, top_speed_mps
 from companion.core.hull.stopping import braking_distance_m
 from companion.core.hull.thrust import ThrustLaw
 from companion.core.hull.vessel_file import ThrusterConfig, VesselConfig
+from mavlink_bridge.language.messages import ActuatorOutput
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel
 
@@ -105,3 +107,12 @@ def test_a_rudder_that_stands_off_its_middle_turns_the_boat_and_the_file_says_wh
 def test_a_table_that_does_not_rise_through_zero_is_refused(curve):
     with pytest.raises(ValidationError, match="must rise"):
         ThrusterConfig(ahead_n=1, astern_n=1, curve=curve)
+
+
+def test_a_rudder_that_stands_off_stops_at_its_stop_for_the_observer_as_for_the_hull():
+    """Hard over with an offset of 5 degrees it was reckoned at 35, of a servo that goes to 30."""
+    offset = OTTER.model_copy(update={"rudder": OTTER.rudder.model_copy(update={"offset_deg": 5.0})})
+    model, full = ActuatorModel(offset), offset.rudder.max_rad
+    for _ in range(100):
+        model.step(0.05, ActuatorOutput(0, 0.0, 0.0, full, full, "demand"))
+    assert model.rudder_rad == pytest.approx(full)

@@ -24,7 +24,6 @@ class MmsiKind(Enum):
 
 DISTRESS: Final = frozenset((MmsiKind.SART, MmsiKind.MAN_OVERBOARD, MmsiKind.EPIRB))
 """Where one of these is, people are: never a vessel to deal with, always somebody to tell of."""
-_LAND: Final = frozenset((MmsiKind.COAST, MmsiKind.GROUP, MmsiKind.AID, MmsiKind.SAR_AIRCRAFT))
 _BY_PREFIX: Final = (
     ("970", MmsiKind.SART),
     ("972", MmsiKind.MAN_OVERBOARD),

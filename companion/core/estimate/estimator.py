@@ -82,7 +82,6 @@ class Estimator:
         self._through_mps: tuple[float, float] | None = None
         """Surge and sway through the water, modelled."""
         self._way = MadeWay()
-        self._drift_frozen = False
         self._last_us: int | None = None
         self._motion: Motion | None = None
         self.configure(config)
@@ -176,10 +175,9 @@ class Estimator:
         """UTC now, microseconds since 1970; None before a receiver gave date and time."""
         return None if self._utc_offset_us is None else now_us + self._utc_offset_us
 
-    def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0, *, freeze: bool = False) -> None:
-        """Tell the modelled surge and sway through the water, m/s; None or ``freeze`` holds the drift as it is."""
+    def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0) -> None:
+        """Tell the modelled surge and sway through the water, m/s; None holds the drift as it is."""
         self._through_mps = None if u_mps is None else (u_mps, v_mps)
-        self._drift_frozen = freeze
 
     def recall_water(self, state: EstimatedState) -> tuple[float, float] | None:
         """A fault was found: take the water as it was before. Return the surge and sway through it, m/s; None where unknown."""
@@ -221,7 +219,7 @@ class Estimator:
             sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
             through = self._through_mps
-            if through is not None and heading_valid and not self._drift_frozen:
+            if through is not None and heading_valid:
                 self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
         drift, current = self._water.drift_mps, self._water.current_mps
         fix_n_mps, fix_e_mps = position.take_velocity()

@@ -26,14 +26,6 @@ _FEIGNED_SHARE = 0.15
 """A right file seems wrong by as much in a strong wind along the way; from twice that on it is wrong for certain."""
 
 
-@value
-class Course:
-    """A wanted course over ground and how fast it turns."""
-
-    course_rad: float
-    rate_radps: float
-
-
 def approach(offset_m: float, look_ahead_m: float, turn_m: float, into_m: float) -> tuple[float, float]:
     """Return (angle towards the path, its derivative per metre of offset) for an offset from it.
 

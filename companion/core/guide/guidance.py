@@ -164,15 +164,6 @@ class Guidance:
         else:
             self._begin_figure(state, figure)  # whatever goes round: it has segments
 
-    def hold(self, now_us: int, state: EstimatedState) -> None:
-        """Keep station here."""
-        self._clear()
-        self._corner = None
-        assert state.x_m is not None
-        assert state.y_m is not None
-        self._target = NorthEast((state.x_m, state.y_m))
-        self._station.begin(self._target, _drift(state))
-
     def step(
         self,
         now_us: int,

@@ -36,8 +36,8 @@ def fillet(
     """Return the arc that rounds a corner, leaving both legs by at most ``cut_m``; None when it is straight,
     reverses, or a leg has no way for it.
 
-    No tighter than ``least_m``, nor shorter than ``way_m``, though that cuts more; ``reach_m`` bounds the part of either leg that
-    the arc may take.
+    No tighter than ``least_m``, nor shorter than ``way_m``, though that cuts more; but first of all no longer than the legs have way for
+    it: ``reach_m`` and half of each bound the part that the arc may take.
     """
     inbound, outbound = Line(start, corner), Line(corner, end)
     if inbound.length_m < 1e-6 or outbound.length_m < 1e-6:

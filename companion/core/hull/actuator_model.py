@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from mavlink_bridge.language.messages import ActuatorOutput
+from mavlink_bridge.language.units import clamp
 
 from .left import WHOLE
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
 
 _LINK_S = 0.02
-"""Between a tick and the servo's start."""
+"""Between a tick and the servo's start: the frame's way over the line, and the board's wait for the next servo pulse, of 20 ms at most."""
 
 
 class ActuatorModel:
@@ -28,6 +29,7 @@ class ActuatorModel:
         self._lag_s = thruster.lag_s
         self._rudder_lag_s = vessel.rudder.lag_s + _LINK_S
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
+        self._max_rad = vessel.rudder.max_rad
         self.shares = WHOLE
         """What each thruster gives of it."""
         self.clear()
@@ -54,7 +56,10 @@ class ActuatorModel:
             self.port_n *= self.shares[0]
             self.starboard_n *= self.shares[1]
         share = dt_s / self._rudder_lag_s if dt_s < self._rudder_lag_s else 1.0
-        self.rudder_rad += (rudder_rad + self._offset_rad - self.rudder_rad) * share
+        told_rad = rudder_rad + self._offset_rad
+        if self._offset_rad:
+            told_rad = clamp(told_rad, -self._max_rad, self._max_rad)  # a servo told beyond its stop stands at it
+        self.rudder_rad += (told_rad - self.rudder_rad) * share
 
     def _turn(self, port: float, starboard: float, share: float, surge_mps: float) -> None:
         law = self._law

@@ -22,8 +22,6 @@ from .watch import NmeaWatch, SentenceRhythm
 _Route = tuple[Decoder, int, SentenceRhythm, Source]
 """What decodes the sentences of one address and how old they are, what counts them, and whose they are."""
 
-SEED_ORDER: Final = "GPZDA, GPGGA, GPRMC, GPVTG, GPHDT"
-"""The seed's Sentence Order (LT1000)."""
 _CHECK_US: Final = 200_000
 """Silence is told to a fifth of a second, and costs nothing meanwhile."""
 _TALKER: Final = re.compile("-?[A-Z0-9]{2}")

@@ -25,9 +25,7 @@ _GENTLY, _FIRMLY = 0.2, 3.0
 as much as the allocation gives."""
 _TAKES_BACK: Final = 0.1
 """Share of the thrust ahead that there must be astern to take a kick's way back."""
-_STRONG: Final = 0.9
-_FAR_RAD: Final = 0.4
-_FAR_S: Final = 2.0
+_STRONG, _FAR_RAD, _FAR_S = 0.9, 0.4, 2.0
 """From this firmness on, and with the bow so far off where it is to look for so long, two propellers go ahead together for their rudders'
 sake: their difference is no match for such a wind."""
 _EASY_HELM_RADPS: Final = math.radians(60.0)

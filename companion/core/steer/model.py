@@ -279,7 +279,7 @@ class ModelController:
     ) -> tuple[float, float, float]:
         """Return the moment, and P and D of it."""
         if desired.psi_rad is None or psi is None:
-            self._psi_ref, self._a_ref = None, 0.0
+            self._psi_ref, self._a_ref, self._heading_error = None, 0.0, 0.0
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)

@@ -21,14 +21,8 @@ _STABILIZE: Final = 16
 _MANUAL: Final = 64
 
 STANDARD_NONE: Final = 0
-STANDARD_ORBIT: Final = 2
 STANDARD_SAFE_RECOVERY: Final = 5
 STANDARD_MISSION: Final = 6
-
-NOT_SELECTABLE: Final = 2
-"""MAV_MODE_PROPERTY_NOT_USER_SELECTABLE."""
-
-_PX4_AUTO_MAIN: Final = 4
 
 
 @dataclass(frozen=True, slots=True)

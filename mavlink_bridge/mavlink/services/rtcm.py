@@ -22,7 +22,6 @@ MAX_SENDERS: Final = 4
 """More base stations at once than anybody has; the one that was heard longest ago goes."""
 _PREAMBLE: Final = 0xD3
 _HEAD_BYTES, _CRC_BYTES = 3, 3
-MAX_FRAME_BYTES: Final = _HEAD_BYTES + 1023 + _CRC_BYTES
 _PARTS: Final = 4
 """Two bits number the parts of a message."""
 

@@ -258,7 +258,7 @@ class SquareRun:
     straight: Errors
     """20 m after a corner to 5 m before the next."""
     reached: int
-    """NorthEasts that guidance reported reached, of 9."""
+    """Points that guidance reported reached, of 9."""
     closest_m: float
     """Greatest of the distances at which the points were passed."""
     stopped: str

@@ -60,7 +60,7 @@ def sail_trial(
     source: StateSource | None = None,
     plant: Callable[[VesselConfig], SimVessel] = SimVessel,
 ) -> Trialled:
-    """Sail a whole trial, confirmed after the second manoeuvre, and write its record. ``plant`` makes the hull."""
+    """Sail a whole trial, confirmed after the first group of manoeuvres, and write its record. ``plant`` makes the hull."""
     hull, sea = plant(vessel), Water(water, random.Random(f"water {seed}"))
     eyes: StateSource = source or IdealState()
     gate = Gate(GateConfig(), vessel.rudder.max_rad, round(TICK_S * 1e6))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final, Literal
 
 from .grid import Sounding, offset
@@ -132,11 +132,3 @@ def _sounding(lat_deg: float, lon_deg: float, depth_m: float, line: int) -> Soun
     if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0:
         raise ValueError(f"line {line}: no such position (degrees; is the order of the columns right?)")
     return Sounding(math.radians(lat_deg), math.radians(lon_deg), depth_m)
-
-
-PARSERS: Final[dict[str, Callable[[str], list[Sounding]]]] = {
-    "xyz": parse_xyz,
-    "csv": parse_csv,
-    "dune": parse_dune,
-}
-"""By kind, for tools."""
