@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import datetime
 import importlib.util
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
+from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
 from ..io.whole_file import write_whole
+from ..replay import ReplayError, recorded_vessel
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .progress import ProgressLine
@@ -35,7 +36,7 @@ def register(actions: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN_DIR|F.csv")
-    parser.add_argument("--vessel", default="", help="the file to start from; default: the run's own, or otter")
+    parser.add_argument("--vessel", default="", help="the file to start from; default: the first run's own")
     parser.add_argument("--columns", nargs="+", default=[], metavar="NAME=COLUMN[,ZERO,SCALE]", help="of a foreign CSV")
     parser.add_argument("-o", "--output", type=Path, metavar="F.toml", help="default: NAME-fitted.toml here")
     parser.add_argument("--page", type=Path, metavar="F.html", help="default: beside the file")
@@ -49,7 +50,8 @@ def command(arguments: argparse.Namespace) -> int:
     from ..tuning import fit_page, fitted, seed_fit
     from ..tuning.fit import fit_vessel
 
-    start = load_vessel(arguments.vessel or _sailed_by(arguments.runs[0]))
+    start = load_vessel(arguments.vessel) if arguments.vessel else _sailed_by(arguments.runs[0])
+    print(f"from {arguments.vessel or f'the file that {arguments.runs[0].name} was sailed by'}: hull '{start.name}'")
     output = arguments.output or Path(f"{start.name}-fitted.toml")
     if output.exists():
         raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
@@ -78,12 +80,16 @@ def command(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _sailed_by(run: Path) -> str:
+def _sailed_by(run: Path) -> VesselConfig:
+    """The hull in a run's own recording. Raises ConfigError where there is none: a fit from another boat's file finds that boat."""
+    if run.is_file():
+        raise ConfigError("--vessel", [f"name the file to start from; {run} is a table, and does not say who sailed"])
     try:
-        about = json.loads((run / "run.json").read_text(encoding="utf-8"))
-        return str(about.get("config", {}).get("vessel", "otter"))
-    except (OSError, ValueError, AttributeError):
-        return "otter"
+        return recorded_vessel(run)
+    except ReplayError as error:
+        raise ConfigError(
+            "--vessel", [f"name the file that {run} was sailed by; it does not hold it: {error}"]
+        ) from None
 
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:

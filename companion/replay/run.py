@@ -164,7 +164,7 @@ class _Replay:
                 store=self._store,
                 archive=self._archive,
                 witness=self._witness,
-                vessel=_vessel(hull),
+                vessel=vessel_of(hull),
                 identity=_identity(meta["identity"]),
                 board_seen=bool(meta.get("board_seen", True)),
                 keeps_voyage=bool(meta.get("keeps_voyage", False)),
@@ -339,7 +339,8 @@ def _maker(meta: Mapping[str, Any]) -> str:
     return f"version {meta.get('version', 'unknown')} on {meta.get('python', 'CPython')}"
 
 
-def _vessel(data: Mapping[str, Any]) -> VesselConfig:
+def vessel_of(data: Mapping[str, Any]) -> VesselConfig:
+    """Return a recorded hull. Raises ReplayError, or ``ValueError``, where it is none of this program's."""
     refuse_unknown(VesselConfig, data, "hull")
     return VesselConfig.model_validate(data)
 

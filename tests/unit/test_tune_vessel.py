@@ -125,3 +125,23 @@ def test_intervals_of_what_is_called_known_hold_the_truth(tmp_path, seed):
         held += [abs(fit.values[k] - right[k]) <= 2.0 * fit.spread[k] for k in known]
     assert len(held) > 80
     assert sum(held) >= 0.9 * len(held)
+
+
+def test_the_start_is_the_file_that_the_run_was_sailed_by(tmp_path, capsys):
+    """It was always the default hull: a fitted boat of one screw had two, and rudders where she has none."""
+    run = tmp_path / "run"
+    words = ["--speed", "max", "--duration", "6", "--set", 'vessel="blueboat"', "--run-dir", str(run)]
+    assert main(["sim", *words]) == 0
+    capsys.readouterr()
+    assert main(["tune", "vessel", str(run), "-o", str(tmp_path / "mine.toml")]) == 2, (
+        "six seconds at rest tell nothing"
+    )
+    assert "from the file that run was sailed by: hull 'blueboat'" in capsys.readouterr().out
+
+
+def test_a_table_does_not_say_who_sailed(tmp_path, capsys):
+    table = _csv(tmp_path / "log.csv", [(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(20)])
+    assert main(["tune", "vessel", str(table), *COLUMNS]) == 2
+    assert "name the file to start from" in capsys.readouterr().err
+    assert main(["tune", "vessel", str(tmp_path), *COLUMNS]) == 2
+    assert "does not hold it" in capsys.readouterr().err
