@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import importlib.util
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .progress import ProgressLine
 
+_CROOKED_RAD = math.radians(5.0)
+"""A baseline is laid along the hull by eye, to two or three degrees."""
 EXAMPLES = """\
 examples:
   companion tune vessel RUN_DIR                        a trial or an ordinary voyage; the file that it was sailed by is the start
@@ -109,7 +112,7 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
-    from ..tuning.fitted import doubt
+    from ..tuning.fitted import care, doubt
     from ..tuning.problem import RATE_FILTER_S
 
     print(f"{'':40} {'before':>10} {'fitted':>10}")
@@ -118,7 +121,7 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     names = ("surge", "sway", "yaw rate")
     said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
     print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
-    if text := doubt(fit):
+    if text := doubt(fit) or care(fit):
         print(text)
     if fit.turning != 1.0:
         print(
@@ -131,7 +134,19 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     told = f"hold up to {gains.up_to_mps:.1f} m/s only" if gains.up_to_mps else "DO NOT hold"
     state = "hold" if gains.holds else f"{told} (sail no faster, or record more)"
     print(f"margins {state} at the worst corner of what is known: {worst.gain_db:.1f} dB{lowered}")
+    _tell_compass(fit)
     for name, what, usual_s in (("heading_late", "heading", RATE_FILTER_S), ("place_late", "position", 0.0)):
         value, sure = fit.values.get(name, 0.0) - usual_s, 2.0 * fit.spread.get(name, 1.0)
         if value > max(sure, 0.05):
             print(f"recorded {what} is {value:.2f} s late: consider so much more nmea.{what}_latency_s")
+
+
+def _tell_compass(fit: Any) -> None:
+    """Say by how much the compass is off, when that is more than a baseline is usually mounted to."""
+    off_rad, sure_rad = fit.values.get("heading_offset", 0.0), 2.0 * fit.spread.get("heading_offset", 1.0)
+    if abs(off_rad) > max(sure_rad, _CROOKED_RAD):
+        off_deg = math.degrees(off_rad)
+        print(
+            f"the compass is {abs(off_deg):.0f} degrees off (within {math.degrees(sure_rad):.0f}): "
+            f"add {-off_deg:+.0f} to estimate.heading_offset_deg before you sail; the file reckons without it"
+        )

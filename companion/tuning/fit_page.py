@@ -13,7 +13,7 @@ import numpy as np
 from ..core.hull import Handling, VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Fit
-from .fitted import Gains, doubt
+from .fitted import Gains, care, doubt
 from .seed_fit import SeedGains
 
 _STYLE: Final = (
@@ -50,7 +50,7 @@ def page(
         ("Residuals on the stretches kept apart", lambda f: _residuals(f, fit)),
     ]
     body = [f"<h1>{html.escape(new.name)}: fitted to {html.escape(source)}</h1>"]
-    if text := doubt(fit):
+    if text := doubt(fit) or care(fit):
         body.append(f"<p><b>{html.escape(text)}.</b></p>")
     body.append(_table(("", "before", "fitted"), rows))
     body += [f"<h2>{html.escape(title)}</h2>{_svg(draw)}" for title, draw in drawings]

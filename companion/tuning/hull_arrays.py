@@ -57,6 +57,14 @@ class Commands:
     psi_rad: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """What the modelled yaw rate is drawn to while a stretch is sailed: ``rate`` (steps, stretches), NaN where nothing was heard."""
+
+    rate: Array
+    per_s: float
+
+
 class HullArrays:
     """What of a vessel is the same for all boats: geometry, windage, shapes of laws."""
 
@@ -139,11 +147,18 @@ class HullArrays:
         return self._lift * c["area"] * share * (race2 + across * across) * lift
 
     def sail(
-        self, c: dict[str, Array], commands: Commands, start: Array, wind: tuple[Array, Array], drift: Array
+        self,
+        c: dict[str, Array],
+        commands: Commands,
+        start: Array,
+        wind: tuple[Array, Array],
+        drift: Array,
+        drawn: Drawn | None = None,
     ) -> Array:
         """Sail every boat through every stretch; return (steps, 3, boats, stretches): surge, sway, yaw rate through the water.
 
-        ``start`` (3, boats, stretches); ``wind`` north and east over ground, ``drift`` (2, boats, stretches) likewise.
+        ``start`` (3, boats, stretches); ``wind`` north and east over ground, ``drift`` (2, boats, stretches) likewise. ``drawn``: each
+        step is foretold from what was heard before it, in part; None: from the start alone.
         """
         steps, dt = commands.port.shape[0], STEP_S / SUBSTEPS
         u, v, r = (np.array(part, dtype=float) for part in start)
@@ -170,6 +185,8 @@ class HullArrays:
                 u = np.clip(u + du * dt, -20.0, 20.0)
                 v = np.clip(v + dv * dt, -20.0, 20.0)
                 r = np.clip(r + dr * dt, -6.0, 6.0)
+            if drawn is not None:
+                r = r + drawn.per_s * STEP_S * np.nan_to_num(drawn.rate[k] - out[k, 2])
         return out
 
     def _air(self, psi: Array, wind: tuple[Array, Array], u: Array, v: Array) -> tuple[Array, Array, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from .heard import EVERY, HeardRows, first_heard, late, smoothed
-from .hull_arrays import STEP_S, HullArrays, coefficients
+from .hull_arrays import STEP_S, Drawn, HullArrays, coefficients
 from .noise import Noise
 from .unknowns import FitUnknown
 from .voyages import SMOOTH_STEPS
@@ -50,8 +50,18 @@ RATE_FILTER_S: Final = 0.05
 class Problem:
     """Residuals and their slopes of one set of windows."""
 
-    def __init__(self, vessel: VesselConfig, windows: Windows, unknowns: list[FitUnknown], noise: Noise) -> None:
+    def __init__(
+        self,
+        vessel: VesselConfig,
+        windows: Windows,
+        unknowns: list[FitUnknown],
+        noise: Noise,
+        *,
+        drawn_per_s: float = 0.0,
+    ) -> None:
+        """``drawn_per_s``: by how much the yaw rate is drawn to what is heard; 0: every window is foretold from its start alone."""
         self.vessel, self.windows, self.unknowns, self.noise = vessel, windows, unknowns, noise
+        self._drawn = Drawn(windows.measured[:, 2], drawn_per_s) if drawn_per_s else None
         self._hull, self._base = HullArrays(vessel), coefficients(vessel)
         count, steps = windows.count, windows.measured.shape[0]
         self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, EVERY)
@@ -67,7 +77,8 @@ class Problem:
 
     def under(self, noise: Noise) -> Problem:
         """The same with another noise."""
-        return Problem(self.vessel, self.windows, self.unknowns, noise)
+        drawn_per_s = self._drawn.per_s if self._drawn else 0.0
+        return Problem(self.vessel, self.windows, self.unknowns, noise, drawn_per_s=drawn_per_s)
 
     def modelled(self, theta: Array, nuisance: Array) -> Array:
         """Sail; theta (boats, unknowns), nuisance (boats, 8, windows); return (rows, 3, boats, windows)."""
@@ -79,7 +90,7 @@ class Problem:
         start[0] -= along
         start[1] -= across + extra["sensor_forward"] * start[2]
         north, east = (mean + _GUST_SD * nuisance[:, 6 + k] for k, mean in enumerate(self._wind(extra)))
-        out = self._hull.sail(c, self.windows.commands, start, (north, east), drift)
+        out = self._hull.sail(c, self.windows.commands, start, (north, east), drift, self._drawn)
         sensed = out[:, :2].copy()
         sensed[:, 1] += extra["sensor_forward"] * out[:, 2]
         motion = self._as_recorded(sensed, extra)
@@ -92,7 +103,7 @@ class Problem:
         twist = extra["heading_offset"] + nuisance[:, 5] * _BOW_SD - turned
         surge, sway = motion[:, 0], motion[:, 1]
         # the drift is over ground: a record turns it by its own heading, whatever that is off by
-        surge, sway = surge + twist * sway, sway - twist * surge
+        surge, sway = surge * np.cos(twist) + sway * np.sin(twist), sway * np.cos(twist) - surge * np.sin(twist)
         along, across = drift[0] * cosine + drift[1] * sine, drift[1] * cosine - drift[0] * sine
         return np.stack([surge + along, sway + across, rate[:, 0]], axis=1)
 

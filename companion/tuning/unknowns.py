@@ -21,6 +21,8 @@ _TOLD: Final = 0.6
 _WIDE: Final = 0.35
 """Neither is one that is known to no better than this, relative for coefficients, in prior widths for offsets."""
 
+_BASELINE_RAD: Final = math.radians(45.0)
+"""A baseline that is mounted farther off is one at right angles or back to front, and steers nowhere."""
 _TWENTIETH: Final = math.exp(-3.0)
 """No coefficient is so much less than the file said, nor so many times more."""
 
@@ -121,7 +123,7 @@ def _sensors(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
     late.append("bow_late")
     found = [_between(name, 0.0, 0.15, -0.5, 0.9) for name in late]
     found += [_between(name, 0.15, 0.15, 0.0, 1.5) for name in smooth]
-    found.append(_between("heading_offset", 0.0, math.radians(2.5), -0.3, 0.3))
+    found.append(_between("heading_offset", 0.0, math.radians(2.5), -_BASELINE_RAD, _BASELINE_RAD))
     if not (windows.smoothed | windows.by_fix).all():
         half_m = 0.5 * vessel.hull.length_m
         found.append(_between("sensor_forward", 0.0, 0.3 * half_m, -half_m, half_m))

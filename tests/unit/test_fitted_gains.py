@@ -8,7 +8,7 @@ import pytest
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import as_toml, doubt, gains_for
+from companion.tuning.fitted import as_toml, care, doubt, gains_for
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -58,3 +58,6 @@ def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
     assert "waves turned her more than her helm" in doubt(thrown)
     assert "DO NOT adopt" in as_toml(thrown, vessel, "run-1", "2026-11-25").split("[hull]")[0]
     assert "DO NOT adopt" not in as_toml(good, vessel, "run-1", "2026-11-25")
+    less = replace(good, errors=(0.14, 0.19, 0.52), wider=2.2)
+    assert doubt(less) == care(good) == care(thrown) == ""
+    assert "intervals are 2.2 times as wide" in as_toml(less, vessel, "run-1", "2026-11-25").split("[hull]")[0]

@@ -1,5 +1,6 @@
 """``companion tune vessel``: a wrong file and a recorded trial make a right one; poor records are refused in words."""
 
+import re
 import tomllib
 
 import pytest
@@ -145,3 +146,21 @@ def test_a_table_does_not_say_who_sailed(tmp_path, capsys):
     assert "name the file to start from" in capsys.readouterr().err
     assert main(["tune", "vessel", str(tmp_path), *COLUMNS]) == 2
     assert "does not hold it" in capsys.readouterr().err
+
+
+@pytest.mark.soak
+def test_a_compass_that_is_mounted_askew_is_told_with_the_key_that_mends_it(tmp_path, capsys):
+    """At 17 degrees the search ended, without a word, and the speeds came out a tenth too low."""
+    truth = shipped("blueboat")
+    run, output, old = tmp_path / "trial.csv", tmp_path / "mine.toml", tmp_path / "old.toml"
+    eyes = SensedState(1, heading_bias_deg=20.0)
+    sail_trial(truth, SEA, TrialConfig(radius_m=80.0, quick=True), run, belief=wrong(truth, 2), source=eyes)
+    old.write_text(fitted.vessel_toml(wrong(truth, 2)), encoding="utf-8")
+    assert main(["tune", "vessel", str(run), "--vessel", str(old), "-o", str(output)]) == 0
+    told = re.search(r"the compass is (\d+) degrees off .within .*: add ([-+]\d+) to estimate", capsys.readouterr().out)
+    assert told
+    assert 17 <= int(told[1]) <= 23
+    assert int(told[2]) == -int(told[1])
+    for throttle in (0.35, 0.65, 0.95):
+        right = Statics(truth).throttle_to_speed(throttle)
+        assert Statics(load_vessel(str(output))).throttle_to_speed(throttle) == pytest.approx(right, rel=0.05)
