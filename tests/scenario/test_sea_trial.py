@@ -140,3 +140,14 @@ def test_a_dead_thruster_leaves_the_vessel_inside(voyage, seed):
         run.step()
         furthest_m = max(furthest_m, away_m(run, start))
     assert furthest_m < 80.0
+
+
+def test_a_second_start_does_not_end_the_first(voyage):
+    """It did: three manoeuvres were lost, and the circle lay where the boat happened to be. One might begin, the vessel had said."""
+    run = begun(voyage)
+    run.run(60.0)
+    assert "under way: stop it first" in run.ask(SeaTrial(TrialOrder.LOOK, 80.0)).reason
+    assert "under way: stop it first" in run.ask(SeaTrial(TrialOrder.BEGIN, 80.0)).reason
+    run.run(5.0)
+    assert not [text for text in run.texts if "Trial ended" in text]
+    assert run.ask(SeaTrial(TrialOrder.TELL)).reason == ""

@@ -139,6 +139,8 @@ def trial_area(controls: Controls, body: SeaTrial) -> TrialArea | str:
 
 
 def _unready(controls: Controls, body: SeaTrial) -> str:
+    if controls.parts.navigator.on_trial:
+        return "a sea trial is under way: stop it first"
     if not controls.armed and body.order is TrialOrder.BEGIN:
         return "disarmed: a sea trial is valid for one arming"
     state = controls.state

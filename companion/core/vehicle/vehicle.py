@@ -155,7 +155,9 @@ class Vehicle:
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
             if weak and not was_weak:
                 say(Severity.CRITICAL, f"{side} thruster {_REVERSED if watch.reversed else _WEAK}")
-                self.parts.navigator.abandon_trial("a thruster gives too little to be measured")
+                self.parts.navigator.abandon_trial(
+                    "a thruster gives too little to be measured; if both are sound the file is far off, rudders that are not there for one"
+                )
             elif was_weak and not weak:
                 say(Severity.NOTICE, f"{side} thruster gives what it is told again")
 
