@@ -11,7 +11,8 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Final
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind
@@ -30,6 +31,8 @@ _ARDUPILOT: Final = 2
 _TRANSFER_S: Final = 900.0
 _ARM_S: Final = 6.0
 _REASON_S: Final = 1.5
+_HEARTBEAT_S: Final = 3.0
+"""Heartbeats come once a second; two may be lost."""
 _AGAIN_S: Final = 0.5
 """Before a place that could not be opened is left for the next."""
 _WHY: Final = {
@@ -146,7 +149,9 @@ class Vessel:
         """All texts of the vessel, as they came."""
         self.shows_again = False
         """A text that was shown before is shown again."""
+        self._armed: bool | None = None
         self._telemetry.subscribe_status_text(lambda text, _: self._say(text.text))
+        self._telemetry.subscribe_armed(self._note_armed)
 
     def _say(self, text: str) -> None:
         """Show a text of the vessel, each once."""
@@ -154,6 +159,9 @@ class Vessel:
         if self.shows_again or text not in self._said:
             self._said.add(text)
             print(f"vessel: {text}", file=sys.stderr, flush=True)
+
+    def _note_armed(self, armed: bool, _: Any) -> None:
+        self._armed = armed
 
     def hear_reason(self) -> None:
         """Wait a moment for the text that says why something was refused: it comes after the refusal."""
@@ -221,11 +229,44 @@ class Vessel:
         print(f"{FAR_OK} = {number}: accepted for this plan, however far away it lies")
 
     def start(self, *, arm: bool) -> None:
-        """Arm if asked, then sail. Raises LinkError."""
-        if arm:
-            self.arm()
-        self._call("start", self._mission.start_mission)
+        """Arm if asked, then sail. What this armed and could not start is disarmed again. Raises LinkError."""
+        with self.arming(arm=arm):
+            self._call("start", self._mission.start_mission)
         print("started")
+
+    @contextmanager
+    def arming(self, *, arm: bool = True) -> Iterator[None]:
+        """Arm, if asked, for the order that is given inside; when that fails or is interrupted, what this armed is disarmed again.
+
+        Nobody stays who would, and an armed vessel that loses its ground station sets off for home. Raises LinkError.
+        """
+        was_armed, accepted = not arm or self.is_armed, False
+        try:
+            if arm:
+                self.arm()
+            accepted = True
+            yield
+        except BaseException as error:
+            # whether an order to arm that was interrupted, or not answered, was carried out is not known
+            if not was_armed and (accepted or self.is_armed or not isinstance(error, LinkError)):
+                self._disarm_again()
+            raise
+
+    def _disarm_again(self) -> None:
+        try:
+            self.command("disarm", Cmd.COMPONENT_ARM_DISARM, 0.0)
+        except LinkError as error:
+            print(f"{error}: the vessel may still be armed, disarm it", file=sys.stderr)
+        else:
+            print("disarmed again", file=sys.stderr)
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the vessel's heartbeat says armed; waits for the first."""
+        until_s = time.monotonic() + _HEARTBEAT_S
+        while self._armed is None and time.monotonic() < until_s:
+            time.sleep(0.05)
+        return bool(self._armed)
 
     def arm(self) -> None:
         """Arm, with patience: the vessel wants to have heard this ground station's heartbeat first."""

@@ -82,14 +82,8 @@ def _check(vessel: Any, arguments: argparse.Namespace) -> None:
 def _start(vessel: Any, arguments: argparse.Namespace) -> None:
     """Begin, and stay. Raises LinkError when it is refused or ends before it is done."""
     _order(vessel, TrialOrder.LOOK, *_area(arguments))
-    if not arguments.no_arm:
-        vessel.arm()
-    try:
+    with vessel.arming(arm=not arguments.no_arm):
         _order(vessel, TrialOrder.BEGIN, *_area(arguments))
-    except BaseException:
-        if not arguments.no_arm:
-            vessel.command("disarm", Cmd.COMPONENT_ARM_DISARM, 0.0)  # nobody stays who would
-        raise
     minutes = about_s(manoeuvres_of(quick=arguments.quick)) / 60.0
     print(
         f"begun: at most {minutes:.0f} minutes. 'full' and Enter: the whole throttle; 'stop' and Enter, or Ctrl-C: end it"

@@ -1,0 +1,98 @@
+"""What commands that talk to a vessel leave behind: armed or not, and what the person is told of it."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import pytest
+
+from companion.cli import main
+from companion.commands.plan import link
+from mavlink_bridge.language.trials import TrialOrder
+from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
+from mavlink_bridge.mavlink.wire.cmd import Cmd
+
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("mavsdk") is None, reason="no mavsdk")
+
+REFUSED = 2
+
+
+class FakeVessel(link.Vessel):
+    """Arms and disarms as it is told; starts no plan and begins no trial unless it is willing."""
+
+    def __init__(self, *, armed=False, error=None):
+        self._said, self.heard, self.shows_again = set(), [], False
+        self._mission = self
+        self.is_up, self.error = armed, error
+
+    @property
+    def is_armed(self):
+        return self.is_up
+
+    def arm(self):
+        self.is_up = True
+
+    def start_mission(self):
+        if self.error is not None:
+            raise self.error
+
+    def _answer(self, number, params):
+        if number == Cmd.COMPONENT_ARM_DISARM:
+            self.is_up = bool(params[0])
+        begins = number == Cmd.SEA_TRIAL and params[0] == TRIAL_NUMBERS[TrialOrder.BEGIN]
+        if begins and isinstance(self.error, KeyboardInterrupt):
+            raise self.error
+        return REFUSED if begins and self.error is not None else 0
+
+
+@pytest.fixture
+def run(monkeypatch):
+    monkeypatch.setattr(link, "_REASON_S", 0.0)
+
+    def run(vessel, *words):
+        monkeypatch.setattr(link, "find", lambda urls, wait_s: vessel)
+        return main([*words, "--url", "udpin://:1"])
+
+    return run
+
+
+@pytest.mark.parametrize("words", [("plan", "start"), ("trial", "start")])
+def test_what_was_armed_for_a_start_that_is_refused_is_disarmed_again(run, capsys, words):
+    vessel = FakeVessel(error=RuntimeError("plan too far"))
+    assert run(vessel, *words) == 1
+    assert not vessel.is_up
+    assert "disarmed again" in capsys.readouterr().err
+
+
+def test_a_plan_that_was_uploaded_and_not_started_leaves_the_vessel_disarmed(run, tmp_path, monkeypatch):
+    assert main(["plan", "make", str(tmp_path / "a.plan"), "41.1852,-8.7060"]) == 0
+    vessel = FakeVessel(error=RuntimeError("plan too far"))
+    monkeypatch.setattr(vessel, "upload", lambda plan: None)
+    assert run(vessel, "plan", "upload", str(tmp_path / "a.plan"), "--start") == 1
+    assert not vessel.is_up
+
+
+@pytest.mark.parametrize("words", [("plan", "start"), ("trial", "start")])
+def test_so_it_is_when_the_start_is_interrupted(run, words):
+    vessel = FakeVessel(error=KeyboardInterrupt())
+    run(vessel, *words)
+    assert not vessel.is_up
+
+
+@pytest.mark.parametrize("words", [("plan", "start"), ("plan", "start", "--no-arm"), ("trial", "start", "--no-arm")])
+def test_what_somebody_else_has_armed_stays_so(run, capsys, words):
+    vessel = FakeVessel(armed=True, error=RuntimeError("plan too far"))
+    assert run(vessel, *words) == 1
+    assert vessel.is_up
+    assert "disarmed again" not in capsys.readouterr().err
+
+
+def test_a_vessel_that_does_not_answer_the_order_to_disarm_is_told(run, capsys, monkeypatch):
+    vessel = FakeVessel(error=RuntimeError("plan too far"))
+
+    def lost(number, params):
+        raise link.LinkError(f"command {number}: no answer")
+
+    monkeypatch.setattr(vessel, "_answer", lost)
+    assert run(vessel, "plan", "start") == 1
+    assert "may still be armed" in capsys.readouterr().err
