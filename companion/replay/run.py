@@ -33,7 +33,7 @@ from ..io.recording.input_replay import Difference, ReplayLinks, ReplayStore, Re
 from ..io.recording.inputs import InputStep
 from ..io.recording.log_archive import Fetched, ReplayArchive
 from ..io.recording.recorder import control_row
-from ..settings import ConfigError, Settings, explain
+from ..settings import ConfigError, Settings, explain, load_vessel
 from ..settings.moved import carry_over
 from ..settings.schema import override
 from .frames import SentFrames, tell
@@ -103,7 +103,8 @@ def replay(
 ) -> ReplayOutcome:
     """Replay a run directory. Raises ReplayError when there is nothing to replay.
 
-    ``changes`` (key=value) to the recorded settings show what they would have done. ``tolerant``: the recording is from
+    ``changes`` (key=value) to the recorded settings show what they would have done; one of ``vessel`` takes that file as it is
+    now in place of the recorded hull. ``tolerant``: the recording is from
     another kind of machine or Python: see ``nearly`` for what may differ; writes are not compared by checksum.
     """
     compile_early()
@@ -164,7 +165,7 @@ class _Replay:
                 store=self._store,
                 archive=self._archive,
                 witness=self._witness,
-                vessel=vessel_of(hull),
+                vessel=load_vessel(settings.vessel) if _names_vessel(changes) else vessel_of(hull),
                 identity=_identity(meta["identity"]),
                 board_seen=bool(meta.get("board_seen", True)),
                 keeps_voyage=bool(meta.get("keeps_voyage", False)),
@@ -337,6 +338,10 @@ def _described(meta: Mapping[str, Any]) -> bool:
 
 def _maker(meta: Mapping[str, Any]) -> str:
     return f"version {meta.get('version', 'unknown')} on {meta.get('python', 'CPython')}"
+
+
+def _names_vessel(changes: Sequence[str]) -> bool:
+    return any(item.partition("=")[0].strip() == "vessel" for item in changes)
 
 
 def vessel_of(data: Mapping[str, Any]) -> VesselConfig:

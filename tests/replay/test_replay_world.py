@@ -206,6 +206,25 @@ def test_another_pythons_last_bits_are_tolerated_and_a_change_is_not(tmp_path, m
     assert not replay(tmp_path, tolerant=True, changes=["steering.model.heading_damping=0.81"]).identical
 
 
+def test_another_vessel_file_shows_what_it_would_have_commanded(tmp_path, capsys):
+    (tmp_path / "minute.toml").write_text(A_MINUTE_IN_WIND)
+    run_scenario(tmp_path / "minute.toml", run_dir=tmp_path)
+    own = tmp_path / "own.toml"
+    own.write_bytes(shipped.path("vessels", "otter.toml").read_bytes())
+    thrusts = {str(own): [], "blueboat": []}
+    for name, seen in thrusts.items():
+        outcome = replay(
+            tmp_path,
+            changes=[f"vessel={name}"],
+            on_tick=lambda snapshot, seen=seen: seen.append(snapshot.output.thruster_port),
+        )
+        assert outcome.identical is (name != "blueboat"), "the same hull under another name is the same boat"
+    assert any(thrusts["blueboat"])
+    assert thrusts["blueboat"] != thrusts[str(own)]
+    assert main(["replay", str(tmp_path), "--set", "vessel=no-such"]) == 2
+    assert "vessel = 'no-such': no such file" in capsys.readouterr().err
+
+
 def test_a_step_of_a_later_version_is_said_and_not_guessed(run_dir, tmp_path):
     step = STEP_HEAD.pack(9, 0, 0, 0.0, 0.0, 0)
     path = tmp_path / "inputs.bin"
