@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from .sightings import Sighting
-from .verdicts import clock
+from .verdicts import moment
 
 _SIDE: Final = 360.0
 _MOST: Final = 40
@@ -47,10 +47,10 @@ def _section(meeting: Sequence[Sighting]) -> str:
     title = html.escape(next((each.name for each in reversed(meeting) if each.name), "") or f"MMSI {first.mmsi}")
     nearest = min(meeting, key=lambda each: math.inf if each.range_m is None else each.range_m)
     near = (
-        "" if nearest.range_m is None else f"nearest {nearest.range_m:.0f} m (to her antenna) at {clock(nearest.t_s)}"
+        "" if nearest.range_m is None else f"nearest {nearest.range_m:.0f} m (to her antenna) at {moment(nearest.t_s)}"
     )
     rows = "".join(
-        f"<tr><td class=n>{clock(each.t_s)}<td>{html.escape(each.danger)}<td class=n>{_number(each.range_m, 'm')}"
+        f"<tr><td class=n>{moment(each.t_s)}<td>{html.escape(each.danger)}<td class=n>{_number(each.range_m, 'm')}"
         f"<td class=n>{_number(each.cpa_m, 'm')}<td class=n>{_number(each.tcpa_s, 's')}"
         for each in meeting
     )
@@ -58,7 +58,7 @@ def _section(meeting: Sequence[Sighting]) -> str:
     end = "past and clear" if last.danger == "none" else "not over at the end"
     return (
         f"<section class=encounter id='encounter-{first.mmsi}-{first.t_s:.0f}'><h2>{title}: {html.escape(first.role)}</h2>"
-        f"<p class=soft>MMSI {first.mmsi}, from {clock(first.t_s)} to {clock(last.t_s)}; {near}; {end}.</p>{_picture(meeting)}"
+        f"<p class=soft>MMSI {first.mmsi}, from {moment(first.t_s)} to {moment(last.t_s)}; {near}; {end}.</p>{_picture(meeting)}"
         f"<details><summary>Course of the meeting</summary><div class=wide-table><table>{head}{rows}</table></div></details></section>"
     )
 

@@ -16,7 +16,7 @@ from .embed import embedded
 from .flight import Event, Flight
 from .map_data import map_data
 from .story import tell, weightiest
-from .verdicts import WORDS, RunLimits, SummaryLine, clock, judge
+from .verdicts import WORDS, RunLimits, SummaryLine, clock, judge, moment
 
 MAX_EVENTS: Final = 1500
 MAX_ORDERS: Final = 500
@@ -118,7 +118,7 @@ def _story(events: Sequence[Event]) -> str:
     moments = tell(events)
     shown = weightiest(moments)
     rows = "".join(
-        f"<tr class={html.escape(item.severity)}><td class=n>{clock(item.t_s)}<td>{html.escape(item.text)}"
+        f"<tr class={html.escape(item.severity)}><td class=n>{moment(item.t_s)}<td>{html.escape(item.text)}"
         for item in shown
     )
     more = f", and {len(moments) - len(shown)} of less weight" if len(moments) > len(shown) else ""
@@ -133,7 +133,7 @@ def _orders(events: Sequence[Event]) -> str:
     """Who ordered what. A system number is a claim; in brackets stands what proved it."""
     orders = [event for event in events if event.kind == "order"]
     rows = "".join(
-        f"<tr><td class=n>{clock(event.t_s)}.{int(event.t_s * 10) % 10}<td>{html.escape(event.text)}"
+        f"<tr><td class=n>{moment(event.t_s, tenths=True)}<td>{html.escape(event.text)}"
         for event in orders[-MAX_ORDERS:]
     )
     more = f", the last {MAX_ORDERS} of {len(orders)}" if len(orders) > MAX_ORDERS else ""
@@ -160,7 +160,7 @@ def _events(events: Sequence[Event]) -> str:
         left_out = f"<p class=soft>{len(ordered) - len(worst) - len(others)} events of no weight are left out.</p>"
         ordered = sorted([*worst, *others], key=lambda event: event.t_s)
     rows = "".join(
-        f"<tr class={html.escape(event.severity)}><td class=n>{clock(event.t_s)}.{int(event.t_s * 10) % 10}"
+        f"<tr class={html.escape(event.severity)}><td class=n>{moment(event.t_s, tenths=True)}"
         f"<td>{html.escape(event.kind)}<td>{html.escape(event.text)}"
         for event in ordered
     )

@@ -210,6 +210,15 @@ def track_length_m(lat: list[float], lon: list[float]) -> float:
 
 
 def clock(seconds: float) -> str:
-    """Seconds as h:mm:ss."""
-    whole = round(seconds)
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+    """How long something took, as h:mm:ss."""
+    return _clock(round(seconds))
+
+
+def moment(t_s: float, *, tenths: bool = False) -> str:
+    """A point in time, as h:mm:ss: what has not yet passed is not shown, as on a stopwatch and in the page's charts."""
+    whole, tenth = divmod(round(t_s * 1e6) // 100_000, 10)
+    return f"{_clock(whole)}.{tenth}" if tenths else _clock(whole)
+
+
+def _clock(whole_s: int) -> str:
+    return f"{whole_s // 3600}:{whole_s // 60 % 60:02d}:{whole_s % 60:02d}"

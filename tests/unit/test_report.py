@@ -158,6 +158,17 @@ def test_text_from_outside_is_not_markup():
     assert "<img" not in text
 
 
+@pytest.mark.parametrize(
+    ("t_s", "shown"), [(30.85, "0:00:30.8"), (30.45, "0:00:30.4"), (59.95, "0:00:59.9"), (0.3, "0:00:00.3")]
+)
+def test_events_orders_and_turning_points_stand_at_the_time_when_they_were(t_s, shown):
+    flight = Flight("a run", "file", 100.0)
+    flight.events += [Event(t_s, "text", "stopped", "ERROR"), Event(t_s, "order", "Hold ordered", "INFO")]
+    text = page.make_page(flight)
+    assert text.count(f"<td class=n>{shown}<td>") == 3
+    assert f"<td class=n>{shown[:-2]}<td>stopped" in text
+
+
 def foreign_log() -> bytes:
     """A few seconds of another vehicle: a PX4 boat, as its own log would show it."""
     codec = Codec(7, 1)
