@@ -8,15 +8,19 @@ import importlib.util
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
+from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..io.whole_file import write_whole
 from ..replay import ReplayError, recorded_vessel
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .progress import ProgressLine
+
+if TYPE_CHECKING:
+    from ..tuning.fitted import Gains
 
 _CROOKED_RAD = math.radians(5.0)
 """A baseline is laid along the hull by eye, to two or three degrees."""
@@ -111,6 +115,31 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
     return found
 
 
+def margin_words(gains: Gains) -> str:
+    """What the heading loop leaves at the worst corner of what is known: which margin misses its bar where, and what helps."""
+    over = tuple(zip(gains.worst, gains.speeds, strict=True))
+    gain, gain_at = min(((worst.gain_db, speed) for worst, speed in over))
+    phase, phase_at = min(((worst.phase_deg, speed) for worst, speed in over))
+    corner = "at the worst corner of what is known"
+    if gains.holds:
+        lowered = f"; set STEER_BW {gains.bandwidth:.2f}" if gains.lowered else ""
+        least = f"{gain:.1f} dB (bar {GAIN_BAR_DB:g}) and {phase:.0f} deg (bar {PHASE_BAR_DEG:g})"
+        return f"margins hold {corner}: at least {least}{lowered}"
+    missed = [f"gain {_below(gain)} dB at {gain_at:.1f} m/s (bar {GAIN_BAR_DB:g})"] if gain < GAIN_BAR_DB else []
+    if phase < PHASE_BAR_DEG:
+        missed.append(f"phase {_below(phase)} deg at {phase_at:.1f} m/s (bar {PHASE_BAR_DEG:g})")
+    if gains.up_to_mps > 0.0:
+        mend = f"sail no faster than {_below(gains.up_to_mps)} m/s, or record more"
+    else:
+        mend = "no lower STEER_BW mends it: record more (the whole trial, calmer water)"
+    return f"margins MISS {corner}: {', '.join(missed)}; {mend}"
+
+
+def _below(value: float) -> str:
+    """Never rounded up: to a bar that it misses, or to a speed at which nothing is known to hold."""
+    return f"{math.floor(value * 10.0) / 10.0:.1f}"
+
+
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     from ..tuning.fitted import care, doubt
     from ..tuning.problem import RATE_FILTER_S
@@ -129,11 +158,7 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
         )
     if fit.untold:
         print(f"not told by the record, left as before: {', '.join(u.name for u in fit.untold)}")
-    worst = min(gains.worst, key=lambda m: m.gain_db)
-    lowered = f"; set STEER_BW {gains.bandwidth:.2f}" if gains.lowered else ""
-    told = f"hold up to {gains.up_to_mps:.1f} m/s only" if gains.up_to_mps else "DO NOT hold"
-    state = "hold" if gains.holds else f"{told} (sail no faster, or record more)"
-    print(f"margins {state} at the worst corner of what is known: {worst.gain_db:.1f} dB{lowered}")
+    print(margin_words(gains))
     _tell_compass(fit)
     for name, what, usual_s in (("heading_late", "heading", RATE_FILTER_S), ("place_late", "position", 0.0)):
         value, sure = fit.values.get(name, 0.0) - usual_s, 2.0 * fit.spread.get(name, 1.0)

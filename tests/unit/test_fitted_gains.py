@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from companion.commands.tune_vessel import margin_words
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
+from companion.core.steer.yaw_loop import LoopMargins
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import as_toml, care, doubt, gains_for
+from companion.tuning.fitted import Gains, as_toml, care, doubt, gains_for
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -61,3 +63,30 @@ def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
     less = replace(good, errors=(0.14, 0.19, 0.52), wider=2.2)
     assert doubt(less) == care(good) == care(thrown) == ""
     assert "intervals are 2.2 times as wide" in as_toml(less, vessel, "run-1", "2026-11-25").split("[hull]")[0]
+
+
+def gains_of(*worst: tuple[float, float], lowered: bool = False) -> Gains:
+    """At 0, 0.98, 1.96 ... m/s."""
+    speeds = tuple(0.98 * k for k in range(len(worst)))
+    margins = tuple(LoopMargins(*each) for each in worst)
+    return Gains(1.8, lowered, speeds, ((1.0, 0.0, 1.0),) * len(worst), best=margins, worst=margins)
+
+
+def test_the_margin_that_misses_is_named_with_its_speed_and_bar():
+    told = margin_words(gains_of((12.7, 42.97), (14.0, 60.0)))
+    assert "phase 42.9 deg at 0.0 m/s (bar 45)" in told
+    assert "gain" not in told
+    assert "no faster" not in told, "nothing holds at rest, and no speed is named"
+    assert "record more" in told
+
+
+def test_where_some_speed_holds_it_is_named_and_not_rounded_up():
+    told = margin_words(gains_of((9.0, 50.0), (8.5, 46.0), (6.04, 44.0), (7.0, 30.0)))
+    assert "gain 6.0 dB at 2.0 m/s (bar 8), phase 30.0 deg at 2.9 m/s (bar 45)" in told
+    assert "sail no faster than 0.9 m/s" in told
+
+
+def test_margins_that_hold_are_told_with_the_bandwidth_that_they_need():
+    assert "set STEER_BW 1.80" in margin_words(gains_of((9.0, 50.0), (8.5, 46.0), lowered=True))
+    told = margin_words(gains_of((9.0, 50.0), (8.5, 46.0)))
+    assert told == "margins hold at the worst corner of what is known: at least 8.5 dB (bar 8) and 46 deg (bar 45)"
