@@ -8,6 +8,8 @@ import pytest
 
 from companion.cli import main
 from companion.commands.plan import link
+from companion.commands.trial.watch import TrialWatch
+from mavlink_bridge.language.messages import Action
 from mavlink_bridge.language.trials import TrialOrder
 from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
 from mavlink_bridge.mavlink.wire.cmd import Cmd
@@ -24,6 +26,13 @@ class FakeVessel(link.Vessel):
         self._said, self.heard, self.shows_again = set(), [], False
         self._mission = self
         self.is_up, self.error = armed, error
+        self.settings = {
+            "GCS_REQUIRED": 1.0,
+            "FS_GCS_TIMEOUT": 5.0,
+            "FS_GCS_ACTION": Action.HOLD,
+            "FS_GCS_THEN_T": 60.0,
+            "FS_GCS_THEN": Action.RETURN,
+        }
 
     @property
     def is_armed(self):
@@ -35,6 +44,17 @@ class FakeVessel(link.Vessel):
     def start_mission(self):
         if self.error is not None:
             raise self.error
+
+    def pause_mission(self):
+        pass
+
+    def watch(self):
+        pass
+
+    def setting(self, name):
+        if name not in self.settings:
+            raise link.LinkError(f"{name}: timeout")
+        return float(self.settings[name])
 
     def _answer(self, number, params):
         if number == Cmd.COMPONENT_ARM_DISARM:
@@ -96,3 +116,48 @@ def test_a_vessel_that_does_not_answer_the_order_to_disarm_is_told(run, capsys, 
     monkeypatch.setattr(vessel, "_answer", lost)
     assert run(vessel, "plan", "start") == 1
     assert "may still be armed" in capsys.readouterr().err
+
+
+def test_an_armed_vessel_is_left_with_what_it_does_without_a_station(run, capsys):
+    assert run(FakeVessel(), "plan", "start", "--watch") == 0
+    told = capsys.readouterr().err
+    assert "armed and holds; without a ground station it returns in 65 s" in told
+    assert "companion plan disarm" in told
+    assert run(FakeVessel(), "plan", "start") == 0
+    assert "armed and sails on; without a ground station it holds in 5 s and returns in 65 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("done", [True, False])
+def test_a_trial_that_is_over_leaves_an_armed_vessel_and_says_so(run, capsys, monkeypatch, done):
+    monkeypatch.setattr(TrialWatch, "stay", lambda watch, keys: done)
+    vessel = FakeVessel()
+    assert run(vessel, "trial", "start") == (0 if done else 1)
+    assert vessel.is_up, "at sea it must hold"
+    assert "armed and holds; without a ground station it returns in 65 s" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"GCS_REQUIRED": 0.0}, "without a ground station it goes on so"),
+        ({"FS_GCS_THEN": Action.NONE}, "without a ground station it goes on so"),
+        ({"FS_GCS_ACTION": Action.WARN, "FS_GCS_THEN_T": 20.0}, "without a ground station it returns in 25 s"),
+        ({"FS_GCS_ACTION": Action.STOP}, "without a ground station it stops in 5 s"),
+    ],
+)
+def test_what_follows_is_as_the_vessel_has_it_set(run, capsys, settings, told):
+    vessel = FakeVessel(armed=True)
+    vessel.settings |= settings
+    assert run(vessel, "plan", "pause") == 0
+    assert told + ":" in capsys.readouterr().err
+
+
+def test_settings_that_do_not_come_and_a_disarmed_vessel(run, capsys):
+    vessel = FakeVessel(armed=True)
+    vessel.settings.clear()
+    assert run(vessel, "plan", "pause") == 0
+    assert "without a ground station it may set off for home" in capsys.readouterr().err
+    assert run(vessel, "plan", "disarm") == 0
+    assert not vessel.is_up
+    assert run(vessel, "plan", "pause") == 0
+    assert "the vessel is armed" not in capsys.readouterr().err

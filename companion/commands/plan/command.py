@@ -19,13 +19,11 @@ from mavlink_bridge.language.messages import ChangeSpeed, Goto, Loiter
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
-from mavlink_bridge.mavlink.wire import tlog
 from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
 from mavlink_bridge.plans.files import write_wpl
 
 from ...core.hull.statics import top_speed_mps
 from ...core.vehicle.mission import MissionConfig
-from ...io.log_file import parts_of
 from ...io.whole_file import write_whole
 from ...settings import ConfigError, Settings, load, load_vessel
 from ..numbers import number, positive
@@ -33,7 +31,8 @@ from . import find, link as plan_link
 from .draw import ascii_map, svg_map
 from .explain import explain, far_legs, refusals
 from .json import send_json
-from .log import params_from_tlog, plan_from_run, plan_from_tlog
+from .leaving import HOLDS, SAILS, leave
+from .log import params_in, plan_in
 from .water import ChartedWater, water_of
 
 _OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
@@ -101,6 +100,7 @@ def _register_vessel(actions: Any) -> None:
     start.add_argument("--far", action="store_true", help=_FAR_HELP)
     start.add_argument("--watch", action="store_true", help="stay until it has been sailed")
     vessel_action(actions, "pause", _pause, "hold here; 'start --no-arm' goes on")
+    vessel_action(actions, "disarm", _disarm, "no more thrust: the boat drifts")
     clear = vessel_action(actions, "clear", _clear, "empty the vessel's plans")
     clear.add_argument("--keep-fence", action="store_true")
 
@@ -251,7 +251,7 @@ def _extract(arguments: argparse.Namespace) -> int:
     if not wants_params:
         check_ending(arguments.out)
     try:
-        found = _params(source) if wants_params else _transferred(source)
+        found = params_in(source) if wants_params else plan_in(source)
     except OSError as error:
         raise ConfigError(str(source), [error.strerror or str(error)]) from None
     if isinstance(found, str):
@@ -262,28 +262,6 @@ def _extract(arguments: argparse.Namespace) -> int:
     write_file(found, arguments.out)
     print(f"{arguments.out}: {len(found.mission)} items, fence {len(found.fence)}, rally {len(found.rally)}")
     return 0
-
-
-def _transferred(source: Path) -> PlanFile:
-    return plan_from_run(source) if source.is_dir() else plan_from_tlog(_log(source))
-
-
-def _log(source: Path) -> bytes:
-    """The bytes of a telemetry log. Raises ConfigError for a file that is none, OSError."""
-    data = source.read_bytes()
-    what = tlog.not_a_log(data)
-    if what:
-        raise ConfigError(str(source), [f"{what}; give a telemetry log or a run directory"])
-    return data
-
-
-def _params(source: Path) -> str:
-    if source.is_file():
-        return params_from_tlog(_log(source))
-    parts = parts_of(source / "mavlink.tlog")
-    if not parts:
-        raise ConfigError(str(source), ["holds no telemetry log"])
-    return params_from_tlog(b"".join(part.read_bytes() for part in parts))
 
 
 def _write_params(text: str, source: Path, out: Path) -> int:
@@ -385,13 +363,18 @@ def _go(vessel: plan_link.Vessel, *, arm: bool, far: bool, watch: bool) -> None:
     vessel.start(arm=arm)
     if watch:
         vessel.watch()
+        leave(vessel, HOLDS)
     else:
-        print("a vessel that needs a ground station holds when none is heard: --watch stays connected", file=sys.stderr)
-    vessel.hand_over()
+        leave(vessel, SAILS, "--watch stays connected")
 
 
 def _pause(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
     vessel.pause()
+    leave(vessel, HOLDS)
+
+
+def _disarm(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
+    vessel.disarm()
     vessel.hand_over()
 
 

@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind
-from mavlink_bridge.language.units import e7_to_rad
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.wire import with_home, without_home
 from mavlink_bridge.mavlink.wire.cmd import Cmd
@@ -25,6 +24,7 @@ from mavlink_bridge.plans import PlanFile
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
 from .. import install_line
 from .find import PROBE_S
+from .raw import place_rad, plan_item, raw_items, show_bar
 
 INSTALL: Final = f"this needs MAVSDK: {install_line('ground')}"
 _ARDUPILOT: Final = 2
@@ -178,13 +178,13 @@ class Vessel:
         """Send what the plan has; kinds that it has not are left alone. Raises LinkError."""
         if plan.mission:
             items = with_home(plan.mission, plan.home_rad) if self.home_item else plan.mission
-            self._upload_mission(_raw(items, PlanKind.MISSION))
+            self._upload_mission(raw_items(items, PlanKind.MISSION))
             print(f"mission: {len(plan.mission)} items uploaded")
         if plan.fence:
-            self._call("fence upload", lambda: self._mission.upload_geofence(_raw(plan.fence, PlanKind.FENCE)))
+            self._call("fence upload", lambda: self._mission.upload_geofence(raw_items(plan.fence, PlanKind.FENCE)))
             print(f"fence: {len(plan.fence)} items uploaded")
         if plan.rally:
-            self._call("rally upload", lambda: self._mission.upload_rally_points(_raw(plan.rally, PlanKind.RALLY)))
+            self._call("rally upload", lambda: self._mission.upload_rally_points(raw_items(plan.rally, PlanKind.RALLY)))
             print(f"rally points: {len(plan.rally)} uploaded")
 
     def _upload_mission(self, items: list[Any]) -> None:
@@ -195,14 +195,14 @@ class Vessel:
 
         def progress(result: Any, data: Any, _: Any) -> None:
             if result.name == "NEXT":
-                _bar(data.progress)
+                show_bar(data.progress)
                 return
             outcome[0] = result.name
             finished.set()
 
         self._mission.upload_mission_with_progress_async(MissionPlan(items), progress)
         finished.wait(_TRANSFER_S)
-        _bar(None)
+        show_bar(None)
         if outcome[0] != "SUCCESS":
             raise LinkError(f"mission upload: {outcome[0].lower().replace('_', ' ')}")
 
@@ -215,7 +215,7 @@ class Vessel:
         if self.home_item and mission:
             place = mission[0]
             if place.x or place.y:
-                home = _radians(place)
+                home = place_rad(place)
             mission = without_home(mission)
         return PlanFile(mission, fence, rally, home, "vessel")
 
@@ -227,6 +227,12 @@ class Vessel:
         number = plan_number(plan_id(without_home(mission) if self.home_item else mission))
         self._call(FAR_OK, lambda: Param(self._system).set_param_float(FAR_OK, float(number)))
         print(f"{FAR_OK} = {number}: accepted for this plan, however far away it lies")
+
+    def setting(self, name: str) -> float:
+        """The vessel's parameter of that name. Raises LinkError."""
+        from mavsdk.plugins.param import Param
+
+        return float(self._call(name, lambda: Param(self._system).get_param_float(name)))
 
     def start(self, *, arm: bool) -> None:
         """Arm if asked, then sail. What this armed and could not start is disarmed again. Raises LinkError."""
@@ -251,6 +257,11 @@ class Vessel:
             if not was_armed and (accepted or self.is_armed or not isinstance(error, LinkError)):
                 self._disarm_again()
             raise
+
+    def disarm(self) -> None:
+        """Disarm. Raises LinkError."""
+        self.command("disarm", Cmd.COMPONENT_ARM_DISARM, 0.0)
+        print("disarmed")
 
     def _disarm_again(self) -> None:
         try:
@@ -345,7 +356,7 @@ class Vessel:
         print("cleared")
 
     def _fetch(self, what: str, call: Callable[[], Sequence[Any]]) -> tuple[PlanItem, ...]:
-        return tuple(_item(raw) for raw in self._call(what, call))
+        return tuple(plan_item(raw) for raw in self._call(what, call))
 
     @staticmethod
     def _call(what: str, call: Callable[[], Any]) -> Any:
@@ -360,36 +371,3 @@ class Vessel:
             if "no mission" in text:
                 return ()
             raise LinkError(f"{what}: {text}") from error
-
-
-def _bar(share: float | None) -> None:
-    """A progress bar on a terminal; None ends it."""
-    if not sys.stderr.isatty():
-        return
-    if share is None:
-        print("\r" + " " * 50 + "\r", end="", file=sys.stderr)
-        return
-    done = round(40 * share)
-    print(f"\r[{'#' * done}{'.' * (40 - done)}] {share:4.0%}", end="", file=sys.stderr, flush=True)
-
-
-def _raw(items: Sequence[PlanItem], kind: PlanKind) -> list[Any]:
-    from mavsdk.plugins.mission_raw import MissionItem
-
-    return [
-        MissionItem(
-            *(seq, item.frame, item.command, int(seq == 0 and kind is PlanKind.MISSION), item.autocontinue),
-            *(item.param1, item.param2, item.param3, item.param4, item.x, item.y, item.z, kind.value),
-        )
-        for seq, item in enumerate(items)
-    ]
-
-
-def _item(raw: Any) -> PlanItem:
-    return PlanItem(
-        *(raw.command, raw.frame, raw.param1, raw.param2, raw.param3, raw.param4, raw.x, raw.y, raw.z, raw.autocontinue)
-    )
-
-
-def _radians(item: PlanItem) -> tuple[float, float]:
-    return e7_to_rad(item.x), e7_to_rad(item.y)

@@ -16,6 +16,7 @@ from mavlink_bridge.plans import PlanFile
 
 from ...io.log_file import parts_of
 from ...report.from_run import read_run
+from ...settings import ConfigError
 from .params import PackedParams
 
 _ARDUPILOT = 3
@@ -124,3 +125,27 @@ def _plan_file(plans: dict[PlanKind, tuple[PlanItem, ...]], *, ardupilot: bool) 
         home = (e7_to_rad(mission[0].x), e7_to_rad(mission[0].y))
         mission = without_home(mission)
     return PlanFile(mission, plans.get(PlanKind.FENCE, ()), plans.get(PlanKind.RALLY, ()), home, "telemetry log")
+
+
+def plan_in(source: Path) -> PlanFile:
+    """The plans that were transferred in a log or a run. Raises ConfigError for what is neither, OSError."""
+    return plan_from_run(source) if source.is_dir() else plan_from_tlog(_log(source))
+
+
+def _log(source: Path) -> bytes:
+    """The bytes of a telemetry log. Raises ConfigError for a file that is none, OSError."""
+    data = source.read_bytes()
+    what = tlog.not_a_log(data)
+    if what:
+        raise ConfigError(str(source), [f"{what}; give a telemetry log or a run directory"])
+    return data
+
+
+def params_in(source: Path) -> str:
+    """The parameters that a log or a run tells. Raises ConfigError for what is neither, OSError."""
+    if source.is_file():
+        return params_from_tlog(_log(source))
+    parts = parts_of(source / "mavlink.tlog")
+    if not parts:
+        raise ConfigError(str(source), ["holds no telemetry log"])
+    return params_from_tlog(b"".join(part.read_bytes() for part in parts))

@@ -20,6 +20,7 @@ from ...core.trial.manoeuvres import about_s, words_of
 from ...settings import load_vessel
 from ..numbers import number
 from ..plan.command import add_action, vessel_action
+from ..plan.leaving import HOLDS, leave
 from ..plan.link import LinkError
 from .watch import TrialWatch
 
@@ -89,10 +90,12 @@ def _start(vessel: Any, arguments: argparse.Namespace) -> None:
         f"begun: at most {minutes:.0f} minutes. 'full' and Enter: the whole throttle; 'stop' and Enter, or Ctrl-C: end it"
     )
     watch = TrialWatch(vessel, lambda order: _order(vessel, order))
-    if not watch.stay(sys.stdin):
-        raise LinkError("the trial ended before it was done; what was sailed can be fitted, it may be too little")
-    print("done; fit it: companion tune vessel RUN --vessel FILE, with the run's folder from the vessel")
-    vessel.hand_over()
+    try:
+        if not watch.stay(sys.stdin):
+            raise LinkError("the trial ended before it was done; what was sailed can be fitted, it may be too little")
+        print("done; fit it: companion tune vessel RUN --vessel FILE, with the run's folder from the vessel")
+    finally:
+        leave(vessel, HOLDS)
 
 
 def _confirm(vessel: Any, arguments: argparse.Namespace) -> None:
