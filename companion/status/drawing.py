@@ -27,7 +27,7 @@ def drawing(
         budget -= len(points)
         if budget < 0:
             break
-        legs.append({"item": leg.seq + 1, "line": points})
+        legs.append({"item": leg.seq, "line": points})
     areas: list[dict[str, Any]] = []
     for area in fence:
         budget -= len(area.vertices_rad) + 1

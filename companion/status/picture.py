@@ -88,8 +88,10 @@ class Picture:
     plan: str = ""
     """State of the plan in words."""
     item: int = 0
-    """Counted from 1."""
+    """Counted from 0, without home."""
     items: int = 0
+    at_item: str = ""
+    """The two in words; empty without a plan."""
     to_go_m: float | None = None
     cross_track_m: float | None = None
     heading_error_deg: float | None = None
@@ -142,8 +144,9 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         course_deg=_compass(state.cog_rad),
         speed_mps=_round(state.sog_mps, 2),
         plan="none" if not plan.total else plan.state.name.replace("_", " ").lower(),
-        item=plan.seq + 1 if plan.total else 0,
+        item=plan.seq if plan.total else 0,
         items=plan.total,
+        at_item=words.item_words(plan.seq, plan.total) if plan.total else "",
         to_go_m=_round(path.distance_m, 1),
         cross_track_m=_round(path.cross_track_m, 2),
         heading_error_deg=_deg(s.trace.heading_error_rad, 1),

@@ -52,8 +52,13 @@ def _sailing(s: Snapshot) -> str:
         return "Plan complete: holds its place"
     if plan.state is not PlanState.ACTIVE:
         return "Auto, but no plan is being sailed"
-    item = f"Sails the plan, item {plan.seq + 1} of {plan.total}"
+    item = f"Sails the plan, {item_words(plan.seq, plan.total)}"
     return f"{item}: circles{_radius(s)}" if s.path.orbit_radius_m is not None else item + _to_go(s)
+
+
+def item_words(number: int, total: int) -> str:
+    """Where a plan stands. Items count from 0, without home, as in every text of the vessel: so the last one's number is told too."""
+    return f"item {min(number, total - 1)} (last: {total - 1})"  # a plan stands behind its last one for a tick
 
 
 def _to_go(s: Snapshot) -> str:

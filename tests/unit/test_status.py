@@ -81,7 +81,7 @@ def test_plain_lines_come_every_five_seconds_and_texts_at_once():
     assert [text[:7] for text in lines] == ["0:00:00", "0:00:01", "0:00:05", "0:00:10"]
     assert "depth 3.9 m" in lines[1]
     assert "41.185000°" in lines[0]
-    assert "item 3/5" in lines[0]
+    assert "item 2 (last: 4)" in lines[0]
 
 
 def test_a_line_and_the_rows_say_what_is_unknown():
@@ -149,7 +149,7 @@ def test_a_watched_app_shows_its_ticks_and_hides_nothing():
     watched.shutdown(0)
     assert app.done
     assert watched.stop_wanted
-    assert "item 3/5" in out.getvalue()
+    assert "item 2 (last: 4)" in out.getvalue()
 
 
 @pytest.mark.parametrize("protocol", ["mavlink", "compact", "json"])

@@ -212,6 +212,6 @@ def test_the_command_shows_the_state_once(vessel: Vessel, capsys: pytest.Capture
         assert main(["status", str(path), "--once"]) == 0
     said = capsys.readouterr().out
     assert "the newest alarm" in said
-    assert "item 3/5" in said
+    assert "item 2 (last: 4)" in said
     assert main(["status", str(path.with_name("nothing"))]) == 2
     assert "No such file" in capsys.readouterr().err

@@ -8,8 +8,9 @@ import pytest
 
 from companion.cli import main
 from companion.commands.plan import link
+from companion.commands.plan.plan_watch import PlanWatch
 from companion.commands.trial.watch import TrialWatch
-from mavlink_bridge.language.messages import Action
+from mavlink_bridge.language.messages import Action, PlanState
 from mavlink_bridge.language.trials import TrialOrder
 from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
 from mavlink_bridge.mavlink.wire.cmd import Cmd
@@ -23,7 +24,7 @@ class FakeVessel(link.Vessel):
     """Arms and disarms as it is told; starts no plan and begins no trial unless it is willing."""
 
     def __init__(self, *, armed=False, error=None):
-        self._said, self.heard, self.shows_again = set(), [], False
+        self._said, self.heard, self.shows_again, self.counts_home = set(), [], False, True
         self._mission = self
         self.is_up, self.error = armed, error
         self.settings = {
@@ -37,6 +38,10 @@ class FakeVessel(link.Vessel):
     @property
     def is_armed(self):
         return self.is_up
+
+    @property
+    def home_item(self):
+        return self.counts_home
 
     def arm(self):
         self.is_up = True
@@ -121,10 +126,13 @@ def test_a_vessel_that_does_not_answer_the_order_to_disarm_is_told(run, capsys, 
 def test_an_armed_vessel_is_left_with_what_it_does_without_a_station(run, capsys):
     assert run(FakeVessel(), "plan", "start", "--watch") == 0
     told = capsys.readouterr().err
-    assert "armed and holds; without a ground station it returns in 65 s" in told
+    assert "armed and holds; without a ground station it returns within 65 s" in told
     assert "companion plan disarm" in told
     assert run(FakeVessel(), "plan", "start") == 0
-    assert "armed and sails on; without a ground station it holds in 5 s and returns in 65 s" in capsys.readouterr().err
+    assert (
+        "armed and sails on; without a ground station it holds within 5 s and returns within 65 s"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("done", [True, False])
@@ -133,7 +141,7 @@ def test_a_trial_that_is_over_leaves_an_armed_vessel_and_says_so(run, capsys, mo
     vessel = FakeVessel()
     assert run(vessel, "trial", "start") == (0 if done else 1)
     assert vessel.is_up, "at sea it must hold"
-    assert "armed and holds; without a ground station it returns in 65 s" in capsys.readouterr().err
+    assert "armed and holds; without a ground station it returns within 65 s" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -141,8 +149,8 @@ def test_a_trial_that_is_over_leaves_an_armed_vessel_and_says_so(run, capsys, mo
     [
         ({"GCS_REQUIRED": 0.0}, "without a ground station it goes on so"),
         ({"FS_GCS_THEN": Action.NONE}, "without a ground station it goes on so"),
-        ({"FS_GCS_ACTION": Action.WARN, "FS_GCS_THEN_T": 20.0}, "without a ground station it returns in 25 s"),
-        ({"FS_GCS_ACTION": Action.STOP}, "without a ground station it stops in 5 s"),
+        ({"FS_GCS_ACTION": Action.WARN, "FS_GCS_THEN_T": 20.0}, "without a ground station it returns within 25 s"),
+        ({"FS_GCS_ACTION": Action.STOP}, "without a ground station it stops within 5 s"),
     ],
 )
 def test_what_follows_is_as_the_vessel_has_it_set(run, capsys, settings, told):
@@ -161,3 +169,34 @@ def test_settings_that_do_not_come_and_a_disarmed_vessel(run, capsys):
     assert not vessel.is_up
     assert run(vessel, "plan", "pause") == 0
     assert "the vessel is armed" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("counts_home", "said"), [(True, "leg to item 3 is 8 km"), (False, "leg to item 2 is 8 km")])
+def test_items_in_a_vessels_texts_count_as_in_the_file_that_was_checked(capsys, counts_home, said):
+    vessel = FakeVessel()
+    vessel.counts_home = counts_home
+    vessel._say(said)
+    assert capsys.readouterr().err == "vessel: leg to item 2 is 8 km\n"
+
+
+@pytest.mark.parametrize("home_item", [True, False])
+def test_a_watched_plan_counts_its_items_without_home_and_ends_when_the_vessel_says_so(capsys, home_item):
+    watch = PlanWatch(home_item=home_item)
+    watch.take({"seq": 3 + home_item, "total": 4, "mission_state": PlanState.COMPLETE})
+    assert not watch.is_over, "that was the plan before"
+    for seq in (0, 1, 1, 2, 3, 4):  # the last: all are done, and the vessel has not yet said that the plan is
+        watch.take({"seq": seq + home_item, "total": 4, "mission_state": PlanState.ACTIVE})
+    assert not watch.is_over
+    watch.take({"seq": 3 + home_item, "total": 4, "mission_state": PlanState.COMPLETE})
+    assert watch.is_over
+    shown = capsys.readouterr().out.splitlines()
+    assert shown == ["item 0 (last: 3)", "item 1 (last: 3)", "item 2 (last: 3)", "item 3 (last: 3)"]
+
+
+def test_a_vessel_that_does_not_say_how_its_plan_stands_is_asked_otherwise():
+    watch = PlanWatch(home_item=True)
+    assert watch.knows_no_state
+    watch.take({"seq": 1})
+    assert watch.knows_no_state
+    watch.take({"seq": 1, "total": 4, "mission_state": PlanState.ACTIVE})
+    assert not watch.knows_no_state

@@ -37,7 +37,7 @@ def _alone(vessel: Vessel, doing: str) -> str:
         row = _row(vessel)
     except (LinkError, ValueError):
         return "may set off for home"
-    told = [f"{what} in {after_s:.0f} s" for what, after_s in _acts(row) if what != doing] if row else []
+    told = [f"{what} within {after_s:.0f} s" for what, after_s in _acts(row) if what != doing] if row else []
     return " and ".join(told) or "goes on so"
 
 

@@ -18,12 +18,14 @@ from typing import Any, Final
 from mavlink_bridge.language.requests import PlanItem, PlanKind
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.wire import with_home, without_home
+from mavlink_bridge.mavlink.telemetry.numbering import vessels_text
 from mavlink_bridge.mavlink.wire.cmd import Cmd
 from mavlink_bridge.plans import PlanFile
 
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
 from .. import install_line
 from .find import PROBE_S
+from .plan_watch import MISSION_CURRENT, PlanWatch
 from .raw import place_rad, plan_item, raw_items, show_bar
 
 INSTALL: Final = f"this needs MAVSDK: {install_line('ground')}"
@@ -33,6 +35,7 @@ _ARM_S: Final = 6.0
 _REASON_S: Final = 1.5
 _HEARTBEAT_S: Final = 3.0
 """Heartbeats come once a second; two may be lost."""
+_LOOK_S: Final = 0.5
 _AGAIN_S: Final = 0.5
 """Before a place that could not be opened is left for the next."""
 _WHY: Final = {
@@ -154,7 +157,8 @@ class Vessel:
         self._telemetry.subscribe_armed(self._note_armed)
 
     def _say(self, text: str) -> None:
-        """Show a text of the vessel, each once."""
+        """Show a text of the vessel, each once; items count as in the files that this command line reads, without home."""
+        text = vessels_text(text) if self.home_item else text
         self.heard.append(text)
         if self.shows_again or text not in self._said:
             self._said.add(text)
@@ -297,13 +301,12 @@ class Vessel:
 
     def watch(self) -> None:
         """Stay connected, so that the vessel is not without a ground station, until the plan has been sailed."""
-        last = None
-        while not self._mission.is_mission_finished():
-            progress = self._mission.mission_progress()
-            if (progress.current, progress.total) != last:
-                last = (progress.current, progress.total)
-                print(f"item {progress.current} of {progress.total}", flush=True)
-            time.sleep(0.5)
+        from mavsdk.plugins.mavlink_direct import MavlinkDirect
+
+        watch, direct = PlanWatch(home_item=self.home_item), MavlinkDirect(self._system)
+        direct.subscribe_message(MISSION_CURRENT, lambda message, _: watch.take(json.loads(message.fields_json)))
+        while not (watch.is_over or (watch.knows_no_state and self._mission.is_mission_finished())):
+            time.sleep(_LOOK_S)
         print("finished")
 
     def pause(self) -> None:

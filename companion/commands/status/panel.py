@@ -148,7 +148,7 @@ def line(p: Picture) -> str:
         position(p),
         f"hdg {_number(p.heading_deg, '°', 0, space='')}",
         _number(p.speed_mps, "m/s", 2),
-        f"item {p.item}/{p.items}" if p.items else "no plan",
+        p.at_item or "no plan",
         f"xte {_number(p.cross_track_m, 'm', 2)}",
         f"water {_number(p.keel_m, 'm', 1)}",
     ]
@@ -181,7 +181,7 @@ def _plan(p: Picture) -> str:
     if not p.items:
         return "none"
     to_go = "" if p.to_go_m is None else f", {_number(p.to_go_m, 'm', 0)} to go"
-    return f"{p.plan}, item {p.item} of {p.items}{to_go}"
+    return f"{p.plan}, {p.at_item}{to_go}"
 
 
 def _actuators(p: Picture) -> str:

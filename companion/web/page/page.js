@@ -38,7 +38,7 @@
     text("knots", boat.speed_mps === null || boat.speed_mps === undefined ? "" : `${(boat.speed_mps * 1.943844).toFixed(1)} kn over ground`);
     text("heading", degrees(boat.heading_deg));
     text("course", degrees(boat.course_deg));
-    text("plan", boat.items ? `${boat.item} of ${boat.items}, ${boat.plan}` : "none");
+    text("plan", boat.items ? `${boat.at_item}, ${boat.plan}` : "none");
     text("togo", number(boat.to_go_m, "m", 0));
     text("xte", number(boat.cross_track_m, "m", 1));
     text("fence", boat.fence_on ? number(boat.fence_m, "m", 0) : "off");

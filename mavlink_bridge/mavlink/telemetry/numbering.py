@@ -16,7 +16,16 @@ def stations_text(text: str, config: EndpointConfig) -> str:
     """The vessel counts from 0 without home; return the text with this endpoint's numbers."""
     if not config.has_home_item:
         return text
-    return _ITEM.sub(lambda found: f"{found[1]} {int(found[2]) + 1}", text)
+    return _moved(text, 1)
+
+
+def vessels_text(text: str) -> str:
+    """A text of a vessel that counts its home item as 0, with the vessel's own numbers again."""
+    return _moved(text, -1)
+
+
+def _moved(text: str, by: int) -> str:
+    return _ITEM.sub(lambda found: f"{found[1]} {max(int(found[2]) + by, 0)}", text)
 
 
 def stations_numbers(reply: Reply, config: EndpointConfig) -> Reply:
