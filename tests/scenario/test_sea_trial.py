@@ -66,6 +66,15 @@ def test_an_order_ends_it_at_once_and_station_is_kept(voyage):
     assert run.ask(SeaTrial(TrialOrder.CONFIRM)).reason == "no sea trial is under way"
 
 
+def test_who_stops_it_is_told_whether_there_was_one(voyage):
+    run = begun(voyage)
+    run.run(10.0)
+    assert run.ask(SeaTrial(TrialOrder.END)).reason == ""
+    run.step()
+    assert any(text.startswith("Trial ended: ordered") for text in run.texts)
+    assert run.ask(SeaTrial(TrialOrder.END)).reason == "no sea trial is under way"
+
+
 def test_it_is_valid_for_one_arming(voyage):
     run = begun(voyage)
     run.run(30.0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-
 import pytest
 
 from companion.cli import main
@@ -15,8 +13,7 @@ from mavlink_bridge.language.trials import TrialOrder
 from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
 from mavlink_bridge.mavlink.wire.cmd import Cmd
 
-pytestmark = pytest.mark.skipif(importlib.util.find_spec("mavsdk") is None, reason="no mavsdk")
-
+action = pytest.importorskip("mavsdk.plugins.action")
 REFUSED = 2
 
 
@@ -25,7 +22,7 @@ class FakeVessel(link.Vessel):
 
     def __init__(self, *, armed=False, error=None):
         self._said, self.heard, self.shows_again, self.counts_home = set(), [], False, True
-        self._mission = self
+        self._mission, self._system, self._refusals = self, None, None
         self.is_up, self.error = armed, error
         self.settings = {
             "GCS_REQUIRED": 1.0,
@@ -200,3 +197,46 @@ def test_a_vessel_that_does_not_say_how_its_plan_stands_is_asked_otherwise():
     assert watch.knows_no_state
     watch.take({"seq": 1, "total": 4, "mission_state": PlanState.ACTIVE})
     assert not watch.knows_no_state
+
+
+class Arming:
+    """Refuses so many times, each with its reason, as MAVSDK hears it; then arms."""
+
+    def __init__(self, vessel, refusals):
+        self.vessel, self.refusals = vessel, refusals
+
+    def arm(self):
+        if self.refusals:
+            self.refusals -= 1
+            self.vessel._say("No ground station heard; arm with force to insist")
+            raise RuntimeError("command denied temporarily")
+        self.vessel._say("armed")
+
+
+@pytest.mark.parametrize(("refusals", "shown"), [(2, ["vessel: armed"]), (10**6, [])])
+def test_a_refusal_to_arm_is_shown_only_where_patience_does_not_overcome_it(monkeypatch, capsys, refusals, shown):
+    now_s = [0.0]
+    monkeypatch.setattr(link.time, "monotonic", lambda: now_s[0])
+    monkeypatch.setattr(link.time, "sleep", lambda wait_s: now_s.__setitem__(0, now_s[0] + wait_s))
+    vessel = FakeVessel()
+    monkeypatch.setattr(action, "Action", lambda system: Arming(vessel, refusals))
+    if shown:
+        link.Vessel.arm(vessel)
+    else:
+        with pytest.raises(link.LinkError, match="arm: command denied temporarily"):
+            link.Vessel.arm(vessel)
+        shown = ["vessel: No ground station heard; arm with force to insist"]
+    assert capsys.readouterr().err.splitlines() == shown
+
+
+@pytest.mark.parametrize(
+    ("word", "told"), [("status", "tell of a sea trial"), ("confirm", "whole throttle"), ("stop", "end a sea trial")]
+)
+def test_without_a_trial_the_refusal_is_told_in_words(run, capsys, monkeypatch, word, told):
+    vessel = FakeVessel()
+    monkeypatch.setattr(vessel, "_answer", lambda number, params: REFUSED)
+    assert run(vessel, "trial", word) == 1
+    said = capsys.readouterr()
+    assert said.err.startswith("the vessel refuses to ")
+    assert told in said.err
+    assert "keeps its place" not in said.out

@@ -22,6 +22,7 @@ from mavlink_bridge.mavlink.telemetry.numbering import vessels_text
 from mavlink_bridge.mavlink.wire.cmd import Cmd
 from mavlink_bridge.plans import PlanFile
 
+from ...core.vehicle.insist import FORCE
 from ...core.vehicle.plan_reach import FAR_OK, plan_number
 from .. import install_line
 from .find import PROBE_S
@@ -148,6 +149,8 @@ class Vessel:
         self._mission = MissionRaw(system)
         self._telemetry = Telemetry(system)
         self._said: set[str] = set()
+        self._refusals: list[str] | None = None
+        """Why it does not arm yet, while it is asked to: what patience overcomes is not shown."""
         self.heard: list[str] = []
         """All texts of the vessel, as they came."""
         self.shows_again = False
@@ -160,6 +163,12 @@ class Vessel:
         """Show a text of the vessel, each once; items count as in the files that this command line reads, without home."""
         text = vessels_text(text) if self.home_item else text
         self.heard.append(text)
+        if self._refusals is not None and text.endswith(FORCE):
+            self._refusals.append(text)
+        else:
+            self._show(text)
+
+    def _show(self, text: str) -> None:
         if self.shows_again or text not in self._said:
             self._said.add(text)
             print(f"vessel: {text}", file=sys.stderr, flush=True)
@@ -289,15 +298,26 @@ class Vessel:
 
         action = Action(self._system)
         until_s = time.monotonic() + _ARM_S
-        while True:
-            try:
-                self._call("arm", action.arm)
-            except LinkError:
-                if time.monotonic() > until_s:
-                    raise
+        self._refusals = []
+        try:
+            while not self._arms(action, until_s):
                 time.sleep(0.5)
-            else:
-                return
+        except BaseException:
+            for text in self._refusals:
+                self._show(text)
+            raise
+        finally:
+            self._refusals = None
+
+    def _arms(self, action: Any, until_s: float) -> bool:
+        """Ask once. Raises LinkError for a refusal when patience is over."""
+        try:
+            self._call("arm", action.arm)
+        except LinkError:
+            if time.monotonic() > until_s:
+                raise
+            return False
+        return True
 
     def watch(self) -> None:
         """Stay connected, so that the vessel is not without a ground station, until the plan has been sailed."""
@@ -324,9 +344,9 @@ class Vessel:
             print(f"command was not handed over: {error}", file=sys.stderr)
 
     def command(self, what: str, number: int, *params: float) -> None:
-        """Give any command. Raises LinkError when it is refused or not answered."""
+        """Give any command; ``what`` the vessel is to do. Raises LinkError when it is refused or not answered."""
         if self._answer(number, params) != 0:
-            raise LinkError(f"{what}: refused")
+            raise LinkError(f"the vessel refuses to {what}")
 
     @property
     def is_heard(self) -> bool:

@@ -25,6 +25,14 @@ from ..plan.link import LinkError
 from .watch import TrialWatch
 
 _RADIUS_M: Final = 80.0
+_ASKED: Final = {
+    TrialOrder.LOOK: "allow a sea trial here",
+    TrialOrder.BEGIN: "begin a sea trial",
+    TrialOrder.CONFIRM: "take the whole throttle",
+    TrialOrder.TELL: "tell of a sea trial",
+    TrialOrder.END: "end a sea trial",
+}
+"""What the vessel refuses, in words for people."""
 
 
 def register(subparsers: Any) -> None:
@@ -55,7 +63,7 @@ def register(subparsers: Any) -> None:
 
 
 def _order(vessel: Any, order: TrialOrder, *params: float) -> None:
-    vessel.command(f"sea trial, {order.value}", Cmd.SEA_TRIAL, TRIAL_NUMBERS[order], *params)
+    vessel.command(_ASKED[order], Cmd.SEA_TRIAL, TRIAL_NUMBERS[order], *params)
 
 
 def _area(arguments: argparse.Namespace) -> tuple[float, float, float]:

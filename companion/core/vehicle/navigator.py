@@ -215,6 +215,13 @@ class Navigator:
         self._trial.confirm()
         return ""
 
+    def stop_trial(self) -> str:
+        """A person ends a sea trial. Return a refusal or an empty string."""
+        if not self.on_trial:
+            return NO_TRIAL
+        self.end_trial("ordered")
+        return ""
+
     def tell_trial(self) -> str:
         """Say how a sea trial stands. Return a refusal or an empty string."""
         if self._trial is None:

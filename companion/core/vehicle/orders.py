@@ -178,8 +178,7 @@ class Orders:
             case TrialOrder.TELL:
                 return _reply(navigator.tell_trial())
             case TrialOrder.END:
-                navigator.end_trial("ordered")
-                return ACCEPTED
+                return _reply(navigator.stop_trial())
             case _ as never:
                 assert_never(never)
 
