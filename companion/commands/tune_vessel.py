@@ -8,7 +8,7 @@ import importlib.util
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from ..core.hull import VesselConfig
 from ..core.steer import SteeringConfig
@@ -31,6 +31,8 @@ examples:
       port=thr_right,1511,400 starboard=thr_left,1511,-400
                                                        any CSV: NAME=COLUMN[,ZERO,SCALE], (value - ZERO)/SCALE in s, rad, m/s, -1...1
 """
+_FITTED: Final = " fitted "
+"""Between a boat's name and the day, in a fitted file: ``companion check`` shows a boat by her name alone."""
 
 
 def register(actions: Any) -> None:
@@ -59,7 +61,7 @@ def command(arguments: argparse.Namespace) -> int:
 
     start = load_vessel(arguments.vessel) if arguments.vessel else _sailed_by(arguments.runs[0])
     print(f"from {arguments.vessel or f'the file that {arguments.runs[0].name} was sailed by'}: hull '{start.name}'")
-    output = arguments.output or Path(f"{start.name}-fitted.toml")
+    output = arguments.output or Path(f"{_plain(start.name)}-fitted.toml")
     if output.exists():
         raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
     stretches = _stretches(arguments.runs, arguments.columns)
@@ -77,7 +79,8 @@ def command(arguments: argparse.Namespace) -> int:
         seed = seed_fit.seed_gains_for(fit, vessel, SteeringConfig())
     rows = fitted.changes(start, vessel, SteeringConfig())
     day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    write_whole(output, fitted.as_toml(fit, vessel, source, day).encode("utf-8"))
+    named = vessel.model_copy(update={"name": f"{_plain(start.name)}{_FITTED}{day}"})
+    write_whole(output, fitted.as_toml(fit, named, source, day).encode("utf-8"))
     page = arguments.page or output.with_suffix(".html")
     write_whole(page, fit_page.page(fit, vessel, rows, gains=gains, seed=seed, source=source).encode("utf-8"))
     _tell(fit, rows, gains)
@@ -85,6 +88,11 @@ def command(arguments: argparse.Namespace) -> int:
     adopt = f'then name the file in the configuration: vessel = "{output}"'
     print(f"{output}, {page}: read them, {'but do not sail by them' if fitted.doubt(fit) else adopt}")
     return 0
+
+
+def _plain(name: str) -> str:
+    """A boat's name without the day of an earlier fit."""
+    return name.partition(_FITTED)[0]
 
 
 def _sailed_by(run: Path) -> VesselConfig:

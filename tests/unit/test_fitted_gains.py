@@ -5,10 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from companion.cli import main
+from companion.commands import tune_vessel
 from companion.commands.tune_vessel import margin_words
 from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig
 from companion.core.steer.yaw_loop import LoopMargins
+from companion.settings import load_vessel
+from companion.tuning import fit as fitting, fit_page
 from companion.tuning.fit import Fit
 from companion.tuning.fitted import Gains, as_toml, care, doubt, gains_for
 from companion.tuning.hull_arrays import coefficients
@@ -90,3 +94,15 @@ def test_margins_that_hold_are_told_with_the_bandwidth_that_they_need():
     assert "set STEER_BW 1.80" in margin_words(gains_of((9.0, 50.0), (8.5, 46.0), lowered=True))
     told = margin_words(gains_of((9.0, 50.0), (8.5, 46.0)))
     assert told == "margins hold at the worst corner of what is known: at least 8.5 dB (bar 8) and 46 deg (bar 45)"
+
+
+def test_a_fitted_file_is_told_from_the_one_that_it_was_fitted_from(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(tune_vessel, "_stretches", lambda runs, columns: [])
+    monkeypatch.setattr(fitting, "fit_vessel", lambda start, stretches, say: fit_of(start, "m33", 0.1))
+    monkeypatch.setattr(fit_page, "page", lambda *_, **__: "")
+    monkeypatch.chdir(tmp_path)
+    assert main(["tune", "vessel", "run", "--vessel", "otter"]) == 0
+    first = load_vessel("otter-fitted.toml").name
+    assert first.startswith("otter fitted 20")
+    assert main(["tune", "vessel", "run", "--vessel", "otter-fitted.toml", "-o", "again.toml"]) == 0
+    assert load_vessel("again.toml").name.count("fitted") == 1
