@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from companion.core.guide import GuidanceOutput
 from companion.core.vehicle.progress_watch import ProgressWatch
-from mavlink_bridge.language.messages import EstimatedState, PathControlState
+from mavlink_bridge.language.messages import Desired, EstimatedState, PathControlState
 
 S = 1_000_000
 
 
 def run(
-    seconds: float, distance_m=lambda t: None, cross_m=lambda t: 0.0, x_m=lambda t: 0.0, item=lambda t: 0, **path
+    seconds: float, distance_m=lambda t: None, cross_m=lambda t: 0.0, x_m=lambda t: 0.0, item=lambda t: 0, **guided
 ) -> list[tuple[float, str]]:
-    watch, told = ProgressWatch(), []
+    watch, told = ProgressWatch(guided.pop("turning_us", 0)), []
     for tick in range(round(seconds * 2)):
         t_s = tick / 2
-        seen = PathControlState(cross_track_m=cross_m(t_s), distance_m=distance_m(t_s), **path)
+        path = PathControlState(cross_track_m=cross_m(t_s), distance_m=distance_m(t_s))
         state = EstimatedState(0, x_m=x_m(t_s), y_m=0.0)
+        seen = GuidanceOutput(Desired(None, None), path, **guided)
         told += [(t_s, text) for _, text in watch.step(round(t_s * S), item(t_s), seen, state)]
     return told
 
@@ -41,12 +43,23 @@ def test_each_item_starts_anew():
 
 
 def test_on_a_circle_moving_is_progress_and_lying_still_is_none():
-    assert run(100.0, lambda t: 0.0, x_m=lambda t: t, on_path=True, orbit_radius_m=20.0) == []
-    assert run(100.0, lambda t: 0.0, on_path=True, orbit_radius_m=20.0)[0][0] == 20.0
+    assert run(100.0, lambda t: 0.0, x_m=lambda t: t, on_path=True) == []
+    assert run(100.0, lambda t: 0.0, on_path=True)[0][0] == 20.0
 
 
-def test_a_station_that_is_kept_is_no_stall():
-    assert run(100.0, lambda t: 0.3, on_path=True) == []
+def test_a_station_that_is_kept_is_no_stall_however_far_a_turn_sets_the_boat_aside():
+    assert run(100.0, lambda t: 3.0, on_path=True, holds=True) == []
+    assert run(100.0, lambda t: 3.0, arrived=True, holds=True) == [], "a waypoint's hold time runs from its passing on"
+
+
+def test_a_boat_that_lies_about_a_point_which_it_has_not_been_at_is_told_after_a_minute():
+    assert run(100.0, lambda t: 3.0, holds=True) == [(60.0, "no progress for 60 s at item 0, 3 m to go")]
+
+
+def test_a_boat_that_turns_slowly_is_given_the_time_of_a_turn_and_no_more_than_a_minute():
+    assert run(50.0, lambda t: 62.0, turning_us=42 * S)[0] == (42.0, "no progress for 42 s at item 0, 62 m to go")
+    assert run(100.0, lambda t: 62.0, turning_us=15 * S)[0][0] == 20.0
+    assert run(100.0, lambda t: 62.0, turning_us=400 * S)[0][0] == 60.0
 
 
 def test_off_the_track_is_told_after_10_s_once():

@@ -90,7 +90,7 @@ class Guidance:
         self._eight: tuple[float, float, float] | None = None
         self._goal_m = math.inf
         self._end_mps: float | None = None
-        self._arrived = self._on_path = self._slowed = False
+        self._arrived = self._on_path = self._slowed = self._holds = False
         self._last_run_m: float | None = None
         self._sailed_m = 0.0
         self._tight = TightWatch()
@@ -279,6 +279,7 @@ class Guidance:
         near = distance < self._acceptance_m
         self._warn(self._carried.step(distance, near=near, turns_at_rest=self._alone is None))
         self._on_path = self._on_path or near
+        self._holds = self._on_path or distance < self._station.reach_m
         maneuver = self._maneuver
         lat_rad = None if maneuver is None else maneuver.lat_rad
         lon_rad = None if maneuver is None else maneuver.lon_rad
@@ -308,7 +309,13 @@ class Guidance:
             self._say(Severity.CRITICAL, unable[0].upper() + unable[1:] + ": stopped")
         self._unable = unable
         return GuidanceOutput(
-            desired=desired, path=path, arrived=self._arrived, on_path=self._on_path, turns=self._turns(), unable=unable
+            desired=desired,
+            path=path,
+            arrived=self._arrived,
+            on_path=self._on_path,
+            turns=self._turns(),
+            unable=unable,
+            holds=self._holds,
         )
 
     def _turns(self) -> float:

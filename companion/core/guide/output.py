@@ -20,3 +20,5 @@ class GuidanceOutput:
     """Laps sailed since then."""
     unable: str = ""
     """Why nothing sensible can be steered: the caller must stop the vessel. Empty when all is well."""
+    holds: bool = False
+    """A point is being kept: it has been reached, or is so near that a turn for it is made where the boat lies."""

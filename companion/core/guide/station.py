@@ -53,6 +53,8 @@ _RESTS, _GOES, _TURNS = 0.08, 0.16, 0.22
 beyond the third it turns for it when the point lies abeam."""
 _FILLS = 3.0
 """Of as many radii are those shares where kicks over the rudder turn the boat: each turn sets it aside by some decimetres."""
+_SAILS_FROM = 4.0
+"""Beyond as many radii it heads for its point as on any voyage."""
 _ABEAM = 0.8
 """The sine of the bearing off the bow, 53 degrees: from there on way ahead or astern brings the vessel no nearer to speak of."""
 _ALONG_RAD = 0.5
@@ -149,6 +151,13 @@ class StationKeeper:
         self._bow_rad = None
         self._feigned_n = 0.0
 
+    @property
+    def reach_m(self) -> float:
+        """How near its point the boat may lie and turn for it before it comes to it, m."""
+        if self.alone is not None:
+            return max(self._radius_m, _ALONE_M)
+        return self._radius_m if self._turns_at_rest else _SAILS_FROM * self._radius_m
+
     def distance_m(self, state: EstimatedState) -> float:
         assert state.x_m is not None
         assert state.y_m is not None
@@ -171,7 +180,7 @@ class StationKeeper:
         self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
     ) -> Desired:
         distance = math.hypot(north, east)
-        if distance > 4.0 * self._radius_m:
+        if distance > _SAILS_FROM * self._radius_m:
             return self._go(state, north, east, drift)
         push_mps = self._statics.speed_for_thrust(self._push.strength_n)
         weak_mps = self._weak_mps * (_STAYS_WEAK if self._sailing_back else 1.0)
@@ -299,8 +308,7 @@ class StationKeeper:
         self, state: EstimatedState, north: float, east: float, drift: tuple[float, float], alone: Alone
     ) -> Desired:
         """With one thruster there is no astern and no turn at rest: sail to the point, let go there, and come back to it."""
-        reach_m = max(self._radius_m, _ALONE_M)
-        self._returning = math.hypot(north, east) > (_ALONE_BACK if self._returning else 1.0) * reach_m
+        self._returning = math.hypot(north, east) > (_ALONE_BACK if self._returning else 1.0) * self.reach_m
         if not self._returning:
             return _AT_REST
         go = self._go(state, north, east, drift)

@@ -156,6 +156,11 @@ class Handling:
         """Return the greatest steady yaw rate at a speed through the water, rad/s."""
         return min(self._look_up(self._rates, speed_mps), self._steered_radps)
 
+    @property
+    def slow_turn_radps(self) -> float:
+        """Return the greatest steady yaw rate under way at a third of the top speed, rad/s: most boats turn round faster."""
+        return self.max_yaw_rate(SLOW_SHARE * self.top_mps)
+
     def yaw_rate_for_way(self, speed_mps: float) -> float:
         """Return the greatest yaw rate of a turn that may cost a quarter of the speed through the water, rad/s.
 

@@ -14,7 +14,7 @@ from ..guard.gate import Gate
 from ..guard.monitors import Monitors
 from ..guard.propulsion import PropulsionWatch
 from ..guide import Guidance
-from ..hull import VesselConfig
+from ..hull import Handling, VesselConfig
 from ..hull.geometry import geometry_of
 from ..hull.statics import Statics
 from ..steer import make_controller
@@ -26,7 +26,7 @@ from .navigator import Navigator
 from .operators import Operators
 from .plan_fence import PlanFence
 from .plan_reach import PlanReach
-from .progress_watch import ProgressWatch
+from .progress_watch import ProgressWatch, turning_us
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         navigator=Navigator(config.modes, mission, failsafe.manual_timeout_s),
         plan_reach=PlanReach(config.mission),
         plan_fence=PlanFence(fence),
-        progress=ProgressWatch(),
+        progress=ProgressWatch(turning_us(Handling(vessel))),
         guidance=Guidance(config.guidance, vessel),
         controller=make_controller(config.steering.profile, config.steering, vessel),
         guard=DepthGuard(config.depth, geometry),

@@ -6,12 +6,18 @@ keeps its links and its position; only the distance to go tells.
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState, PathControlState, Severity
 
+from ..guide.output import GuidanceOutput
+from ..hull import Handling
+
 STALLED_US: Final = 20_000_000
-"""Longer than any turn, stop or gust takes; short enough to help before a drift matters."""
+"""Longer than a turn, stop or gust takes most boats; short enough to help before a drift matters."""
+PATIENT_US: Final = 60_000_000
+"""No boat is given longer, however slowly she turns; and so long has each whose bow comes round where she lies, about her point."""
 AGAIN_US: Final = 60_000_000
 """The same trouble is told again so long after, while it lasts."""
 STEP_M: Final = 1.0
@@ -24,10 +30,17 @@ OFF_TRACK_US: Final = 10_000_000
 """DUNE's time for it."""
 
 
+def turning_us(handling: Handling) -> int:
+    """How long a boat may come no nearer because she turns: once round. She may have to turn back, and is as far off again by then."""
+    return round(2.0 * math.pi / handling.slow_turn_radps * 1e6)
+
+
 class ProgressWatch:
     """Feed it each tick of a plan under way; ``rest`` at any other."""
 
-    def __init__(self) -> None:
+    def __init__(self, turning_us: int = 0) -> None:
+        """``turning_us``: what the boat's file says that a turn takes her."""
+        self._stalled_us = min(max(STALLED_US, turning_us), PATIENT_US)
         self.rest()
 
     def rest(self) -> None:
@@ -41,35 +54,35 @@ class ProgressWatch:
         self._told_off = False
 
     def step(
-        self, now_us: int, number: int, path: PathControlState, state: EstimatedState
+        self, now_us: int, number: int, guided: GuidanceOutput, state: EstimatedState
     ) -> list[tuple[Severity, str]]:
         """Return what is to be told. ``number``: the item under way, from 0."""
-        if path.on_path and path.orbit_radius_m is None and path.eight is None:
+        path = guided.path
+        if guided.holds and (guided.arrived or guided.on_path):
             self.rest()
             return []
-        if (number, path.on_path) != self._item:
+        if (number, guided.on_path) != self._item:
             self.rest()
-            self._item, self._since_us = (number, path.on_path), now_us
+            self._item, self._since_us = (number, guided.on_path), now_us
         texts = self._track(now_us, path)
-        if self._gains(path, state):
+        stalled_us = PATIENT_US if guided.holds else self._stalled_us
+        if self._moves(state) if guided.on_path else self._comes_nearer(path.distance_m):
             self._since_us = now_us
-        elif now_us - self._since_us >= STALLED_US:
-            self._since_us = now_us + AGAIN_US - STALLED_US
+        elif now_us - self._since_us >= stalled_us:
+            self._since_us = now_us + AGAIN_US - stalled_us
             left = "" if path.distance_m is None else f", {path.distance_m:.0f} m to go"
-            texts.append((Severity.WARNING, f"no progress for 20 s at item {number}{left}"))
+            texts.append((Severity.WARNING, f"no progress for {stalled_us / 1e6:.0f} s at item {number}{left}"))
         return texts
 
-    def _gains(self, path: PathControlState, state: EstimatedState) -> bool:
-        """Whether the boat has come nearer, or on a closed figure has moved on at all."""
-        if path.on_path:
-            return self._moves(state)
-        distance_m, best_m = path.distance_m, self._best_m
+    def _comes_nearer(self, distance_m: float | None) -> bool:
+        best_m = self._best_m
         if distance_m is not None and (best_m is None or distance_m < best_m - STEP_M):
             self._best_m = distance_m
             return True
         return False
 
     def _moves(self, state: EstimatedState) -> bool:
+        """Whether a boat on a closed figure has moved on at all."""
         if state.x_m is None or state.y_m is None:
             return False
         here, place = (state.x_m, state.y_m), self._place

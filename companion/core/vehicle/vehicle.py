@@ -312,9 +312,9 @@ class Vehicle:
     def _follow_up(self, ticked: Ticked) -> tuple[int, ...]:
         """Let the plan move on, and say what the parts have to say; return the items that were reached."""
         parts, sensed, guided, say_all = self.parts, ticked.sensed, ticked.course.guided, self.controls.voice.say_all
+        self._watch_progress(ticked)  # before the plan moves on: what is left to go is this item's
         if guided is not None:
             parts.navigator.advance(sensed.now_us, sensed.state, guided)
-        self._watch_progress(ticked)
         for part in (parts.estimator, parts.guidance, parts.navigator, parts.operators):
             say_all(part.drain_texts())
         reached, effects = parts.mission.drain()
@@ -331,7 +331,7 @@ class Vehicle:
             parts.progress.rest()
             return
         sensed = ticked.sensed
-        self.controls.voice.say_all(parts.progress.step(sensed.now_us, mission.seq, guided.path, sensed.state))
+        self.controls.voice.say_all(parts.progress.step(sensed.now_us, mission.seq, guided, sensed.state))
 
     def _take_effect(self, effect: Effect) -> None:
         """What an item of the plan does beside sailing."""
