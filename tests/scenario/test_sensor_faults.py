@@ -112,6 +112,16 @@ def test_row_22_lost_fix_neutral_at_once(fault: str) -> None:
     assert until(world, 2.0, neutral) <= 0.6
 
 
+def test_a_stopped_boat_that_drifts_is_told_of_as_moving_once() -> None:
+    """Wind and current carried her at 0.30 to 0.41 m/s: told, and told to be over, six times in six minutes."""
+    world = on_the_circle("depth.enabled=false", "world.water.current_mps=0.3", "world.water.wind_mps=5")
+    faults(world).gnss_silent = True
+    texts_during(world, 5.0)
+    faults(world).gnss_silent = False
+    told = [text for text in texts_during(world, 350.0) if "neutral" in text]
+    assert told == ["Moving with thrusters in neutral"]
+
+
 def test_row_23_a_jump_is_never_steered_on() -> None:
     world = on_the_circle()
     faults(world).set("jump_east_m", 200.0)

@@ -60,8 +60,22 @@ def test_row_63_speed_without_thrust():
     watch = Watch()
     assert not watch.step(9.95, sog=0.31).moving_in_neutral
     assert watch.step(0.1, sog=0.31).moving_in_neutral
+    assert not watch.step(20.0, sog=0.14).moving_in_neutral
     assert not watch.step(20.0, sog=0.3).moving_in_neutral
     assert not watch.step(20.0, thrust=0.1, sog=2.0).moving_in_neutral
+
+
+def test_a_drift_that_wavers_about_the_bound_is_told_of_once():
+    watch = Watch()
+    watch.step(10.05, sog=0.35)
+    for _ in range(10):
+        assert watch.step(8.0, sog=0.2).moving_in_neutral
+        assert watch.step(8.0, sog=0.14).moving_in_neutral
+    assert watch.step(20.0, sog=None).moving_in_neutral, "unknown is neither moving nor still"
+    assert watch.step(9.95, sog=0.14).moving_in_neutral
+    assert not watch.step(0.1, sog=0.14).moving_in_neutral
+    watch.step(10.05, sog=0.35)
+    assert not watch.step(thrust=0.1, sog=0.35).moving_in_neutral, "it is no longer in neutral"
 
 
 def test_drift_while_stopped():

@@ -27,7 +27,9 @@ _TICK_WINDOW_US: Final = 10_000_000
 _STILL_MPS: Final = 0.2
 """Hardly creeping, yet well above a receiver's noise of some 0.03 m/s. A stream that just equals the vessel's best speed looks
 the same as dead thrust, and is as hopeless."""
-
+_CALMED: Final = 0.5
+"""Share of the speed that is worth a warning below which a boat in neutral has come to rest: wind and current that carry her waver by a
+third, and she was told of as moving and as over it eleven times in six minutes."""
 _FORGOTTEN_US: Final = 600_000_000
 """Two oscillations so far apart have nothing to do with each other."""
 _LONGEST_US: Final = 120_000_000
@@ -48,9 +50,9 @@ class MonitorConfig(Config):
     stuck_share: float = Field(0.25, gt=0, le=1)
     """Stuck when slower than this share of what the thrust should give, and than `drift_mps`."""
     drift_mps: float = Field(0.3, gt=0, le=5)
-    """Speed over ground in neutral that is worth a warning; what makes as much is not stuck."""
+    """Speed over ground in neutral that is worth a warning, until she lies below half of it; what makes as much is not stuck."""
     drift_s: float = Field(10.0, gt=0, le=600)
-    """So long in neutral before moving is warned of."""
+    """So long in neutral before moving is warned of, and so long nearly still before it is over."""
     drift_alarm_m: float = Field(5.0, gt=0, le=1000)
     """Drift since a failsafe stop at which the alarm is given; again at each doubling."""
     oscillation_reversals: int = Field(5, ge=3, le=50)
@@ -102,6 +104,21 @@ class Held:
         if self._since_us is None:
             self._since_us = now_us
         return now_us - self._since_us >= for_us
+
+
+class Adrift:
+    """Moving in neutral: told after a time, and over only when she has lain nearly still for as long; a speed unknown changes nothing."""
+
+    def __init__(self) -> None:
+        self._fast, self._still = Held(), Held()
+        self._told = False
+
+    def step(self, now_us: int, neutral: bool, speed_mps: float | None, *, bound_mps: float, for_us: int) -> bool:
+        made_mps = speed_mps if neutral else None
+        fast = self._fast.step(now_us, made_mps is not None and made_mps > bound_mps, for_us)
+        still = self._still.step(now_us, made_mps is not None and made_mps < _CALMED * bound_mps, for_us)
+        self._told = neutral and (fast or (self._told and not still))
+        return self._told
 
 
 class Reversals:
@@ -240,7 +257,7 @@ class Monitors:
     def __init__(self, config: MonitorConfig, rudder_max_rad: float, period_us: int) -> None:
         """``rudder_max_rad``: full rudder of the hull, to weigh a rudder's swing. ``period_us``: of the tick."""
         self._full_rad, self.period_us = rudder_max_rad, period_us
-        self._stuck, self._adrift = Held(), Held()
+        self._stuck, self._adrift = Held(), Adrift()
         self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
         self._steadying = Steadying()
         self._battery, self._ticks, self._drift = Battery(), Ticks(period_us / 1e6), Drift()
@@ -273,15 +290,14 @@ class Monitors:
         vessel_speed_fn: SpeedForThrust,
     ) -> MonitorFlags:
         """``output``: what was sent last. ``stopped``: a failsafe holds the vessel in neutral. ``late_s``: of this tick."""
-        no_way = adrift = False
-        speed_mps = state.sog_mps
+        no_way = False
+        speed_mps, port, starboard = state.sog_mps, output.thruster_port, output.thruster_starboard
         if speed_mps is not None:
-            port, starboard = output.thruster_port, output.thruster_starboard
-            adrift = port == 0.0 and starboard == 0.0 and speed_mps > self._drift_mps
             no_way = self._watch_way and self._no_way(speed_mps, 0.5 * (port + starboard), desired, vessel_speed_fn)
+        neutral, bound_mps, drift_us = port == 0.0 and starboard == 0.0, self._drift_mps, self._drift_us
         said = (
             self._stuck.step(now_us, no_way, self._stuck_us),
-            self._adrift.step(now_us, adrift, self._drift_us),
+            self._adrift.step(now_us, neutral, speed_mps, bound_mps=bound_mps, for_us=drift_us),
             self._drift.step(state, stopped, self._alarm_m),
             self._steadying.step(now_us, self._oscillates(now_us, output), self._hold_us),
             *self._battery.step(now_us, supply),
