@@ -30,8 +30,12 @@ _SURE: Final = 2.0
 """A change is told when it is this many spreads away from none."""
 _BARS: Final = {"thrust": 0.08, "drag": 0.15, "turning": 0.25, "starboard_share": 0.08, "area": 0.15}
 """And at least so large: less changes nothing that an operator would notice, and every file is wrong by as much."""
+_REST_BAR: Final = 0.05
+"""And a way to rest that is longer by so much: no margin of the guards hangs on less."""
 _ALIKE: Final = 0.6
 """Thrust and drag that are smaller by shares whose ratio is at least this are one thing: mass."""
+_LEAST_MORE: Final = -0.9
+"""A tenth of the drag is left to any hull."""
 _PER_MASS: Final = ("thrust", "drag")
 _PER_INERTIA: Final = ("turning", "area")
 _THROTTLE: Final = 0.6
@@ -61,8 +65,20 @@ class Comparison:
     speed_mps: tuple[float, float]
     """At 60 % throttle: by the file, by the voyages."""
     rest_m: tuple[float, float]
-    """Way to rest from that speed, the same; by the file with its safety factor."""
+    """Way to rest from the speed by the voyages, the same; by the file with its safety factor."""
+    rest_between_m: tuple[float, float]
+    """The 95 % interval of what the voyages say of it."""
     shares: dict[str, Share]
+
+    @property
+    def runs_on(self) -> bool:
+        """Whether the boat surely runs on farther than the guards reckon with."""
+        by_file_m, found_m = self.rest_m
+        return found_m > (1.0 + _REST_BAR) * by_file_m and self.rest_between_m[0] > by_file_m
+
+    @property
+    def fits(self) -> bool:
+        return not self.findings and not self.runs_on
 
     @property
     def findings(self) -> tuple[str, ...]:
@@ -136,7 +152,13 @@ def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = 
     old = Statics(vessel.model_copy(update={"stopping_factor": 1.0}))
     speeds = old.throttle_to_speed(_THROTTLE), now.throttle_to_speed(_THROTTLE)
     rest = Statics(vessel).stopping_distance_m(speeds[1]), now.stopping_distance_m(speeds[1])
-    return Comparison(windows.count * WINDOW_S, speeds, rest, shares)
+    drag = shares["drag"]
+    # a boat that runs out is slowed by her drag alone
+    between = [
+        _worn(vessel, shares | {"drag": Share(max(drag.more + end, _LEAST_MORE), 0.0)}).stopping_distance_m(speeds[1])
+        for end in (drag.sure, -drag.sure)
+    ]
+    return Comparison(windows.count * WINDOW_S, speeds, rest, rest_between_m=(between[0], between[1]), shares=shares)
 
 
 def _free(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:

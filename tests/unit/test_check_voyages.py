@@ -5,6 +5,7 @@ import pytest
 import config
 from companion.cli import main
 from companion.core.trial import TrialConfig
+from companion.io.recording.input_recorder import InputRecorder
 from companion.tuning.compare import Comparison, Share, compare
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
@@ -40,6 +41,42 @@ def test_fouling_is_told_with_its_size_and_the_command_fails(tmp_path, capsys):
     assert "fit it anew" in told
 
 
+def run_of(folder, table, vessel):
+    """A run's folder that holds this record, sailed by this file."""
+    folder.mkdir()
+    (folder / "control.csv").write_text("".join(table.splitlines(keepends=True)[:2200]))
+    head = bytearray()
+    InputRecorder(head.extend).start({"settings": {}, "vessel": vessel.model_dump(mode="json")})
+    (folder / "inputs.bin").write_bytes(head)
+    return folder
+
+
+def test_a_voyage_that_was_sailed_by_another_file_accuses_nobody(tmp_path, capsys):
+    """A true file was told that its boat is 26 % lighter, and a way to rest that is a third too short."""
+    table = sailed(worn(shipped("blueboat"), drag=1.4), tmp_path / "fouled.csv").read_text()
+    other, own = (run_of(tmp_path / name, table, shipped(name)) for name in ("otter", "blueboat"))
+    assert main([*CHECK, "--voyage", str(other)]) == 0
+    told = capsys.readouterr().out
+    assert f"{other}: sailed by another hull file ('{shipped('otter').name}')" in told
+    assert "undecided" in told
+    assert "NO LONGER" not in told
+    assert "way to rest" not in told
+    assert main([*CHECK, "--voyage", str(other), str(own)]) == 1
+    told = capsys.readouterr().out
+    assert "left out" in told
+    assert "NO LONGER   the drag is" in told
+
+
+@pytest.mark.parametrize(
+    ("found_m", "between_m", "runs_on"),
+    [(3.2, (2.8, 3.6), False), (3.4, (3.1, 3.7), True), (3.05, (3.01, 3.09), False), (2.0, (1.8, 2.2), False)],
+)
+def test_a_way_to_rest_is_longer_when_its_interval_is_and_then_the_file_does_not_fit(found_m, between_m, runs_on):
+    """3.2 m of 3.0 was warned of and called a fit in one breath."""
+    compared = _compared((3.0, found_m), between_m, {})
+    assert (compared.runs_on, compared.fits) == (runs_on, not runs_on)
+
+
 def test_a_voyage_that_is_none_is_named(tmp_path, capsys):
     run = tmp_path / "short.csv"
     run.write_text("t_s,heading_deg\n0,1\n")
@@ -47,9 +84,14 @@ def test_a_voyage_that_is_none_is_named(tmp_path, capsys):
     assert "short.csv" in capsys.readouterr().err
 
 
+def _compared(rest_m, between_m, shares):
+    return Comparison(400.0, (1.6, 1.6), rest_m, rest_between_m=between_m, shares=shares)
+
+
 def _shares(**more):
     usual = dict.fromkeys(("thrust", "drag", "turning", "starboard_share", "area"), 0.0)
-    return Comparison(400.0, (1.6, 1.6), (4.0, 4.0), {k: Share(v, 0.05) for k, v in (usual | more).items()}).findings
+    shares = {k: Share(v, 0.05) for k, v in (usual | more).items()}
+    return _compared((4.0, 4.0), (3.8, 4.2), shares).findings
 
 
 def test_load_is_told_once_though_it_shows_in_all_that_acts_against_inertia():

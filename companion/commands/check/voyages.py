@@ -4,22 +4,30 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...core.hull import VesselConfig
+from ...io.recording import InputReader, InputsError
 from ...settings import ConfigError
+from ...settings.moved import carry_over
 from .. import MissingExtraError, install_line
 from ..progress import ProgressLine
 
+if TYPE_CHECKING:
+    from ...tuning.compare import Comparison
+
 
 def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
-    """Hold the file against the runs and print what was found; return whether it still fits."""
+    """Hold the file against the runs and print what was found; return whether it still fits, as far as they can tell."""
     if importlib.util.find_spec("scipy") is None:
         raise MissingExtraError(f"comparing with voyages needs scipy: {install_line('design')}")
     from ...tuning.compare import compare
     from ...tuning.voyages import read_voyage
 
+    others = {run: hull.name for run in runs if (hull := _sailed_by(run)) is not None and not _moves_as(hull, vessel)}
+    own = [run for run in runs if run not in others]
     found = []
-    for run in runs:
+    for run in own or runs:
         try:
             found += read_voyage(run)
         except (OSError, ValueError) as error:
@@ -29,19 +37,70 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
             compared = compare(vessel, found, progress.say)
         except ValueError as error:
             raise ConfigError(", ".join(map(str, runs)), [str(error)]) from None
-    before, now = compared.speed_mps
+    for run, name in others.items():
+        print(
+            f"  NOTE        {run}: sailed by another hull file ('{name}'), {'left out' if own else 'and tells little of this one'}"
+        )
+    return _judged(compared) if own else _undecided(compared)
+
+
+def _judged(compared: Comparison) -> bool:
+    (by_file_m, found_m), (least_m, most_m) = compared.rest_m, compared.rest_between_m
     print(
-        f"  voyages     {compared.seconds:.0f} s: {now:.2f} m/s at 60 % throttle, the file says {before:.2f}; "
-        f"way to rest from there {compared.rest_m[1]:.1f} m, the file reckons with {compared.rest_m[0]:.1f}"
+        f"  voyages     {_speeds(compared)}; way to rest from there {found_m:.1f} m ({least_m:.1f} to {most_m:.1f}), "
+        f"the file reckons with {by_file_m:.1f}"
     )
     for finding in compared.findings:
         print(f"  NO LONGER   {finding}")
-    if compared.rest_m[1] > compared.rest_m[0]:
+    if compared.runs_on:
         print(
             "  WARNING     the boat runs on farther than the guards reckon with: fit the file anew before sailing near anything"
         )
-    if compared.findings:
-        print("  mend        fit it anew: companion tune vessel RUN, or clean what is fouled")
-    else:
+    if compared.fits:
         print("  fits        the file fits these voyages")
-    return not compared.findings
+    else:
+        print("  mend        fit it anew: companion tune vessel RUN, or clean what is fouled")
+    return compared.fits
+
+
+def _undecided(compared: Comparison) -> bool:
+    """Of voyages by other files. A law that another file has tuned answers gusts otherwise, which looks like a lighter boat: nothing is
+    held against a file for it; and the way to rest, which comes out too short, is not told.
+    """
+    print(f"  voyages     {_speeds(compared)}")
+    if compared.fits:
+        print("  fits        the file fits these voyages")
+    else:
+        print("  undecided   sail by this file, and hold it against that voyage")
+    return True
+
+
+def _speeds(compared: Comparison) -> str:
+    before, now = compared.speed_mps
+    return f"{compared.seconds:.0f} s: {now:.2f} m/s at 60 % throttle, the file says {before:.2f}"
+
+
+def _sailed_by(run: Path) -> VesselConfig | None:
+    """The hull file that a run was sailed by; None where that is not known: a log from elsewhere, a run without its inputs."""
+    folder = run.parent if run.name == "control.csv" else run
+    try:
+        reader = InputReader(folder / "inputs.bin")
+    except (OSError, InputsError):
+        return None
+    reader.close()
+    try:
+        settings, hull = reader.meta["settings"], reader.meta["vessel"]
+        carry_over(settings, hull)
+        return VesselConfig.model_validate(hull)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return None
+
+
+def _moves_as(one: VesselConfig, other: VesselConfig) -> bool:
+    """Whether a law and an estimator make the same of both; a sounder's place or a name changes nothing."""
+    return (one.hull, one.thruster, one.rudder, one.windage) == (
+        other.hull,
+        other.thruster,
+        other.rudder,
+        other.windage,
+    )
