@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.hull import VesselConfig
-from ...io.recording import InputReader, InputsError
+from ...replay import ReplayError, recorded_vessel
 from ...settings import ConfigError
-from ...settings.moved import carry_over
 from .. import MissingExtraError, install_line
 from ..progress import ProgressLine
 
@@ -82,17 +81,9 @@ def _speeds(compared: Comparison) -> str:
 
 def _sailed_by(run: Path) -> VesselConfig | None:
     """The hull file that a run was sailed by; None where that is not known: a log from elsewhere, a run without its inputs."""
-    folder = run.parent if run.name == "control.csv" else run
     try:
-        reader = InputReader(folder / "inputs.bin")
-    except (OSError, InputsError):
-        return None
-    reader.close()
-    try:
-        settings, hull = reader.meta["settings"], reader.meta["vessel"]
-        carry_over(settings, hull)
-        return VesselConfig.model_validate(hull)
-    except (AttributeError, KeyError, TypeError, ValueError):
+        return recorded_vessel(run.parent if run.name == "control.csv" else run)
+    except ReplayError:
         return None
 
 
