@@ -20,6 +20,10 @@ class Proof(Enum):
     """The compact radio's key; which station of the gateway it was is the gateway's word."""
 
 
+ONE_VOICE: Final = (-1, -1)
+"""System and component of a link that speaks for whoever commands at its far end: numbers that no frame can carry."""
+
+
 @dataclass(frozen=True, slots=True)
 class Station:
     """One speaker. Two programs with the same ids on two links, or behind one link on two hosts, are two stations."""
@@ -34,15 +38,18 @@ class Station:
     bystander: bool = False
     """Somebody at the boat's page: stops the vessel, never commands it, and its life is no station's."""
 
+    @property
+    def gateway(self) -> bool:
+        """Whether it speaks for whoever commands at the far end of a radio."""
+        return (self.system, self.component) == ONE_VOICE
+
     def __str__(self) -> str:
         if self.bystander:
             return f"the {self.link} at {self.host}"
-        who = "the gateway" if not self.system else f"station {self.system}"
+        who = "the gateway" if self.gateway else f"station {self.system}"
         return f"{who} over {self.link}" if self.link else who
 
 
-ONE_VOICE: Final = (0, 0)
-"""System and component of a link that speaks for whoever commands at its far end."""
 
 
 @dataclass(frozen=True, slots=True)

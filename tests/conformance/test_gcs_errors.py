@@ -102,6 +102,20 @@ def test_check_65_our_own_frames_coming_back_are_dropped(bench):
     assert bench.endpoint.counters.own == 1
 
 
+@pytest.mark.parametrize("component", [0, 190])
+def test_system_0_is_no_station(bench, component):
+    """It addresses everybody: a sender with it would be one with whom no configuration can deal."""
+    nobody = Station(0, component)
+    bench.send(GCS_HEARTBEAT, nobody)
+    bench.send(dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0), nobody)
+    bench.send(dialect.MAVLink_param_set_message(1, 1, b"TEST_001", 5.0, 9), nobody)
+    bench.tick()
+    assert not bench.endpoint.heard
+    assert not bench.vessel.handled
+    assert bench.endpoint.counters.nobody == 3
+    assert bench.endpoint.bad_frames == 3
+
+
 @pytest.mark.parametrize("length", [0, 1, 49, 50, 51, 99, 100, 101, 230])
 def test_check_66_long_texts_are_chunked(bench, length):
     text = ("The depth guard stopped the boat: " * 9)[:length]

@@ -136,6 +136,19 @@ def test_with_ids_a_viewer_is_refused_by_name_and_may_still_stop_the_boat():
     assert not crew.world.snapshot.armed
 
 
+@pytest.mark.parametrize("same_link", [True, False])
+def test_with_ids_system_0_is_nobody_and_opens_the_door_to_nobody(same_link):
+    """Its HEARTBEAT once made everybody on its connection "the gateway", which may always command."""
+    crew = Crew((255, 190), 'operator.ids=["255/190"]')
+    nobody, viewer = crew.beside((0, 0), same_link=same_link), Station(77, 190)
+    crew.sail()
+    for station in (nobody, viewer, nobody, viewer):
+        link = crew.link if same_link else crew.second
+        link.write(0, station.codec.encode(dialect.MAVLink_command_long_message(1, 1, SET_MODE, 0, 1, 15, *[0.0] * 5)))
+        crew.run(3.0)
+        assert crew.world.snapshot.mode.value == "Auto"
+
+
 def test_the_command_can_be_asked_for_and_given_back_without_motion():
     crew = Crew()
     crew.beside((77, 190), same_link=False)

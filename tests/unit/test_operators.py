@@ -8,14 +8,14 @@ from companion.core.vehicle.config import OperatorConfig
 from companion.core.vehicle.operators import Operators, leads
 from mavlink_bridge.language import requests as ask
 from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.language.stations import Heard, Station
+from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 
 QGC = Station(255, 190, "gcs", "10.0.0.2")
 PROXY = Station(255, 230, "gcs", "10.0.0.2")
 VIEWER = Station(77, 190, "gcs", "10.0.0.3")
 TWIN = Station(255, 190, "gcs", "10.0.0.3")
 SDK = Station(245, 190, "sdk", "10.0.0.2")
-GATEWAY = Station(0, 0, "radio", "", radio=True)
+GATEWAY = Station(*ONE_VOICE, "radio", "", radio=True)
 GO, HOLD, ARM = ask.SetMode(Mode.AUTO), ask.SetMode(Mode.HOLD), ask.Arm(True)
 S = 1_000_000
 
@@ -145,6 +145,13 @@ def test_with_ids_others_are_refused_by_name_and_their_silence_does_not_matter()
     assert not operators.hears(heard(viewer=9.0))
     assert gcs_s(operators, 10.0, qgc=9.0) == pytest.approx(1.0)
     assert operators.refusal(GATEWAY, 0) == "", "the gateway has ids of its own"
+
+
+def test_nobody_is_the_gateway_by_the_number_that_its_frames_carry():
+    operators = Operators(["255/190"])
+    assert "station 0 over gcs is no operator here" in operators.refusal(Station(0, 0, "gcs"), 0)
+    assert gcs_s(operators, 10.0) is None
+    assert operators.ages([Heard(Station(0, 0, "gcs"), 9 * S)], 10 * S).gcs_s is None
 
 
 def test_with_ids_command_passes_by_one_request_told_to_both():

@@ -99,7 +99,7 @@ class Operators:
         ids = self._ids
         if station.bystander:
             return False
-        if not station.system:
+        if station.gateway:
             return True  # the gateway has ids of its own, and the radio's key
         return not ids or (station.system, None) in ids or (station.system, station.component) in ids
 

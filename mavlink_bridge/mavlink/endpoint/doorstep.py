@@ -16,7 +16,7 @@ from ..persona import EndpointConfig
 from ..telemetry.outbox import TokenBucket
 from ..telemetry.streams import HEARTBEAT, Composer
 from ..wire.codec import Codec
-from ..wire.framing import SIGNATURE_LEN, Deframer
+from ..wire.framing import EVERYBODY, SIGNATURE_LEN, Deframer
 from ..wire.signing import FrameVerdict, Signer, SigningState, judge
 
 HEARTBEAT_US: Final = 1_000_000
@@ -68,6 +68,8 @@ class Doorstep:
         self._bucket.spend(len(data))
         self._kept = (self._kept + data)[-max(KEPT_BYTES, len(data)) :]
         for frame in self._deframer.receive(data, now_us):
+            if frame.system == EVERYBODY:
+                continue
             verdict = judge(self._signing, frame)
             if verdict is FrameVerdict.ACCEPTED:
                 return self._kept

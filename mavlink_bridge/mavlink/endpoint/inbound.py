@@ -8,7 +8,7 @@ from typing import Any, Final
 from ..persona import EndpointConfig
 from ..telemetry.outbox import TokenBucket
 from ..wire.codec import decode
-from ..wire.framing import Deframer, DuplicateFilter, Frame
+from ..wire.framing import EVERYBODY, Deframer, DuplicateFilter, Frame
 from ..wire.signing import Verifier
 
 _BYTES_PER_TOKEN: Final = 64.0
@@ -24,6 +24,8 @@ class Counters:
     """Not signed as this link demands (``signing.Verdict`` says why)."""
     copies: int = 0
     own: int = 0
+    nobody: int = 0
+    """From system 0, which addresses everybody and is no sender's own number."""
     unknown: int = 0
     not_ours: int = 0
 
@@ -42,7 +44,7 @@ class Inbound:
     @property
     def bad_frames(self) -> int:
         framing = self._deframer.counters
-        return framing.bad_crc + framing.bad_flags + framing.stalled + self.counters.refused
+        return framing.bad_crc + framing.bad_flags + framing.stalled + self.counters.refused + self.counters.nobody
 
     def receive(self, data: bytes, now_us: int) -> list[Any]:
         """Return the messages for this vessel in ``data``, decoded, oldest first."""
@@ -63,6 +65,9 @@ class Inbound:
         counters, config = self.counters, self._config
         if frame.system == config.system_id and frame.component == config.component_id:
             counters.own += 1
+            return None
+        if frame.system == EVERYBODY:
+            counters.nobody += 1
             return None
         if self._filter.is_copy(frame, now_us):
             # before the signature, which would call a copy made by the network a replay

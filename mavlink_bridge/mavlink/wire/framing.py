@@ -21,6 +21,8 @@ MARKER_V2: Final = 0xFD
 MAX_FRAME: Final = 280
 """Longest frame: MAVLink 2 header 10, payload 255, checksum 2, signature 13."""
 SIGNATURE_LEN: Final = 13
+EVERYBODY: Final = 0
+"""System id that addresses all systems, and is no sender's."""
 INCOMPAT_SIGNED: Final = 0x01
 STALL_US: Final = 500_000
 """Default time limit of an incomplete frame: a longest frame takes 290 ms at 9600 baud."""
