@@ -31,7 +31,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
 from .audit import Audit, ordered_text, own_request, whom
-from .changes import ends_far_word, parameter_problem, saving
+from .changes import ends_far_word, parameter_problem, saving, setting_refusal, telling
 from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
@@ -303,10 +303,12 @@ class App:
     def _carry_out(self, request: Request, answer: Answer, now_us: int, *, by_radio: bool) -> None:
         answer = self.audit.noting(request, answer, now_us)
         body = request.body
-        if isinstance(body, LoadPlan):
-            self._load(body, answer)
+        if refusal := setting_refusal(self.controls, request, now_us):
+            answer(Reply(Result.REJECTED_NOW, refusal))
+        elif isinstance(body, LoadPlan):
+            self._load(body, telling(self.controls, request, answer))
         elif isinstance(body, SetParameter):
-            self._set_parameter(body, answer)
+            self._set_parameter(body, telling(self.controls, request, answer))
         elif isinstance(body, RtcmData):
             for port in self.sensors[:1]:
                 port.send(0, body.data)

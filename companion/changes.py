@@ -1,16 +1,36 @@
-"""Changes that a station asks for, judged before they are stored: a parameter's value, and what a new plan ends."""
+"""Changes that a station asks for, judged before they are stored: who may ask, a parameter's value, and what a new plan ends."""
 
 from __future__ import annotations
 
-from mavlink_bridge.language.requests import LoadPlan, PlanKind, SetParameter
+from mavlink_bridge.language.requests import LoadPlan, PlanKind, Reply, Request, Result, SetParameter
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
+from .core.vehicle.controls import Controls
 from .core.vehicle.plan_reach import FAR_OK, plan_number
 from .facade import Facade
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveParam, SavePlan, Together
+from .lasting import Answer
+
+
+def setting_refusal(controls: Controls, request: Request, now_us: int) -> str:
+    """Return why the sender may not change a plan or a parameter, or an empty string."""
+    if not isinstance(request.body, LoadPlan | SetParameter):
+        return ""
+    return controls.parts.operators.objection(request.body, request.station, now_us, manual=False)
+
+
+def telling(controls: Controls, request: Request, answer: Answer) -> Answer:
+    """Return ``answer`` so that the commander hears of a change that was made."""
+
+    def told(reply: Reply) -> None:
+        if reply.result is Result.ACCEPTED:
+            controls.parts.operators.has_set(request.body, request.station, armed=controls.armed)
+        answer(reply)
+
+    return told
 
 
 def parameter_problem(facade: Facade, vessel: VesselConfig, body: SetParameter) -> str:

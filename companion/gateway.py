@@ -34,7 +34,7 @@ from mavlink_bridge.radio.shore.showing import Showing
 from .core.config import Config
 from .core.guard.gate import Gate, GateConfig
 from .core.vehicle.config import OperatorIds
-from .core.vehicle.operators import Operators, leads
+from .core.vehicle.operators import Operators
 from .facade import SettingsParams, software_version
 from .io.keeping import AnyStore, MemoryStore
 from .io.keeping.content import SaveValue
@@ -311,7 +311,7 @@ class Gateway:
         if isinstance(request.body, TakeCommand):
             talk.reply(request.id, self.operators.asked(request.body, request.station, now_us), now_us)
             return
-        refusal = self.operators.refusal(request.station, now_us) if leads(request.body, manual=False) else ""
+        refusal = self.operators.objection(request.body, request.station, now_us, manual=False)
         if refusal:
             talk.reply(request.id, Reply(Result.REJECTED_NOW, refusal), now_us)
         elif isinstance(request.body, LoadPlan) or crosses(request.body):
@@ -332,6 +332,8 @@ class Gateway:
             talk.reply(request.id, reply, now_us)
             if reply.result is Result.ACCEPTED:
                 self.operators.obeyed(request.body, request.station, now_us, manual=False)
+                armed = self.twin.state is not None and self.twin.state.armed
+                self.operators.has_set(request.body, request.station, armed=armed)
             if isinstance(request.body, SetParameter) and reply.result is Result.ACCEPTED:
                 self.twin.changed_params.append(request.body.name)
         changed, self.twin.changed_params = self.twin.changed_params, []

@@ -17,7 +17,7 @@ from .depth_requests import (
 )
 from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
-from .nature import OTHER as _OTHER, SETTING as _SETTING, Ask, Nature
+from .nature import OTHER as _OTHER, Ask, Nature
 from .points import LatLon
 from .spoken import Spoken
 from .stations import Proof, Station
@@ -136,7 +136,7 @@ class LoadPlan(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _SETTING
+        return Nature(sets=True, yields=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +233,7 @@ class SetHomePosition(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(sets=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +251,7 @@ class EnableFence(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(sets=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +261,7 @@ class SetParameter(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _SETTING
+        return Nature(sets=True, yields=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,8 +50,6 @@ class Station:
         return f"{who} over {self.link}" if self.link else who
 
 
-
-
 @dataclass(frozen=True, slots=True)
 class Heard:
     """A station's newest HEARTBEAT of type ground station."""

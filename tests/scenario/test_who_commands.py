@@ -136,6 +136,76 @@ def test_with_ids_a_viewer_is_refused_by_name_and_may_still_stop_the_boat():
     assert not crew.world.snapshot.armed
 
 
+class Beside(Crew):
+    """The first of the others uploads and sets."""
+
+    def says(self, message) -> None:
+        other, link = self.others[0]
+        link.write(0, other.codec.encode(message))
+
+    def other_uploads(self, *points, kind=0) -> int:
+        """Upload waypoints over the second link, whose persona has no home item; returns MAV_MISSION_RESULT."""
+        other, _ = self.others[0]
+        items = [(3, WAYPOINT, 0.0, 0.0, 0.0, math.nan, *self.at(*point), 0.0) for point in points]
+        other.clear()
+        self.says(dialect.MAVLink_mission_count_message(1, 1, len(items), kind))
+        sent = set()
+        while not other.all("MISSION_ACK"):
+            for seq in [m.seq for m in other.all("MISSION_REQUEST_INT") if m.seq not in sent]:
+                sent.add(seq)
+                frame, command, *rest = items[seq]
+                self.says(dialect.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, 1, *rest, kind))
+            self.step()
+        self.run(0.5)
+        return other.last("MISSION_ACK").type
+
+    def other_sets(self, name, value) -> None:
+        self.says(dialect.MAVLink_param_set_message(1, 1, name, value, 9))
+        self.run(0.5)
+
+    @property
+    def told(self) -> str:
+        return self.texts().replace("\n", "")
+
+
+def test_with_ids_a_viewer_turns_the_boat_by_no_plan_no_home_no_fence_and_no_parameter():
+    crew = Beside((255, 190), 'operator.ids=["255/190"]')
+    viewer = crew.beside((77, 190), same_link=False)
+    assert crew.other_uploads((-300.0, 0.0)) == 14, "nor before it is armed"
+    assert "Plan refused: station 77 over sdk is no operator here" in "".join(m.text for m in viewer.all("STATUSTEXT"))
+    crew.sail()
+    home = crew.world.app.vehicle.parts.mission.home
+    assert crew.other_uploads((-300.0, 0.0)) == 14
+    assert crew.other_uploads(kind=1) == 14
+    away = [each / 1e7 for each in crew.at(-80.0, 0.0)]
+    assert crew.other_orders(179, 0.0, 0.0, 0.0, 0.0, *away) == 1
+    assert crew.other_orders(207, 0.0) == 1
+    crew.other_sets(b"CRUISE_SPEED", 0.5)
+    assert viewer.all("PARAM_ERROR")
+    mission = crew.world.app.vehicle.parts.mission
+    assert (mission.home, len(mission.plan.maneuvers), mission.config.cruise_speed_mps) == (home, 1, 1.5)
+    crew.run(10.0)
+    assert crew.truth.u_mps > 0.5
+    assert crew.world.snapshot.mode.value == "Auto"
+
+
+def test_who_may_command_sets_what_stands_without_taking_command_and_the_commander_is_told():
+    crew = Beside()
+    crew.beside((77, 190), same_link=False)
+    assert crew.other_uploads((500.0, 0.0)) == 0, "lying in port nobody need know"
+    assert "replaced" not in crew.told
+    crew.sail()
+    assert crew.other_uploads((-300.0, 0.0)) == 0
+    assert crew.other_orders(179, 1.0) == 0
+    assert crew.other_orders(207, 0.0) == 0
+    crew.other_sets(b"CRUISE_SPEED", 0.75)
+    crew.run(1.0)
+    for words in ("replaced the plan", "set home here", "switched the fence off", "set CRUISE_SPEED to 0.75"):
+        assert f"Station 77 over sdk {words}" in crew.told
+    assert "commands now" not in crew.told
+    assert crew.world.app.vehicle.parts.operators.commander.system == 255
+
+
 @pytest.mark.parametrize("same_link", [True, False])
 def test_with_ids_system_0_is_nobody_and_opens_the_door_to_nobody(same_link):
     """Its HEARTBEAT once made everybody on its connection "the gateway", which may always command."""

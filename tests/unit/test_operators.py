@@ -154,6 +154,55 @@ def test_nobody_is_the_gateway_by_the_number_that_its_frames_carry():
     assert operators.ages([Heard(Station(0, 0, "gcs"), 9 * S)], 10 * S).gcs_s is None
 
 
+SETS = [
+    ask.LoadPlan(ask.PlanKind.MISSION, ()),
+    ask.LoadPlan(ask.PlanKind.FENCE, ()),
+    ask.LoadPlan(ask.PlanKind.RALLY, ()),
+    ask.SetHomePosition(0.7, 0.1),
+    ask.EnableFence(False),
+    ask.SetParameter("FENCE_ENABLE", 0.0),
+]
+
+
+@pytest.mark.parametrize("body", SETS, ids=repr)
+def test_only_operators_set_where_the_boat_may_go(body):
+    operators = Operators(["255/190", "245"])
+    why = "station 77 over gcs is no operator here (operator.ids): it may hold, return, disarm"
+    assert operators.objection(body, VIEWER, 0, manual=False) == why
+    operators.obeyed(ARM, QGC, 0, manual=False)
+    for allowed in (QGC, SDK, GATEWAY, None):
+        assert operators.objection(body, allowed, 0, manual=False) == "", (
+            "a setting needs no command, only the right to it"
+        )
+    assert Operators().objection(body, VIEWER, 0, manual=False) == ""
+
+
+def test_what_another_sets_under_way_passes_no_command_and_is_told():
+    operators = Operators()
+    for body in SETS:
+        operators.has_set(body, VIEWER, armed=True)
+    assert texts(operators) == [], "nobody commands who should know"
+    operators.obeyed(ARM, QGC, 0, manual=False)
+    for body in SETS:
+        operators.obeyed(body, VIEWER, 1 * S, manual=False)
+        for station, armed in ((VIEWER, True), (VIEWER, False), (QGC, True), (None, True)):
+            operators.has_set(body, station, armed=armed)
+    assert operators.commander == QGC
+    assert texts(operators) == [
+        "Station 77 over gcs cleared the plan",
+        "Station 77 over gcs cleared the fence",
+        "Station 77 over gcs cleared the rally points",
+        "Station 77 over gcs set home",
+        "Station 77 over gcs switched the fence off",
+        "Station 77 over gcs set FENCE_ENABLE to 0",
+    ]
+
+
+@pytest.mark.parametrize("body", [HOLD, ask.SetMode(Mode.RTL), ask.Arm(False), ask.Terminate()], ids=repr)
+def test_nothing_that_stops_or_leads_home_meets_an_objection(body):
+    assert Operators(["255/190"]).objection(body, VIEWER, 0, manual=False) == ""
+
+
 def test_with_ids_command_passes_by_one_request_told_to_both():
     operators = Operators(["255/190", "245"])
     operators.obeyed(ARM, QGC, 0, manual=False)

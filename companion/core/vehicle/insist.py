@@ -70,6 +70,12 @@ TABLE: Final = (
     Refusal("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
     Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
     Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
+    Refusal(
+        "any order to move; plan, fence, rally points, home, parameters",
+        "the sender is not in operator.ids",
+        "refuses; Hold, Return, Disarm pass",
+        f"{NEVER}: another station",
+    ),
     Refusal("sticks", "another station has them", "refuses", "take Manual; free after OWNER_TIMEOUT"),
     Refusal("restart", "armed", "refuses", "disarm first"),
     Refusal("shutdown", "by radio; armed; not where it was started", "refuses", f"{NEVER}: a restart is obeyed"),

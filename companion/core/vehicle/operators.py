@@ -15,13 +15,18 @@ from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
     Arm,
+    EnableFence,
     ForgetDepth,
+    LoadPlan,
     ManualInput,
+    PlanKind,
     Reply,
     RequestBody,
     Result,
     SetCurrent,
+    SetHomePosition,
     SetMode,
+    SetParameter,
     SetSpeed,
     TakeCommand,
     UnlockGuard,
@@ -111,6 +116,14 @@ class Operators:
 
     # ---- who may order
 
+    def objection(self, body: RequestBody, station: Station | None, now_us: int, *, manual: bool) -> str:
+        """Return why this station may not ask for this, or "": who moves the vessel must command, who sets what stands must be able to."""
+        if leads(body, manual=manual):
+            return self.refusal(station, now_us)
+        if body.nature.sets and station is not None and not self.may_command(station):
+            return _no_operator(station)
+        return ""
+
     def refusal(self, station: Station | None, now_us: int) -> str:
         """Return why this station may not set the vessel moving now, or "".
 
@@ -120,7 +133,7 @@ class Operators:
         if station is None:
             return ""
         if not self.may_command(station):
-            return f"{station} is no operator here (operator.ids): it may hold, return, disarm"
+            return _no_operator(station)
         commander = self.commander
         if not self._ids or commander is None or self._same(station, commander) or self.silent(now_us):
             return ""
@@ -163,6 +176,15 @@ class Operators:
         leading = leads(body, manual=manual)
         if leading or body.nature.decides or body.nature.stops:
             self.ordered(station, now_us, leads=leading)
+
+    def has_set(self, body: RequestBody, station: Station | None, *, armed: bool) -> None:
+        """Something that stands was changed. Command does not pass by it, so the commander is told of what others change under way."""
+        commander = self.commander
+        if station is None or commander is None or not armed or self._same(station, commander):
+            return
+        words = _changed(body)
+        if words:
+            self.texts.append((Severity.WARNING, f"{_start(station)} {words}"))
 
     def asked(self, body: TakeCommand, station: Station | None, now_us: int) -> Reply:
         """The explicit request for command, or its release; nothing moves by it."""
@@ -247,6 +269,26 @@ def leads(body: RequestBody, *, manual: bool) -> bool:
             return False
         case _:
             return body.nature.moves and not body.nature.stops
+
+
+def _changed(body: RequestBody) -> str:
+    """What somebody has changed, in words; empty for what changes nothing that stands."""
+    match body:
+        case LoadPlan():
+            name = {PlanKind.MISSION: "plan", PlanKind.FENCE: "fence", PlanKind.RALLY: "rally points"}[body.kind]
+            return f"replaced the {name}" if body.items else f"cleared the {name}"
+        case SetHomePosition():
+            return "set home here" if body.lat_rad is None else "set home"
+        case EnableFence():
+            return f"switched the fence {'on' if body.enable else 'off'}"
+        case SetParameter():
+            return f"set {body.name} to {body.value:g}"
+        case _:
+            return ""
+
+
+def _no_operator(station: Station) -> str:
+    return f"{station} is no operator here (operator.ids): it may hold, return, disarm"
 
 
 def _start(station: Station) -> str:

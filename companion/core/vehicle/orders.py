@@ -47,7 +47,6 @@ from ..guard.failsafe_orders import Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .controls import Controls
-from .operators import leads
 from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
 
 
@@ -76,7 +75,7 @@ class Orders:
             return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
         controls, body, station = self._controls, request.body, request.station
         by_hand, order = controls.parts.navigator.mode is Mode.MANUAL, order_of(body)
-        refusal = controls.parts.operators.refusal(station, now_us) if leads(body, manual=by_hand) else ""
+        refusal = controls.parts.operators.objection(body, station, now_us, manual=by_hand)
         if not refusal and body.nature.moves:
             refusal = motion_refusal(controls, now_us, order)
         if refusal:
@@ -84,6 +83,7 @@ class Orders:
         reply = method(self, body, request.sender, now_us)
         if reply.result is Result.ACCEPTED:
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
+            controls.parts.operators.has_set(body, station, armed=controls.armed)
             if order is not None:
                 aside = order is Order.HOLD and station is not None and station.bystander
                 controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
