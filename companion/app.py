@@ -301,7 +301,7 @@ class App:
         return answer
 
     def _carry_out(self, request: Request, answer: Answer, now_us: int, *, by_radio: bool) -> None:
-        answer = self.audit.noting(request, answer, now_us)
+        answer = self.facade.noting(request.body, self.audit.noting(request, answer, now_us))
         body = request.body
         if refusal := setting_refusal(self.controls, request, now_us):
             answer(Reply(Result.REJECTED_NOW, refusal))

@@ -10,8 +10,9 @@ import uuid
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
+from mavlink_bridge.language.deeds import Deeds
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.language.requests import PlanItem, PlanKind
+from mavlink_bridge.language.requests import PlanItem, PlanKind, Reply, RequestBody, Result
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.missions.service import UploadLocks
 from mavlink_bridge.mavlink.persona import Identity, ParamInfo
@@ -120,7 +121,18 @@ class Facade:
         self.params = SettingsParams(settings)
         self.plans = Plans(mission)
         self.identity = identity
+        self.deeds = Deeds()
         self.logs: Logs | None = None
+
+    def noting(self, body: RequestBody, answer: Callable[[Reply], None]) -> Callable[[Reply], None]:
+        """Return ``answer`` so that every link knows first what was done for this one."""
+
+        def noted(reply: Reply) -> None:
+            if reply.result is Result.ACCEPTED:
+                self.deeds.note(body)
+            answer(reply)
+
+        return noted
 
 
 def identity_of(settings: Settings, *, chance: str | None = None) -> Identity:

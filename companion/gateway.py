@@ -329,6 +329,8 @@ class Gateway:
             talk, request = self._owners.pop(owner, (None, None))  # type: ignore[call-overload]
             if talk is None or request is None:
                 continue
+            if reply.result is Result.ACCEPTED:
+                self.twin.deeds.note(request.body)
             talk.reply(request.id, reply, now_us)
             if reply.result is Result.ACCEPTED:
                 self.operators.obeyed(request.body, request.station, now_us, manual=False)

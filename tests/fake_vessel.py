@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.deeds import Deeds
 from mavlink_bridge.language.messages import (
     ActuatorOutput,
     ActuatorStatus,
@@ -87,6 +88,7 @@ class FakeVessel:
     params: FakeParams = field(default_factory=lambda: FakeParams(many_params()))
     plans: FakePlans = field(default_factory=FakePlans)
     identity: Identity = field(default_factory=lambda: Identity(uid=0x1234, version=(0, 1, 0), git_hash="0123456789ab"))
+    deeds: Deeds = field(default_factory=Deeds)
     logs: LogShelf | None = None
     now_us: int = 1_000_000
     mode: Mode = Mode.HOLD
@@ -249,6 +251,8 @@ class Bench:
                 if not self.vessel.answers:
                     continue
                 reply = self.vessel.handle(request)
+                if reply.result is Result.ACCEPTED:
+                    self.vessel.deeds.note(request.body)
                 if request.reply or reply.result is not Result.ACCEPTED:
                     self.endpoint.reply(request.id, reply, self.vessel.now_us)
             self.endpoint.tick(self.vessel.now_us, self.vessel.snapshot())

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import config
 from companion.core.guard.gate import Gate, GateConfig
+from mavlink_bridge.language.deeds import Deeds
 from mavlink_bridge.language.messages import EstimatedState, FixType, Mode, PlanState, SupplyVoltage
 from mavlink_bridge.language.requests import (
     Arm,
@@ -98,6 +99,7 @@ class BookVessel:
     params: Table = field(default_factory=table)
     plans: CachedPlans = field(default_factory=CachedPlans)
     identity: Identity = field(default_factory=Identity)
+    deeds: Deeds = field(default_factory=Deeds)
     logs: LogShelf | None = None
     armed: bool = True
     mode: Mode = Mode.AUTO

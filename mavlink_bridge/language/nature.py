@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import Enum
 from typing import ClassVar, Final
 
 from .messages import Mode
@@ -11,6 +12,22 @@ from .spoken import UNSPOKEN, Spoken
 
 Aim = tuple[Mode | None, bool | None]
 """The mode that a request brings and whether the vessel is then armed; None for what it leaves as it is."""
+
+
+class Matter(Enum):
+    """What stays as a request said it until another says otherwise, beside mode and arming."""
+
+    WAY = "where it goes"
+    SPEED = "how fast"
+    HOME = "home"
+    FENCE = "the fence"
+    HELM = "who commands"
+
+
+_MOVED: Final = frozenset((Matter.WAY, Matter.SPEED, Matter.HELM))
+_STOPPED: Final = frozenset((Matter.WAY,))
+_ARMED: Final = frozenset((Matter.HELM,))
+_NOTHING: Final[frozenset[Matter]] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +46,15 @@ class Nature:
     yields: bool = True
     """A stop that was given later makes it void, as it could set the boat going again."""
     aim: Aim = (None, None)
+    settles: frozenset[Matter] = frozenset()
+    """What stays as this request says it, until another one that reaches the same."""
+
+    @property
+    def reaches(self) -> frozenset[Matter]:
+        """What is no longer as an earlier request settled it: an order that moves brings its own way and speed, and takes the helm."""
+        return self.settles | (
+            _MOVED if self.moves else _STOPPED if self.stops else _ARMED if self.aim[1] else _NOTHING
+        )
 
 
 SETTING: Final = Nature(yields=False)

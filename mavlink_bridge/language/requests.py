@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Final
 
 from .depth_requests import (
     FORGET_MAX_M as FORGET_MAX_M,
@@ -17,7 +18,7 @@ from .depth_requests import (
 )
 from .figures import Circle, Figure
 from .messages import FenceArea, Mode, PlanSpecification
-from .nature import OTHER as _OTHER, Ask, Nature
+from .nature import OTHER as _OTHER, Ask, Matter, Nature
 from .points import LatLon
 from .spoken import Spoken
 from .stations import Proof, Station
@@ -70,6 +71,14 @@ class PlanItem:
     autocontinue: int = 1
 
 
+_WAY: Final = frozenset((Matter.WAY,))
+_SPEED: Final = frozenset((Matter.SPEED,))
+_HOME: Final = frozenset((Matter.HOME,))
+_FENCE: Final = frozenset((Matter.FENCE,))
+_HELM: Final = frozenset((Matter.HELM,))
+_BY_PLAN: Final = {PlanKind.MISSION: _WAY | _SPEED, PlanKind.FENCE: _FENCE, PlanKind.RALLY: _HOME}
+
+
 @dataclass(frozen=True, slots=True)
 class Arm(Ask):
     arm: bool
@@ -99,7 +108,7 @@ class StartPlan(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(moves=True, decides=True, aim=(Mode.AUTO, True))
+        return Nature(moves=True, decides=True, aim=(Mode.AUTO, True), settles=_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +130,7 @@ class SetCurrent(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(settles=_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +145,7 @@ class LoadPlan(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(sets=True, yields=False)
+        return Nature(sets=True, yields=False, settles=_BY_PLAN[self.kind])
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +161,7 @@ class Reposition(Ask):
     @property
     def nature(self) -> Nature:
         stops = self.lat_rad is None and self.radius_m is None
-        return Nature(stops=stops, moves=True, decides=True, yields=not stops, aim=(Mode.GUIDED, None))
+        return Nature(stops=stops, moves=True, decides=True, yields=not stops, aim=(Mode.GUIDED, None), settles=_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +176,7 @@ class Orbit(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(moves=True, decides=True, aim=(Mode.CIRCLE, None))
+        return Nature(moves=True, decides=True, aim=(Mode.CIRCLE, None), settles=_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +188,7 @@ class SetSpeed(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(settles=_SPEED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +205,7 @@ class GuidedHeading(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(moves=True, decides=not self.stream, aim=(Mode.GUIDED, None))
+        return Nature(moves=True, decides=not self.stream, aim=(Mode.GUIDED, None), settles=_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +242,7 @@ class SetHomePosition(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(sets=True)
+        return Nature(sets=True, settles=_HOME)
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +260,7 @@ class EnableFence(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(sets=True)
+        return Nature(sets=True, settles=_FENCE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +270,7 @@ class SetParameter(Ask):
 
     @property
     def nature(self) -> Nature:
-        return Nature(sets=True, yields=False)
+        return Nature(sets=True, yields=False, settles=_FENCE | _SPEED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,7 +312,7 @@ class TakeCommand(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(settles=_HELM)
 
 
 RequestBody = (

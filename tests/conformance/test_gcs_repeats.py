@@ -163,6 +163,63 @@ def test_a_value_that_another_station_set_since_is_not_confirmed(two, first, sec
     assert two.press(first) == [REJECTED]
 
 
+NAN = float("nan")
+AT_X, AT_Y = (192, -1, 1, 0, NAN, 41.18, -8.70, 0), (192, -1, 1, 0, NAN, 41.19, -8.70, 0)
+FENCE_ON, SPEED, HOME = (207, 1), (178, 1, 2.0), (179, 0, 0, 0, 0, 41.18, -8.70, 0)
+ELSEWHERE = {
+    FENCE_ON: [ask.EnableFence(False), ask.SetParameter("FENCE_ENABLE", 0.0), ask.LoadPlan(ask.PlanKind.FENCE, ())],
+    SPEED: [ask.SetSpeed(1.0), ask.SetParameter("CRUISE_SPEED", 1.0), ask.StartPlan()],
+    HOME: [ask.SetHomePosition(0.7, 0.1)],
+    AT_X: [ask.Reposition(0.7, 0.1), ask.Orbit(0.7, 0.1), ask.GuidedTarget(0.7, 0.1), ask.SetMode(Mode.HOLD)],
+    (224, 0): [ask.SetCurrent(2), ask.StartPlan(1), ask.LoadPlan(ask.PlanKind.MISSION, ())],
+    (32100, 0, 1): [ask.TakeCommand(), ask.SetMode(Mode.AUTO)],
+}
+
+
+@pytest.mark.parametrize(
+    ("command", "undone_by"), [(command, body) for command, bodies in ELSEWHERE.items() for body in bodies]
+)
+def test_what_was_undone_over_another_link_is_not_confirmed(two, command, undone_by):
+    """Each link has its own memory of answers: what came over others it learns from the vessel."""
+    assert two.press(command) == [ACCEPTED]
+    two.vessel.deeds.note(undone_by)
+    assert two.press(command) == [REJECTED]
+    assert "Overruled since" in two.bench.texts()
+    assert two.press(command, confirmation=1) == [REJECTED]
+    assert len(two.vessel.handled) == 1
+    two.bench.run(3.0)
+    assert two.press(command) == [ACCEPTED]
+    assert len(two.vessel.handled) == 2
+
+
+@pytest.mark.parametrize("command", ELSEWHERE)
+def test_a_repeat_is_answered_from_memory_whatever_else_others_did(two, command):
+    """The answer was lost: nothing is done twice, and nothing that was done is denied."""
+    others = [ask.RunPrearmChecks(), ask.DistanceInput(4.0), ask.ManualInput(0.0, 0.0, 77), ask.UnlockGuard()]
+    others += [ask.SetParameter("LOIT_RADIUS", 9.0)] if command not in (FENCE_ON, SPEED) else []
+    others += [ask.SetHomePosition(0.1, 0.1)] if command != HOME else [ask.EnableFence(False)]
+    assert two.press(command) == [ACCEPTED]
+    for body in others:
+        two.vessel.deeds.note(body)
+    for confirmation in (0, 1, 2):
+        assert two.press(command, confirmation=confirmation) == [ACCEPTED]
+    assert len(two.vessel.handled) == 1
+
+
+def test_a_station_that_changes_its_mind_twice_is_obeyed_each_time(two):
+    for command in (AT_X, AT_Y, AT_X, FENCE_ON, (207, 0), FENCE_ON):
+        assert two.press(command) == [ACCEPTED]
+    assert len(two.vessel.handled) == 6
+
+
+def test_what_a_station_ordered_itself_since_denies_none_of_its_repeats(two):
+    for command in (ARM, AT_X, (178, 1, 2.0), (176, 1, 15)):
+        two.press(command)
+    assert two.press(AT_X, confirmation=1) == [ACCEPTED]
+    assert two.press(ARM, confirmation=1) == [ACCEPTED]
+    assert len(two.vessel.handled) == 4
+
+
 def test_a_refused_command_is_judged_anew_however_fast_it_is_pressed(two):
     two.vessel.refuse[ask.Arm] = Reply(Result.REJECTED_NOW, "no position yet")
     assert two.press(ARM) == [REJECTED]

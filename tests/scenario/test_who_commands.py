@@ -15,6 +15,7 @@ from tests.world_station import GCS_HEARTBEAT, Helm
 WAYPOINT, SET_MODE, ARM, TAKE = 16, 176, 400, 32100
 AUTO, RTL, HOLD = 10.0, 11.0, 4.0
 OPERATORS = {"QGroundControl": (255, 190), "MAVSDK": (245, 190), "MAVProxy": (255, 230)}
+SQUARE = [(-900.0, -900.0), (900.0, -900.0), (900.0, 900.0), (-900.0, 900.0)]
 OTHERS = {"observer": (77, 190), "forwarder": (125, 1), "MAVProxy as forwarder": (255, 231)}
 
 
@@ -204,6 +205,25 @@ def test_who_may_command_sets_what_stands_without_taking_command_and_the_command
         assert f"Station 77 over sdk {words}" in crew.told
     assert "commands now" not in crew.told
     assert crew.world.app.vehicle.parts.operators.commander.system == 255
+
+
+def test_a_command_that_another_link_undid_is_not_confirmed_and_obeyed_to_who_insists():
+    """Each connection remembers its own answers; the fence was off while the operator had read ACCEPTED."""
+    crew = Beside()
+    crew.beside((255, 190), same_link=False)
+    crew.upload([(3, 5001, 4.0, 0.0, 0.0, 0.0, *crew.at(*corner), 0.0) for corner in SQUARE], kind=1)
+    fence = crew.world.app.vehicle.parts.fence
+    assert crew.command(207, 1.0) == 0
+    assert crew.other_orders(207, 0.0) == 0
+    assert crew.command(207, 1.0) == 1
+    assert not fence.enabled
+    crew.run(3.0)
+    assert crew.command(207, 1.0) == 0
+    assert fence.enabled
+    crew.other_sets(b"FENCE_ENABLE", 0.0)
+    crew.run(0.2)
+    assert crew.command(207, 1.0) == 1
+    assert not fence.enabled
 
 
 @pytest.mark.parametrize("same_link", [True, False])

@@ -3,8 +3,9 @@
 Stations repeat what was not answered, with and without counting the confirmation field up (gcs.md §1.2), and people press
 again what did not help; both look the same. What makes the boat stop is therefore carried out each time it comes. Any other
 command is answered from memory for 3 s after its answer, and so not carried out twice, but only while its answer is still
-true. When another station, another link, a failsafe or the vessel itself has changed mode or arming meanwhile, a copy is
-refused with the reason: a station that lost our answer does not start the boat a second time after somebody stopped it. An
+true. When another station, another link, a failsafe or the vessel itself has changed mode or arming meanwhile, or what the
+command had settled (way, speed, home, fence, who commands: ``Deeds``), a copy is refused with the reason:
+a station that lost our answer does not start the boat a second time after somebody stopped it. An
 operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender. A copy that
 another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A command
 that was refused had no effect: asked again after 0.3 s it is judged anew.
@@ -15,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
+from ...language.deeds import Deeds
 from ...language.messages import Mode
 from ...language.nature import Aim
 from ...language.requests import Reply, RequestBody, Result
@@ -62,6 +64,8 @@ class _Case:
     answered_us: int = 0
     seen: bool = False
     """Whether the vessel has been in the state that this command brings, since its answer."""
+    deed: int | None = None
+    """Number of what the vessel has done for it (``Deeds``)."""
     request_id: int | None = None
     progress_due_us: int = 0
     give_up_us: int = 0
@@ -86,7 +90,9 @@ class CommandOutcome:
 class CommandServer:
     """The vehicle commands of one endpoint."""
 
-    def __init__(self, give_up_s: float) -> None:
+    def __init__(self, give_up_s: float, deeds: Deeds) -> None:
+        """``deeds``: the vessel's, over all its links."""
+        self._deeds = deeds
         self._give_up_us = round(give_up_s * 1e6)
         self._cases: list[_Case] = []
         self._unseen: list[_Case] = []
@@ -142,6 +148,10 @@ class CommandServer:
         alike = [other for other in later if type(other.body) is type(case.body) and other.result == ACCEPTED]
         if case.body is not None and alike and alike[-1].body != case.body:
             return True
+        if case.body is not None and case.deed is not None:
+            own = {each.deed for each in later if each.deed is not None and each.command.sender == case.command.sender}
+            if self._deeds.undone(case.body, case.deed, own):
+                return True
         shows = case.seen or now_us - case.answered_us >= SEEN_US
         return shows and self._state is not None and not _holds(case.aim, self._state)
 
@@ -195,6 +205,8 @@ class CommandServer:
         if case is None:
             return None
         result = _RESULT[reply.result]
+        if result == ACCEPTED:
+            case.deed = self._deeds.count
         self._close(case, result, now_us)
         return CommandOutcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from ...language.deeds import Deeds
 from ...language.requests import PlanItem, PlanKind
 
 
@@ -137,6 +138,9 @@ class VehiclePort(Protocol):
 
     @property
     def identity(self) -> Identity: ...
+
+    @property
+    def deeds(self) -> Deeds: ...
 
     @property
     def logs(self) -> LogShelf | None:

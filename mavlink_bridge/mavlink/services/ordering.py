@@ -22,7 +22,7 @@ class Ordering(Service):
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
-        self._server = CommandServer(channel.config.give_up_s)
+        self._server = CommandServer(channel.config.give_up_s, channel.vehicle.deeds)
 
     @property
     def handles(self) -> Mapping[str, Handler]:

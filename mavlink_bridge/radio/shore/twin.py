@@ -11,6 +11,7 @@ import random
 from collections.abc import Callable, Hashable
 from typing import Final
 
+from ...language.deeds import Deeds
 from ...language.messages import ActuatorOutput, Severity
 from ...language.requests import (
     Arm,
@@ -88,6 +89,7 @@ class ShoreTwin:
         self.params = CachedParams(params)
         self.plans = CachedPlans()
         self.identity = identity
+        self.deeds = Deeds()
         self.logs: None = None  # the vessel's never cross the radio
         self.state: RadioState | None = None
         self.state_us: int | None = None
