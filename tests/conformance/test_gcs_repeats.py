@@ -8,7 +8,7 @@ import pytest
 from mavlink_bridge.language import requests as ask
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Reply, Result
-from mavlink_bridge.mavlink.wire.codec import dialect
+from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from tests.fake_vessel import Station
 from tests.world_station import Helm
 
@@ -240,6 +240,82 @@ def test_a_failsafes_return_ends_at_hold_pressed_once_a_second():
         assert helm.world.snapshot.mode is Mode.RTL
     assert helm.command(176, 1, 4) == ACCEPTED
     assert helm.world.snapshot.mode is Mode.HOLD
+
+
+def uncounted(message, number=0):
+    """A frame of the station's that always has this number."""
+    codec = Codec(255, 190)
+    for _ in range(number):
+        codec.encode(message)
+    return codec.encode(message)
+
+
+def long(command):
+    number, *params = command
+    return dialect.MAVLink_command_long_message(1, 1, number, 0, *params, *([0.0] * (7 - len(params))))
+
+
+@pytest.mark.parametrize("numbers", [(0, 0), (5, 6)], ids=["one number", "frames made beforehand"])
+@pytest.mark.parametrize("stop", [DISARM, HOLD, PAUSE])
+def test_who_does_not_count_his_frames_stops_the_boat_each_time(two, stop, numbers):
+    """Scripts send the same bytes again; a router's copies are the same bytes too, and stop what is stopped already."""
+    two.vessel.armed = True
+    for _ in range(3):
+        two.bench.gcs.clear()
+        two.bench.endpoint.receive(uncounted(long(stop), numbers[0]), two.vessel.now_us)
+        two.bench.run(0.2)
+        assert two.stopped(stop)
+        assert two.bench.acked(stop[0]) == [ACCEPTED]
+        two.b(ARM)
+        two.b(AUTO)
+    set_hold = dialect.MAVLink_set_mode_message(1, 1, 4)
+    for _ in range(3):
+        two.bench.endpoint.receive(uncounted(set_hold, numbers[1]), two.vessel.now_us)
+        two.bench.run(0.2)
+        assert two.vessel.mode is Mode.HOLD
+        two.b(AUTO)
+
+
+def test_who_does_not_count_his_frames_hears_an_answer_to_each(two):
+    two.bench.gcs.clear()
+    for _ in range(4):
+        two.bench.endpoint.receive(uncounted(long(ARM)), two.vessel.now_us)
+        two.bench.run(0.2)
+    assert two.bench.acked(400) == [ACCEPTED] * 4
+    assert len(two.vessel.handled) == 1, "from memory"
+
+
+def test_sticks_of_who_does_not_count_his_frames_do_not_pause(two):
+    """Sticks that are held still are the same bytes; neutral after 0.5 s would stop the boat in bursts."""
+    sticks = dialect.MAVLink_manual_control_message(1, 0, 0, 400, 0, 0)
+    for tick in range(60):
+        if tick % 10 == 0:
+            two.bench.endpoint.receive(
+                uncounted(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), 150), two.vessel.now_us
+            )
+        two.bench.endpoint.receive(uncounted(sticks, 7), two.vessel.now_us)
+        two.bench.tick()
+    assert len([each for each in two.vessel.handled if isinstance(each.body, ask.ManualInput)]) == 60
+
+
+def test_a_copy_by_a_longer_way_undoes_nothing_that_its_sender_ordered_since(two):
+    """The same bytes, 0.8 s late: neither the start before the stop, nor where the sticks were."""
+    two.press(ARM)
+    codec = two.bench.gcs.codec
+    start = codec.encode(long(START))
+    ahead = codec.encode(dialect.MAVLink_manual_control_message(1, 0, 0, 400, 0, 0))
+    for data in (start, ahead, codec.encode(dialect.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))):
+        two.bench.endpoint.receive(data, two.vessel.now_us)
+    two.bench.run(0.1)
+    assert two.press(HOLD) == [ACCEPTED]
+    two.bench.run(0.6)
+    handled = len(two.vessel.handled)
+    for data in (start, ahead):
+        two.bench.endpoint.receive(data, two.vessel.now_us)
+    two.bench.run(0.2)
+    assert two.vessel.mode is Mode.HOLD
+    assert len(two.vessel.handled) == handled
+    assert two.bench.endpoint.counters.copies == 2
 
 
 def begun_anew(after_messages):

@@ -8,8 +8,9 @@ from typing import Any, Final
 from ..persona import EndpointConfig
 from ..telemetry.outbox import TokenBucket
 from ..wire.codec import decode
-from ..wire.framing import EVERYBODY, Deframer, DuplicateFilter, Frame
+from ..wire.framing import EVERYBODY, Deframer, Frame
 from ..wire.signing import Verifier
+from .copies import Copies
 
 _BYTES_PER_TOKEN: Final = 64.0
 
@@ -37,7 +38,7 @@ class Inbound:
         self._config = config
         self._verifier = verifier
         self._deframer = Deframer()
-        self._filter = DuplicateFilter()
+        self._copies = Copies()
         self._bucket = TokenBucket(config.flood_frames_per_s, config.flood_burst_frames)
         self.counters = Counters()
 
@@ -69,7 +70,7 @@ class Inbound:
         if frame.system == EVERYBODY:
             counters.nobody += 1
             return None
-        if self._filter.is_copy(frame, now_us):
+        if self._copies.is_copy(frame, now_us):
             # before the signature, which would call a copy made by the network a replay
             counters.copies += 1
             return None
@@ -77,7 +78,7 @@ class Inbound:
         if not verdict.ok:
             counters.refused += 1
             return None
-        self._filter.remember(frame, now_us)
+        self._copies.remember(frame, now_us)
         message = decode(frame)
         if message is None:
             counters.unknown += 1
