@@ -73,6 +73,16 @@ def test_check_63_a_flood_does_not_silence_us(persona):
     assert len(bench.gcs.all("HEARTBEAT")) >= 2
 
 
+@pytest.mark.parametrize("noise", [b"\xfe" * 20, b"\xfd\xff\x00", bytes(range(0xF0, 0x100)) * 4])
+def test_check_63_a_disarm_behind_line_noise_is_obeyed_though_nothing_follows(bench, noise):
+    bench.vessel.armed = True
+    disarm = bench.gcs.codec.encode(dialect.MAVLink_command_long_message(1, 1, 400, 0, *[0.0] * 7))
+    bench.endpoint.receive(noise + disarm, bench.vessel.now_us)
+    bench.run(0.65)
+    assert not bench.vessel.armed
+    assert bench.acked(400) == [0]
+
+
 def test_check_64_silence_of_all_stations_can_be_seen(bench):
     assert not bench.endpoint.heard
     bench.send(GCS_HEARTBEAT)

@@ -111,6 +111,30 @@ def test_stalled_head_is_given_up_after_its_time_and_not_before():
     assert deframer.receive(second, 1_700_000)[0].sequence == 1
 
 
+@pytest.mark.parametrize("noise", [b"\xfe" * 20, b"\xfd" * 20, b"\xfd\xff\x00" * 7, bytes(range(0xE0, 0x100)) * 2])
+@pytest.mark.parametrize("pieces", [1, 3, 40])
+def test_noise_holds_up_what_follows_for_one_time_limit_however_many_heads_it_has(noise, pieces):
+    held_up, later = beats(2)
+    stream = noise + held_up
+    size = -(-len(stream) // pieces)
+    for deframer in (Deframer(stall_us=500_000), Deframer(stall_us=500_000, pass_unknown=True)):
+        frames = []
+        for number in range(pieces):
+            frames += deframer.receive(stream[number * size : (number + 1) * size], number * 1_000)
+        frames += deframer.receive(later, 545_000)
+        assert [frame.sequence for frame in frames if frame.known] == [0, 1]
+
+
+def test_a_frame_that_has_begun_behind_an_old_false_head_is_not_given_up_with_it():
+    (frame,) = beats(1)
+    deframer = Deframer(stall_us=500_000)
+    assert deframer.receive(b"\xfe" * 20, 0) == []
+    assert deframer.receive(frame[:9], 450_000) == []
+    assert deframer.receive(b"", 600_000) == []
+    assert deframer.pending == 9
+    assert len(deframer.receive(frame[9:], 700_000)) == 1
+
+
 def test_datagrams_do_not_wait_for_each_other():
     first, second = beats(2)
     deframer = Deframer(datagrams=True)

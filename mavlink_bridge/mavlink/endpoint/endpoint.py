@@ -120,6 +120,9 @@ class Endpoint:
         """Take bytes as read. Answers that need no decision of the vessel can be taken at once. Never raises on input."""
         self._channel.now_us = now_us
         self.has_timers = True
+        self._hear(data, now_us)
+
+    def _hear(self, data: bytes, now_us: int) -> None:
         for message in self._inbound.receive(data, now_us):
             self._presence.hears(message, now_us)
             handler = self._handlers.get(message.get_msgId())
@@ -166,10 +169,12 @@ class Endpoint:
     def poll(self, now_us: int) -> None:
         """Serve the timers."""
         self._channel.now_us = now_us
+        if self._inbound.pending:
+            self._hear(b"", now_us)
         for service in self._timed:
             if service.busy:
                 service.poll(now_us)
-        self.has_timers = any(service.busy for service in self._timed)
+        self.has_timers = self._inbound.pending or any(service.busy for service in self._timed)
 
     def param_changed(self, name: str) -> None:
         """Tell this link's stations of a parameter that somebody else changed."""

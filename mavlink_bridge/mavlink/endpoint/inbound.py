@@ -47,10 +47,15 @@ class Inbound:
         framing = self._deframer.counters
         return framing.bad_crc + framing.bad_flags + framing.stalled + self.counters.refused + self.counters.nobody
 
+    @property
+    def pending(self) -> bool:
+        """Whether part of a frame has come, or noise that looks so: it must be looked at again, whether more comes or not."""
+        return self._deframer.pending > 0
+
     def receive(self, data: bytes, now_us: int) -> list[Any]:
-        """Return the messages for this vessel in ``data``, decoded, oldest first."""
+        """Return the messages for this vessel in ``data``, decoded, oldest first. Empty data serves the time limit of frames."""
         self._bucket.refill(now_us)
-        cost = 1.0 + len(data) / _BYTES_PER_TOKEN
+        cost = 1.0 + len(data) / _BYTES_PER_TOKEN if data else 0.0
         if cost > self._bucket.level:
             self.counters.flood_bytes += len(data)
             return []

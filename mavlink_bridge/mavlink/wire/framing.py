@@ -1,7 +1,8 @@
 """Bytes to exact MAVLink frames: versions 1 and 2, checksums checked, nothing believed that a checksum does not cover.
 
 A frame's length byte may be noise. On a bad checksum the search therefore goes on one byte after the false marker, so that a false
-head never swallows the good frames behind it; a head whose rest does not come within a time limit is given up in the same way.
+head never swallows the good frames behind it; a head whose rest does not come within a time limit is given up in the same way, and
+with it all heads behind it that are as old, so that noise holds up what follows for one time limit, not for one each.
 Message ids that the dialect does not have cannot be checked, and are counted and dropped unless the caller asks for them.
 Knows nothing of what a message means, and nothing of signatures beyond where they stand.
 """
@@ -78,7 +79,7 @@ class Deframer:
     is carried over to the next.
     """
 
-    __slots__ = ("_buffer", "_head_us", "_in_step", "_tail", "counters", "datagrams", "pass_unknown", "stall_us")
+    __slots__ = ("_arrivals", "_buffer", "_in_step", "_tail", "counters", "datagrams", "pass_unknown", "stall_us")
 
     def __init__(self, *, stall_us: int = STALL_US, pass_unknown: bool = False, datagrams: bool = False) -> None:
         self.stall_us = stall_us
@@ -86,7 +87,8 @@ class Deframer:
         self.datagrams = datagrams
         self.counters = FramingCounters()
         self._buffer = b""
-        self._head_us: int | None = None
+        self._arrivals: list[tuple[int, int]] = []
+        """Of the pending bytes: up to which place they came, and when, oldest first."""
         self._in_step = True
         self._tail = b""
         """Signature of a frame that ended with the data, in case it was cut short."""
@@ -94,30 +96,33 @@ class Deframer:
     def receive(self, data: bytes, now_us: int) -> list[Frame]:
         """Take bytes as read from a link and return the frames that they complete. Empty data serves the time limit."""
         self.counters.bytes += len(data)
-        if not data and not self._buffer:
+        if not data and not self._is_expired(0, now_us):
             return []
         if self._tail and data and data[0] not in (MARKER_V1, MARKER_V2):
             data = self._tail + data
+        buffer = self._buffer + data
         if data:
             self._tail = b""
-        buffer = self._buffer + data
-        expired = self._head_us is not None and now_us - self._head_us > self.stall_us
-        frames, rest = self._cut(buffer, give_up=self.datagrams)
-        if expired and rest == self._buffer + data:
-            self.counters.stalled += 1
-            self._skip(1)
-            frames, rest = self._cut(rest[1:], give_up=not data)
-        if not rest:
-            self._head_us = None
-        elif self._head_us is None or len(rest) != len(buffer):
-            self._head_us = now_us
-        self._buffer = rest
+            self._arrivals.append((len(buffer), now_us))
+        frames, at = self._cut(buffer, now_us)
+        self._buffer = buffer[at:]
+        if at:
+            self._arrivals = [(end - at, t_us) for end, t_us in self._arrivals if end > at]
         return frames
+
+    def _is_expired(self, at: int, now_us: int) -> bool:
+        """Whether the byte at this place has waited for longer than a frame takes. Each has its own time: a good frame that has
+        just begun behind an old false head is not given up with it.
+        """
+        for end, t_us in self._arrivals:
+            if end > at:
+                return now_us - t_us > self.stall_us
+        return False
 
     def reset(self) -> None:
         """Forget what is pending, as when the link was opened anew."""
         self._buffer = b""
-        self._head_us = None
+        self._arrivals = []
         self._in_step = True
         self._tail = b""
 
@@ -126,8 +131,8 @@ class Deframer:
         """Bytes of an incomplete frame."""
         return len(self._buffer)
 
-    def _cut(self, buffer: bytes, *, give_up: bool) -> tuple[list[Frame], bytes]:
-        """Return the frames in ``buffer`` and the incomplete head at its end (nothing when ``give_up``)."""
+    def _cut(self, buffer: bytes, now_us: int) -> tuple[list[Frame], int]:
+        """Return the frames in ``buffer`` and where an incomplete head begins that may still be completed; its end when there is none."""
         frames: list[Frame] = []
         at = 0
         while (found := _MARKERS.search(buffer, at)) is not None:
@@ -137,8 +142,8 @@ class Deframer:
             try:
                 frame = self._frame_at(buffer, at)
             except NeedMore:
-                if not give_up:
-                    return frames, buffer[at:]
+                if not self.datagrams and not self._is_expired(at, now_us):
+                    return frames, at
                 self.counters.stalled += 1
                 frame = None
             if frame is None:
@@ -150,7 +155,7 @@ class Deframer:
             frames.append(frame)
             at = self._behind(frame, buffer, at)
         self._skip(len(buffer) - at)
-        return frames, b""
+        return frames, len(buffer)
 
     def _behind(self, frame: Frame, buffer: bytes, at: int) -> int:
         """Where to go on after a frame. No checksum covers a signature: one that lost a byte ends inside the next frame."""
