@@ -20,6 +20,20 @@ def ended(voyage, *water: str) -> Voyage:
     return trip
 
 
+def test_no_item_is_shown_that_the_plan_does_not_have(voyage):
+    trip = voyage("depth.enabled=false")
+    shown = set()
+
+    def complete() -> bool:
+        progress = trip.world.snapshot.progress
+        shown.add((progress.seq, progress.total))
+        return "plan complete" in trip.texts
+
+    trip.sail(1.5, (40.0, 0.0), LAST_M)
+    trip.until(complete, 120.0)
+    assert all(seq < total for seq, total in shown), shown
+
+
 def test_a_vessel_stays_at_the_last_point_of_its_plan(voyage):
     """It stayed where it was first within the acceptance radius: 2 m short of the point, for good."""
     trip = ended(voyage)

@@ -78,7 +78,9 @@ class View:
 
     def _see_progress(self, inputs: TickInputs, reached: tuple[int, ...]) -> Progress:
         mission = self._parts.mission
-        stands = (mission.state, mission.seq, mission.total, *inputs.plan_ids, reached)
+        # between its last item and its end a plan stands behind all items: there is none to show with that number
+        seq = min(mission.seq, max(mission.total - 1, 0))
+        stands = (mission.state, seq, mission.total, *inputs.plan_ids, reached)
         if stands != self._stands:
             self._stands, self._progress = stands, Progress(*stands)
         return self._progress
