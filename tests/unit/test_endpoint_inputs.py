@@ -101,21 +101,34 @@ def test_guided_positions_and_velocities(bench):
     )
 
 
+def local(frame, mask=VELOCITY):
+    return dialect.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *[0.5] * 11)
+
+
 @pytest.mark.parametrize(
-    "bad",
+    ("bad", "why"),
     [
-        target(NOTHING),
-        target(POSITION, lat=0, lon=0),
-        target(POSITION, lat=910_000_000),
-        target(POSITION, lat=2**31 - 1, lon=2**31 - 1),
-        target(POSITION, frame=8),
-        target(VELOCITY, vx=NAN),
-        target(VELOCITY, vx=1e9),
+        (target(NOTHING), "neither a position nor a velocity"),
+        (target(0b100111111111, yaw=1.0), "neither a position nor a velocity"),
+        (target(POSITION, lat=0, lon=0), "position 0, 0 means not set"),
+        (target(POSITION, lat=910_000_000), "not on the globe"),
+        (target(POSITION, lat=2**31 - 1, lon=2**31 - 1), "not on the globe"),
+        (target(POSITION, frame=8), "frame 8 is no global frame"),
+        (target(VELOCITY, vx=NAN), "the velocity is no number up to 50 m/s"),
+        (target(VELOCITY, vx=1e9), "the velocity is no number up to 50 m/s"),
+        (local(7), "local frame 7 is not steered by"),
+        (local(8), "local frame 8 is not steered by"),
+        (local(9), "local frame 9 is not steered by"),
+        (local(12), "local frame 12 is not steered by"),
+        (local(1, POSITION), "no local position is steered to"),
     ],
 )
-def test_absurd_set_points_are_ignored(bench, bad):
-    bench.send(bad)
+def test_absurd_set_points_are_ignored_and_explained_now_and_then(bench, bad, why):
+    for _ in range(150):
+        bench.send(bad)
+        bench.tick()
     assert not got(bench, (ask.GuidedTarget, ask.GuidedHeading))
+    assert bench.texts().replace("\n", "").count(why) == 1, "once in 10 s"
 
 
 @pytest.mark.parametrize("psi_deg", [0.0, 90.0, -135.0])
@@ -132,12 +145,18 @@ def test_attitude_set_points_steer(bench, psi_deg):
 
 
 @pytest.mark.parametrize(
-    ("q", "mask", "thrust"),
-    [([0.0] * 4, 7, 0.0), ([NAN] * 4, 7, 0.0), ([1.0, 0, 0, 0], 7, 5.0), ([1.0, 0, 0, 0], 0x87, 0.0)],
+    ("q", "mask", "thrust", "why"),
+    [
+        ([0.0] * 4, 7, 0.0, "no attitude"),
+        ([NAN] * 4, 7, 0.0, "no attitude"),
+        ([1.0, 0, 0, 0], 7, 5.0, "the thrust is not between -1 and 1"),
+        ([1.0, 0, 0, 0], 0x87, 0.0, "turn rates alone are not steered by"),
+    ],
 )
-def test_absurd_attitudes_are_ignored(bench, q, mask, thrust):
+def test_absurd_attitudes_are_ignored_and_explained(bench, q, mask, thrust, why):
     bench.send(dialect.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0, 0, 0, thrust))
     assert not got(bench, ask.GuidedHeading)
+    assert why in bench.texts().replace("\n", "")
 
 
 def sonar(current, low=10, high=5000, orientation=25, quality=0):
