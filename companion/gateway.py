@@ -249,8 +249,7 @@ class Gateway:
             self.view(snapshot)
         for severity, text in self.operators.drain_texts():
             self._say(severity.value, text)
-        word = self._showing.word(now_us, self.twin.state_us)
-        if word and not self._modem_missing:
+        if (word := self._showing.word(now_us, self.twin.state_us)) and not self._modem_missing:
             log.warning(word)
             self._say(Severity.WARNING.value, word)
         self._say_freshness(snapshot is not None)
@@ -311,8 +310,7 @@ class Gateway:
         if isinstance(request.body, TakeCommand):
             talk.reply(request.id, self.operators.asked(request.body, request.station, now_us), now_us)
             return
-        refusal = self.operators.objection(request.body, request.station, now_us, manual=False)
-        if refusal:
+        if refusal := self.operators.objection(request.body, request.station, now_us, manual=False):
             talk.reply(request.id, Reply(Result.REJECTED_NOW, refusal), now_us)
         elif isinstance(request.body, LoadPlan) or crosses(request.body):
             owner = (id(talk), request.id)
@@ -325,23 +323,26 @@ class Gateway:
             self.twin.ignore(request.body, now_us)
 
     def _answer(self, now_us: int) -> None:
-        for owner, reply in self.twin.replies():
-            talk, request = self._owners.pop(owner, (None, None))  # type: ignore[call-overload]
-            if talk is None or request is None:
-                continue
+        owned = ((self._owners.pop(owner, None), reply) for owner, reply in self.twin.replies())  # type: ignore[call-overload]
+        answers = [(*asked, reply) for asked, reply in owned if asked is not None]
+        for _, request, reply in answers:
             if reply.result is Result.ACCEPTED:
-                self.twin.deeds.note(request.body)
-            talk.reply(request.id, reply, now_us)
-            if reply.result is Result.ACCEPTED:
-                self.operators.obeyed(request.body, request.station, now_us, manual=False)
-                armed = self.twin.state is not None and self.twin.state.armed
-                self.operators.has_set(request.body, request.station, armed=armed)
-            if isinstance(request.body, SetParameter) and reply.result is Result.ACCEPTED:
-                self.twin.changed_params.append(request.body.name)
+                self._done(request, now_us)
         changed, self.twin.changed_params = self.twin.changed_params, []
         for name in changed:
             for talk in self._conversations():
                 talk.param_changed(name)
+        for talk, request, reply in answers:
+            talk.reply(request.id, reply, now_us)
+
+    def _done(self, request: Request, now_us: int) -> None:
+        """The vessel has carried a request out; its sender is answered next."""
+        body, station, state = request.body, request.station, self.twin.state
+        self.twin.deeds.note(body)
+        if isinstance(body, SetParameter):
+            self.twin.changed_params.append(body.name)
+        self.operators.obeyed(body, station, now_us, manual=False)
+        self.operators.has_set(body, station, armed=state is not None and state.armed)
 
     def _conversations(self) -> list[Conversation]:
         return [talk for ground in self.grounds for talk in ground.conversations.values()]

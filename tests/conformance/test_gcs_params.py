@@ -10,6 +10,7 @@ from mavlink_bridge.language.requests import Reply, Result
 from mavlink_bridge.mavlink.persona.config import Budget, EndpointConfig
 from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.fake_vessel import Bench
+from tests.world_station import Helm
 
 
 def set_param(bench, name, value, kind=9):
@@ -121,6 +122,16 @@ def test_check_37_retries_while_pending_are_one_request(bench):
         bench.send(dialect.MAVLink_param_set_message(1, 1, b"TEST_003", 5.0, 9))
     bench.tick()
     assert len(bench.vessel.handled) == 1
+
+
+def test_check_37_a_change_is_told_once():
+    """On a whole vessel, which tells all links of a change: the answer to who made it is the same words."""
+    helm = Helm("ardurover", "depth.enabled=false")
+    for value in (9.0, 9.0, 11.0):
+        helm.gcs.clear()
+        assert helm.param("LOIT_RADIUS", value) == value
+        helm.run(1.0)
+        assert [m.param_value for m in helm.gcs.all("PARAM_VALUE")] == [value]
 
 
 def test_check_38_a_change_by_somebody_else_is_told(bench):

@@ -141,19 +141,22 @@ class ParamServer:
         waiting = self._waiting.pop(request_id, None)
         if waiting is None:
             return []
-        messages = self.changed(waiting.name)
+        messages = self._told(waiting.name)
         if reply.result is not Result.ACCEPTED:
             error = PERMISSION_DENIED if reply.result is Result.REJECTED_NOW else OUT_OF_RANGE
             messages.insert(0, self._error_to(waiting.sender, waiting.name, -1, error))
         return messages
 
     def changed(self, name: str) -> list[Any]:
-        """PARAM_VALUE of a parameter that somebody changed."""
+        """PARAM_VALUE of a parameter that somebody changed; nothing while an answer of the same words is about to be given here."""
+        return [] if any(each.name == name for each in self._waiting.values()) else self._told(name)
+
+    def _told(self, name: str) -> list[Any]:
         info, index = self._params.get(name), self._params.index(name)
         return [] if info is None or index is None else [self._value(info, index)]
 
     def _refused(self, message: Any, info: ParamInfo, error: int) -> list[Any]:
-        return [self._error(message, info.name, -1, error), *self.changed(info.name)]
+        return [self._error(message, info.name, -1, error), *self._told(info.name)]
 
     def _value(self, info: ParamInfo, index: int) -> Any:
         return dialect.MAVLink_param_value_message(
