@@ -49,6 +49,14 @@ class Station:
         who = "the gateway" if self.gateway else f"station {self.system}"
         return f"{who} over {self.link}" if self.link else who
 
+    def beside(self, other: Station) -> str:
+        """As told in one breath with another: by what they differ, where their names are the same."""
+        if str(self) != str(other) or self.bystander:
+            return str(self)
+        if self.component != other.component:
+            return f"station {self.system}/{self.component} over {self.link}"
+        return f"{self} at {self.host}" if self.host != other.host else str(self)
+
 
 @dataclass(frozen=True, slots=True)
 class Heard:

@@ -62,6 +62,21 @@ def test_an_observer_that_orders_commands_and_both_are_told():
     assert gcs_s(operators, 9.0, qgc=9.0, viewer=2.0) == pytest.approx(7.0)
 
 
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        (PROXY, "Station 255/230 over gcs commands now, not station 255/190 over gcs"),
+        (TWIN, "Station 255 over gcs at 10.0.0.3 commands now, not station 255 over gcs at 10.0.0.2"),
+        (SDK, "Station 245 over sdk commands now, not station 255 over gcs"),
+    ],
+)
+def test_two_stations_of_one_number_are_told_apart(other, told):
+    operators = Operators()
+    operators.obeyed(ARM, QGC, 0, manual=False)
+    operators.obeyed(GO, other, 1 * S, manual=False)
+    assert texts(operators) == [told]
+
+
 @pytest.mark.parametrize("body", [HOLD, ask.SetMode(Mode.RTL), ask.Arm(False), ask.PausePlan(True), ask.Terminate()])
 def test_what_stops_or_leads_home_passes_no_command_while_the_commander_is_there(body):
     operators = Operators()

@@ -143,8 +143,9 @@ class Operators:
                 return ""
         else:
             self._wish = station, now_us
-            self.texts.append((Severity.WARNING, f"{_start(station)} asks for command, {commander} has it"))
-        return f"{commander} commands: order again in {INSIST_AFTER_US // 1_000_000} s to take command"
+            asker, holder = _start(station.beside(commander)), commander.beside(station)
+            self.texts.append((Severity.WARNING, f"{asker} asks for command, {holder} has it"))
+        return f"{commander.beside(station)} commands: order again in {INSIST_AFTER_US // 1_000_000} s to take command"
 
     def silent(self, now_us: int) -> bool:
         """Whether nobody commands, or who does has not been heard for its link's time-out."""
@@ -184,7 +185,7 @@ class Operators:
             return
         words = _changed(body)
         if words:
-            self.texts.append((Severity.WARNING, f"{_start(station)} {words}"))
+            self.texts.append((Severity.WARNING, f"{_start(station.beside(commander))} {words}"))
 
     def asked(self, body: TakeCommand, station: Station | None, now_us: int) -> Reply:
         """The explicit request for command, or its release; nothing moves by it."""
@@ -213,13 +214,15 @@ class Operators:
         """The commander leaves: until somebody orders, whoever may command counts."""
         if self.commander is not None and self._same(station, self.commander):
             self.commander = self._heard_us = None
-            self.texts.append((Severity.INFO, f"{_start(station)} has given up command"))
+            self.texts.append((Severity.INFO, f"{_start(str(station))} has given up command"))
 
     def _pass_to(self, station: Station, now_us: int) -> None:
         before = self.commander
         self.commander, self._heard_us, self._wish = station, now_us, None
         if before is not None:
-            self.texts.append((Severity.WARNING, f"{_start(station)} commands now, not {before}"))
+            self.texts.append(
+                (Severity.WARNING, f"{_start(station.beside(before))} commands now, not {before.beside(station)}")
+            )
 
 
 class StickOwner:
@@ -291,8 +294,7 @@ def _no_operator(station: Station) -> str:
     return f"{station} is no operator here (operator.ids): it may hold, return, disarm"
 
 
-def _start(station: Station) -> str:
-    text = str(station)
+def _start(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
