@@ -53,6 +53,29 @@ def test_check_40_an_answer_that_never_comes_is_a_failure(bench):
     assert bench.acked(400).count(FAILED) == 1
 
 
+@pytest.mark.parametrize("asked", [30, 0, 60000])
+def test_check_47_message_interval_can_be_asked_for_as_a_message(bench, asked):
+    """REQUEST_MESSAGE(MESSAGE_INTERVAL, id): the same as GET_MESSAGE_INTERVAL, which is on its way out."""
+    bench.long(510, asked)
+    (wanted,) = bench.gcs.all("MESSAGE_INTERVAL")
+    bench.gcs.clear()
+    bench.long(512, 244, asked)
+    assert bench.acked(512) == [ACCEPTED]
+    (told,) = bench.gcs.all("MESSAGE_INTERVAL")
+    assert (told.message_id, told.interval_us) == (wanted.message_id, wanted.interval_us)
+
+
+def test_a_mode_without_its_flag_is_refused_by_the_flags_name(bench):
+    bench.long(176, 0, 10)
+    bench.run(1.1)
+    assert bench.acked(176) == [DENIED]
+    bench.send(dialect.MAVLink_set_mode_message(1, 0, 10))
+    bench.tick()
+    assert not bench.vessel.handled
+    text = "No mode set: flag 1 (MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) is missing"
+    assert bench.texts().replace("\n", "").count(text) == 2
+
+
 @pytest.mark.parametrize("confirmations", [(0, 0, 0, 0), (0, 1, 2, 3)])
 def test_check_41_resends_execute_once_and_are_each_answered(bench, confirmations):
     for confirmation in confirmations:

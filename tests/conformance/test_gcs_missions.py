@@ -46,6 +46,21 @@ def upload(bench, items, kind=0, station=None):
     return bench.gcs.last("MISSION_ACK").type
 
 
+@pytest.mark.parametrize("kind", [0, 1])
+def test_an_item_that_is_to_wait_for_somebody_is_told_of_and_not_refused(bench, kind):
+    """Clients that fill fields with zeros mean nothing by it; who means it must not believe that the boat waits."""
+    content = with_home(bench, [WAYPOINT, WAYPOINT, WAYPOINT] if kind == 0 else [item(5001, 3.0)] * 3, kind)
+    bench.send(dialect.MAVLink_mission_count_message(1, 1, len(content), kind))
+    for number, each in enumerate(content):
+        made = message(number, each, kind)
+        made.autocontinue = 0 if number >= len(content) - 2 else 1
+        bench.send(made)
+    bench.tick()
+    assert bench.gcs.last("MISSION_ACK").type == 0
+    told = f"Item {bench.shift + 1}: autocontinue = 0 is not heeded, the plan goes on by itself"
+    assert (told.lower() in bench.texts().replace("\n", "").lower()) == (kind == 0)
+
+
 def download(bench, kind=0):
     bench.send(dialect.MAVLink_mission_request_list_message(1, 1, kind))
     count = bench.gcs.last("MISSION_COUNT")

@@ -209,3 +209,14 @@ def test_check_64_all_stations_vanish(persona):
     helm.until(lambda: helm.world.snapshot.action < Action.HOLD and helm.world.snapshot.mode is Mode.AUTO, 5)
     helm.run(3)
     assert any(abs(pulse - 1500) > 20 for pulse in helm.pulses_us[:2])
+
+
+def test_the_checks_before_arming_are_refused_under_arms(persona):
+    """ACCEPTED would say that nothing stands against arming, of a boat that nobody may arm."""
+    helm = Helm(persona)
+    assert helm.command(401) == 0
+    assert helm.command(400, 1) == 0
+    helm.run(3.0)
+    helm.gcs.clear()
+    assert helm.command(401) == 1
+    assert "Armed already: these are the checks before arming" in helm.texts().replace("\n", "")

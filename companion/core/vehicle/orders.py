@@ -246,6 +246,8 @@ class Orders:
         return ACCEPTED
 
     def prearm(self, body: RunPrearmChecks, sender: int, now_us: int) -> Reply:
+        if self._controls.armed:
+            return Reply(Result.REJECTED_NOW, "armed already: these are the checks before arming")
         for reason in prearm_reasons(self._controls, now_us):
             self._controls.voice.say(Severity.WARNING, f"PreArm: {reason}")
         return ACCEPTED

@@ -18,6 +18,7 @@ _AUTOPILOT_VERSION: Final = message_id("AUTOPILOT_VERSION")
 _AVAILABLE_MODES: Final = message_id("AVAILABLE_MODES")
 _COMPONENT_METADATA: Final = message_id("COMPONENT_METADATA")
 _HOME_POSITION: Final = message_id("HOME_POSITION")
+_MESSAGE_INTERVAL: Final = message_id("MESSAGE_INTERVAL")
 _PROTOCOL_VERSION: Final = message_id("PROTOCOL_VERSION")
 _MAVLINK_1, _MAVLINK_2 = 100, 200
 """As PROTOCOL_VERSION counts them."""
@@ -75,6 +76,8 @@ def _request_message(host: Host, command: Command) -> LocalAnswer:
         return LocalAnswer(UNSUPPORTED) if metadata is None else LocalAnswer(ACCEPTED, (packed(metadata),))
     if number == _PROTOCOL_VERSION:
         return _protocol(host, command)
+    if number == _MESSAGE_INTERVAL:
+        return _interval(host, command.whole(2, -1, -1, 0xFFFF))
     if number not in STREAMED:
         return LocalAnswer(UNSUPPORTED)
     message = host.compose(number)
@@ -116,7 +119,11 @@ def _set_interval(host: Host, command: Command) -> LocalAnswer:
 
 
 def _get_interval(host: Host, command: Command) -> LocalAnswer:
-    number = command.whole(1, -1, -1, 0xFFFF)
+    return _interval(host, command.whole(1, -1, -1, 0xFFFF))
+
+
+def _interval(host: Host, number: int) -> LocalAnswer:
+    """MESSAGE_INTERVAL of the message with this number."""
     interval_us = host.config.heartbeat_us if number == HEARTBEAT else host.streams.interval_us(number)
     message = dialect.MAVLink_message_interval_message(message_id=max(number, 0), interval_us=interval_us)
     return LocalAnswer(ACCEPTED, (packed(message),))

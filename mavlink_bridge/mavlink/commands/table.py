@@ -25,6 +25,8 @@ from .plain import NUMBERS, fields_of
 
 MAX_SPEED_MPS: Final = 50.0
 MAX_RADIUS_M: Final = 10_000.0
+NO_CUSTOM_MODE: Final = "no mode set: flag 1 (MAV_MODE_FLAG_CUSTOM_MODE_ENABLED) is missing in the base mode"
+"""What SET_MODE and DO_SET_MODE are refused for that leave it out: the number beside it then means nothing."""
 FORCE: Final = frozenset((21196.0, 2989.0))
 """Param 2 of COMPONENT_ARM_DISARM that means 'whatever the checks say': common.xml's and ArduPilot's number."""
 
@@ -60,7 +62,7 @@ def _arm(command: Command, _: Context) -> ask.RequestBody:
 
 def _set_mode(command: Command, _: Context) -> ask.RequestBody:
     if not command.whole(1, 1, 0, 255) & 1:
-        raise denied("only custom modes can be set: parameter 1 needs flag 1")
+        raise denied(NO_CUSTOM_MODE)
     number = command.whole(2, -1, -1, 0xFFFFFFFF)
     mode = modes.from_set_mode(number, command.params[2], command.params[3])
     if mode is None:

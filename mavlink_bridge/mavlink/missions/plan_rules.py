@@ -17,7 +17,7 @@ from typing import Final
 from mavlink_bridge.language.units import e7_to_deg
 
 from ...language.messages import LoiterDirection
-from ...language.requests import PlanItem, Result
+from ...language.requests import PlanItem, PlanKind, Result
 from ..wire.cmd import CAMERA_AND_GIMBAL, Cmd
 from ..wire.mapping import INT32_UNKNOWN, degE7_to_rad
 
@@ -162,6 +162,17 @@ def position(item: PlanItem) -> tuple[float, float]:
     assert latitude is not None
     assert longitude is not None
     return latitude, longitude
+
+
+def unheeded(kind: PlanKind, items: Sequence[PlanItem], offset: int) -> str:
+    """What of a plan is taken and not done, in words; "" when nothing is. ``offset``: of the station's numbers.
+
+    Clients that fill fields with zeros say autocontinue = 0 of every item, and ArduPilot goes on all the same: refused, no plan of
+    theirs would load. The ground stations always say 1. Behind the last item nothing goes on anyhow.
+    """
+    waiting = (seq for seq, item in enumerate(items[:-1]) if item.autocontinue == 0) if kind is PlanKind.MISSION else ()
+    first = next(iter(waiting), None)
+    return "" if first is None else f"item {first + offset}: autocontinue = 0 is not heeded, the plan goes on by itself"
 
 
 def is_here(item: PlanItem) -> bool:

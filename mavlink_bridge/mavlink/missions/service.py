@@ -21,7 +21,7 @@ from ..wire.mapping import degE7_to_rad
 from .acks import Acks
 from .download import Downloads
 from .plan_mapping import compile_item, load_plan
-from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here
+from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here, unheeded
 from .store import MissionTiming, Pending, Sender, UploadLocks, UploadSession
 from .upload import Upload
 from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
@@ -260,6 +260,7 @@ class MissionServer:
         if isinstance(load, PlanError):
             return self._refuse(session, load, now_us)
         session.storing_us = session.held_us = now_us
+        self._say(Severity.WARNING, unheeded(kind, items, self.offset))
         self._hand_over(load, Pending(session.sender, kind.value, session=session, kind=kind))
         return []
 

@@ -12,6 +12,7 @@ from ...language.snapshot import Snapshot
 from ..commands.command import Command
 from ..commands.local import LOCAL, answer
 from ..commands.service import CommandOutcome, CommandServer
+from ..commands.table import NO_CUSTOM_MODE
 from ..persona.modes import foreign_name, from_custom_mode
 from .channel import Channel
 from .service import Handler, Service
@@ -77,8 +78,10 @@ class Ordering(Service):
         self._channel.answer_packed(done.messages)
 
     def _on_set_mode(self, message: Any, now_us: int) -> None:
-        mode = from_custom_mode(message.custom_mode) if message.base_mode & 1 else None
-        if mode is None:
+        mode = from_custom_mode(message.custom_mode)
+        if not message.base_mode & 1:
+            self._channel.explain(NO_CUSTOM_MODE)
+        elif mode is None:
             self._channel.explain(f"{foreign_name(message.custom_mode, 0.0)} is not one of this boat's modes")
         else:
             self._channel.ask(ask.SetMode(mode), message.get_srcSystem())
