@@ -14,9 +14,12 @@ from typing import Any, Final
 import numpy as np
 
 from ..core.hull import VesselConfig
+from ..core.hull.statics import Statics
+from ..core.steer.yaw_loop import yaw_plant
 from .drifting import believed, by_window, drift_change, precision_of
 from .hull_arrays import STEP_S
 from .noise import Noise
+from .places import with_values
 from .problem import SENSED, TOGETHER, Problem
 from .settle import Box, settled
 from .unknowns import FitUnknown, unknowns_of
@@ -52,9 +55,13 @@ _WIDER_BEYOND: Final = 10.0
 """And by so much wider per error beyond it. Waves that turn a light boat as hard as her helm go on through her own motion, and are no
 noise that is added to it: of six such boats the truth lay up to ten spreads off, at errors of 0.46 to 0.62."""
 _DRAWN_PER_S: Final = 1.0
-"""By how much the modelled yaw rate is drawn to the one that was heard. A wave turns the boat through her own motion, and of a hull that
-turns away by itself that turn grows: a fit that foretells whole windows takes her for a steadier one (Ljung, System Identification: a
-predictor must be stable). Such hulls turn away within a second and more."""
+"""By how much the modelled yaw rate of a hull that turns away by itself is drawn to the one that was heard. A wave turns her through her
+own motion, and that turn grows: a fit that foretells whole windows takes her for a steadier one (Ljung, System Identification: a
+predictor must be stable). Of a hull that comes back by itself it would only hide what the model lacks: BlueBoat's recordings were
+foretold half as badly again."""
+_UNDER_WAY, _NEARLY_PER_S = 0.6, -0.1
+"""At this share of the top speed, and turning away so slowly or coming back so slowly: hulls of the trials that needed it grew by 0.3 to
+2.2 a second in truth, and come out steadier at first; of the others, and of BlueBoat's recordings, the fastest to grow came back by 0.2."""
 _SCALE: Final = 0.03
 _SCALE_BY_FIX: Final = 0.015
 _TO_MASS: Final = ("m22", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "ahead", "astern", "area")
@@ -104,22 +111,23 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     noise = Noise.white(0.08, 0.1, 0.03)
     used, given = windows.only(~apart), vessel
     vessel, turning, x = rebased(vessel, used, noise, say)
-    unknowns = unknowns_of(vessel, used)
+    unknowns, drawn_per_s = unknowns_of(vessel, used), 0.0
     if x is not None:
-        noise = _noise_of(_foretelling(vessel, used, unknowns, noise), x)
+        noise = _noise_of(Problem(vessel, used, unknowns, noise), x)
     for turn in range(1, _ROUNDS):
-        problem = _foretelling(vessel, used, unknowns, noise)
+        problem = Problem(vessel, used, unknowns, noise, drawn_per_s=drawn_per_s)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
         noise = _noise_of(problem, x)
+        drawn_per_s = _DRAWN_PER_S if _turns_away(problem, x) else 0.0
     assert x is not None
-    covariance = covariance_of(_foretelling(vessel, used, unknowns, noise), x)
+    covariance = covariance_of(Problem(vessel, used, unknowns, noise, drawn_per_s=drawn_per_s), x)
     by_fix = bool(used.by_fix.all())
     deviation = widened(unknowns, np.sqrt(np.diag(covariance)), by_fix=by_fix)
     told = [u.told(deviation[k]) or abs(x[k]) > _MOVED or u.name.startswith(_ALWAYS) for k, u in enumerate(unknowns)]
     untold = [u for u, keep in zip(unknowns, told, strict=True) if not keep]
     unsettled = left_open(problem, x, np.array(told), covariance)
     unknowns = [u for u, keep in zip(unknowns, told, strict=True) if keep]
-    problem = _foretelling(vessel, used, unknowns, noise)
+    problem = Problem(vessel, used, unknowns, noise, drawn_per_s=drawn_per_s)
     x = solve(problem, np.concatenate([x[: len(told)][told], x[len(told) :]]), _ROUNDS, say)
     theta, known = problem.split(x)[0], len(unknowns)
     unsettled[:known, :known] += covariance_of(problem, x)
@@ -134,8 +142,11 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     return replace(found, turning=turning, seconds=windows.count * WINDOW_S, wider=wider)
 
 
-def _foretelling(vessel: VesselConfig, used: Windows, unknowns: list[FitUnknown], noise: Noise) -> Problem:
-    return Problem(vessel, used, unknowns, noise, drawn_per_s=_DRAWN_PER_S)
+def _turns_away(problem: Problem, x: Array) -> bool:
+    """Whether the hull that was found turns away by itself under way, or nearly: it is one that is taken for steadier than it is."""
+    theta = problem.split(x)[0]
+    found = with_values(problem.vessel, {u.name: float(u.value(theta[k])) for k, u in enumerate(problem.unknowns)})
+    return yaw_plant(found, _UNDER_WAY * Statics(found).top_mps).grows_per_s > _NEARLY_PER_S
 
 
 def _noise_of(problem: Problem, x: Array) -> Noise:
@@ -154,7 +165,7 @@ def rebased(
     """
     unknowns = unknowns_of(vessel, used)
     yaw = FitUnknown("yaw", 1.0, _YAW_WIDTH, True, low=-4.0, high=4.0)
-    problem = _foretelling(vessel, used, [*unknowns, yaw], noise)
+    problem = Problem(vessel, used, [*unknowns, yaw], noise)
     x = solve(problem, np.zeros(problem.size), 0, say)
     share = float(np.exp(_YAW_WIDTH * x[len(unknowns)]))
     if 1.0 / _FAR_OFF < share < _FAR_OFF:

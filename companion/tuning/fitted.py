@@ -17,6 +17,7 @@ from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.model import ModelController
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 from .fit import Fit
+from .places import PLACES as PLACES, with_values as with_values
 from .problem import TOGETHER
 from .unknowns import FitUnknown
 
@@ -43,50 +44,6 @@ _LEAST_BANDWIDTH: Final = 0.4
 """rad/s: a slower heading loop lets any wind turn the bow."""
 _SPEEDS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the greatest speed at which margins are looked at."""
-
-PLACES: Final = {
-    "m22": ("hull", "m22_kg", "kg"),
-    "m23": ("hull", "m23_kgm", "kg m"),
-    "m33": ("hull", "m33_kgm2", "kg m2"),
-    "xu": ("hull", "xu", "N/(m/s)"),
-    "xuu": ("hull", "xuu", "N/(m/s)2"),
-    "yv": ("hull", "yv", "N/(m/s)"),
-    "yvv": ("hull", "yvv", "N/(m/s)2"),
-    "nr": ("hull", "nr", "Nm/(rad/s)"),
-    "nrr": ("hull", "nrr", "Nm/(rad/s)2"),
-    "nur": ("hull", "nur", "Nm/(rad/s)/(m/s)"),
-    "munk": ("hull", "munk", ""),
-    "ahead": ("thruster", "ahead_n", "N"),
-    "astern": ("thruster", "astern_n", "N"),
-    "exponent": ("thruster", "exponent", ""),
-    "starboard_share": ("thruster", "starboard_share", ""),
-    "lag": ("thruster", "lag_s", "s"),
-    "speed_loss": ("thruster", "speed_loss", "1/(m/s)"),
-    "dead_band": ("thruster", "dead_band", ""),
-    "area": ("rudder", "area_m2", "m2"),
-    "rudder_lag": ("rudder", "lag_s", "s"),
-    "offset": ("rudder", "offset_deg", "deg"),
-    "race_share": ("thruster", "race_share", ""),
-}
-"""Where each coefficient stands in the file."""
-
-
-def with_values(vessel: VesselConfig, values: dict[str, float]) -> VesselConfig:
-    """Return a vessel with these coefficients, within what its file allows."""
-    parts: dict[str, dict[str, float]] = {"hull": {}, "thruster": {}, "rudder": {}}
-    for name, value in values.items():
-        if name in PLACES:
-            part, key, _ = PLACES[name]
-            parts[part][key] = math.degrees(value) if name == "offset" else _bounded(name, value)
-    return vessel.model_copy(
-        update={part: getattr(vessel, part).model_copy(update=new) for part, new in parts.items() if new}
-    )
-
-
-def _bounded(name: str, value: float) -> float:
-    if name in ("munk", "race_share"):
-        return min(max(value, 0.0), 1.0)
-    return value if name == "m23" else max(value, 1e-3 if name in ("xu", "lag") else 0.0)
 
 
 def fitted_vessel(fit: Fit) -> VesselConfig:

@@ -90,7 +90,7 @@ class Problem:
         start[0] -= along
         start[1] -= across + extra["sensor_forward"] * start[2]
         north, east = (mean + _GUST_SD * nuisance[:, 6 + k] for k, mean in enumerate(self._wind(extra)))
-        out = self._hull.sail(c, self.windows.commands, start, (north, east), drift, self._drawn)
+        out = self._hull.sail(c, self.windows.commands, start, (north, east), drift, drawn=self._drawn)
         sensed = out[:, :2].copy()
         sensed[:, 1] += extra["sensor_forward"] * out[:, 2]
         motion = self._as_recorded(sensed, extra)

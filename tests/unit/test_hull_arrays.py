@@ -6,8 +6,10 @@ import random
 import numpy as np
 import pytest
 
+from companion.core.hull.statics import top_speed_mps
+from companion.core.steer.yaw_loop import yaw_plant
 from companion.tuning import hull_arrays
-from companion.tuning.hull_arrays import STEP_S, Commands, HullArrays, coefficients
+from companion.tuning.hull_arrays import STEP_S, Commands, Drawn, HullArrays, coefficients
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
 from tools.benches.cells.foreign_hulls import bare, launch
@@ -70,3 +72,24 @@ def test_a_minute_of_manoeuvres_ends_where_the_simulated_boat_does(name):
     found = HullArrays(vessel).sail(c, told, np.zeros((3, 1, 1)), still, np.zeros((2, 1, 1)))[:, :, 0, 0]
     off = np.sqrt(np.mean((found - np.array(seen)) ** 2, axis=0)) / np.maximum(np.std(np.array(seen), axis=0), 0.02)
     assert off.max() < 0.06
+
+
+def test_a_yaw_rate_that_is_drawn_to_what_was_heard_stays_near_it_on_a_hull_that_turns_away_by_itself():
+    """From the start alone a wave's push grows for the whole window, and a fit makes the hull steadier instead."""
+    vessel, steps = bare("otter", 1.0), round(16.0 / STEP_S)
+    heard = np.full((steps, 1), 0.02)
+    ahead = Commands(*(np.full((steps, 1), x) for x in (0.8, 0.8, 0.0, 0.0)))
+    c = {k: np.full((1, 1), v) for k, v in coefficients(vessel).items()}
+    still, start = (np.zeros((1, 1)), np.zeros((1, 1))), np.zeros((3, 1, 1))
+    start[0], start[2] = 2.0, 0.02
+    alone, drawn = (
+        HullArrays(vessel).sail(c, ahead, start, still, np.zeros((2, 1, 1)), drawn=each)[-1, 2, 0, 0]
+        for each in (None, Drawn(heard, 3.0))
+    )
+    assert abs(alone) > 0.1
+    assert abs(drawn - 0.02) < 0.02
+
+
+@pytest.mark.parametrize(("vessel", "away"), [(bare("otter", 1.0), True), (HULLS["otter"], False)])
+def test_whether_a_hull_turns_away_by_itself_shows_in_its_linear_motion(vessel, away):
+    assert (yaw_plant(vessel, 0.6 * top_speed_mps(vessel)).grows_per_s > 0.0) is away

@@ -60,6 +60,13 @@ class YawPlant:
             return 1
         return 2 if trace > 0.0 else 0
 
+    @property
+    def grows_per_s(self) -> float:
+        """Real part of the hull's fastest growing, or slowest dying, motion in sway and yaw, 1/s; positive: it turns away by itself."""
+        vv, vr, rv, rr = self.a
+        half, det = 0.5 * (vv + rr), vv * rr - vr * rv
+        return half + math.sqrt(max(0.0, half * half - det))
+
     def response(self, omega: float, delay_s: float) -> complex:
         """Return yaw rate over moment at a frequency in rad/s."""
         s = complex(0.0, omega)
