@@ -276,6 +276,21 @@ def test_who_does_not_count_his_frames_stops_the_boat_each_time(two, stop, numbe
         two.b(AUTO)
 
 
+@pytest.mark.parametrize("stop", [DISARM, HOLD, PAUSE])
+def test_the_very_frame_that_stopped_the_boat_is_answered_and_not_carried_out_while_nothing_has_happened(two, stop):
+    two.vessel.mode, two.vessel.armed = Mode.AUTO, True
+    for _ in range(3):
+        two.bench.gcs.clear()
+        two.bench.endpoint.receive(uncounted(long(stop)), two.vessel.now_us)
+        two.bench.run(0.2)
+        assert two.bench.acked(stop[0]) == [ACCEPTED]
+    assert len(two.vessel.handled) == 1
+    by_itself(two)
+    two.bench.endpoint.receive(uncounted(long(stop)), two.vessel.now_us)
+    two.bench.run(0.2)
+    assert two.stopped(stop), "the vessel set itself going"
+
+
 def test_who_does_not_count_his_frames_hears_an_answer_to_each(two):
     two.bench.gcs.clear()
     for _ in range(4):

@@ -22,6 +22,7 @@ from ...language.nature import Aim
 from ...language.requests import Reply, RequestBody, Result
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
+from ..wire.framing import COPY_WINDOW_US
 from .command import ACCEPTED, DENIED, FAILED, IN_PROGRESS, REJECTED_NOW, UNSUPPORTED, Command, Refused
 from .table import MEANINGS, NO_PROGRESS, Context
 
@@ -136,12 +137,20 @@ class CommandServer:
         if case.result != ACCEPTED:
             return not ahead and now_us - case.answered_us >= REJUDGE_US
         if case.body is not None and case.body.nature.stops:
-            return not ahead
+            return not ahead and not self._stands(case, sequence, now_us)
         if ahead or is_repeat:
             return False
         if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):
             return True
         return bool(own) and case.aim == _NO_AIM and now_us - case.answered_us >= RETRY_US
+
+    def _stands(self, case: _Case, sequence: int, now_us: int) -> bool:
+        """Whether this is the very frame that stopped the vessel, a moment ago, and nobody has asked for anything since: a copy that the
+        network made, or a script that presses again. Whatever has happened since, it is a stop that is carried out.
+        """
+        is_same = sequence == case.sequence and now_us - case.taken_us <= COPY_WINDOW_US
+        is_last = case.deed == self._deeds.count and case.aim != _NO_AIM
+        return is_same and is_last and self._state is not None and _holds(case.aim, self._state)
 
     def _is_undone(self, case: _Case, later: list[_Case], now_us: int) -> bool:
         """Whether ACCEPTED would be an untruth by now: somebody else, or the vessel itself, decided otherwise since."""

@@ -27,6 +27,8 @@ EVERYBODY: Final = 0
 INCOMPAT_SIGNED: Final = 0x01
 STALL_US: Final = 500_000
 """Default time limit of an incomplete frame: a longest frame takes 290 ms at 9600 baud."""
+COPY_WINDOW_US: Final = 1_000_000
+"""The very same bytes so soon are a copy that the network made: longer than two ways differ, shorter than sequence numbers go round."""
 
 _MARKERS: Final = re.compile(rb"[\xfd\xfe]")
 _CRC_EXTRA: Final = {message_id: bytes((message.crc_extra,)) for message_id, message in _messages.items()}
@@ -240,7 +242,7 @@ class DuplicateFilter:
 
     __slots__ = ("_seen", "duplicates", "size", "window_us")
 
-    def __init__(self, window_us: int = 1_000_000, size: int = 256) -> None:
+    def __init__(self, window_us: int = COPY_WINDOW_US, size: int = 256) -> None:
         self.window_us = window_us
         self.size = size
         self.duplicates = 0
