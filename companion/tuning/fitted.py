@@ -37,6 +37,8 @@ _UNEXPLAINED_SURGE, _UNEXPLAINED_YAW = 0.75, 0.6
 """Error on stretches kept apart, RMS over standard deviation, from which on most of a motion is not the model's doing. A boat of 9 kg
 in waves for one of 50 came to 0.99, and her way to rest out a third too short; five light boats drawn at random that came to 0.65 and more
 turned up to twice as fast as they do. Trials in waves that a boat is made for stay below 0.3."""
+_FELT: Final = 1.05
+"""Intervals that are wider by less look the same."""
 _TOUCHES: Final = 1e-9
 """Widths; what is so near to its bound is at it."""
 _SLOWER: Final = 0.85
@@ -232,7 +234,7 @@ def doubt(fit: Fit) -> str:
 
 def care(fit: Fit) -> str:
     """Say what is less sure than usual of a file that may be adopted; "" when nothing is."""
-    if fit.wider == 1.0 or doubt(fit):
+    if fit.wider < _FELT or doubt(fit):
         return ""
     return (
         f"take care: waves turned her nearly as hard as her helm (error {fit.errors[2]:.2f}), so intervals are {fit.wider:.1f} times as "
