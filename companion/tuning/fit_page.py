@@ -13,7 +13,7 @@ import numpy as np
 from ..core.hull import Handling, VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Fit
-from .fitted import Gains, care, doubt
+from .fitted import PLACES, Gains, care, doubt
 from .seed_fit import SeedGains
 
 _STYLE: Final = (
@@ -26,6 +26,10 @@ _OUTPUTS: Final = ("surge, m/s", "sway, m/s", "yaw rate, deg/s")
 _SELDOM: Final = 0.5
 _SHOWN: Final = 4
 """Stretches that are drawn."""
+_OF_RECORD: Final = {"_late": "s", "_smooth": "s", "heading_offset": "deg", "sensor_forward": "m", "wind_": "m/s"}
+"""Units of what belongs to the record and not to the boat, by a part of the name."""
+_WIDE: Final = 4.0
+"""Of the circle at half speed: near the top speed no thrust is left to turn with, and circles without end would leave nothing to see."""
 
 
 def page(
@@ -49,19 +53,25 @@ def page(
         ),
         ("Residuals on the stretches kept apart", lambda f: _residuals(f, fit)),
     ]
-    body = [f"<h1>{html.escape(new.name)}: fitted to {html.escape(source)}</h1>"]
+    body = [f"<h1>{html.escape(new.name)}</h1><p>Fitted to {html.escape(source)}.</p>"]
     if text := doubt(fit) or care(fit):
         body.append(f"<p><b>{html.escape(text)}.</b></p>")
     body.append(_table(("", "before", "fitted"), rows))
     body += [f"<h2>{html.escape(title)}</h2>{_svg(draw)}" for title, draw in drawings]
-    told = [(name, f"{fit.values[name]:.4g}", f"± {2 * fit.spread[name]:.2g}") for name in fit.values]
-    body.append("<h2>Coefficients</h2>" + _table(("", "value", "95 %"), told))
+    body.append("<h2>Coefficients</h2>" + _table(("", "value", "95 %", ""), [_told(fit, name) for name in fit.values]))
     if fit.untold:
         body.append(f"<p>Not told by the record, left as they were: {', '.join(u.name for u in fit.untold)}.</p>")
     body.append(f"<h2>Margins of the heading loop, STEER_BW {gains.bandwidth:.2f}</h2>{_margins(gains)}")
     body.append(f"<h2>Gains of the model law</h2>{_gains(gains)}")
     body.append(f"<h2>Gains of the seed's law</h2>{_seed(seed)}")
     return f"<!doctype html><meta charset=utf-8>{_PHONE}<title>{html.escape(new.name)}</title><style>{_STYLE}</style>{''.join(body)}"
+
+
+def _told(fit: Fit, name: str) -> tuple[str, str, str, str]:
+    """Name, value, interval and unit; angles in degrees, as in the file."""
+    unit = PLACES[name][2] if name in PLACES else next((unit for part, unit in _OF_RECORD.items() if part in name), "")
+    scale = math.degrees(1.0) if unit == "deg" else 1.0
+    return name, f"{scale * fit.values[name]:.4g}", f"± {2 * scale * fit.spread[name]:.2g}", unit
 
 
 def _margins(found: Gains | SeedGains) -> str:
@@ -129,13 +139,15 @@ def _sails(figure: Any, fit: Fit) -> None:
 
 def _curves(figure: Any, fit: Fit, new: VesselConfig) -> None:
     speed, radius, way = figure.subplots(1, 3)
-    throttles = np.linspace(0.05, 1.0, 20)
+    throttles, widest_m = np.linspace(0.05, 1.0, 20), 0.0
     for vessel, colour in ((fit.vessel, "0.6"), (new, "tab:blue")):
         statics, handling = Statics(vessel), Handling(vessel)
         speed.plot(100 * throttles, [statics.throttle_to_speed(float(c)) for c in throttles], color=colour)
         speeds = np.linspace(0.2, statics.top_mps, 20)
         radius.plot(speeds, [handling.turn_radius_m(float(u)) for u in speeds], color=colour)
+        widest_m = max(widest_m, _WIDE * handling.turn_radius_m(0.5 * statics.top_mps))
         way.plot(speeds, [statics.stopping_distance_m(float(u)) for u in speeds], color=colour)
+    radius.set_ylim(0.0, widest_m)
     for at, x, y in (
         (speed, "throttle, %", "speed, m/s"),
         (radius, "m/s", "tightest circle, m"),
