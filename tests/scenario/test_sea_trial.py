@@ -137,6 +137,17 @@ def test_a_vessel_that_its_law_cannot_hold_is_kept_inside_by_the_sticks(voyage, 
     assert any(text.startswith("Trial ended: a thruster gives too little") for text in run.texts)
 
 
+def test_who_stops_one_that_is_over_and_still_sails_the_vessel_is_obeyed(voyage):
+    """A trial that is broken off without an order keeps the vessel about the middle, by its sticks where the law does not."""
+    run = begun(voyage)
+    run.run(10.0)
+    run.world.app.vehicle.parts.navigator.abandon_trial("the middle is not reached")
+    run.run(1.0)
+    assert any(text.startswith("Trial ended: the middle is not reached") for text in run.texts)
+    assert run.ask(SeaTrial(TrialOrder.END)).reason == ""
+    assert run.ask(SeaTrial(TrialOrder.END)).reason == "no sea trial is under way"
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(20))
 def test_a_dead_thruster_leaves_the_vessel_inside(voyage, seed):

@@ -72,7 +72,9 @@ def test_no_fit_writes_a_file_that_is_refused(side):
     """Of the starboard thruster's share a file allows 0.3 to 3, of a rudder's offset 20 degrees; a fit went a little, or far, beyond."""
     otter = load_vessel("otter")
     values = {each.name: float(each.value(getattr(each, side))) for each in unknowns_of(otter, a_window())}
-    VesselConfig.model_validate(tomllib.loads(vessel_toml(with_values(otter, values))))
+    written = VesselConfig.model_validate(tomllib.loads(vessel_toml(with_values(otter, values))))
+    assert 0.3 <= written.thruster.starboard_share <= 3.0
+    assert abs(written.rudder.offset_deg) <= 20.0
 
 
 def test_a_hull_whose_turning_is_damped_by_its_square_alone_can_be_fitted():

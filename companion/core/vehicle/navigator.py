@@ -216,8 +216,8 @@ class Navigator:
         return ""
 
     def stop_trial(self) -> str:
-        """A person ends a sea trial. Return a refusal or an empty string."""
-        if not self.on_trial:
+        """A person ends a sea trial, or what keeps the vessel about the middle after one. Return a refusal or an empty string."""
+        if self._trial is None:
             return NO_TRIAL
         self.end_trial("ordered")
         return ""
