@@ -181,11 +181,9 @@ class Operators:
     def has_set(self, body: RequestBody, station: Station | None, *, armed: bool) -> None:
         """Something that stands was changed. Command does not pass by it, so the commander is told of what others change under way."""
         commander = self.commander
-        if station is None or commander is None or not armed or self._same(station, commander):
+        if not body.nature.sets or station is None or commander is None or not armed or self._same(station, commander):
             return
-        words = _changed(body)
-        if words:
-            self.texts.append((Severity.WARNING, f"{_start(station.beside(commander))} {words}"))
+        self.texts.append((Severity.WARNING, f"{_start(station.beside(commander))} {_changed(body)}"))
 
     def asked(self, body: TakeCommand, station: Station | None, now_us: int) -> Reply:
         """The explicit request for command, or its release; nothing moves by it."""
@@ -275,7 +273,7 @@ def leads(body: RequestBody, *, manual: bool) -> bool:
 
 
 def _changed(body: RequestBody) -> str:
-    """What somebody has changed, in words; empty for what changes nothing that stands."""
+    """What somebody has changed, in words; what has none of its own yet is told by the name of its request."""
     match body:
         case LoadPlan():
             name = {PlanKind.MISSION: "plan", PlanKind.FENCE: "fence", PlanKind.RALLY: "rally points"}[body.kind]
@@ -287,7 +285,7 @@ def _changed(body: RequestBody) -> str:
         case SetParameter():
             return f"set {body.name} to {body.value:g}"
         case _:
-            return ""
+            return f"changed something ({type(body).__name__})"
 
 
 def _no_operator(station: Station) -> str:
