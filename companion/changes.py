@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_bridge.language.requests import LoadPlan, PlanKind, Reply, Request, Result, SetParameter
+from mavlink_bridge.language.requests import LoadPlan, PlanKind, Reboot, Reply, Request, Result, SetParameter
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 
 from .core.hull import VesselConfig
@@ -16,8 +16,8 @@ from .lasting import Answer
 
 
 def setting_refusal(controls: Controls, request: Request, now_us: int) -> str:
-    """Return why the sender may not change a plan or a parameter, or an empty string."""
-    if not isinstance(request.body, LoadPlan | SetParameter):
+    """Return why the sender may not change a plan or a parameter, or end the program; or an empty string."""
+    if not isinstance(request.body, LoadPlan | SetParameter | Reboot):
         return ""
     return controls.parts.operators.objection(request.body, request.station, now_us, manual=False)
 

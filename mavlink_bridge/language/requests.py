@@ -279,7 +279,7 @@ class Reboot(Ask):
 
     @property
     def nature(self) -> Nature:
-        return _OTHER
+        return Nature(sets=True)
 
 
 @dataclass(frozen=True, slots=True)

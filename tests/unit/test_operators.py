@@ -177,9 +177,10 @@ SETS = [
     ask.EnableFence(False),
     ask.SetParameter("FENCE_ENABLE", 0.0),
 ]
+GOES_DARK = [ask.Reboot(), ask.Reboot(shutdown=True)]
 
 
-@pytest.mark.parametrize("body", SETS, ids=repr)
+@pytest.mark.parametrize("body", SETS + GOES_DARK, ids=repr)
 def test_only_operators_set_where_the_boat_may_go(body):
     operators = Operators(["255/190", "245"])
     why = "station 77 over gcs is no operator here (operator.ids): it may hold, return, disarm"
@@ -268,6 +269,16 @@ def test_the_explicit_request_moves_nothing_and_can_be_given_back():
         Operators(["255"]).asked(ask.TakeCommand(), VIEWER, 0).reason
         == "station 77 over gcs is no operator here (operator.ids)"
     )
+
+
+def test_who_gives_up_command_and_closes_the_link_is_missed_after_the_time_out_and_not_at_once():
+    operators = Operators()
+    operators.obeyed(ARM, SDK, 0, manual=False)
+    assert gcs_s(operators, 10.0, sdk=9.9) == pytest.approx(0.1)
+    assert operators.asked(ask.TakeCommand(take=False), SDK, 10 * S) == ask.ACCEPTED
+    assert gcs_s(operators, 10.1) == pytest.approx(0.1), "its link is closed, and no longer in any table"
+    assert gcs_s(operators, 12.0, qgc=11.5) == pytest.approx(0.5)
+    assert gcs_s(operators, 16.0) == pytest.approx(4.5)
 
 
 def test_the_ids_of_the_settings():

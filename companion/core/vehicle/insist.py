@@ -71,7 +71,7 @@ TABLE: Final = (
     Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
     Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
     Refusal(
-        "any order to move; plan, fence, rally points, home, parameters",
+        "any order to move; plan, fence, rally points, home, parameters; restart, shutdown",
         "the sender is not in operator.ids",
         "refuses; Hold, Return, Disarm pass",
         f"{NEVER}: another station",

@@ -57,12 +57,13 @@ class Operators:
         self.configure(ids, gcs_s=gcs_s, radio_s=radio_s)
         self.commander: Station | None = None
         """Who last armed or ordered motion; None until somebody has, or after he has released the command."""
-        self._heard_any = False
         self.texts: list[tuple[Severity, str]] = []
         self._heard_us: int | None = None
         """When the commander last gave a sign of life."""
         self._local_us: int | None = None
         """When the vessel's own people (a scenario, the command line) last ordered."""
+        self._anybody_us: dict[bool, int] = {}
+        """When any station that may command was last heard, over the radio (True) or not; it stays when a link is closed."""
         self._wish: tuple[Station, int] | None = None
 
     def configure(self, ids: Iterable[str], *, gcs_s: float, radio_s: float) -> None:
@@ -73,31 +74,27 @@ class Operators:
 
     def ages(self, heard: Iterable[Heard], now_us: int) -> Ages:
         """Return the ages that the failsafe judges. Before anybody commands, whoever may command counts."""
-        commander, gcs_us, radio_us = self.commander, self._local_us, None
+        commander = self.commander
+        his_us: dict[bool, int] = {}
         for each in heard:
             station = each.station
             if not self.may_command(station):
                 continue
-            self._heard_any = True
-            if commander is not None and not self._same(station, commander):
-                continue
-            if commander is not None and (self._heard_us is None or each.t_us > self._heard_us):
-                self._heard_us = each.t_us
-            if station.radio:
-                radio_us = each.t_us if radio_us is None else max(radio_us, each.t_us)
-            else:
-                gcs_us = each.t_us if gcs_us is None else max(gcs_us, each.t_us)
+            _latest(self._anybody_us, station.radio, each.t_us)
+            if commander is not None and self._same(station, commander):
+                self._heard_us = each.t_us if self._heard_us is None else max(self._heard_us, each.t_us)
+                _latest(his_us, station.radio, each.t_us)
         if commander is not None and self._heard_us is not None:
             # what is no longer in any table, after a link was closed, was heard all the same
-            if commander.radio:
-                radio_us = self._heard_us if radio_us is None else max(radio_us, self._heard_us)
-            else:
-                gcs_us = self._heard_us if gcs_us is None else max(gcs_us, self._heard_us)
-        return Ages(_age_s(gcs_us, now_us), _age_s(radio_us, now_us))
+            _latest(his_us, commander.radio, self._heard_us)
+        by_kind = dict(self._anybody_us if commander is None else his_us)
+        if self._local_us is not None:
+            _latest(by_kind, False, self._local_us)
+        return Ages(_age_s(by_kind.get(False), now_us), _age_s(by_kind.get(True), now_us))
 
     def hears(self, heard: Iterable[Heard]) -> bool:
         """Whether any station that may command is heard now, or ever was."""
-        return self._heard_any or any(self.may_command(each.station) for each in heard)
+        return bool(self._anybody_us) or any(self.may_command(each.station) for each in heard)
 
     def may_command(self, station: Station) -> bool:
         """Whether the configuration lets this station command."""
@@ -192,7 +189,7 @@ class Operators:
         if body.take:
             refusal = self.take(station, now_us)
             return Reply(Result.DENIED, refusal) if refusal else ACCEPTED
-        self.release(station)
+        self.release(station, now_us)
         return ACCEPTED
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
@@ -208,10 +205,11 @@ class Operators:
         self._heard_us = now_us
         return ""
 
-    def release(self, station: Station) -> None:
-        """The commander leaves: until somebody orders, whoever may command counts."""
+    def release(self, station: Station, now_us: int) -> None:
+        """The commander leaves: until somebody orders, whoever may command counts, and he by what he last said."""
         if self.commander is not None and self._same(station, self.commander):
             self.commander = self._heard_us = None
+            _latest(self._anybody_us, station.radio, now_us)
             self.texts.append((Severity.INFO, f"{_start(str(station))} has given up command"))
 
     def _pass_to(self, station: Station, now_us: int) -> None:
@@ -294,6 +292,10 @@ def _no_operator(station: Station) -> str:
 
 def _start(text: str) -> str:
     return text[0].upper() + text[1:]
+
+
+def _latest(by_kind: dict[bool, int], radio: bool, t_us: int) -> None:
+    by_kind[radio] = max(by_kind.get(radio, t_us), t_us)
 
 
 def _age_s(stamp_us: int | None, now_us: int) -> float | None:
