@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..core.guard.depth.grid import metres_per_radian
+from mavlink_bridge.language.geodesy import metres_per_radian
+
 from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
 from ..core.guard.depth.soundings import parse
 from ..core.guard.depth.tiles import SIDE, Cell

@@ -15,7 +15,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from ..core.guard.depth.grid import metres_per_radian
+from mavlink_bridge.language.geodesy import metres_per_radian
+
 from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from . import MissingExtraError, install_line

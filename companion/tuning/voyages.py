@@ -17,11 +17,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from mavlink_bridge.language.geodesy import metres_per_radian
+
 from .hull_arrays import STEP_S
 
 Array = Any
 
-_EARTH_M: Final = 6_371_008.8
 _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
 _SHORTEST_S: Final = 5.0
@@ -223,8 +224,8 @@ def _from_places(part: dict[str, Array], psi: Array, smooth: Any) -> tuple[Array
     from scipy.signal import savgol_filter
 
     lat, lon = np.radians(part["lat"]), np.radians(part["lon"])
-    north = smooth((lat - lat[0]) * _EARTH_M)
-    east = smooth(np.unwrap(lon - lon[0]) * _EARTH_M * math.cos(lat[0]))
+    per_lat, per_lon = metres_per_radian(float(lat[0]))
+    north, east = smooth((lat - lat[0]) * per_lat), smooth(np.unwrap(lon - lon[0]) * per_lon)
     vn, ve = (savgol_filter(value, SMOOTH_STEPS, 2, deriv=1, delta=STEP_S) for value in (north, east))
     cosine, sine = np.cos(psi), np.sin(psi)
     return cosine * vn + sine * ve, cosine * ve - sine * vn

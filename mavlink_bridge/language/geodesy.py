@@ -21,9 +21,19 @@ ECCENTRICITY2: Final = 0.00669437999014
 """First eccentricity squared of WGS-84, f (2 - f) with f = 1 / 298.257223563 (NGA.STND.0036)."""
 MEAN_RADIUS_M: Final = 6_371_000.0
 """Of the earth as a sphere (IUGG's mean radius): enough for steps of some metres."""
+_LEAST_COSINE: Final = 1e-6
+"""Of a latitude: a place 6 m from a pole. Nearer, longitudes are no directions, and their length would divide by nothing."""
 _GRID_M: Final = 16.0
 _CORNERS_KEPT: Final = 4096
 _MASK: Final = Geodesic.DISTANCE | Geodesic.AZIMUTH
+
+
+def metres_per_radian(lat_rad: float) -> tuple[float, float]:
+    """Metres of a radian of latitude and of longitude, by the radii of curvature of WGS-84; the second is never nothing."""
+    sine = math.sin(lat_rad)
+    w2 = 1.0 - ECCENTRICITY2 * sine * sine
+    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
+    return normal_m * (1.0 - ECCENTRICITY2) / w2, normal_m * max(math.cos(lat_rad), _LEAST_COSINE)
 
 
 def inverse(lat1_rad: float, lon1_rad: float, lat2_rad: float, lon2_rad: float) -> tuple[float, float]:

@@ -15,9 +15,9 @@ from typing import Literal, Protocol
 from pydantic import Field, model_validator
 
 from companion.core.config import Config
-from companion.core.guard.depth.grid import DepthGrid, Sounding, metres_per_radian
+from companion.core.guard.depth.grid import DepthGrid, Sounding
 from companion.core.guard.depth.soundings import parse
-from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, LocalFrame
+from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, LocalFrame, metres_per_radian
 
 
 class Bottom(Protocol):

@@ -12,7 +12,7 @@ from collections import deque
 from typing import Final
 
 from companion.core.hull.geometry import HullGeometry
-from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.value import value
 
 from ..plant import Truth
@@ -322,8 +322,5 @@ def _flip(line: bytes, rng: random.Random) -> bytes:
 
 def _shift(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
     """A point some metres away, by the radii of curvature of WGS-84: exact to 1e-6 of the distance within 1 km."""
-    sine = math.sin(lat_rad)
-    w2 = 1.0 - ECCENTRICITY2 * sine * sine
-    meridian_m = SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY2) / (w2 * math.sqrt(w2))
-    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
-    return lat_rad + north_m / meridian_m, lon_rad + east_m / (normal_m * math.cos(lat_rad))
+    per_lat, per_lon = metres_per_radian(lat_rad)
+    return lat_rad + north_m / per_lat, lon_rad + east_m / per_lon

@@ -7,11 +7,12 @@ import math
 import pytest
 
 from companion.core.guard.depth.config import DepthGuardConfig
-from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, metres_per_radian, offset
+from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, offset
 from companion.core.guard.depth.guard import DepthFlags, DepthGuard, GuardOutput, next_state
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
 from companion.core.hull.geometry import HullGeometry
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
 from mavlink_bridge.language.points import NorthEast
 

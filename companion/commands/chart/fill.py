@@ -9,7 +9,9 @@ import math
 from array import array
 from typing import Any, Final
 
-from ...core.guard.depth.grid import CELLS_MAX, DEEPEST_CM, UNKNOWN_CM, DepthGrid, metres_per_radian
+from mavlink_bridge.language.geodesy import metres_per_radian
+
+from ...core.guard.depth.grid import CELLS_MAX, DEEPEST_CM, UNKNOWN_CM, DepthGrid
 from .source import Block, ChartError, ChartSource
 
 _FINEST: Final = 4

@@ -112,7 +112,7 @@ def _place(block: Block, number: int) -> Place:
 
 
 def _metres(lat_deg: float, lon_deg: float, at_deg: float) -> tuple[float, float]:
-    from ...core.guard.depth.grid import metres_per_radian
+    from mavlink_bridge.language.geodesy import metres_per_radian
 
     per_lat, per_lon = metres_per_radian(math.radians(at_deg))
     return math.radians(lat_deg) * per_lat, math.radians(lon_deg) * per_lon

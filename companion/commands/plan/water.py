@@ -7,11 +7,12 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.plans import PlanFile
 
 from ...configuration import depth_map
-from ...core.guard.depth.grid import DepthGrid, PlanLeg, check_plan, metres_per_radian, unknown_share
+from ...core.guard.depth.grid import DepthGrid, PlanLeg, check_plan, unknown_share
 from ...core.vehicle.plan_depth import plan_legs
 from ...settings import Settings, load_vessel
 

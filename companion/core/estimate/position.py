@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M, LocalFrame
+from mavlink_bridge.language.geodesy import LocalFrame, metres_per_radian
 from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
@@ -39,11 +39,7 @@ def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float
 
     Newton's method on the inverse map with the radii of curvature at the point; each step leaves about 1e-3 of the error.
     """
-    sine = math.sin(lat_rad)
-    w2 = 1.0 - ECCENTRICITY2 * sine * sine
-    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
-    meridian_m = normal_m * (1.0 - ECCENTRICITY2) / w2
-    parallel_m = normal_m * math.cos(lat_rad)
+    meridian_m, parallel_m = metres_per_radian(lat_rad)
     for _ in range(_NEWTON_STEPS):
         lat, lon = frame.to_geodetic(north_m, east_m)
         step_n, step_e = (lat_rad - lat) * meridian_m, (lon_rad - lon) * parallel_m

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.traffic import Danger, Role
 from mavlink_bridge.language.units import clamp
@@ -19,7 +20,7 @@ from .clearance import Clearance, Hull, circle_of, clearance, hull_of
 from .config import TrafficConfig
 from .sectors import role_of
 from .table import Static
-from .track import Track, metres_per_rad
+from .track import Track
 
 SHIP_LENGTH_M: Final = 20.0
 """From here on she is a ship: the wanted clearance is the larger one."""
@@ -76,7 +77,7 @@ def own_of(state: EstimatedState) -> Own | None:
     return Own(
         lat_rad=state.lat_rad,
         lon_rad=state.lon_rad,
-        metres=metres_per_rad(state.lat_rad),
+        metres=metres_per_radian(state.lat_rad),
         vn_mps=vn,
         ve_mps=ve,
         psi_rad=psi,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..ais.reports import FixState, PositionReport, StationClass
@@ -65,17 +65,9 @@ _PAIR_MOST_S: Final = 180.0
 """farther apart, the mean of whatever she did between."""
 
 
-def metres_per_rad(lat_rad: float) -> tuple[float, float]:
-    """Metres of a radian of latitude and of longitude, by the radii of curvature of WGS-84."""
-    sine = math.sin(lat_rad)
-    w2 = 1.0 - ECCENTRICITY2 * sine * sine
-    normal_m = SEMI_MAJOR_AXIS_M / math.sqrt(w2)
-    return normal_m * (1.0 - ECCENTRICITY2) / w2, normal_m * max(math.cos(lat_rad), 1e-6)
-
-
 def offset_m(lat1_rad: float, lon1_rad: float, lat2_rad: float, lon2_rad: float) -> tuple[float, float]:
     """North and east from the first point to the second; good to 0.1 % within 10 km outside the polar seas."""
-    north, east = metres_per_rad(lat1_rad)
+    north, east = metres_per_radian(lat1_rad)
     return (lat2_rad - lat1_rad) * north, wrap_pi(lon2_rad - lon1_rad) * east
 
 
@@ -232,7 +224,7 @@ class Track:
     def place(self, now_us: int) -> tuple[float, float]:
         """Latitude and longitude now, rad."""
         north, east = self.moved_m(self.age_s(now_us))
-        per_lat, per_lon = metres_per_rad(self.lat_rad)
+        per_lat, per_lon = metres_per_radian(self.lat_rad)
         return self.lat_rad + north / per_lat, wrap_pi(self.lon_rad + east / per_lon)
 
     def sigma_m(self, age_s: float) -> float:

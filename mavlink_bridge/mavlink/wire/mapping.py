@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.units import E7, e7_to_rad
 
 INT8_UNKNOWN: Final = 127
@@ -124,13 +124,13 @@ def mps_to_fifths(speed_mps: float | None) -> int:
 
 def offset_m(from_lat_rad: float, from_lon_rad: float, lat_rad: float, lon_rad: float) -> tuple[float, float]:
     """Metres north and east of one place to another in the first one's plane on WGS-84, to 0.1 m within 5 km."""
-    sine, cosine = math.sin(0.5 * (from_lat_rad + lat_rad)), math.cos(0.5 * (from_lat_rad + lat_rad))
-    bulge = 1.0 - ECCENTRICITY2 * sine * sine
-    across_m = SEMI_MAJOR_AXIS_M / math.sqrt(bulge)
-    along_m = across_m * (1.0 - ECCENTRICITY2) / bulge
+    middle_rad = 0.5 * (from_lat_rad + lat_rad)
+    per_lat, per_lon = metres_per_radian(middle_rad)
     east_rad = math.remainder(lon_rad - from_lon_rad, math.tau)
-    north_m, east_m = along_m * (lat_rad - from_lat_rad), across_m * cosine * east_rad
-    turn_rad = 0.5 * east_rad * sine  # meridians converge: half way north is not where it was at the start
+    north_m, east_m = per_lat * (lat_rad - from_lat_rad), per_lon * east_rad
+    turn_rad = (
+        0.5 * east_rad * math.sin(middle_rad)
+    )  # meridians converge: half way north is not where it was at the start
     return north_m + turn_rad * east_m, east_m - turn_rad * north_m
 
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.geodesy import ECCENTRICITY2, SEMI_MAJOR_AXIS_M
+from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import LatLon
 
@@ -41,13 +41,6 @@ class Sounding:
     lat_rad: float
     lon_rad: float
     depth_m: float
-
-
-def metres_per_radian(lat_rad: float) -> tuple[float, float]:
-    """Metres on WGS-84 per radian of latitude and of longitude at a latitude."""
-    sine = math.sin(lat_rad)
-    w2 = 1.0 - ECCENTRICITY2 * sine * sine
-    return SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY2) / w2**1.5, SEMI_MAJOR_AXIS_M * math.cos(lat_rad) / math.sqrt(w2)
 
 
 def offset(lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> LatLon:

@@ -14,10 +14,10 @@ from typing import Final
 
 from pydantic import Field
 
+from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 
 from ...config import Config, param
-from .grid import metres_per_radian
 from .tiles import TILE_BYTES, Cell, CellKey, Geometry, TileKey, cells, get, put, sound, tile_of
 
 _PROVEN: Final = 2.0
