@@ -18,7 +18,16 @@ from companion.core.hull import VesselConfig
 from companion.core.steer import SteeringConfig, make_controller, sway_through_water_mps
 from companion.core.steer.law import backs_and_fills, steady_speed_mps, turn_rate_radps
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import Action, ActuatorOutput, Desired, EstimatedState, FixType, Goto, Loiter
+from mavlink_bridge.language.messages import (
+    Action,
+    ActuatorDemand,
+    ActuatorOutput,
+    Desired,
+    EstimatedState,
+    FixType,
+    Goto,
+    Loiter,
+)
 from mavlink_bridge.language.snapshot import ControlTrace
 from mavlink_bridge.language.units import wrap_pi
 from sitl.plant import SimVessel, Water, WaterConfig
@@ -168,6 +177,14 @@ class ControlLoop:
         """One control period: controller, actuators, water, hull, sensors."""
         self.desired = desired
         demand, self.trace = self.controller.step(self.now_us, TICK_S, self.state, desired, self.sent)
+        self._carry_out(demand)
+
+    def by_sticks(self, demand: ActuatorDemand) -> None:
+        """One control period by hand. Aboard, too, the law keeps up with the sticks meanwhile, and tells the estimator what is current."""
+        self.controller.reset(self.state, TICK_S, self.sent)
+        self._carry_out(demand)
+
+    def _carry_out(self, demand: ActuatorDemand) -> None:
         output = self.gate.decide(self.now_us, demand, Action.NONE, True, _READY)
         self._count(output)
         self.sent = output

@@ -8,23 +8,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from companion.core.guard.gate import Gate, GateConfig
 from companion.core.hull import ForceModel, VesselConfig
 from companion.core.hull.statics import stopping_distance_m
-from companion.core.steer import SteeringConfig, make_controller, manual_demand, sway_through_water_mps
+from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialConfig, TrialStanding
 from companion.io.recording.recorder import fix_fields
-from mavlink_bridge.language.messages import Action, ActuatorDemand, ActuatorOutput, EstimatedState
-from sitl.plant import SimVessel, Water, WaterConfig
-from tools.benches.cells.control_loop import _READY, _SUBSTEPS, ORIGIN_RAD, TICK_S, IdealState, StateSource
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import ActuatorDemand, ActuatorOutput, EstimatedState, Hover, Loiter
+from sitl.plant import SimVessel, WaterConfig
+from tools.benches.cells.control_loop import ORIGIN_RAD, ControlLoop, Setup, StateSource
 
 COLUMNS = (
     "t_s,armed,heading_deg,speed_mps,yaw_rate_dps,lat_deg,lon_deg,"
     "thruster_port,thruster_starboard,rudder_port_deg,rudder_starboard_deg,fix_n_mps,fix_e_mps,fix_age_s"
 )
 """Those of control.csv that a fit reads."""
-_EARTH_M = 6_371_008.8
-_SETTLING_TICKS = 60
+_CRUISE_MPS = 1.5
+"""As in the shipped settings: the way back is sailed by it."""
 _STEADY_STEPS, _STEADY_DT_S = 1200, 0.02
 """24 s: a launch of 350 kg moves evenly after ten."""
 
@@ -60,57 +60,41 @@ def sail_trial(
     source: StateSource | None = None,
     plant: Callable[[VesselConfig], SimVessel] = SimVessel,
 ) -> Trialled:
-    """Sail a whole trial, confirmed after the first group of manoeuvres, and write its record. ``plant`` makes the hull."""
-    hull, sea = plant(vessel), Water(water, random.Random(f"water {seed}"))
-    eyes: StateSource = source or IdealState()
-    gate = Gate(GateConfig(), vessel.rudder.max_rad, round(TICK_S * 1e6))
-    law, sent = make_controller("model", SteeringConfig(), belief or vessel), None
-    rows, trial, furthest_m, tick = [COLUMNS], None, 0.0, 0
-    texts: list[str] = []
+    """Sail a whole trial, confirmed after the first group of manoeuvres, and write its record. ``plant`` makes the hull.
+
+    As aboard: all that is known of the vessel is ``belief``, and between two manoeuvres the law brings her back by it.
+    """
+    believed = belief or vessel
+    loop = ControlLoop(Setup(vessel, water, belief=believed, seed=seed, plant=plant), source)
+    loop.place(0.0, 0.0, 0.0)
+    trial = Trial(config, loop.state, turns_at_rest=ForceModel(believed).turns_at_rest)
+    middle = Loiter(-1, *loop.frame.to_geodetic(0.0, 0.0), figure=Hover())
+    rows, texts, furthest_m, homeward = [COLUMNS], list[str](), 0.0, False
     while True:
-        tick += 1
-        now_us = round(tick * TICK_S * 1e6)
-        # aboard, too, the law keeps up with the sticks, and tells the estimator what is current
-        state = eyes.sense(now_us, hull, law.water_speed_mps(), sway_through_water_mps(law))
-        law.reset(state, TICK_S, sent)
-        sent = gate.decide(now_us, None, Action.NONE, True, _READY)
-        if trial is None and tick > _SETTLING_TICKS and state.x_m is not None:
-            trial = Trial(config, state, turns_at_rest=ForceModel(vessel).turns_at_rest)
-            start_m = hull.north_m, hull.east_m
-        if trial is not None:
-            if trial.progress[0] == 1:
-                trial.confirm()
-            out = trial.step(now_us, state, stopping_distance_m(belief or vessel, state.sog_mps or 0.0))
-            texts += out.texts
-            demand = manual_demand(now_us, out.surge, out.yaw, SteeringConfig(), vessel)
-            sent = gate.decide(now_us, demand, Action.NONE, True, _READY)
-            furthest_m = max(furthest_m, math.hypot(hull.north_m - start_m[0], hull.east_m - start_m[1]))
-            rows.append(_row(tick * TICK_S, state, sent))
-            if out.told is not TrialStanding.RUNNING:
-                file.write_text("\n".join(rows) + "\n", encoding="utf-8")
-                return Trialled(out.told, texts, tick * TICK_S, furthest_m)
-        _move(hull, sea, sent)
+        if trial.progress[0] == 1:
+            trial.confirm()
+        state = loop.state
+        out = trial.step(loop.now_us, state, stopping_distance_m(believed, state.sog_mps or 0.0))
+        texts += out.texts
+        if out.home and not homeward:
+            loop.sail(middle)
+        homeward = out.home
+        if homeward:
+            loop.tick(_CRUISE_MPS)
+        else:
+            mixed = not out.rudders_alone
+            loop.by_sticks(manual_demand(loop.now_us, out.surge, out.yaw, SteeringConfig(), believed, mixed=mixed))
+        rows.append(_row(loop.t_s, state, loop.sent))
+        furthest_m = max(furthest_m, math.hypot(loop.vessel.north_m, loop.vessel.east_m))
+        if out.told is not TrialStanding.RUNNING:
+            file.write_text("\n".join(rows) + "\n", encoding="utf-8")
+            return Trialled(out.told, texts, loop.t_s, furthest_m)
 
 
-def _move(hull: SimVessel, sea: Water, sent: ActuatorOutput) -> None:
-    dt_s = TICK_S / _SUBSTEPS
-    for _ in range(_SUBSTEPS):
-        sea.step(dt_s)
-        hull.step(
-            dt_s,
-            sent.thruster_port,
-            sent.thruster_starboard,
-            rudder_port_rad=sent.rudder_port_rad,
-            rudder_starboard_rad=sent.rudder_starboard_rad,
-            water=sea,
-        )
-
-
-def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput) -> str:
-    if state.x_m is None or state.y_m is None or state.psi_rad is None or state.u_mps is None:
+def _row(t_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> str:
+    if sent is None or state.x_m is None or state.y_m is None or state.psi_rad is None or state.u_mps is None:
         return f"{t_s:.3f},1" + "," * 12
-    lat = math.degrees(ORIGIN_RAD[0] + state.x_m / _EARTH_M)
-    lon = math.degrees(ORIGIN_RAD[1] + state.y_m / _EARTH_M / math.cos(ORIGIN_RAD[0]))
+    lat, lon = map(math.degrees, LocalFrame(*ORIGIN_RAD).to_geodetic(state.x_m, state.y_m))
     heading, rate = math.degrees(state.psi_rad) % 360.0, math.degrees(state.r_radps or 0.0)
     rudders = f"{math.degrees(sent.rudder_port_rad):.3f},{math.degrees(sent.rudder_starboard_rad):.3f}"
     thrusters = f"{sent.thruster_port:.4f},{sent.thruster_starboard:.4f}"
