@@ -28,12 +28,16 @@ class TrialOrder(Enum):
     """Say whether one may begin here, and begin none."""
 
 
+TRIAL_RADIUS_M: Final = 80.0
+"""Of the circle that a trial keeps to where nobody says another: a steady run and its stop fit for boats of some metres."""
+
+
 @dataclass(frozen=True, slots=True)
 class SeaTrial(Ask):
     """The vessel measures itself: manoeuvres inside an area around where it is."""
 
     order: TrialOrder
-    radius_m: float = 80.0
+    radius_m: float = TRIAL_RADIUS_M
     quick: bool = False
     fitted: bool = False
     """Where fence or chart leave less than the circle, the trial keeps to what they leave, as seen from here; else it is refused."""

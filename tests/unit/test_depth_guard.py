@@ -517,7 +517,6 @@ def test_the_closing_rate_raises_the_limit_slows_and_stops():
     now_us = falling(guard, 9.2, 0.5, 8.0)
     out = guard.step(now_us, at(0.0, 2.0), True, None, stopping)
     assert (out.flags.depth_ahead, out.state, out.abort) == (True, OK, False)
-    assert out.suggestion == (0.0, 0.0), "the water is still good here"
 
 
 def test_unknown_and_closing_ask_for_the_slower_of_both():
@@ -531,14 +530,6 @@ def test_unknown_and_closing_ask_for_the_slower_of_both():
     assert guard.step(now_us + 2_000_000, at(0.0, 2.0), True, None, stopping).slow_to_mps == 0.7
 
 
-def test_no_suggestion_while_all_is_well():
-    run = Run(DepthGuardConfig(input=RAW))
-    run.guard.measure(Distance(0, 9.0), at(0.0, 1.0))
-    assert run.guard.step(0, at(0.0, 1.0), True, None, stopping).suggestion is None
-    run.guard.measure(Distance(STEP_US, 3.95), at(0.5, 1.0))
-    assert run.guard.step(STEP_US, at(0.5, 1.0), True, None, stopping).suggestion == (0.0, 0.0)
-
-
 def test_the_chain_takes_new_settings_too():
     run = Run()
     run.guard.configure(SEED.model_copy(update={"input": RAW.model_copy(update={"range_min_m": 2.0})}))
@@ -549,7 +540,7 @@ def test_the_chain_takes_new_settings_too():
 def test_an_output_says_nothing_it_was_not_told():
     out = GuardOutput(UNKNOWN, None, None, None)
     assert (out.abort, out.neutral, out.flags) == (False, False, DepthFlags())
-    assert (out.slow_to_mps, out.map_least_m, out.suggestion, out.closing_mps, out.texts) == (None, None, None, 0.0, ())
+    assert (out.slow_to_mps, out.map_least_m, out.closing_mps, out.texts) == (None, None, 0.0, ())
 
 
 @pytest.mark.parametrize(("echo_s", "stops"), [(0.1, False), (3.0, False), (7.0, True)], ids=["one", "fish", "bottom"])

@@ -10,7 +10,7 @@ import argparse
 import sys
 from typing import Any, Final
 
-from mavlink_bridge.language.trials import TrialOrder
+from mavlink_bridge.language.trials import TRIAL_RADIUS_M, TrialOrder
 from mavlink_bridge.mavlink.commands.table import TRIAL_NUMBERS
 from mavlink_bridge.mavlink.wire.cmd import Cmd
 
@@ -24,7 +24,6 @@ from ..plan.leaving import HOLDS, leave
 from ..plan.link import LinkError
 from .watch import TrialWatch
 
-_RADIUS_M: Final = 80.0
 _ASKED: Final = {
     TrialOrder.LOOK: "allow a sea trial here",
     TrialOrder.BEGIN: "begin a sea trial",
@@ -49,9 +48,9 @@ def register(subparsers: Any) -> None:
         each.add_argument(
             "--radius",
             type=number(LEAST_RADIUS_M, MOST_RADIUS_M),
-            default=_RADIUS_M,
+            default=TRIAL_RADIUS_M,
             metavar="M",
-            help=f"of the circle around the vessel (default {_RADIUS_M:.0f})",
+            help=f"of the circle around the vessel (default {TRIAL_RADIUS_M:.0f})",
         )
         each.add_argument(
             "--fit", action="store_true", help="keep to what fence and chart leave of the circle, as a polygon"

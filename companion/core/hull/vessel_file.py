@@ -221,7 +221,7 @@ class VesselConfig(Config):
     def scaled(self, mass: float = 1.0, drag: float = 1.0, thrust: float = 1.0) -> VesselConfig:
         """Return a copy with other inertia, damping or thrust: a wrong belief, or a loaded and fouled hull."""
         inertia = ("mass_kg", "m11_kg", "m22_kg", "m23_kgm", "m33_kgm2")
-        damping = ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur")
+        damping = ("xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "crossflow_cd")
         hull = {name: getattr(self.hull, name) * mass for name in inertia}
         hull |= {name: getattr(self.hull, name) * drag for name in damping}
         power = {name: getattr(self.thruster, name) * thrust for name in ("ahead_n", "astern_n")}

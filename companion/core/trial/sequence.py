@@ -17,7 +17,7 @@ from pydantic import Field
 
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
-from mavlink_bridge.language.trials import TRIAL_DONE, TRIAL_ENDED
+from mavlink_bridge.language.trials import TRIAL_DONE, TRIAL_ENDED, TRIAL_RADIUS_M
 
 from ..config import Config
 from .area import TrialArea
@@ -48,7 +48,7 @@ _BACK_LONGEST_S: Final = 180.0
 class TrialConfig(Config):
     """What a person says of a trial."""
 
-    radius_m: float = Field(80.0, ge=LEAST_RADIUS_M, le=MOST_RADIUS_M)
+    radius_m: float = Field(TRIAL_RADIUS_M, ge=LEAST_RADIUS_M, le=MOST_RADIUS_M)
     """The circle around where it begins; nothing of it is sailed outside."""
     quick: bool = False
     """About 8 minutes instead of 20."""

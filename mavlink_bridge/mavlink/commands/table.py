@@ -17,7 +17,7 @@ from ...language.figures import Circle, FigureEight, Hover
 from ...language.messages import LoiterDirection, Mode
 from ...language.nature import Ask
 from ...language.spoken import Spoken
-from ...language.trials import SeaTrial, TrialOrder
+from ...language.trials import TRIAL_RADIUS_M, SeaTrial, TrialOrder
 from ..persona import modes
 from ..wire.cmd import Cmd
 from .command import FAILED, REJECTED_NOW, UNSUPPORTED, Command, Refused, denied
@@ -269,11 +269,10 @@ _TRIAL_ORDERS: Final = {
 }
 TRIAL_NUMBERS: Final = {order: float(number) for number, order in _TRIAL_ORDERS.items()}
 """Param 1 of USER_3."""
-_TRIAL_RADIUS_M: Final = 80.0
 
 
 def _sea_trial(command: Command, _: Context) -> ask.RequestBody:
-    radius_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M) or _TRIAL_RADIUS_M
+    radius_m = command.number(2, 0.0, 0.0, MAX_RADIUS_M) or TRIAL_RADIUS_M
     order = _TRIAL_ORDERS[command.whole(1, 0, 0, max(_TRIAL_ORDERS))]
     return SeaTrial(order, radius_m, quick=command.params[2] == 1.0, fitted=command.params[3] == 1.0)
 

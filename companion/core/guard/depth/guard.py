@@ -12,7 +12,6 @@ from dataclasses import field
 from typing import Final
 
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
-from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
@@ -83,8 +82,6 @@ class GuardOutput:
     """How fast the bottom closes, as far as proven."""
     map_least_m: float | None = None
     """Least altitude that the map shows along the way to come."""
-    suggestion: NorthEast | None = None
-    """Where the altitude was good last, on the track sailed (north, east in m): the way to correct."""
     texts: tuple[tuple[Severity, str], ...] = field(default=())
 
 
@@ -247,7 +244,6 @@ class DepthGuard:
             ),
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
-            suggestion=None if self.state is OK and not stop_ahead else self._ahead.last_good,
             texts=tuple(texts),
         )
 
