@@ -44,7 +44,7 @@ def derivatives(
 ) -> list[float]:
     """Return the time derivatives of STATES in still water."""
     u, v, r, _, revs_port, revs_starboard, angle = (float(value) for value in x)
-    law = ThrustLaw(vessel)
+    law = _propellers(vessel)
     thrusts = [law.thrust_n(side, revs, u) for side, revs in ((0, revs_port), (1, revs_starboard))]
     du, dv, dr = model.rates(
         u,
@@ -58,20 +58,21 @@ def derivatives(
     lag_s, most = max(vessel.rudder.lag_s, 0.02), math.radians(vessel.rudder.rate_dps)
     turn = max(-most, min(most, (rudder_rad + vessel.rudder.offset_rad - angle) / lag_s))
     spin = [
-        (_smooth_revs(law, command) - revs) / vessel.thruster.lag_s
+        (law.revs(command) - revs) / vessel.thruster.lag_s
         for command, revs in ((port, revs_port), (starboard, revs_starboard))
     ]
     return [du, dv, dr, r, spin[0], spin[1], turn]
 
 
-def _smooth_revs(law: ThrustLaw, command: float) -> float:
-    """Revolutions without the dead band, which has no slope."""
-    return command if law.plain else law.revs(command)
+@functools.lru_cache(maxsize=64)
+def _propellers(vessel: VesselConfig) -> ThrustLaw:
+    """Without the dead band, which has no slope: a boat that cruises inside it would seem to have no propellers."""
+    return ThrustLaw(vessel.model_copy(update={"thruster": vessel.thruster.model_copy(update={"dead_band": 0.0})}))
 
 
 def cruise_command(vessel: VesselConfig, speed_mps: float) -> float:
     """Return the thruster command that holds a speed through the water."""
-    law = ThrustLaw(vessel)
+    law = _propellers(vessel)
     return law.command(0, drag_n(vessel, speed_mps) * law.sides[0].ahead_n / law.all_ahead_n, speed_mps)
 
 
@@ -127,8 +128,8 @@ def share_plant(vessel: VesselConfig, speed_mps: float, thruster_share: float) -
 
 
 def _trim(vessel: VesselConfig, speed_mps: float) -> list[float]:
-    command = cruise_command(vessel, speed_mps)
-    return [speed_mps, 0.0, 0.0, 0.0, command, command, 0.0]
+    revs = _propellers(vessel).revs(cruise_command(vessel, speed_mps))
+    return [speed_mps, 0.0, 0.0, 0.0, revs, revs, 0.0]
 
 
 def nomoto(vessel: VesselConfig, speed_mps: float) -> tuple[float, float]:

@@ -11,7 +11,9 @@ import pytest
 
 import config as shipped
 from companion.core.steer.law import SteeringConfig
+from companion.core.steer.model import ModelController
 from companion.core.steer.pid import DiscretePid, PidGains
+from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
 from companion.tuning.identify import identify, read_columns
 from companion.tuning.margins import heading_margins
 from companion.tuning.plants import nomoto, vessel_system
@@ -86,6 +88,25 @@ def test_every_shipped_gain_set_keeps_its_margins(vessel, profile, steering):
     assert found
     for margins in found:
         assert margins.holds, margins
+
+
+OTHER_PROPELLERS = [
+    {"exponent": 1.0},
+    {"exponent": 3.0, "starboard_share": 0.7},
+    {"curve": ((-1.0, -1.0), (0.0, 0.0), (0.5, 0.7), (1.0, 1.0))},
+]
+
+
+@pytest.mark.parametrize("propellers", OTHER_PROPELLERS, ids=str)
+def test_margins_are_the_laws_own_whatever_the_propellers_make_of_a_command(propellers):
+    """python-control's way round the loop and the steering law's own judge: nothing of the propeller is left out in one."""
+    plain = load_vessel("blueboat")
+    vessel = plain.model_copy(update={"thruster": plain.thruster.model_copy(update=propellers)})
+    law = ModelController(SteeringConfig(), vessel)
+    for found in heading_margins(SteeringConfig(), vessel, "model", speeds=(0.5, 1.0, 1.5)):
+        judged = LoopJudge(yaw_plant(vessel, found.speed_mps)).margins(*law.heading_gains(found.speed_mps))
+        assert found.gain_db == pytest.approx(judged.gain_db, abs=0.5)
+        assert found.phase_deg == pytest.approx(judged.phase_deg, abs=1.0)
 
 
 def test_gains_tuned_on_error_only_are_caught():
