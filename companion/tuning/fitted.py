@@ -59,12 +59,17 @@ def stopping_factor(fit: Fit, found: VesselConfig) -> float:
 
     At the slow end the way hangs on the linear drag alone, which a record of cruising tells least of.
     """
-    best, most = Statics(found.model_copy(update={"stopping_factor": 1.0})), 1.0
+    best, most = Statics(_plain(found)), 1.0
     speeds = [share * best.top_mps for share in _STOPS_FROM]
-    ways = np.array([[Statics(v).stopping_distance_m(speed) for speed in speeds] for v in draws(fit, _DRAWS)])
+    ways = np.array([[Statics(_plain(v)).stopping_distance_m(speed) for speed in speeds] for v in draws(fit, _DRAWS)])
     for k, speed in enumerate(speeds):
         most = max(most, float(np.percentile(ways[:, k], _UPPER_PERCENT)) / best.stopping_distance_m(speed))
     return round(min(most, 3.0), 3)
+
+
+def _plain(vessel: VesselConfig) -> VesselConfig:
+    """As it moves: what the file before added to the way to rest says nothing of this one."""
+    return vessel.model_copy(update={"stopping_factor": 1.0})
 
 
 def draws(fit: Fit, count: int) -> list[VesselConfig]:
@@ -194,7 +199,7 @@ def _gains(
 
 def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> list[tuple[str, str, str]]:
     """What changes for whoever adopts the file: (what, before, after)."""
-    plain = [vessel.model_copy(update={"stopping_factor": 1.0}) for vessel in (old, new)]
+    plain = [_plain(vessel) for vessel in (old, new)]
 
     def row(what: str, of: Callable[[VesselConfig], str], vessels: Sequence[VesselConfig]) -> tuple[str, str, str]:
         return what, of(vessels[0]), of(vessels[1])

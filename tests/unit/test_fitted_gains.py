@@ -14,7 +14,7 @@ from companion.core.steer.yaw_loop import LoopMargins
 from companion.settings import load_vessel
 from companion.tuning import fit as fitting, fit_page
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import Gains, as_toml, care, doubt, gains_for
+from companion.tuning.fitted import Gains, as_toml, care, doubt, fitted_vessel, gains_for
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -67,6 +67,13 @@ def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
     less = replace(good, errors=(0.14, 0.19, 0.52), wider=2.2)
     assert doubt(less) == care(good) == care(thrown) == ""
     assert "intervals are 2.2 times as wide" in as_toml(less, vessel, "run-1", "2026-11-25").split("[hull]")[0]
+
+
+def test_the_way_to_rest_is_no_longer_for_each_trial_that_is_sailed():
+    """The file before was told longer for what was not known then; that is not doubt of this fit."""
+    once = fitted_vessel(fit_of(load_vessel("otter"), "xu", 0.15))
+    assert once.stopping_factor > 1.05
+    assert fitted_vessel(fit_of(once, "xu", 0.15)).stopping_factor == once.stopping_factor
 
 
 def gains_of(*worst: tuple[float, float], lowered: bool = False) -> Gains:
