@@ -6,6 +6,7 @@ import pytest
 
 from companion.core.steer.law import ModelConfig, SteeringConfig, make_controller
 from mavlink_bridge.language.messages import Desired, EstimatedState
+from mavlink_bridge.language.units import wrap_pi
 from sitl.plant.library import load_vessel, vessel_names
 from tools.benches.cells.control_loop import ControlLoop, Setup
 
@@ -102,6 +103,34 @@ def test_rudders_do_the_work_at_speed():
         rudder = max(rudder, abs(run.sent.rudder_port_rad))
     assert rudder > math.radians(8.0)
     assert differential < 0.05
+
+
+def test_rudders_that_stall_before_their_stop_are_not_put_beyond():
+    """Hard over they would turn a boat with one dead thruster less than at 20 degrees, and she could not be held."""
+    stalling = OTTER.model_copy(update={"rudder": OTTER.rudder.model_copy(update={"stall_deg": 20.0})})
+    run = loop(stalling)
+    run.vessel.thruster_health[0] = 0.0
+    run.controller.thrusters((0.0, 1.0))
+    run.place(0.0, 0.0, 0.0, 1.4)
+    for _ in range(600):
+        run.steer(Desired(math.radians(20.0), 1.4))
+        assert abs(run.sent.rudder_port_rad) <= math.radians(20.0) + 1e-9
+    assert wrap_pi(run.vessel.psi_rad) == pytest.approx(math.radians(20.0), abs=math.radians(3.0))
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_turning_on_the_spot_asks_no_more_than_the_weaker_side_can_give(share):
+    """More would be thrust ahead that nobody asked for, on one side only."""
+    catamaran = load_vessel("wamv")
+    vessel = catamaran.model_copy(update={"thruster": catamaran.thruster.model_copy(update={"starboard_share": share})})
+    ways = []
+    for sense in (1.0, -1.0):
+        run = ControlLoop(Setup(vessel))
+        run.place(0.0, 0.0, 0.0)
+        for _ in range(600):
+            run.steer(Desired(sense * math.radians(150.0), 0.0, gentle=True, firmness=1.0))
+        ways.append(math.hypot(run.vessel.north_m, run.vessel.east_m))
+    assert max(ways) < 0.1, "she stays where she is, to either side"
 
 
 def test_nothing_wanted_is_neutral():

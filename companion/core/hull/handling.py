@@ -125,7 +125,7 @@ class Handling:
         most_n = law.ahead_n * (1.0 - law.loss * speed_mps) if law.loss else law.ahead_n
         each_n = min(drag_n(vessel, speed_mps) / 2.0, most_n)
         slope = self.model.rudder_slope_nm(speed_mps, each_n, each_n)
-        rudder = 0.5 * slope * math.sin(2.0 * vessel.rudder.max_rad) if vessel.rudder.count else 0.0
+        rudder = 0.5 * slope * math.sin(2.0 * vessel.rudder.useful_rad) if vessel.rudder.count else 0.0
         spare_n = min(most_n - each_n, law.astern_n + each_n)
         return YawAuthority(rudder, 2.0 * self.model.lateral_m * spare_n)
 
@@ -231,7 +231,7 @@ class Handling:
     def _turn(self, speed_mps: float, port_n: float, starboard_n: float, *, to_port: bool = False) -> float:
         """Yaw rate that a turn under this thrust and full helm settles at, positive when it goes that way."""
         sense = -1.0 if to_port else 1.0
-        angle = sense * self.vessel.rudder.max_rad if self.vessel.rudder.count else 0.0
+        angle = sense * self.vessel.rudder.useful_rad if self.vessel.rudder.count else 0.0
 
         def turns(v: float, r: float) -> tuple[float, float]:
             _, dv, dr = self._rates_of((speed_mps, v, r), (port_n, starboard_n), angle)

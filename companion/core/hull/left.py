@@ -66,5 +66,5 @@ def _holds(vessel: VesselConfig, shares: Shares, speed_mps: float) -> bool:
     ):
         return False
     slope = model.rudder_slope_nm(speed_mps, port_n, starboard_n)
-    rudder_nm = 0.5 * slope * math.sin(2.0 * vessel.rudder.max_rad) if vessel.rudder.count else 0.0
+    rudder_nm = 0.5 * slope * math.sin(2.0 * vessel.rudder.useful_rad) if vessel.rudder.count else 0.0
     return model.lateral_m * abs(port_n - starboard_n) <= _SPARE * rudder_nm

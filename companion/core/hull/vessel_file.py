@@ -141,6 +141,11 @@ class RudderConfig(Config):
         return math.radians(self.max_deg)
 
     @property
+    def useful_rad(self) -> float:
+        """Angle up to which more helm turns more: the stop, or where the flow breaks away before it."""
+        return math.radians(min(self.max_deg, self.stall_deg))
+
+    @property
     def offset_rad(self) -> float:
         return math.radians(self.offset_deg)
 

@@ -56,7 +56,8 @@ class Allocator:
         self._vessel = vessel
         self._shares = WHOLE
         self._way_n = (0.0, 0.0)
-        self._rudder_max = vessel.rudder.max_rad if vessel.rudder.count else 0.0
+        self._rudder_stop = vessel.rudder.max_rad if vessel.rudder.count else 0.0
+        self._rudder_max = vessel.rudder.useful_rad if vessel.rudder.count else 0.0
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
         # less than that race the rudder is not told to make up for: it would go from stop to stop for a compass's noise
         least_n = _LEAST_RACE * self._all_ahead_n if self._differential_n == 0.0 else 0.0
@@ -98,7 +99,7 @@ class Allocator:
         return Allocation(
             self._law.command(0, each_n + half_n, surge_mps),
             self._law.command(1, each_n - half_n, surge_mps),
-            rudder_rad=clamp(angle_rad - self._offset_rad, -self._rudder_max, self._rudder_max),
+            rudder_rad=clamp(angle_rad - self._offset_rad, -self._rudder_stop, self._rudder_stop),
             angle_rad=angle_rad,
             yaw_nm=by_rudder + 2.0 * lateral_m * half_n,
             surge_n=2.0 * each_n,
@@ -120,7 +121,7 @@ class Allocator:
         return Allocation(
             port,
             starboard,
-            rudder_rad=clamp(angle_rad - self._offset_rad, -self._rudder_max, self._rudder_max),
+            rudder_rad=clamp(angle_rad - self._offset_rad, -self._rudder_stop, self._rudder_stop),
             angle_rad=angle_rad,
             yaw_nm=by_rudder + lateral_m * (port_n - starboard_n),
             surge_n=port_n + starboard_n,

@@ -42,7 +42,7 @@ class Kicks:
         """Yaw moment of the rudders with both of two propellers full ahead, where that is more than their difference gives; else 0."""
         law = ThrustLaw(vessel)
         if vessel.rudder.count:
-            whole_nm = 0.5 * model.rudder_slope_nm(0.0, law.all_ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.max_rad)
+            whole_nm = 0.5 * model.rudder_slope_nm(0.0, law.all_ahead_n, 0.0) * math.sin(2.0 * vessel.rudder.useful_rad)
             if whole_nm > 2.0 * model.lateral_m * law.ahead_n > 0.0:
                 self.race_nm = whole_nm
             self.gentle_nm, self.firm_nm = _GENTLY * whole_nm, _FIRMLY * whole_nm

@@ -16,6 +16,7 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 from ..hull import Handling, VesselConfig
 from ..hull.handling import BRAKED_SHARE
 from ..hull.left import WHOLE, Shares, straight_mps
+from ..hull.thrust import ThrustLaw
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
 from .kicks import Kicks, eased
@@ -124,7 +125,8 @@ class ModelController:
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
-        self._firm_nm = 2.0 * handling.model.lateral_m * self._astern_n
+        law = ThrustLaw(vessel)
+        self._firm_nm = 2.0 * handling.model.lateral_m * law.astern_n
         self._gentle_nm = max(
             _TURNS_WITH * self._firm_nm, min(handling.moment_for(_LEAST_TURN) / _PLANNED, self._firm_nm)
         )
@@ -134,7 +136,7 @@ class ModelController:
         self._turn_most = min(config.yaw_acceleration, 0.2 * reach * reach)
         self._rate_limit = config.yaw_rate_limit
         self._speed_integral = config.speed_integral
-        within = self._ahead_n * vessel.thruster.count / (self._m11 * _SATURATED_MPS)
+        within = law.all_ahead_n / (self._m11 * _SATURATED_MPS)
         self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps, within)
 
     def _omega(self, speed_mps: float) -> float:
