@@ -134,6 +134,8 @@ class Flight:
     """What the band allows the vessel's radio in an hour; None = no limit, or no radio."""
     gap_s: float | None = None
     """Longest time between two control ticks."""
+    position_share: float | None = None
+    """Of the time under arms, or of all where it was never armed, for which a position was known."""
 
     def of(self, name: str) -> Series:
         """The series ``name``, made when new."""

@@ -134,11 +134,14 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     last_s: float | None = None
     gap_s = 0.0
     last_states: list[str] = []
+    known: dict[bool, list[bool]] = {False: [], True: []}
     for row in _rows(parts, CONTROL_WIDTHS, count):
         try:
             t_s = _after(last_s, row[0])
             values = [float(row[at]) if row[at] else math.nan for _, at in wanted]
-            if row[_AT["lat_deg"]] and row[_AT["lon_deg"]]:
+            is_known = bool(row[_AT["lat_deg"]] and row[_AT["lon_deg"]])
+            known[row[_AT["armed"]] == "1"].append(is_known)
+            if is_known:
                 track.add(t_s, float(row[_AT["lat_deg"]]), float(row[_AT["lon_deg"]]))
         except ValueError:
             continue  # a damaged line
@@ -155,6 +158,8 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     if last_s is not None:
         flight.duration_s = last_s
         flight.gap_s = gap_s
+        judged = known[True] or known[False]
+        flight.position_share = sum(judged) / len(judged) if judged else None
         for spans in flight.spans.values():
             spans[-1].end = last_s
     if track:

@@ -32,6 +32,8 @@ class RunLimits:
     """Share of the time that an actuator is at its end."""
     position_p95_m: float = 1.0
     """Estimate against the simulator's truth."""
+    position_share: float = 0.95
+    """Share of the time under arms for which a position is known."""
     link_loss_share: float = 0.02
     gap_s: float = 0.25
     """Longest time between two control ticks."""
@@ -50,7 +52,7 @@ class SummaryLine:
 def judge(flight: Flight, limits: RunLimits) -> list[SummaryLine]:
     """Hold a flight against limits; what the source does not tell is left out."""
     return [
-        *_figures(flight),
+        *_figures(flight, limits),
         *_path(flight, limits),
         *_control(flight, limits),
         *_depth(flight),
@@ -59,7 +61,7 @@ def judge(flight: Flight, limits: RunLimits) -> list[SummaryLine]:
     ]
 
 
-def _figures(flight: Flight) -> Iterator[SummaryLine]:
+def _figures(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
     yield SummaryLine("Duration", clock(flight.duration_s))
     sailed_m = distance_m(flight)
     if sailed_m is not None:
@@ -67,6 +69,10 @@ def _figures(flight: Flight) -> Iterator[SummaryLine]:
     armed_s = flight.seconds_in("armed", ["armed"])
     if "armed" in flight.spans:
         yield SummaryLine("Armed", clock(armed_s))
+    if flight.position_share is not None:
+        share, least = flight.position_share, limits.position_share
+        is_ok = share >= least if armed_s > 0.0 or share == 0.0 else None
+        yield SummaryLine("Position known", f"{100.0 * share:.1f} % of the time", f"≥ {100 * least:.0f} %", is_ok)
     states = flight.spans.get("plan_state")
     if states and any(span.value == "active" for span in states):
         last = states[-1].value
@@ -111,6 +117,8 @@ def _control(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
 
 
 def _depth(flight: Flight) -> Iterator[SummaryLine]:
+    if flight.settings.get("depth", {}).get("enabled") is False:
+        yield SummaryLine("Depth guard", "switched off in the settings")
     altitude, limit = flight.series.get("altitude_m"), flight.series.get("altitude_limit_m")
     if altitude and limit:
         least, kept = min(altitude.known()), percentile(limit.known(), 0.5)

@@ -100,6 +100,7 @@ class Picture:
     """Water under the keel."""
     keel_limit_m: float | None = None
     guard: str = ""
+    """State of the depth guard; "off": nothing stops the boat before a shoal."""
     thrust: tuple[float, float] = (0.0, 0.0)
     """Port and starboard, -1...1."""
     rudders_deg: tuple[float, float] = (0.0, 0.0)
@@ -153,7 +154,7 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         speed_error_mps=_round(s.trace.speed_error_mps, 2),
         keel_m=_round(state.alt_m, 2),
         keel_limit_m=_round(s.altitude_limit_m, 2),
-        guard=s.guard.name.lower(),
+        guard="off" if s.health.depth is None else s.guard.name.lower(),
         thrust=(round(output.thruster_port, 2), round(output.thruster_starboard, 2)),
         rudders_deg=(
             round(math.degrees(output.rudder_port_rad), 1),

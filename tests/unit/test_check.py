@@ -167,3 +167,27 @@ def test_the_speed_that_it_tells_to_take_is_one_that_it_takes(capsys, tmp_path):
 def test_a_top_speed_that_is_lowered_by_less_than_is_told_is_not_told():
     assert lowered_text(2.64, 2.71) != ""
     assert lowered_text(2.66, 2.71) == "", "from 2.7 to 2.7 m/s"
+
+
+def charted(tmp_path, depth):
+    lines = [f"{-8.7060 + 1e-4 * k:.4f} {41.1850 + 1e-4 * k:.4f} {depth:.1f}" for k in range(20)]
+    chart = tmp_path / "chart.xyz"
+    chart.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return [str(shipped.path("sim.toml")), "--set", f"depth.map.file={chart}", "--set", "depth.map.order=lon-lat"]
+
+
+def test_a_chart_is_told_where_it_lies_and_what_it_holds(tmp_path, capsys):
+    """One with latitude and longitude exchanged lies a thousand miles away, and nothing else says so."""
+    assert main(["check", *charted(tmp_path, 7.5)]) == 0
+    told = capsys.readouterr().out
+    assert re.search(
+        r"  chart .*chart\.xyz: 0\.2 x 0\.2 km about 41\.18\d\d -8\.70\d\d, .* known, 7\.5 to 7\.5 m below datum", told
+    )
+    assert "positive downwards" not in told
+
+
+def test_a_chart_of_heights_is_warned_of(tmp_path, capsys):
+    assert main(["check", *charted(tmp_path, -7.5)]) == 0
+    assert (
+        "lies above datum everywhere, -7.5 to -7.5 m; depths are metres, positive downwards" in capsys.readouterr().out
+    )

@@ -79,8 +79,23 @@ def test_verdicts_hold_figures_against_limits(run_dir):
     verdicts = {verdict.name: verdict for verdict in judge(flight, RunLimits())}
     assert verdicts["Position error of the estimate, 95 %"].ok
     assert verdicts["Longest time between ticks"].value == "0.050 s"
+    assert verdicts["Position known"].ok
+    assert "Depth guard" not in verdicts
     strict = {item.name: item for item in judge(flight, RunLimits(position_p95_m=1e-6))}
     assert strict["Position error of the estimate, 95 %"].ok is False
+
+
+def test_a_run_without_a_position_is_not_told_as_a_good_one(tmp_path):
+    overrides = ("operator.gcs_required=false", "depth.enabled=false")
+    settings = load(shipped.path("sim.toml"), overrides, SimSettings)
+    world = World(settings, 5, run_dir=tmp_path, about={"settings": settings.model_dump(mode="json")})
+    world.surroundings.plant.sensors.faults.set("no_fix", True)
+    world.run(5.0)
+    world.shutdown(world.now_us)
+    verdicts = {verdict.name: verdict for verdict in judge(read_run(tmp_path), RunLimits())}
+    assert verdicts["Position known"].value == "0.0 % of the time"
+    assert verdicts["Position known"].ok is False
+    assert verdicts["Depth guard"].value == "switched off in the settings"
 
 
 def needs_network(text):

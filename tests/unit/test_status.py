@@ -220,3 +220,12 @@ def test_every_reason_for_not_arming_is_shown(action):
     assert line(shown).endswith(f"not ready: {'; '.join(reasons)}")
     assert ("Not ready", "; ".join(reasons), "yellow") in rows(shown)
     assert "not ready" not in line(snapshot(health=Health(prearm_reasons=reasons)))
+
+
+def test_a_depth_guard_that_is_switched_off_is_said_in_red():
+    """ "Unknown" reads as a sounder that finds no bottom just now."""
+    on, off = (snapshot(health=Health(depth=depth)) for depth in (True, None))
+    assert (picture_of(on).guard, picture_of(off).guard) == ("ok", "off")
+    depth = next(each for each in rows(off) if each[0] == "Depth")
+    assert depth[1].endswith("guard OFF: no shoal stops her")
+    assert depth[2] == "red"

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ...configuration import mistakes_of, vessel_settings
+from ...configuration import depth_map, mistakes_of, vessel_settings
 from ...core.hull.geometry import mounted, strangers
 from ...core.hull.statics import stopping_distance_m, top_speed_mps
 from ...doors import page_door, vessel_doors
@@ -15,6 +15,7 @@ from ...radio import load_radio, read_key, stops_of
 from ...settings import load_vessel
 from ...settings.reading import with_lines
 from ..numbers import positive
+from ..plan.water import chart_warnings, grid_words
 from .live_data import watch
 from .steering import heading_loop
 from .store import store_lines
@@ -56,6 +57,8 @@ def command(arguments: argparse.Namespace) -> int:
     vessel = load_vessel(settings.vessel)
     warnings, store = vessel_warnings(settings), list(store_lines(settings))
     of_store = [text for what, text in store if what == "WARNING"]
+    grid = depth_map(settings.depth.map) if settings.depth.enabled else None
+    warnings += chart_warnings(grid)
     unused = strangers(vessel, [sensor.name for sensor in settings.sensors])
     print(f"{arguments.config}: {verdict([*warnings, *of_store, *unused])}")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
@@ -86,6 +89,8 @@ def command(arguments: argparse.Namespace) -> int:
         print(f"  WARNING     {warning}")
     depth = settings.depth
     print(f"  depth guard {f'{depth.min_altitude_m:g} m under the keel' if depth.enabled else 'off'}")
+    if grid is not None:
+        print(f"  chart       {depth.map.file}: {grid_words(grid)}")
     for what, text in store:
         print(f"  {what:11} {text}")
     fits = voyages_fit(arguments.voyage, vessel) if arguments.voyage else True

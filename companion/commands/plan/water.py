@@ -57,10 +57,23 @@ def _percent(share: float) -> str:
 
 
 def grid_words(grid: DepthGrid) -> str:
-    """Size and knowledge of a grid."""
+    """Where a grid lies, how large it is and what it knows."""
     per_lat, per_lon = metres_per_radian(grid.lat0_rad)
     north_m, east_m = grid.rows * grid.dlat_rad * per_lat, grid.columns * grid.dlon_rad * per_lon
-    return f"{north_m / 1000.0:.1f} x {east_m / 1000.0:.1f} km, cells of {grid.pitch_m:.1f} m, {_percent(grid.known_share())} known"
+    lat, lon = grid.lat0_rad + 0.5 * grid.rows * grid.dlat_rad, grid.lon0_rad + 0.5 * grid.columns * grid.dlon_rad
+    place = f"{north_m / 1000.0:.1f} x {east_m / 1000.0:.1f} km about {math.degrees(lat):.4f} {math.degrees(lon):.4f}"
+    known = f"cells of {grid.pitch_m:.1f} m, {_percent(grid.known_share())} known"
+    depths = grid.depths_m()
+    return f"{place}, {known}" + ("" if depths is None else f", {depths[0]:.1f} to {depths[1]:.1f} m below datum")
+
+
+def chart_warnings(grid: DepthGrid | None) -> list[str]:
+    """What is odd about a chart as a whole."""
+    depths = None if grid is None else grid.depths_m()
+    if grid is None or (depths is not None and depths[1] > 0.0):
+        return []
+    what = "knows no depth" if depths is None else f"lies above datum everywhere, {depths[0]:.1f} to {depths[1]:.1f} m"
+    return [f"depth.map.file: the chart {what}; depths are metres, positive downwards"]
 
 
 def _unknown(grid: DepthGrid, legs: list[PlanLeg]) -> list[tuple[float, float]]:

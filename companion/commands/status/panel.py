@@ -18,6 +18,7 @@ _SENTENCE_LINES: Final = 3
 """Lines that one failsafe's sentence may take: the longest of the table in 80 columns."""
 _ALARMS: Final = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING"})
 _RED: Final = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR"})
+_GUARD_COLOURS: Final = {"ok": "green", "correction": "yellow", "locked": "red", "off": "red"}
 _RISKS_SHOWN: Final = 3
 _ALARMS_KEPT: Final = 3
 """The newest alarms stay in sight however many other texts come after them."""
@@ -73,7 +74,7 @@ def _rows(p: Picture, width: int) -> list[PanelLine]:
     found += [
         PanelLine("Position", f"{position(p)}   {p.receiver}", lost),
         PanelLine("Motion", _motion(p), "" if p.heading_deg is not None else "red"),
-        PanelLine("Depth", _depth(p), {"ok": "green", "correction": "yellow", "locked": "red"}.get(p.guard, "")),
+        PanelLine("Depth", _depth(p), _GUARD_COLOURS.get(p.guard, "")),
         *_traffic(p),
         PanelLine("Plan", _plan(p), "green" if p.plan == "active" else ""),
         PanelLine("Actuators", _actuators(p), "" if p.actuators_ok else "red"),
@@ -174,7 +175,11 @@ def _motion(p: Picture) -> str:
 
 
 def _depth(p: Picture) -> str:
-    return f"{_number(p.keel_m, 'm', 1)} under the keel, limit {_number(p.keel_limit_m, 'm', 1)}, guard {p.guard}"
+    return f"{_number(p.keel_m, 'm', 1)} under the keel, limit {_number(p.keel_limit_m, 'm', 1)}, guard {_guard(p)}"
+
+
+def _guard(p: Picture) -> str:
+    return "OFF: no shoal stops her" if p.guard == "off" else p.guard
 
 
 def _plan(p: Picture) -> str:

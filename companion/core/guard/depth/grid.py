@@ -96,6 +96,11 @@ class DepthGrid:
         """Share of the cells with a known depth, 0...1."""
         return 1.0 - self._cells.count(UNKNOWN_CM) / len(self._cells)
 
+    def depths_m(self) -> tuple[float, float] | None:
+        """The least and the greatest charted depth, m below datum; None where none is known."""
+        known = [cell for cell in self._cells if cell != UNKNOWN_CM]
+        return (min(known) / 100.0, max(known) / 100.0) if known else None
+
     def to_bytes(self) -> bytes:
         """A compact file: header, compressed cells, CRC-32 of all before it."""
         body = zlib.compress(self._cells.tobytes(), 6)
