@@ -342,6 +342,18 @@ def test_the_operator_hears_of_damage_silence_and_garbage_once_each() -> None:
     assert [severity for severity, _ in garbage.texts] == [Severity.WARNING]
 
 
+def test_a_sound_sentence_with_a_value_that_cannot_be_is_no_matter_of_the_cable() -> None:
+    talker = Talker()
+    for second in range(40):
+        sentences = epoch(START_US + second * 1_000_000)
+        talker.send(*sentences, frame(f"SDDPT,{-3.0 if 10 <= second < 20 else 3.0},0.0,"))
+        talker.wait(990_000)
+    texts = [text for _, text in talker.texts]
+    assert not any("damaged" in text for text in texts)
+    assert sum("SDDPT among them, say what cannot be: check that device's settings" in text for text in texts) == 1
+    assert sum("values are possible again" in text for text in texts) == 1
+
+
 def test_ages_and_counters_show_each_sentence() -> None:
     talker = Talker()
     talker.send(*epoch(START_US))

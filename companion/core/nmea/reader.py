@@ -188,7 +188,10 @@ class NmeaReader:
         self._watch.gone(now_us, reason)
 
     def _check(self, now_us: int) -> None:
-        self._watch.check(now_us, self._line.counters.sentences, self.damaged, self._bytes)
+        damaged = self.damaged
+        if self.config.checksum_required:
+            damaged -= self._dropped["malformed"]  # they arrived as they were sent
+        self._watch.check(now_us, self._line.counters.sentences, damaged, self._bytes)
         several = self._receivers.several
         names = " and ".join("+".join(receiver.talkers) for receiver in several)
         text = f"two receivers on one line, {names}: compared, not mixed"
@@ -212,6 +215,8 @@ class NmeaReader:
             part = decode(fields, now_us - age_us)
         except BadFieldError:
             self._dropped["malformed"] += 1
+            if self.config.checksum_required:
+                self._watch.impossible(fields[0])
             return
         except PassedOverError:
             self._dropped["unknown"] += 1

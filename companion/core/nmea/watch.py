@@ -60,6 +60,7 @@ class NmeaWatch:
         self._good_before = 0
         self._bad_before = 0
         self._bytes_before = 0
+        self._impossible, self._impossible_address = 0, ""
 
     def rhythm(self, address: str) -> SentenceRhythm:
         """The rhythm of an address, e.g. ``GPGGA``; more than 64 addresses are not followed."""
@@ -86,6 +87,11 @@ class NmeaWatch:
             severity = Severity.WARNING if present else Severity.INFO
             self._say(severity, text if present else cleared)
 
+    def impossible(self, address: str) -> None:
+        """A sentence that arrived sound says what cannot be: that is no matter of the cable."""
+        self._impossible += 1
+        self._impossible_address = address
+
     def check(self, now_us: int, good: int, bad: int, received_bytes: int) -> None:
         """Look for silence at once, and for damage once per window. Totals since the start."""
         self._check_silence(now_us)
@@ -98,6 +104,13 @@ class NmeaWatch:
         self._good_before, self._bad_before, self._bytes_before = good, bad, received_bytes
         self._window_us = now_us
         self._judge(new_good, new_bad, new_bytes)
+        self.set_condition(
+            "impossible",
+            self._impossible >= _BAD_MIN and self._impossible > _BAD_SHARE * new_good,
+            f"{self._impossible} sound sentences, {self._impossible_address} among them, say what cannot be: check that device's settings",
+            "values are possible again",
+        )
+        self._impossible = 0
 
     def gone(self, now_us: int, reason: str) -> None:
         """The port is closed: one text for it, not one for each sentence that it had brought."""
