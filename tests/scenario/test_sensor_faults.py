@@ -13,8 +13,9 @@ import pytest
 import config
 from companion.core.nmea.line import frame
 from companion.settings.schema import load
-from mavlink_bridge.language.messages import Action
-from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, StartPlan
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, SetMode, StartPlan
+from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from sitl.plant.truth import Truth
 from sitl.world.settings import SimSettings
@@ -186,6 +187,43 @@ def test_row_30_course_stands_in_for_a_lost_heading_above_1_mps(lost: tuple[str,
     assert world.snapshot.state.heading_from_course
     assert world.snapshot.action < Action.STOP
     assert max(worst) < limit_m
+
+
+def ask(world: World, request: Arm | SetMode) -> str:
+    """Send a request; return why it was refused."""
+    replies = []
+    world.app.submit(request, replies.append)
+    world.run(0.3)
+    return replies[0].reason
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_row_30_a_compass_without_turn_rate_that_is_lost_in_a_stream(seed: int) -> None:
+    """The noise of no way passed for a heading: it turned at 8 rad/s, the model ran away, and the vessel's process ended."""
+    stream = ("world.sensors.rate_hz=0", "world.water.current_mps=1.2", "world.water.current_to_deg=90")
+    overrides = ["operator.gcs_required=false", "depth.enabled=false", *stream]
+    world = World(load(config.path("sim.toml"), overrides, SimSettings), seed)
+    world.run(2.0)
+    assert [ask(world, Arm(arm=True)), ask(world, SetMode(Mode.HOLD))] == ["", ""]
+    world.run(60.0)
+    faults(world).set("heading_silent", True)
+    off_deg: list[float] = []
+
+    def look(here: World) -> None:
+        shown = here.snapshot.state.psi_rad
+        if shown is not None:
+            off_deg.append(abs(math.degrees(wrap_pi(shown - here.surroundings.truth.psi_rad))))
+
+    texts = texts_during(world, 60.0, look)
+    ask(world, SetMode(Mode.HOLD))
+    texts += texts_during(world, 30.0, look)
+    faults(world).set("heading_silent", False)
+    texts += texts_during(world, 30.0)
+    assert not [text for text in texts if "internal fault" in text]
+    assert max(off_deg) < 45.0
+    assert [ask(world, Arm(arm=True)), ask(world, SetMode(Mode.HOLD))] == ["", ""]
+    texts_during(world, 10.0)
+    assert world.snapshot.armed
 
 
 def test_row_30_lost_heading_at_low_speed_is_neutral() -> None:

@@ -46,3 +46,30 @@ def test_a_lost_turn_rate_leaves_nothing_behind():
     observer.step(TICK_S, EstimatedState(5_000_000, psi_rad=0.0, r_radps=0.0, u_mps=1.5), None)
     observer.step(TICK_S, EstimatedState(5_050_000, psi_rad=0.0, r_radps=0.0, u_mps=1.5), None)
     assert observer.rate_radps == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("rate_radps", [7.0, 55.0, math.inf, math.nan])
+def test_a_turn_rate_that_no_hull_can_leaves_nothing_behind(rate_radps):
+    """The step ran away to infinity, and what is not a number was never forgotten: the vessel's process ended."""
+    vessel = bare("otter", 0.5)
+    observer = WaterSpeedObserver(vessel, ForceModel(vessel))
+    ahead = ActuatorOutput(0, 0.6, 0.6, 0.0, 0.0, "demand")
+    fastest = 0.0
+    for tick in range(600):
+        rate = rate_radps if 200 <= tick < 300 else 0.0
+        observer.step(TICK_S, EstimatedState(round(tick * TICK_S * 1e6), psi_rad=0.0, r_radps=rate, u_mps=1.5), ahead)
+        assert math.isfinite(observer.u_mps)
+        assert math.isfinite(observer.v_mps)
+        assert math.isfinite(observer.aligned_mps())
+        fastest = max(fastest, abs(observer.u_mps), abs(observer.v_mps))
+    assert fastest < 10.0
+    assert observer.u_mps == pytest.approx(straight_on(vessel, ahead), abs=0.05)
+    assert observer.rate_radps == pytest.approx(0.0, abs=0.01)
+
+
+def straight_on(vessel, sent):
+    """The surge that the same commands lead to with nothing amiss."""
+    observer = WaterSpeedObserver(vessel, ForceModel(vessel))
+    for tick in range(600):
+        observer.step(TICK_S, EstimatedState(round(tick * TICK_S * 1e6), psi_rad=0.0, r_radps=0.0, u_mps=1.5), sent)
+    return observer.u_mps

@@ -27,7 +27,12 @@ class EstimatorConfig(Config):
     attitude_timeout_s: float = Field(1.0, ge=0.1, le=10.0)
     """Roll and pitch older than this are unknown."""
     course_speed_mps: float = param(
-        1.0, "EST_COURSE_SPD", "Above this speed the course stands in for a lost heading", unit="m/s", ge=0.3, le=20.0
+        1.0,
+        "EST_COURSE_SPD",
+        "Above this speed through the water the course stands in for a lost heading",
+        unit="m/s",
+        ge=0.3,
+        le=20.0,
     )
     course_lead_s: float = Field(0.5, ge=0.0, le=5.0)
     """The motion of the hull follows its heading so much later; made up for when the course stands in without a turn

@@ -211,7 +211,7 @@ class Estimator:
             sog_mps = math.hypot(vn, ve)
             if sog_mps > _COURSE_MIN_MPS:
                 cog_rad = wrap_pi(math.atan2(ve, vn))
-        from_course = not heading_valid and self._course_stands_in(now_us, sog_mps)
+        from_course = not heading_valid and self._course_stands_in(now_us)
         if not heading_valid and not from_course:
             psi_rad = None
         dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
@@ -267,32 +267,33 @@ class Estimator:
             self._utc_offset_us = fix.utc_us - t_us
         attitude = self._attitude_at(t_us)
         water_mps = self._through_mps[0] if self._through_mps else None
-        moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._known_drift())
+        moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
         antenna = self._geometry.antenna_of(link)
         self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
         if not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(fix, t_us)
         return True
 
-    def _known_drift(self) -> _Pair:
-        north, east = self._water.drift_mps
-        return north or 0.0, east or 0.0
-
     def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
         """The compass is lost: the direction of the motion through the water is the next best heading.
 
-        From the fix itself, since the filtered velocity lags in a turn.
+        From the fix itself, since the filtered velocity lags in a turn. A vessel that a stream carries may make no way through it.
         """
-        if fix.sog_mps is None or fix.cog_rad is None or fix.sog_mps < self._course_mps:
+        if fix.sog_mps is None or fix.cog_rad is None:
             return
-        drift = self._known_drift()
-        north = fix.sog_mps * math.cos(fix.cog_rad) - drift[0]
-        east = fix.sog_mps * math.sin(fix.cog_rad) - drift[1]
-        sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / fix.sog_mps)
-        self._heading.update_course(t_us, math.atan2(east, north), sigma)
+        ground_mps = (fix.sog_mps * math.cos(fix.cog_rad), fix.sog_mps * math.sin(fix.cog_rad))
+        north, east = self._water.through_mps(ground_mps)
+        made_mps = math.hypot(north, east)
+        if made_mps < self._course_mps:
+            return
+        sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / made_mps)
+        if self._heading.update_course(t_us, math.atan2(east, north), sigma):
+            self._position.forget_heading()
 
-    def _course_stands_in(self, now_us: int, sog_mps: float | None) -> bool:
-        return sog_mps is not None and sog_mps > self._course_mps and self._heading.bridged(now_us)
+    def _course_stands_in(self, now_us: int) -> bool:
+        if self._motion is None or not self._heading.bridged(now_us):
+            return False
+        return math.hypot(*self._water.through_mps(self._motion[2:])) > self._course_mps
 
     def _update_rate(self, rate: AngularVelocity, link: int) -> bool:
         if self._rates.leads(rate.source, link, rate.t_us):

@@ -18,6 +18,10 @@ class PairCovariance:
         self.value_rate = 0.0
         self.rate_rate = rate_variance
 
+    def begin_value(self, variance: float) -> None:
+        """The value has been set anew, and tells nothing of the rate."""
+        self.value_value, self.value_rate = variance, 0.0
+
     def predict(self, dt_s: float) -> None:
         """Let ``dt_s`` pass."""
         grown = self.q * dt_s

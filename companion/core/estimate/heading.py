@@ -19,6 +19,10 @@ _COURSE_AGE_MAX_US: Final = 1_500_000
 """A course stands in for the compass this long: a fix at 1 Hz, and one that was lost."""
 _RATE_AGE_MAX_US: Final = 500_000
 """A turn rate of its own sensor is used this long: half a second is two of the slowest that are sold."""
+_FORGOTTEN_US: Final = 3_000_000
+"""Longer than the slowest compass is waited for: by then nothing is left of the heading and the turn that it told of."""
+_RATE_ANEW_VARIANCE: Final = 0.25
+"""Of a turn rate that nothing is known of, (rad/s)^2: small hulls turn half a radian a second."""
 _BRIDGE_S: Final = 0.6
 """A gap of a few headings is bridged by the turn rate, so that the boat does not flinch at each."""
 _STEP_RATE_MAX_US: Final = 300_000
@@ -63,6 +67,7 @@ class HeadingTrack:
         self._rate_variance = rate_sigma_rad * rate_sigma_rad
         self._jump_rad = math.radians(config.heading_jump_deg)
         self._jump_deg, self._rate_max_dps = config.heading_jump_deg, config.heading_rate_max_dps
+        self._rate_max_radps = math.radians(config.heading_rate_max_dps)
 
     def age_s(self, now_us: int) -> float | None:
         return None if self.accepted_us is None else (now_us - self.accepted_us) * 1e-6
@@ -134,9 +139,7 @@ class HeadingTrack:
         self._interval_s += (0.5 if late_s > 0.0 else 0.2) * late_s
         if not believable:
             return
-        value_gain, rate_gain = self._cov.measure_value(self._variance)
-        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
-        self.r_radps += rate_gain * innovation
+        self._correct(innovation, self._cov.measure_value(self._variance))
         self.accepted_us = t_us
         self.course_us = None
 
@@ -163,31 +166,41 @@ class HeadingTrack:
             return
         self._rate_us = rate.t_us
         self._advance(rate.t_us)
-        innovation = rate.r_radps - self.r_radps
-        value_gain, rate_gain = self._cov.measure_rate(self._rate_variance)
-        self.psi_rad = wrap_pi(self.psi_rad + value_gain * innovation)
-        self.r_radps += rate_gain * innovation
+        self._correct(rate.r_radps - self.r_radps, self._cov.measure_rate(self._rate_variance))
 
-    def update_course(self, t_us: int, course_rad: float, sigma_rad: float) -> None:
-        """Take the course through the water as a poor heading while the compass is lost; the turn rate goes on as it is.
+    def update_course(self, t_us: int, course_rad: float, sigma_rad: float) -> bool:
+        """Take the course through the water as a poor heading while the compass is lost; True when the heading begins anew with it.
 
         The hull's sideslip makes it lag; a sigma of a few degrees leaves the rate sensor in command.
         """
-        if self.t_us is None:
+        is_first = self.course_us is None or t_us - self.course_us > _COURSE_AGE_MAX_US
+        before_us, self.course_us = self.t_us, t_us
+        if before_us is None:
             self._start(t_us, course_rad)
-            self.accepted_us = None
-        else:
-            self._advance(t_us)
-            innovation = wrap_pi(course_rad - self.psi_rad)
-            if self.course_us is None and abs(innovation) > 0.5 * math.pi:
-                self.psi_rad = course_rad  # the compass had been wrong altogether, or lost for long
-            value_gain, rate_gain = self._cov.measure_value(sigma_rad * sigma_rad)
-            self.psi_rad = wrap_pi(self.psi_rad + value_gain * wrap_pi(course_rad - self.psi_rad))
-            self.r_radps += rate_gain * innovation
-        self.course_us = t_us
+            self.accepted_us, self.course_us = None, t_us
+            return True
+        self._advance(t_us)
+        innovation = wrap_pi(course_rad - self.psi_rad)
+        if is_first and t_us - before_us > _FORGOTTEN_US:
+            self._cov = PairCovariance(self.config.yaw_acceleration_psd, sigma_rad * sigma_rad, _RATE_ANEW_VARIANCE)
+            self.psi_rad, self.r_radps = course_rad, 0.0
+            return True
+        if is_first and abs(innovation) > 0.5 * math.pi:
+            # The compass had been wrong altogether: that the heading is another says nothing of how fast it changes.
+            self._cov.begin_value(sigma_rad * sigma_rad)
+            self.psi_rad = course_rad
+            return True
+        self._correct(innovation, self._cov.measure_value(sigma_rad * sigma_rad))
+        return False
+
+    def _correct(self, innovation: float, gains: tuple[float, float]) -> None:
+        """Take a difference into heading and turn rate by their gains; the vessel never turns faster than the settings say."""
+        self.psi_rad = wrap_pi(self.psi_rad + gains[0] * innovation)
+        r_radps, most = self.r_radps + gains[1] * innovation, self._rate_max_radps
+        self.r_radps = most if r_radps > most else -most if r_radps < -most else r_radps
 
     def _start(self, t_us: int, psi_rad: float) -> None:
-        self._cov = PairCovariance(self.config.yaw_acceleration_psd, self._variance, 0.25)
+        self._cov = PairCovariance(self.config.yaw_acceleration_psd, self._variance, _RATE_ANEW_VARIANCE)
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
         self.course_us = None

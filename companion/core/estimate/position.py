@@ -280,6 +280,10 @@ class PositionTrack:
             water_n * sine + water_e * cosine + drift_e,
         )
 
+    def forget_heading(self) -> None:
+        """The heading that the velocity was told with was wrong: that it is another now is no turn."""
+        self._psi_rad = None
+
     def _advance(self, t_us: int, heading: Attitude) -> None:
         dt_s = (t_us - self._filter_us) * 1e-6
         if dt_s <= 0.0:

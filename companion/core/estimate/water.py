@@ -205,6 +205,16 @@ class WaterMeans:
         return self._drift.mps or (None, None)
 
     @property
+    def known_mps(self) -> _Pair:
+        """The drift, north and east; one that was never found counts as none."""
+        return self._drift.mps or _NOWHERE
+
+    def through_mps(self, ground_mps: _Pair) -> _Pair:
+        """Return the velocity through the water, NED, that a velocity over ground, NED, means."""
+        (north, east), (drift_n, drift_e) = ground_mps, self.known_mps
+        return north - drift_n, east - drift_e
+
+    @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
         """North and east; None before the first sample."""
         return (None, None) if self._drift.mps is None else self._current.mps

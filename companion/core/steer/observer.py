@@ -14,6 +14,7 @@ from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
 from ..hull.left import Shares
+from ..hull.statics import top_speed_mps
 
 _RATE_TAU_S = 0.15
 """Pole of the observer's turn rate: a compass of 10 Hz gives one and a half values in it."""
@@ -24,6 +25,10 @@ _SURGE_TAU_S = 0.8
 """Pole of its surge: longer than a wave's orbital push lasts."""
 _HISTORY = 30
 """Ticks that are kept, for velocities that come late: 1.5 s at 20 Hz."""
+_BEYOND = 3.0
+"""Times the top speed: no file's slip, tow or way astern comes near it, and a model that has run away is past it in a few ticks."""
+_RATE_BEYOND_RADPS = 2.0 * math.pi
+"""The most that the estimator can be told to believe of a turn rate."""
 _FILTER_LAG_S = 0.12
 """How far the estimator's velocity filter lags behind its fixes."""
 
@@ -34,6 +39,7 @@ class WaterSpeedObserver:
     def __init__(self, vessel: VesselConfig, model: ForceModel) -> None:
         self._rates = model.rates
         self._actuators = ActuatorModel(vessel)
+        self._most_mps = _BEYOND * top_speed_mps(vessel)
         self._clear()
 
     def _clear(self) -> None:
@@ -72,13 +78,28 @@ class WaterSpeedObserver:
         """
         if not self._started:
             self._started = True
-            if state.u_mps is not None and state.psi_rad is not None and state.drift_n_mps is not None:
-                drift_e = state.drift_e_mps or 0.0
-                along = state.drift_n_mps * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
-                self.u_mps = state.u_mps - along
+            self._begin(state)
         elif dt_s > 0.0:
             self._advance(dt_s if dt_s < 0.2 else 0.2, state, sent)
         self.surge_mps = self.rate_radps = None
+
+    def _begin(self, state: EstimatedState) -> None:
+        """Take the way on from ground velocity and a known drift, else none; the thrusters turn as they did."""
+        self.u_mps = self.v_mps = self.gains_mps2 = self._newer_mps = self._untold_radps2 = 0.0
+        self.surge_mps = self.rate_radps = None
+        self._gained.clear()
+        if state.u_mps is not None and state.psi_rad is not None and state.drift_n_mps is not None:
+            drift_e = state.drift_e_mps or 0.0
+            along = state.drift_n_mps * math.cos(state.psi_rad) + drift_e * math.sin(state.psi_rad)
+            self.u_mps = state.u_mps - along
+        if not self._is_possible():
+            self.u_mps = 0.0
+
+    def _is_possible(self, rate_radps: float = 0.0) -> bool:
+        """Whether the hull can do what is modelled; what is not a number it cannot."""
+        most = self._most_mps
+        is_slow = -most <= self.u_mps <= most and -most <= self.v_mps <= most
+        return is_slow and -_RATE_BEYOND_RADPS <= rate_radps <= _RATE_BEYOND_RADPS
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> None:
         """Advance by one tick with what was sent during it; nothing sent is neutral."""
@@ -103,6 +124,9 @@ class WaterSpeedObserver:
         self.gains_mps2 = du
         self.u_mps += du * dt_s
         self.v_mps += dv * dt_s
+        if not self._is_possible(rate):
+            self._begin(state)
+            return 0.0, 0.0
         self._age(dt_s, state.position_age_s or 0.0, du * dt_s)
         return du, dr
 

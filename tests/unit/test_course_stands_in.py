@@ -1,0 +1,111 @@
+"""The compass is lost: when the course stands in for the heading, and what it says of heading and turn rate (fault matrix row 30)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from mavlink_bridge.language.units import wrap_pi
+from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, straight
+
+_STREAM_MPS = 1.2
+
+
+def carried(through_mps: float, psi_rad: float) -> Motion:
+    """Ahead through the water at a speed, in a stream that sets east."""
+    north_mps, east_mps = through_mps * math.cos(psi_rad), through_mps * math.sin(psi_rad) + _STREAM_MPS
+
+    def pose(t_s: float) -> Pose:
+        return Pose(north_mps * t_s, east_mps * t_s, psi_rad, north_mps, east_mps, u_mps=through_mps)
+
+    return pose
+
+
+def then(first: Motion, until_s: float, second: Motion) -> Motion:
+    """One motion, and another one from a time on, from where the first one ends."""
+    end = first(until_s)
+
+    def pose(t_s: float) -> Pose:
+        if t_s < until_s:
+            return first(t_s)
+        went = second(t_s - until_s)
+        return replace(went, north_m=end.north_m + went.north_m, east_m=end.east_m + went.east_m)
+
+    return pose
+
+
+def without_compass(motion: Motion, before_s: float, *, bias_deg: float = 0.0) -> SensorRig:
+    """Sailed for so long with a compass that may be wrong; then it is lost altogether.
+
+    One that is wrong has taught no drift: with it the motion would agree.
+    """
+    made = SensorRig(motion)
+    made.knows_water_speed = not bias_deg
+    made.suite.faults.rate_silent = True
+    made.suite.faults.heading_bias_deg = bias_deg
+    made.run(before_s)
+    made.suite.faults.heading_silent = True
+    made.run(0.7)
+    return made
+
+
+def off_deg(made: SensorRig) -> float:
+    assert made.state.psi_rad is not None
+    return abs(math.degrees(wrap_pi(made.state.psi_rad - made.truth.psi_rad)))
+
+
+def test_who_lies_still_in_a_stream_has_no_course_through_the_water() -> None:
+    """Ground speed alone was asked: the noise of a vector of zero length passed for a heading of 5 degrees."""
+    made = without_compass(carried(0.0, 0.0), 60.0)
+    shown: list[bool] = []
+    made.run(20.0, lambda here: shown.append(here.state.heading_valid))
+    assert made.state.sog_mps == pytest.approx(_STREAM_MPS, abs=0.2)
+    assert not any(shown)
+
+
+def test_who_stems_a_stream_has_a_course_through_the_water() -> None:
+    """Over ground she makes a crawl of 0.3 m/s."""
+    made = without_compass(carried(1.5, -0.5 * math.pi), 60.0)
+    worst: list[float] = []
+    made.run(20.0, lambda here: worst.append(off_deg(here)))
+    assert made.state.heading_from_course
+    assert max(worst) < 10.0
+
+
+@pytest.mark.parametrize("bias_deg", [100.0, 170.0, -120.0])
+def test_a_compass_that_was_wrong_says_nothing_of_the_turn(bias_deg: float) -> None:
+    """The heading was set anew by the course, and the turn rate took the whole difference for a turn: 148 degrees a second."""
+    made = without_compass(straight(1.5, 0.4), 10.0, bias_deg=bias_deg)
+    rates: list[float] = []
+    made.run(5.0, lambda here: rates.append(abs(math.degrees(here.state.r_radps))))
+    assert max(rates) < 15.0
+    assert off_deg(made) < 10.0
+
+
+@pytest.mark.parametrize("turned_deg", [60.0, 80.0, 170.0])
+def test_a_heading_of_long_ago_says_nothing_of_the_turn(turned_deg: float) -> None:
+    lain, sailed = straight(0.0, 0.0), straight(1.5, math.radians(turned_deg))
+    made = without_compass(then(then(straight(1.5, 0.0), 10.0, lain), 30.0, sailed), 10.0)
+    made.run(19.0)
+    assert not made.state.heading_valid
+    rates: list[float] = []
+    worst: list[float] = []
+
+    def look(here: SensorRig) -> None:
+        if here.state.r_radps is not None:
+            rates.append(abs(math.degrees(here.state.r_radps)))
+            worst.append(off_deg(here))
+
+    made.run(8.0, look)
+    assert made.state.heading_from_course
+    assert max(rates) < 20.0
+    assert max(worst) < 20.0
+
+
+def test_the_turn_rate_is_never_more_than_the_vessel_can() -> None:
+    made = without_compass(straight(1.5, 0.4), 10.0, bias_deg=80.0)
+    rates: list[float] = []
+    made.run(5.0, lambda here: rates.append(abs(math.degrees(here.state.r_radps))))
+    assert max(rates) <= made.estimator.config.heading_rate_max_dps + 1e-6
