@@ -15,7 +15,7 @@ import pytest
 from pydantic import ValidationError
 
 from companion.core.estimate.estimator import Estimator, EstimatorConfig
-from companion.core.estimate.sources import FixChoice
+from companion.core.estimate.receivers import FixChoice
 from companion.core.nmea.line import frame
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from mavlink_bridge.language.messages import Distance, FixType, GpsFix, Severity, Source

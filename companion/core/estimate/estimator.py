@@ -23,12 +23,14 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import HullGeometry
+from .antenna import Attitude
 from .config import EstimatorConfig
 from .flags import PlaceFlags
 from .heading import HeadingTrack
-from .magnetic import MagneticModel
-from .position import Attitude, Motion, PositionTrack
-from .sources import Choice, FixChoice, degrees, degrees_a_second
+from .magnetic import FixVariation
+from .position import Motion, PositionTrack
+from .receivers import FixChoice
+from .sources import Choice, degrees, degrees_a_second
 from .told import FixText
 from .water import MadeWay, WaterMeans
 
@@ -61,14 +63,14 @@ class Estimator:
         self._heading = HeadingTrack(config, self._texts)
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
-        self._receivers = FixChoice(self._texts)
+        self._receivers = FixChoice(self._texts, geometry.antenna_of, self._compass_attitude_at)
         self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
         self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
         self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
         self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
         self._water = WaterMeans()
-        self._magnetic: MagneticModel | None = None
+        self._variation = FixVariation()
         self.latest_fix: GpsFix | None = None
         self._attitude: EulerAngles | None = None
         self._compass: EulerAngles | None = None
@@ -364,14 +366,7 @@ class Estimator:
         return False
 
     def _model_variation(self) -> float | None:
-        fix = self.latest_fix
-        if not self.config.world_magnetic_model or fix is None or fix.utc_us is None:
-            return None
-        if fix.lat_rad is None or fix.lon_rad is None:
-            return None
-        if self._magnetic is None:
-            self._magnetic = MagneticModel()
-        return self._magnetic.variation_rad(fix.lat_rad, fix.lon_rad, fix.utc_us)
+        return self._variation.of(self.latest_fix) if self.config.world_magnetic_model else None
 
     def _course(self) -> float | None:
         motion = self._motion
@@ -386,6 +381,10 @@ class Estimator:
         phi_rad = 0.0 if self._phi is None else self._fresh(self._phi, t_us) or 0.0
         theta_rad = 0.0 if self._theta is None else self._fresh(self._theta, t_us) or 0.0
         return Attitude(track.at(t_us), track.r_radps, phi_rad, theta_rad)
+
+    def _compass_attitude_at(self, t_us: int) -> Attitude:
+        """A course that stands in for the compass does not tell where an antenna is to a decimetre."""
+        return self._attitude_at(t_us) if self._heading.valid(t_us) else Attitude()
 
     def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
         if value is None or now_us - value[1] > self._attitude_timeout_us:

@@ -8,6 +8,8 @@ from typing import Final
 from pygeomag import GeoMag
 from pygeomag.wmm.wmm_2025 import WMM_2025
 
+from mavlink_bridge.language.messages import GpsFix
+
 _FIRST_DAY_US: Final = 1_735_689_600_000_000
 """2025-01-01, the model's epoch."""
 _YEAR_US: Final = 365.25 * 86_400e6
@@ -51,3 +53,17 @@ class MagneticModel:
             glat=math.degrees(lat_rad), glon=math.degrees(lon_rad), alt=0.0, time=2025.0 + years
         )
         return None if found.in_blackout_zone else math.radians(found.d)
+
+
+class FixVariation:
+    """The variation where a receiver says that the vessel is; the model is read when it is asked for the first time."""
+
+    def __init__(self) -> None:
+        self._model: MagneticModel | None = None
+
+    def of(self, fix: GpsFix | None) -> float | None:
+        if fix is None or fix.utc_us is None or fix.lat_rad is None or fix.lon_rad is None:
+            return None
+        if self._model is None:
+            self._model = MagneticModel()
+        return self._model.variation_rad(fix.lat_rad, fix.lon_rad, fix.utc_us)

@@ -8,9 +8,9 @@ from typing import Final
 from mavlink_bridge.language.geodesy import LocalFrame, metres_per_radian
 from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
-from mavlink_bridge.language.value import value
 
 from ..hull.geometry import Arm
+from .antenna import NO_ARM, Attitude, lever
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
 from .told import ComesAndGoes
@@ -75,10 +75,6 @@ class ClockAligner:
         return round(utc_us + least)
 
 
-_NO_ARM: Final[Arm] = (0.0, 0.0, 0.0)
-"""The antenna stands over the reference point."""
-
-
 class FrozenWatch:
     """A receiver that repeats one position, or one UTC, while the vessel moves."""
 
@@ -96,16 +92,6 @@ class FrozenWatch:
             self._last = here
             self._since_us = fix.t_us
         return (fix.t_us - self._since_us) * 1e-6
-
-
-@value
-class Attitude:
-    """What the position track needs to know of the attitude at one moment. psi None = unknown."""
-
-    psi_rad: float | None = None
-    r_radps: float = 0.0
-    phi_rad: float = 0.0
-    theta_rad: float = 0.0
 
 
 Motion = tuple[float, float, float, float]
@@ -185,8 +171,8 @@ class PositionTrack:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
         velocity = _velocity(fix)
-        if antenna != _NO_ARM and heading.psi_rad is not None:
-            ahead_n, ahead_e = self._lever(antenna, heading, heading.psi_rad)
+        if antenna != NO_ARM and heading.psi_rad is not None:
+            ahead_n, ahead_e = lever(antenna, heading, heading.psi_rad)
             north_m, east_m = north_m - ahead_n, east_m - ahead_e
             if velocity is not None:
                 velocity = (velocity[0] + heading.r_radps * ahead_e, velocity[1] - heading.r_radps * ahead_n)
@@ -225,17 +211,6 @@ class PositionTrack:
             text = "Receiver repeats one position while moving" if frozen else "Receiver's position moves again"
             self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
         self._frozen_out = same_s > self._invalid_s
-
-    @staticmethod
-    def _lever(antenna: Arm, heading: Attitude, psi_rad: float) -> tuple[float, float]:
-        """Antenna position, north and east of the reference point."""
-        x, y, z = antenna
-        sin_phi, cos_phi = math.sin(heading.phi_rad), math.cos(heading.phi_rad)
-        sin_theta, cos_theta = math.sin(heading.theta_rad), math.cos(heading.theta_rad)
-        # Rotation by roll and pitch (Fossen 2021, eq. 2.18), then by heading.
-        level_x = x * cos_theta + (y * sin_phi + z * cos_phi) * sin_theta
-        level_y = y * cos_phi - z * sin_phi
-        return _rotate(level_x, level_y, psi_rad)
 
     def _start(
         self,
@@ -377,8 +352,3 @@ def _velocity(fix: GpsFix) -> tuple[float, float] | None:
     if fix.cog_rad is None:
         return (0.0, 0.0) if fix.sog_mps < 0.1 else None
     return fix.sog_mps * math.cos(fix.cog_rad), fix.sog_mps * math.sin(fix.cog_rad)
-
-
-def _rotate(x: float, y: float, angle_rad: float) -> tuple[float, float]:
-    sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
-    return x * cosine - y * sine, x * sine + y * cosine

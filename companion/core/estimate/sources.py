@@ -10,10 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from mavlink_bridge.language.geodesy import MEAN_RADIUS_M, inverse
-from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, GpsFix, Severity, Source
-
-from .config import POSITION_ACCURACY_M
+from mavlink_bridge.language.messages import AngularVelocity, Distance, EulerAngles, Severity, Source
 
 Key = tuple[int, str]
 """A source: number of its link in the settings, address."""
@@ -23,13 +20,13 @@ _SETTLE_US: Final = 5_000_000
 """After the first value of a quantity the other sources have this long to show that there is a better one."""
 _STEADY_US: Final = 30_000_000
 """A source that comes and goes never takes over from one that stays."""
-_SAY_EVERY_US: Final = 60_000_000
+SAY_EVERY_US: Final = 60_000_000
 """One condition is told at most so often: a stream of texts hides the alarm that matters."""
 _SWITCH_EVERY_US: Final = 10_000_000
 """Two sources that fail in turn are told at most so often."""
 _AGREE_US: Final = 10_000_000
 """Steadily together again for so long,"""
-_APART_US: Final = 5_000_000
+APART_US: Final = 5_000_000
 """and steadily apart for so long, before anybody is told."""
 _MEAN_US: Final = 3e6
 """Time constant of the mean difference: longer than a wave."""
@@ -37,12 +34,8 @@ _AGREE_SHARE: Final = 0.6
 """Together again well inside the limit, so that a difference at the limit does not chatter."""
 _COMPARE_US: Final = 1_000_000
 """Values further apart in time are not compared: a boat turns 30 degrees in it."""
-_SOURCES_MAX: Final = 16
+SOURCES_MAX: Final = 16
 """A line that invents talkers fills no memory."""
-_SIGMAS: Final = 3.0
-"""Beyond three times what both say of their accuracy they cannot both be right."""
-_FRESH_US: Final = 2_000_000
-"""Two fixes at 1 Hz."""
 _UNLABELLED: Final = Source()
 
 
@@ -114,7 +107,7 @@ class Choice:
         key = (link, label.address)
         heard = self._heard.get(key)
         if heard is None:
-            if len(self._heard) >= _SOURCES_MAX:
+            if len(self._heard) >= SOURCES_MAX:
                 return False
             heard = self._heard[key] = _Heard(label, link, t_us)
         else:
@@ -157,6 +150,10 @@ class Choice:
     def name(self, key: Key) -> str:
         return self._heard[key].name
 
+    def link(self, key: Key) -> str:
+        """Name of the link of a source in the settings; empty where none is told."""
+        return self._heard[key].label.link
+
     def compare(self, source: Source | None, link: int, off: float, limit: float, t_us: int) -> None:
         """Take how much a source reads more than the one used; told when the mean of 3 s stays beyond ``limit`` for 5 s.
 
@@ -192,8 +189,8 @@ class Choice:
         pair.agree_us = None
         if pair.apart_us is None:
             pair.apart_us = t_us
-        recently = pair.said_us is not None and t_us - pair.said_us < _SAY_EVERY_US
-        if pair.told or recently or t_us - pair.apart_us < _APART_US:
+        recently = pair.said_us is not None and t_us - pair.said_us < SAY_EVERY_US
+        if pair.told or recently or t_us - pair.apart_us < APART_US:
             return
         pair.told, pair.said_us = True, t_us
         more = f"{self._figure(abs(pair.mean))} {'more' if pair.mean > 0.0 else 'less'}"
@@ -251,112 +248,6 @@ class Choice:
         if self._told_us is None or t_us - self._told_us >= _SWITCH_EVERY_US:
             self._told_us = t_us
             self._texts.append((severity, f"{self.what}: {text}"))
-
-
-class FixChoice:
-    """The receivers: a receiver without a fix does not lead, and any two with one are compared.
-
-    Disagreement is declared after 5 s beyond three times the joint accuracy (hacc when the receiver gives it).
-    """
-
-    def __init__(self, texts: Texts) -> None:
-        self._texts = texts
-        self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
-        self._fixes: dict[Key, GpsFix] = {}
-        self._since_us: dict[Key, int] = {}
-        """Since when each receiver has been away from the one used."""
-        self._apart: set[Key] = set()
-        self._told: set[Key] = set()
-        self._said_us: int | None = None
-
-    @property
-    def disagree(self) -> bool:
-        """Whether a receiver has been away from the one used for 5 s and more."""
-        return bool(self._apart)
-
-    @property
-    def used(self) -> str:
-        """Name of the receiver that counts; empty before there is one."""
-        return self._choice.used
-
-    @property
-    def moved(self) -> bool:
-        """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
-        return self._choice.moved
-
-    def leads(self, link: int, fix: GpsFix) -> bool:
-        """Note a fix; True when its receiver is the one that counts."""
-        if not fix.has_position:
-            return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
-        key = (link, "" if fix.source is None else fix.source.address)
-        lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
-        if key in self._fixes or len(self._fixes) < _SOURCES_MAX:
-            self._fixes[key] = fix
-            if len(self._fixes) > 1:
-                self._compare(fix, key)
-        return lead
-
-    def _compare(self, fix: GpsFix, key: Key) -> None:
-        used = self._choice.chosen
-        assert used is not None
-        if key == used:
-            for other in tuple(self._since_us):
-                if other == used or fix.t_us - self._fixes[other].t_us > _FRESH_US:
-                    self._agree(other, used)
-            return
-        reference = self._fixes.get(used)
-        if reference is None or fix.t_us - reference.t_us > _FRESH_US:
-            return
-        distance_m = _apart_m(fix, reference)
-        if distance_m is None:
-            self._agree(key, used)
-        elif fix.t_us - self._since_us.setdefault(key, fix.t_us) >= _APART_US and key not in self._apart:
-            self._apart.add(key)
-            self._tell(distance_m, key, used, fix.t_us)
-
-    def _tell(self, distance_m: float, other: Key, used: Key, t_us: int) -> None:
-        if self._said_us is not None and t_us - self._said_us < _SAY_EVERY_US:
-            return
-        self._said_us = t_us
-        self._told.add(other)
-        name = self._choice.name
-        text = f"Positions disagree: {name(other)} is {distance_m:.0f} m from {name(used)}, which is used"
-        self._texts.append((Severity.WARNING, text))
-
-    def _agree(self, other: Key, used: Key) -> None:
-        self._since_us.pop(other, None)
-        self._apart.discard(other)
-        if other in self._told:
-            self._told.discard(other)
-            name = self._choice.name
-            self._texts.append((Severity.INFO, f"Receivers {name(other)} and {name(used)} agree again"))
-
-
-def _apart_m(first: GpsFix, second: GpsFix) -> float | None:
-    """Distance of two fixes at the time of the first, when it is more than their accuracy explains, m."""
-    lat_rad, lon_rad = _place(second)
-    later_us = first.t_us - second.t_us
-    if first.utc_us is not None and second.utc_us is not None and abs(first.utc_us - second.utc_us) <= _FRESH_US:
-        later_us = first.utc_us - second.utc_us  # one receiver may tell later than the other
-    if second.sog_mps is not None and second.cog_rad is not None:
-        moved_m = second.sog_mps * later_us * 1e-6
-        lat_rad += moved_m * math.cos(second.cog_rad) / MEAN_RADIUS_M
-        lon_rad += moved_m * math.sin(second.cog_rad) / (MEAN_RADIUS_M * max(math.cos(lat_rad), 1e-6))
-    distance_m, _ = inverse(*_place(first), lat_rad, lon_rad)
-    between_s = abs(later_us) * 1e-6
-    slack_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
-    allowed_m = _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + slack_m
-    return distance_m if distance_m > allowed_m else None
-
-
-def _place(fix: GpsFix) -> tuple[float, float]:
-    assert fix.lat_rad is not None
-    assert fix.lon_rad is not None
-    return fix.lat_rad, fix.lon_rad
-
-
-def _accuracy(fix: GpsFix) -> float:
-    return fix.hacc_m if fix.hacc_m is not None else POSITION_ACCURACY_M[fix.fix_type]
 
 
 def degrees(angle_rad: float) -> str:

@@ -1,0 +1,158 @@
+"""The receivers: which one counts, and whether they agree on where the vessel is, each antenna taken for where it sits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from mavlink_bridge.language.geodesy import MEAN_RADIUS_M, inverse
+from mavlink_bridge.language.messages import GpsFix, Severity
+
+from ..hull.geometry import Arm
+from .antenna import NO_ARM, Attitude, lever
+from .config import POSITION_ACCURACY_M
+from .sources import APART_US, SAY_EVERY_US, SOURCES_MAX, Choice, Key, Texts
+
+_SIGMAS: Final = 3.0
+"""Beyond three times what both say of their accuracy they cannot both be right."""
+_FRESH_US: Final = 2_000_000
+"""Two fixes at 1 Hz."""
+_UNSURE_SHARE: Final = 0.2
+"""Of what lies between two antennas: a magnetic compass 8 degrees off, a heel that nobody tells, a tape that sags."""
+_NEAR_M: Final = 10.0
+"""Two receivers nearer than this may be exact, and their antennas apart on one hull."""
+
+
+class FixChoice:
+    """The receivers: a receiver without a fix does not lead, and any two with one are compared.
+
+    Disagreement is declared after 5 s beyond three times the joint accuracy (hacc when the receiver gives it), less what lies
+    between their antennas.
+    """
+
+    def __init__(
+        self,
+        texts: Texts,
+        antenna_of: Callable[[int], Arm] = lambda link: NO_ARM,
+        attitude_at: Callable[[int], Attitude] = lambda t_us: Attitude(),
+    ) -> None:
+        """``antenna_of`` a link's number: where its antenna is. ``attitude_at`` a time: the compass's, unknown without one."""
+        self._texts = texts
+        self._antenna_of, self._attitude_at = antenna_of, attitude_at
+        self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
+        self._fixes: dict[Key, GpsFix] = {}
+        self._since_us: dict[Key, int] = {}
+        """Since when each receiver has been away from the one used."""
+        self._apart: set[Key] = set()
+        self._told: set[Key] = set()
+        self._said_us: int | None = None
+
+    @property
+    def disagree(self) -> bool:
+        """Whether a receiver has been away from the one used for 5 s and more."""
+        return bool(self._apart)
+
+    @property
+    def used(self) -> str:
+        """Name of the receiver that counts; empty before there is one."""
+        return self._choice.used
+
+    @property
+    def moved(self) -> bool:
+        """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
+        return self._choice.moved
+
+    def leads(self, link: int, fix: GpsFix) -> bool:
+        """Note a fix; True when its receiver is the one that counts."""
+        if not fix.has_position:
+            return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
+        key = (link, "" if fix.source is None else fix.source.address)
+        lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
+        if key in self._fixes or len(self._fixes) < SOURCES_MAX:
+            self._fixes[key] = fix
+            if len(self._fixes) > 1:
+                self._compare(fix, key)
+        return lead
+
+    def _compare(self, fix: GpsFix, key: Key) -> None:
+        used = self._choice.chosen
+        assert used is not None
+        if key == used:
+            for other in tuple(self._since_us):
+                if other == used or fix.t_us - self._fixes[other].t_us > _FRESH_US:
+                    self._agree(other, used)
+            return
+        reference = self._fixes.get(used)
+        if reference is None or fix.t_us - reference.t_us > _FRESH_US:
+            return
+        distance_m = _apart_m(fix, reference, self._between(key[0], used[0], fix.t_us))
+        if distance_m is None:
+            self._agree(key, used)
+        elif fix.t_us - self._since_us.setdefault(key, fix.t_us) >= APART_US and key not in self._apart:
+            self._apart.add(key)
+            self._tell(distance_m, key, used, fix.t_us)
+
+    def _between(self, link: int, used: int, t_us: int) -> tuple[float, float, float]:
+        """How far a link's antenna is from that of the one used, north and east, and what is not known of it, m."""
+        here, there = self._antenna_of(link), self._antenna_of(used)
+        if here == there:
+            return 0.0, 0.0, 0.0
+        apart = (here[0] - there[0], here[1] - there[1], here[2] - there[2])
+        attitude, apart_m = self._attitude_at(t_us), math.hypot(*apart)
+        if attitude.psi_rad is None:
+            return 0.0, 0.0, apart_m
+        return *lever(apart, attitude, attitude.psi_rad), _UNSURE_SHARE * apart_m
+
+    def _tell(self, distance_m: float, other: Key, used: Key, t_us: int) -> None:
+        if self._said_us is not None and t_us - self._said_us < SAY_EVERY_US:
+            return
+        self._said_us = t_us
+        self._told.add(other)
+        name, near = self._choice.name, distance_m < _NEAR_M
+        text = f"Positions disagree: {name(other)} is {distance_m:.{int(near)}f} m from {name(used)}, which is used"
+        link = self._choice.link(other)
+        if near and link and other[0] != used[0] and self._antenna_of(other[0]) == self._antenna_of(used[0]):
+            text += f"; mounted so? set [mounts.{link}.antenna]"
+        self._texts.append((Severity.WARNING, text))
+
+    def _agree(self, other: Key, used: Key) -> None:
+        self._since_us.pop(other, None)
+        self._apart.discard(other)
+        if other in self._told:
+            self._told.discard(other)
+            name = self._choice.name
+            self._texts.append((Severity.INFO, f"Receivers {name(other)} and {name(used)} agree again"))
+
+
+def _apart_m(first: GpsFix, second: GpsFix, between: tuple[float, float, float]) -> float | None:
+    """Distance of two fixes at the time of the first, when it is more than their accuracy explains, m.
+
+    ``between``: how far the first one's antenna is from the other, north and east, and what is not known of it, m.
+    """
+    lat_rad, lon_rad = _place(second)
+    north_m, east_m, unsure_m = between
+    later_us = first.t_us - second.t_us
+    if first.utc_us is not None and second.utc_us is not None and abs(first.utc_us - second.utc_us) <= _FRESH_US:
+        later_us = first.utc_us - second.utc_us  # one receiver may tell later than the other
+    if second.sog_mps is not None and second.cog_rad is not None:
+        moved_m = second.sog_mps * later_us * 1e-6
+        north_m += moved_m * math.cos(second.cog_rad)
+        east_m += moved_m * math.sin(second.cog_rad)
+    lat_rad += north_m / MEAN_RADIUS_M
+    lon_rad += east_m / (MEAN_RADIUS_M * max(math.cos(lat_rad), 1e-6))
+    distance_m, _ = inverse(*_place(first), lat_rad, lon_rad)
+    between_s = abs(later_us) * 1e-6
+    slack_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
+    allowed_m = _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + slack_m + unsure_m
+    return distance_m if distance_m > allowed_m else None
+
+
+def _place(fix: GpsFix) -> tuple[float, float]:
+    assert fix.lat_rad is not None
+    assert fix.lon_rad is not None
+    return fix.lat_rad, fix.lon_rad
+
+
+def _accuracy(fix: GpsFix) -> float:
+    return fix.hacc_m if fix.hacc_m is not None else POSITION_ACCURACY_M[fix.fix_type]
