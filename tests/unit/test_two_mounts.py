@@ -7,9 +7,9 @@ import math
 import pytest
 
 from companion.core.estimate import Estimator, EstimatorConfig
-from companion.core.hull.geometry import Arm, HullGeometry
+from companion.core.hull.geometry import SENT_LINK, Arm, HullGeometry
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import EulerAngles, FixType, GpsFix, Source
+from mavlink_bridge.language.messages import Distance, EulerAngles, FixType, GpsFix, Source
 
 _FRAME = LocalFrame(math.radians(41.0), math.radians(-8.7))
 _STEP_US = 200_000
@@ -81,3 +81,30 @@ def test_antennas_whose_mounts_are_not_told_are_told_with_the_key_that_mends_it(
     assert text == (
         "Positions disagree: stern GP is 0.4 m from bow GP, which is used; mounted so? set [mounts.stern.antenna]"
     )
+
+
+def two_sounders(told: HullGeometry, *, off_m: float = 0.0, second: int = 1) -> Estimator:
+    """20 s over level ground, 4 m below the waterline, of transducers 0.2 and 0.8 m below it; ``off_m``: the second one is wrong."""
+    made = Estimator(EstimatorConfig(), told)
+    for step in range(100):
+        t_us = step * _STEP_US
+        made.update(Distance(t_us, 4.0 - 0.2, source=Source("bow", "SDDPT", (0,))), 0)
+        made.update(Distance(t_us, 4.0 - 0.8 + off_m, source=Source("stern", "SDDPT", (1,))), second)
+    return made
+
+
+def test_two_sounders_agree_when_their_mounts_are_told() -> None:
+    """They were compared as they came: ``reads 0.6 m less`` of one water, for ever."""
+    assert said(two_sounders(HullGeometry(transducers_m=(0.2, 0.8))), "Depth") == []
+    assert len(said(two_sounders(HullGeometry(transducer_m=0.2)), "Depth")) == 1
+
+
+def test_a_sounder_that_another_computer_reads_has_its_own_mount() -> None:
+    told = HullGeometry(transducers_m=(0.2,), transducer_m=0.2, sent_transducer_m=0.8)
+    assert said(two_sounders(told, second=SENT_LINK), "Depth") == []
+
+
+def test_a_sounder_that_is_wrong_is_told_beside_its_mount() -> None:
+    """0.6 m more water than there is, at a transducer 0.6 m deeper, had read alike."""
+    (text,) = said(two_sounders(HullGeometry(transducers_m=(0.2, 0.8)), off_m=0.6), "Depth")
+    assert text == "Depth: stern SDDPT reads 0.6 m more than bow SDDPT, which is used"

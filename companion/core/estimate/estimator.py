@@ -77,6 +77,7 @@ class Estimator:
         self.latest_distance: Distance | None = None
         self._rate: tuple[float, int] | None = None
         self._depth: tuple[float, int] | None = None
+        """Of the water, below the waterline: transducers lie at different depths."""
         self._phi: tuple[float, int] | None = None
         self._theta: tuple[float, int] | None = None
         self._fix_text = FixText(self._texts)
@@ -307,16 +308,16 @@ class Estimator:
 
     def _update_distance(self, distance: Distance, link: int) -> bool:
         """A sounder that finds no bottom does not lead: another that finds one does."""
-        value_m, used = distance.value_m, self._depth
+        value_m, below_m = distance.value_m, self._geometry.transducer_of(link)
         if value_m is None:
             if not self._sounders.is_chosen(distance.source, link):
                 return False
         elif not self._sounders.leads(distance.source, link, distance.t_us):
             limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
-            self._sounders.compare_newest(distance, link, value=value_m, used=used, limit=limit_m)
+            self._sounders.compare_newest(distance, link, value=value_m + below_m, used=self._depth, limit=limit_m)
             return False
         else:
-            self._depth = (value_m, distance.t_us)
+            self._depth = (value_m + below_m, distance.t_us)
         self.latest_distance = distance
         return True
 

@@ -17,6 +17,8 @@ Arm = tuple[float, float, float]
 """Antenna from the vessel's reference point: forward, starboard, down, m."""
 STATIONS: Final = "mavlink"
 """The mount of a sounder whose readings a station or another computer sends (DISTANCE_SENSOR, WATER_DEPTH)."""
+SENT_LINK: Final = 99
+"""The number of the link that those readings count as: they come after every sensor of the vessel's own."""
 
 
 @value
@@ -37,8 +39,8 @@ class HullGeometry:
     """Of the readings that come over MAVLink; None = as ``transducer_m``."""
 
     def transducer_of(self, source: int | None) -> float:
-        """Depth of the transducer behind a reading; ``source`` None: it came over MAVLink."""
-        if source is None:
+        """Depth of the transducer behind a reading; ``source`` None or ``SENT_LINK``: it came over MAVLink."""
+        if source is None or source == SENT_LINK:
             return self.transducer_m if self.sent_transducer_m is None else self.sent_transducer_m
         return self.transducers_m[source] if source < len(self.transducers_m) else self.transducer_m
 

@@ -34,6 +34,7 @@ from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..hull import VesselConfig
+from ..hull.geometry import SENT_LINK
 from ..steer import manual_demand, sway_through_water_mps
 from .config import TickInputs, VehicleConfig
 from .controls import Controls, Decided
@@ -46,8 +47,6 @@ from .plan_reach import plan_number
 from .ticked import Demand, FailsafeVerdict, Guarded, Pursuit, Sensed, Ticked
 from .view import View
 
-_GROUND_LINK: Final = 99
-"""What a station sends as a depth comes after every sensor of the vessel's own."""
 _COURSE_MPS: Final = 0.5
 """Slower than this the course over ground is the receiver's noise, and a course to steer is steered as a heading."""
 _ASTERN: Final = -1.0
@@ -134,7 +133,7 @@ class Vehicle:
             if estimator.update(item, source) and isinstance(item, Distance):
                 guard.measure(item, state, source)
         for reading in self.controls.take_soundings():
-            if estimator.update(reading, _GROUND_LINK):
+            if estimator.update(reading, SENT_LINK):
                 guard.measure(reading, state, None)
 
     def _watch_thrusters(self, sensed: Sensed, before: Ticked) -> None:
