@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from companion.core.hull.geometry import HullGeometry
 from mavlink_bridge.language.units import wrap_pi
-from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, straight
+from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, circle, straight
 
 _STREAM_MPS = 1.2
 
@@ -109,3 +110,32 @@ def test_the_turn_rate_is_never_more_than_the_vessel_can() -> None:
     rates: list[float] = []
     made.run(5.0, lambda here: rates.append(abs(math.degrees(here.state.r_radps))))
     assert max(rates) <= made.estimator.config.heading_rate_max_dps + 1e-6
+
+
+def turning(forward_m: float, *, rate_silent: bool) -> list[float]:
+    """How far the heading is off, degrees, on a circle of 10 m at 1.5 m/s, with an antenna so far before the centre."""
+    made = SensorRig(circle(10.0, 1.5), hull=HullGeometry(antenna=(forward_m, 0.0, 0.0)))
+    made.run(20.0)
+    made.suite.faults.rate_silent = rate_silent
+    made.suite.faults.heading_silent = True
+    made.run(3.0)
+    found: list[float] = []
+    made.run(60.0, lambda here: found.append(off_deg(here)))
+    assert made.state.heading_from_course
+    return sorted(found)
+
+
+@pytest.mark.parametrize("forward_m", [-2.0, -1.0, 1.0, 2.0])
+def test_the_course_of_an_antenna_is_taken_to_the_centre(forward_m: float) -> None:
+    """The antenna swings out in a turn: 11 degrees for 2 m."""
+    found = turning(forward_m, rate_silent=False)
+    assert found[len(found) // 2] < 2.0
+    assert found[-1] < 5.0
+
+
+@pytest.mark.parametrize(("forward_m", "most_deg"), [(2.0, 13.0), (1.0, 7.0), (-1.0, 7.0), (-2.0, 10.0)])
+def test_without_a_turn_rate_sensor_the_antenna_does_not_feed_itself(forward_m: float, most_deg: float) -> None:
+    """A turn rate found from the course, taken off that course behind the centre, grows until the heading is lost."""
+    found = turning(forward_m, rate_silent=True)
+    assert found[len(found) // 2] < most_deg
+    assert found[-1] < 2.0 * most_deg

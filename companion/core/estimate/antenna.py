@@ -9,6 +9,8 @@ from mavlink_bridge.language.value import value
 
 from ..hull.geometry import Arm
 
+Pair = tuple[float, float]
+"""North and east."""
 NO_ARM: Final[Arm] = (0.0, 0.0, 0.0)
 """The antenna stands over the reference point."""
 
@@ -23,7 +25,7 @@ class Attitude:
     theta_rad: float = 0.0
 
 
-def lever(antenna: Arm, heading: Attitude, psi_rad: float) -> tuple[float, float]:
+def lever(antenna: Arm, heading: Attitude, psi_rad: float) -> Pair:
     """Antenna position, north and east of the reference point."""
     x, y, z = antenna
     sin_phi, cos_phi = math.sin(heading.phi_rad), math.cos(heading.phi_rad)
@@ -33,3 +35,8 @@ def lever(antenna: Arm, heading: Attitude, psi_rad: float) -> tuple[float, float
     level_y = y * cos_phi - z * sin_phi
     sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
     return level_x * cosine - level_y * sine, level_x * sine + level_y * cosine
+
+
+def at_centre(antenna_mps: Pair, ahead_m: Pair, r_radps: float) -> Pair:
+    """Velocity of the reference point, by that of an antenna and where it is from there, all north and east."""
+    return antenna_mps[0] + r_radps * ahead_m[1], antenna_mps[1] - r_radps * ahead_m[0]

@@ -23,7 +23,7 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import HullGeometry
-from .antenna import Attitude
+from .antenna import Attitude, at_centre
 from .config import EstimatorConfig
 from .flags import PlaceFlags
 from .heading import HeadingTrack
@@ -272,25 +272,27 @@ class Estimator:
         water_mps = self._through_mps[0] if self._through_mps else None
         moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
         antenna = self._geometry.antenna_of(link)
-        self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
-        if not self._heading.valid(t_us) and self._position.valid(t_us):
-            self._steer_by_course(fix, t_us)
+        told = self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
+        if told is not None and not self._heading.valid(t_us) and self._position.valid(t_us):
+            self._steer_by_course(t_us, *told)
         return True
 
-    def _steer_by_course(self, fix: GpsFix, t_us: int) -> None:
+    def _steer_by_course(self, t_us: int, antenna_mps: _Pair, ahead_m: _Pair) -> None:
         """The compass is lost: the direction of the motion through the water is the next best heading.
 
         From the fix itself, since the filtered velocity lags in a turn. A vessel that a stream carries may make no way through it.
+        What an antenna makes beside the centre is taken off where the turn rate is measured. One that was found from the course would
+        feed itself (behind the centre it grows): there the course is taken for a later or a sooner one.
         """
-        if fix.sog_mps is None or fix.cog_rad is None:
-            return
-        ground_mps = (fix.sog_mps * math.cos(fix.cog_rad), fix.sog_mps * math.sin(fix.cog_rad))
-        north, east = self._water.through_mps(ground_mps)
+        track = self._heading
+        is_measured = track.has_rate(t_us)
+        north, east = self._water.through_mps(at_centre(antenna_mps, ahead_m, track.r_radps if is_measured else 0.0))
         made_mps = math.hypot(north, east)
         if made_mps < self._course_mps:
             return
         sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / made_mps)
-        if self._heading.update_course(t_us, math.atan2(east, north), sigma):
+        late_s = 0.0 if is_measured else -(north * ahead_m[0] + east * ahead_m[1]) / (made_mps * made_mps)
+        if track.update_course(t_us, math.atan2(east, north), sigma, late_s):
             self._position.forget_heading()
 
     def _course_stands_in(self, now_us: int) -> bool:

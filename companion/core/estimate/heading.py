@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language.messages import AngularVelocity, EulerAngles, Severity
-from mavlink_bridge.language.units import wrap_pi
+from mavlink_bridge.language.units import clamp, wrap_pi
 
 from .config import EstimatorConfig
 from .filter import PairCovariance
@@ -44,6 +44,7 @@ class HeadingTrack:
         """Where the variation comes from when no sentence and no setting gives one."""
         self.course_us: int | None = None
         """Time of the last course that stood in; None while the compass is believed."""
+        self._lead_s = 0.0
         self._texts = texts
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._received_us = 0
@@ -102,9 +103,13 @@ class HeadingTrack:
         span_s = (now_us - self.t_us) * 1e-6
         if span_s > _PREDICT_MAX_S:
             span_s = _PREDICT_MAX_S
-        if self.course_us is not None and now_us - self._rate_us > _RATE_AGE_MAX_US:
-            span_s += self.config.course_lead_s
+        if self.course_us is not None and not self.has_rate(now_us):
+            span_s += self._lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
+
+    def has_rate(self, now_us: int) -> bool:
+        """Whether a sensor of its own tells the turn rate."""
+        return now_us - self._rate_us <= _RATE_AGE_MAX_US
 
     def true_heading(self, angles: EulerAngles) -> float | None:
         """The heading of one message in the vessel's frame; None when a magnetic one comes without any variation."""
@@ -168,11 +173,14 @@ class HeadingTrack:
         self._advance(rate.t_us)
         self._correct(rate.r_radps - self.r_radps, self._cov.measure_rate(self._rate_variance))
 
-    def update_course(self, t_us: int, course_rad: float, sigma_rad: float) -> bool:
+    def update_course(self, t_us: int, course_rad: float, sigma_rad: float, late_s: float = 0.0) -> bool:
         """Take the course through the water as a poor heading while the compass is lost; True when the heading begins anew with it.
 
-        The hull's sideslip makes it lag; a sigma of a few degrees leaves the rate sensor in command.
+        The hull's sideslip makes it lag; a sigma of a few degrees leaves the rate sensor in command. ``late_s``: it lags by so much more,
+        as that of an antenna behind the centre does. More lead than the settings' makes the steering swing, and so does less than none.
         """
+        lead_s = self.config.course_lead_s
+        self._lead_s = clamp(lead_s + late_s, 0.0, lead_s)
         is_first = self.course_us is None or t_us - self.course_us > _COURSE_AGE_MAX_US
         before_us, self.course_us = self.t_us, t_us
         if before_us is None:

@@ -10,7 +10,7 @@ from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import Arm
-from .antenna import NO_ARM, Attitude, lever
+from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
 from .told import ComesAndGoes
@@ -156,32 +156,35 @@ class PositionTrack:
 
     def update(
         self, fix: GpsFix, t_us: int, heading: Attitude, moving: bool, antenna: Arm, *, anew: bool = False
-    ) -> None:
+    ) -> tuple[Pair, Pair] | None:
         """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm.
 
-        ``anew``: of another receiver than before.
+        ``anew``: of another receiver than before. Return the antenna's velocity, m/s, and where it is from the reference point, m;
+        None when no velocity is told.
         """
         self._usable = self._acceptable(fix)
         if not self._usable:
-            return
+            return None
         assert fix.lat_rad is not None
         assert fix.lon_rad is not None
         self._judge_frozen(fix, moving)
         if self.origin is None:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
-        velocity = _velocity(fix)
+        velocity = antenna_mps = _velocity(fix)
+        ahead_m = (0.0, 0.0)
         if antenna != NO_ARM and heading.psi_rad is not None:
-            ahead_n, ahead_e = lever(antenna, heading, heading.psi_rad)
-            north_m, east_m = north_m - ahead_n, east_m - ahead_e
-            if velocity is not None:
-                velocity = (velocity[0] + heading.r_radps * ahead_e, velocity[1] - heading.r_radps * ahead_n)
+            ahead_m = lever(antenna, heading, heading.psi_rad)
+            north_m, east_m = north_m - ahead_m[0], east_m - ahead_m[1]
+            if antenna_mps is not None:
+                velocity = at_centre(antenna_mps, ahead_m, heading.r_radps)
+        told = None if antenna_mps is None else (antenna_mps, ahead_m)
         since_us = t_us - self._received_us
         self._received_us = t_us
         if self.accepted_us is None or anew:
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
             self._new_mps = velocity
-            return
+            return told
         since_s = since_us * 1e-6
         if not 0.02 <= since_s <= 2.0:
             since_s = 0.02 if since_s < 0.02 else 2.0
@@ -190,6 +193,7 @@ class PositionTrack:
         if self._believable(fix, t_us, since_us, at=(north_m, east_m), velocity=velocity, heading=heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
             self._new_mps = velocity
+        return told
 
     def take_velocity(self) -> tuple[float, float] | tuple[None, None]:
         """Return, once, what the newest believed fix told of the ground velocity at the reference point, north and east, m/s."""
