@@ -139,3 +139,16 @@ def test_without_a_turn_rate_sensor_the_antenna_does_not_feed_itself(forward_m: 
     found = turning(forward_m, rate_silent=True)
     assert found[len(found) // 2] < most_deg
     assert found[-1] < 2.0 * most_deg
+
+
+def test_a_file_that_is_wrong_by_half_does_not_turn_the_course() -> None:
+    """What she makes more than her file says is no stream: taken for one, it stood where the compass was lost, and she sailed on round."""
+    motion = circle(20.0, 1.5)
+    made = SensorRig(lambda t_s: replace(motion(t_s), u_mps=1.0))
+    made.run(120.0)
+    made.suite.faults.heading_silent = True
+    made.run(3.0)
+    found: list[float] = []
+    made.run(80.0, lambda here: found.append(off_deg(here)))
+    assert made.state.heading_from_course
+    assert max(found) < 10.0

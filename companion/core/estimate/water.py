@@ -210,9 +210,12 @@ class WaterMeans:
         return self._drift.mps or _NOWHERE
 
     def through_mps(self, ground_mps: _Pair) -> _Pair:
-        """Return the velocity through the water, NED, that a velocity over ground, NED, means."""
-        (north, east), (drift_n, drift_e) = ground_mps, self.known_mps
-        return north - drift_n, east - drift_e
+        """Return the velocity through the water, NED, that a velocity over ground, NED, means.
+
+        By the current: what the drift holds of a file that is wrong turns with the vessel.
+        """
+        (north, east), (current_n, current_e) = ground_mps, self._current.mps
+        return north - current_n, east - current_e
 
     @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
