@@ -14,9 +14,9 @@ from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, circle, stra
 _STREAM_MPS = 1.2
 
 
-def carried(through_mps: float, psi_rad: float) -> Motion:
+def carried(through_mps: float, psi_rad: float, stream_mps: float = _STREAM_MPS) -> Motion:
     """Ahead through the water at a speed, in a stream that sets east."""
-    north_mps, east_mps = through_mps * math.cos(psi_rad), through_mps * math.sin(psi_rad) + _STREAM_MPS
+    north_mps, east_mps = through_mps * math.cos(psi_rad), through_mps * math.sin(psi_rad) + stream_mps
 
     def pose(t_s: float) -> Pose:
         return Pose(north_mps * t_s, east_mps * t_s, psi_rad, north_mps, east_mps, u_mps=through_mps)
@@ -152,3 +152,23 @@ def test_a_file_that_is_wrong_by_half_does_not_turn_the_course() -> None:
     made.run(80.0, lambda here: found.append(off_deg(here)))
     assert made.state.heading_from_course
     assert max(found) < 10.0
+
+
+def test_a_stream_that_carries_her_astern_does_not_contradict_the_compass() -> None:
+    """The course over ground was asked: a heading that had jumped was refused for as long as the stream ran."""
+    made = SensorRig(carried(0.3, -0.5 * math.pi, 1.6))
+    made.run(60.0)
+    made.suite.faults.heading_bias_deg = 45.0
+    made.run(14.0)
+    assert made.state.heading_valid
+    assert any("accepted" in text for _, _, text in made.texts)
+
+
+def test_who_stems_a_stream_is_not_turned_about_by_a_flipped_compass() -> None:
+    """Over ground she lies still: that contradicted no heading, and the flip was accepted after 10 s."""
+    made = SensorRig(carried(1.5, -0.5 * math.pi, 1.5))
+    made.run(60.0)
+    made.suite.faults.heading_bias_deg = 180.0
+    made.run(30.0)
+    assert off_deg(made) < 10.0
+    assert made.state.heading_from_course

@@ -354,15 +354,15 @@ class Estimator:
         compasses = self._compasses
         used = compasses.is_chosen(angles.source, link)
         off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
-        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and track.contradicts(psi_rad, self._course))
+        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and self._goes_against(psi_rad))
         if compasses.leads(angles.source, link, t_us, trusted=trusted):
             self._compass = angles
             if compasses.moved:
                 track.move(t_us, psi_rad)
-            track.update_heading(t_us, psi_rad, self._course)
+            track.update_heading(t_us, psi_rad, self._goes_against)
             return True
         if track.refusing and compasses.undo(angles.source, link):
-            track.update_heading(t_us, psi_rad, self._course)
+            track.update_heading(t_us, psi_rad, self._goes_against)
             return True
         if off_rad is not None:
             compasses.compare(angles.source, link, off_rad, _HEADING_APART_RAD, t_us)
@@ -371,11 +371,9 @@ class Estimator:
     def _model_variation(self) -> float | None:
         return self._variation.of(self.latest_fix) if self.config.world_magnetic_model else None
 
-    def _course(self) -> float | None:
+    def _goes_against(self, psi_rad: float) -> bool:
         motion = self._motion
-        if motion is None or math.hypot(motion[2], motion[3]) < self._course_mps:
-            return None
-        return math.atan2(motion[3], motion[2])
+        return motion is not None and self._water.goes_against(psi_rad, motion[2:], self._course_mps)
 
     def _attitude_at(self, t_us: int) -> Attitude:
         track = self._heading

@@ -124,8 +124,8 @@ class HeadingTrack:
             variation = self.model_variation()
         return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + self._offset_rad)
 
-    def update_heading(self, t_us: int, psi_rad: float, course: Callable[[], float | None]) -> None:
-        """Take a true heading. ``course`` tells the course while it is fast enough to contradict the compass."""
+    def update_heading(self, t_us: int, psi_rad: float, goes_against: Callable[[float], bool]) -> None:
+        """Take a true heading. ``goes_against`` tells whether the vessel moves in another direction than a heading points."""
         if self.t_us is None or self.accepted_us is None:
             self._start(t_us, psi_rad)
             return
@@ -136,7 +136,7 @@ class HeadingTrack:
         # Within the narrowest gate of a compass that is heard there is nothing to weigh.
         near = -self._jump_rad <= innovation <= self._jump_rad and self._refused_since_us is None
         heard = 0 <= since_received_us <= self._timeout_us
-        believable = (near and heard) or self._believable(t_us, since_received_us, psi_rad, innovation, course)
+        believable = (near and heard) or self._believable(t_us, since_received_us, psi_rad, innovation, goes_against)
         received_s = since_received_us * 1e-6
         if not 0.0 <= received_s <= 1.5:
             received_s = 0.0 if received_s < 0.0 else 1.5
@@ -159,11 +159,6 @@ class HeadingTrack:
             r_radps = self.r_radps
             self._start(t_us, psi_rad)
             self.r_radps = r_radps
-
-    def contradicts(self, psi_rad: float, course: Callable[[], float | None]) -> bool:
-        """Whether the vessel makes way in another direction than a heading points."""
-        course_rad = course()
-        return course_rad is not None and abs(wrap_pi(psi_rad - course_rad)) > 0.5 * math.pi
 
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
@@ -226,7 +221,7 @@ class HeadingTrack:
         self.t_us = t_us
 
     def _believable(
-        self, t_us: int, since_us: int, psi_rad: float, innovation: float, course: Callable[[], float | None]
+        self, t_us: int, since_us: int, psi_rad: float, innovation: float, goes_against: Callable[[float], bool]
     ) -> bool:
         if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
             self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
@@ -237,11 +232,11 @@ class HeadingTrack:
             if self._refused_since_us is not None:
                 self._end_refusal("heading is plausible again" if self._jump.ends() else "")
             return True
-        self._refuse(t_us, psi_rad, innovation, gate, course)
+        self._refuse(t_us, psi_rad, innovation, gate, goes_against)
         return False
 
     def _refuse(
-        self, t_us: int, psi_rad: float, innovation: float, gate: float, course: Callable[[], float | None]
+        self, t_us: int, psi_rad: float, innovation: float, gate: float, goes_against: Callable[[float], bool]
     ) -> None:
         config = self.config
         if self._refused_since_us is None:
@@ -256,7 +251,7 @@ class HeadingTrack:
             self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
         if t_us - self._refused_run_us < config.reaccept_s * 1e6:
             return
-        if not self.contradicts(psi_rad, course):
+        if not goes_against(psi_rad):
             self._start(t_us, psi_rad)
             self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
 

@@ -217,6 +217,17 @@ class WaterMeans:
         (north, east), (current_n, current_e) = ground_mps, self._current.mps
         return north - current_n, east - current_e
 
+    def goes_against(self, psi_rad: float, ground_mps: _Pair, least_mps: float) -> bool:
+        """Whether a vessel makes way through the water, at this speed at least, elsewhere than a heading points.
+
+        One that makes as much way over ground where it points is left: the water was met with the compass that is in question.
+        """
+        (ground_n, ground_e), (north, east) = ground_mps, self.through_mps(ground_mps)
+        cos, sin = math.cos(psi_rad), math.sin(psi_rad)
+        if math.hypot(north, east) < least_mps or north * cos + east * sin >= 0.0:
+            return False
+        return math.hypot(ground_n, ground_e) < least_mps or ground_n * cos + ground_e * sin < 0.0
+
     @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
         """North and east; None before the first sample."""
