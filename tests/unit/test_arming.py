@@ -34,6 +34,10 @@ ALWAYS = [
 BY_ITSELF = [
     ({"state": EstimatedState(0, psi_rad=0.0)}, "no position"),
     ({"state": EstimatedState(0, x_m=0.0, y_m=0.0)}, "no heading"),
+    (
+        {"state": EstimatedState(0, x_m=0.0, y_m=0.0, psi_rad=1.0, heading_from_course=True)},
+        "no compass: the course stands in for the heading",
+    ),
     ({"guard": GuardState.LOCKED}, "depth guard locked"),
     ({"guard": GuardState.LOCKED, "guard_reason": "depth guard locked: 2 m"}, "depth guard locked: 2 m"),
     ({"depth_required": True}, "water depth unknown, and depth.required is set"),

@@ -55,6 +55,8 @@ def reasons(
     if mode in _STEERS_ITSELF:
         found.append((not state.position_valid, "no position"))
         found.append((not state.heading_valid, "no heading"))
+        # of a boat that a stream carries, and whose compass was never heard, the stream's course would pass for the bow's
+        found.append((state.heading_from_course, "no compass: the course stands in for the heading"))
         found.append((guard_reason is not None, guard_reason or ""))
         found.append((guard is GuardState.LOCKED and guard_reason is None, "depth guard locked"))
         found.append((depth_required and not altitude_known, "water depth unknown, and depth.required is set"))
