@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from companion.core.hull import VesselConfig
-from companion.core.hull.statics import Statics
+from companion.core.hull.statics import Statics, command_for_thrust, drag_n
 from companion.core.trial import TrialConfig
 from companion.tuning.fit import fit_vessel
 from companion.tuning.fitted import fitted_vessel
@@ -93,7 +93,8 @@ def _of_plant(exact: VesselConfig, plant: Callable[[VesselConfig], SimVessel]) -
     found |= {_turn(c): turn_rate(exact, c, _HELM, plant) for c in _TURNING}
     hull = plant(exact)
     for mps in _COASTING_MPS:
-        hull.place(surge_mps=mps)
+        command = command_for_thrust(exact, 0.5 * drag_n(exact, mps))
+        steady(hull, ActuatorDemand(0, command, command)).place(surge_mps=mps)
         for _ in range(round(_COASTED_S / _COAST_DT_S)):
             hull.step(_COAST_DT_S, 0.0, 0.0, rudder_port_rad=0.0, rudder_starboard_rad=0.0)
         found[_rest(mps)] = hull.north_m

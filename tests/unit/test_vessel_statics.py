@@ -7,10 +7,19 @@ from scipy.integrate import solve_ivp
 
 from companion.core.hull import VesselConfig
 from companion.core.hull.handling import Handling
-from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m, throttle_to_speed, thrust_n
+from companion.core.hull.statics import (
+    command_for_thrust,
+    drag_n,
+    stopping_distance_m,
+    throttle_to_speed,
+    thrust_n,
+    top_speed_mps,
+)
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
-from tools.benches.cells.foreign_hulls import any_hull
+from tools.benches.cells.depth_runs import under_way
+from tools.benches.cells.drawn_hulls import KINDS, drawn
+from tools.benches.cells.foreign_hulls import FOREIGN, any_hull
 
 OTTER = load_vessel("otter")
 
@@ -24,14 +33,43 @@ def test_steady_speed_of_a_command(command, speed):
     assert throttle_to_speed(OTTER, command) == pytest.approx(hull.u_mps, abs=0.005)
 
 
+def to_rest(hull: SimVessel) -> float:
+    """Let a hull run with its propellers told to stop; return how far, m."""
+    while hull.u_mps > 0.001:
+        hull.step(0.01, 0.0, 0.0, 0.0, 0.0)
+    return hull.north_m
+
+
 @pytest.mark.parametrize(("speed", "distance"), [(1.5, 3.5), (2.5, 5.0)])
 def test_coasting_distance(speed, distance):
-    assert stopping_distance_m(OTTER, speed) == pytest.approx(distance, abs=0.05)
+    """The studied figures are of a hull whose propellers stand still at once; those that turn run down first."""
     hull = SimVessel(OTTER)
     hull.place(surge_mps=speed)
-    for _ in range(6000):
-        hull.step(0.01, 0.0, 0.0, 0.0, 0.0)
-    assert hull.north_m == pytest.approx(distance, abs=0.1)
+    assert to_rest(hull) == pytest.approx(distance, abs=0.1)
+    ran_down_m = 0.5 * OTTER.thruster.lag_s * speed
+    assert stopping_distance_m(OTTER, speed) == pytest.approx(distance + ran_down_m, abs=0.06)
+
+
+def lagging(name: str, lag_s: float) -> VesselConfig:
+    vessel = any_hull(name)
+    return vessel.model_copy(update={"thruster": vessel.thruster.model_copy(update={"lag_s": lag_s})})
+
+
+COASTING = {
+    **{name: any_hull(name) for name in (*vessel_names(), *FOREIGN)},
+    **{f"{name}, lag {lag_s:g} s": lagging(name, lag_s) for name in ("otter", "wamv") for lag_s in (1.0, 2.0, 3.0, 5.0)},
+    **{f"{kind} {seed}": drawn(kind, seed) for kind in KINDS for seed in range(6)},
+}
+
+
+@pytest.mark.parametrize("name", COASTING)
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_no_hull_coasts_farther_than_is_said(name, share):
+    """From steady speed, propellers turning: while they run down they still push."""
+    vessel = COASTING[name]
+    speed = share * top_speed_mps(vessel)
+    said_m = stopping_distance_m(vessel.model_copy(update={"stopping_factor": 1.0}), speed)
+    assert 0.94 * said_m < to_rest(under_way(vessel, speed)) < said_m
 
 
 def test_rudder_authority_grows_and_free_differential_shrinks():

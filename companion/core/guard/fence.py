@@ -52,7 +52,7 @@ class FenceConfig(Config):
         "Inside any inclusion area is enough (off: inside all of them); areas to sail between must overlap by twice the margin",
     )
     reaction_s: float = Field(0.6, ge=0, le=5)
-    """From a fix to less thrust: latency, tick, actuators."""
+    """From a fix to a propeller that is told to stop: latency, tick, line (the propeller's lag is reckoned apart)."""
     turn_s: float = Field(8.0, ge=0, le=60)
     """Time to turn against wind and current and hold; the vessel is set by them as long."""
 

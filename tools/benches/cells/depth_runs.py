@@ -17,6 +17,7 @@ from companion.core.hull import VesselConfig
 from companion.core.hull.geometry import geometry_of
 from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m
 from companion.core.hull.stopping import braking_distance_m
+from companion.core.hull.thrust import ThrustLaw
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant import SimVessel
 from sitl.plant.bottom import Bottom
@@ -46,6 +47,15 @@ class Noise:
 QUIET = Noise(0.0, 0.0, 0.0)
 
 
+def under_way(vessel: VesselConfig, speed_mps: float) -> SimVessel:
+    """Return the hull at a steady speed in still water, its propellers turning as that takes."""
+    hull, law = SimVessel(vessel), ThrustLaw(vessel)
+    hull.place(surge_mps=speed_mps)
+    port_n = drag_n(vessel, speed_mps) * law.sides[0].ahead_n / law.all_ahead_n
+    hull.revs = [law.revs(law.command(0, port_n, speed_mps))] * 2
+    return hull
+
+
 @dataclass
 class DepthRun:
     """One approach due north from the origin at a steady speed."""
@@ -69,9 +79,7 @@ class DepthRun:
 
     def track(self) -> list[tuple[float, float]]:
         """Sail until stopped; return (north m, true altitude m) each tick."""
-        hull = SimVessel(self.vessel)
-        hull.place(surge_mps=self.speed_mps)
-        hull.revs = [self._ahead(self.speed_mps)] * 2
+        hull = under_way(self.vessel, self.speed_mps)
         guard = DepthGuard(self.guard, geometry_of(self.vessel))
         guard.set_map(self.grid)
         rng = random.Random(self.seed)

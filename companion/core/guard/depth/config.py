@@ -67,7 +67,7 @@ class DepthGuardConfig(Config):
     map_look_ahead: bool = param(True, "DEPTH_LOOK_MAP", "Use depth map and depth memory along the way ahead")
     brake: bool = param(False, "DEPTH_BRAKE", "Brake with astern thrust at a depth stop")
     reaction_s: float = Field(0.6, ge=0, le=5)
-    """From a reading to less thrust: tick, decision, line and actuators (the filter's lag is reckoned apart)."""
+    """From a reading to a propeller that is told to stop: tick, decision, line (the lags of filter and propeller are reckoned apart)."""
     warn_s: float = Field(20.0, ge=0, le=600)
     """Tell when the least altitude will be reached within this time."""
     slow_share: float = Field(1.5, ge=1, le=10)
