@@ -12,10 +12,12 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import DepthGrid, Sounding, build, offset
 from companion.core.guard.depth.guard import DepthGuard
 from companion.core.hull.geometry import HullGeometry
+from companion.core.hull.statics import top_speed_mps
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant.bottom import Flat, Slope
 from sitl.plant.library import load_vessel
 from tools.benches.cells.depth_runs import QUIET, DepthRun, Noise
+from tools.benches.cells.drawn_hulls import drawn
 
 VESSEL = load_vessel("otter")
 START_M = 20.35
@@ -59,6 +61,17 @@ def test_the_closing_rate_keeps_3_85_m(n, speed_mps, brake):
     """Must hold: lowest true altitude >= 3.85 m, with a noisy sounder, slopes 1:50 to 1:2 from 20 m."""
     config = DepthGuardConfig(map_look_ahead=False, brake=brake)
     assert DepthRun(VESSEL, slope(n), speed_mps, config, noise=Noise(), seed=7).lowest_altitude_m() >= 3.85
+
+
+@pytest.mark.parametrize("thruster_min", [-1.0, -0.3])
+@pytest.mark.parametrize("n", [5, 10])
+@pytest.mark.parametrize("seed", range(4))
+def test_heavy_boats_with_the_brake_keep_3_85_m(n, seed, thruster_min):
+    """Boats of a tonne that need ten seconds of thrust astern and more, and as much of it as the gate lets through."""
+    config = DepthGuardConfig(map_look_ahead=False, brake=True)
+    boat = drawn("heavy", seed)
+    run = DepthRun(boat, slope(n), 0.8 * top_speed_mps(boat), config, noise=Noise(), seed=7, thruster_min=thruster_min)
+    assert run.lowest_altitude_m() >= 3.85
 
 
 @pytest.mark.soak

@@ -6,7 +6,9 @@ import math
 
 import pytest
 
+from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Action, GuardState, Mode
+from tools.benches.cells.drawn_hulls import drawn
 
 KEEL_M = 0.35
 SLOPE = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=40")
@@ -60,6 +62,25 @@ def test_the_brake_shortens_the_way(voyage):
         assert trip.neutral, "then it stays stopped"
     assert reached["true"] < 2.6
     assert reached["false"] > 4.0
+
+
+@pytest.mark.parametrize("seed", [0, 5, 11])
+def test_the_brake_stops_a_heavy_boat_in_good_water(voyage, tmp_path, seed):
+    """She needs ten seconds of thrust astern; let go after three, she ran on until 0.2 to 0.9 m were left under the keel."""
+    boat = drawn("heavy", seed)
+    (tmp_path / "boat.toml").write_text(vessel_toml(boat), encoding="utf-8")
+    trip = voyage(f"vessel='{tmp_path / 'boat.toml'}'", *SLOPE, "world.bottom.slope.gradient=0.3", "depth.brake=true")
+    trip.sail(1.5, (300.0, 0.0))
+    assert least_altitude(trip, 150.0) + KEEL_M - boat.keel_depth_m >= 3.85
+    assert trip.neutral
+    assert sum(text.startswith("Shallow water ahead (") for text in trip.texts) == 1, "one stop is told once"
+
+
+def test_the_brake_reckons_with_what_the_gate_lets_through(voyage):
+    trip = voyage(*SLOPE, "world.bottom.slope.gradient=0.5", "depth.brake=true", "gate.thruster_min=-0.3")
+    trip.sail(2.5, (400.0, 0.0))
+    assert least_altitude(trip, 100.0) >= 3.85
+    assert trip.neutral
 
 
 def test_the_shipped_shoal_is_stopped_at(voyage):

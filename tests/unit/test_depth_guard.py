@@ -12,9 +12,12 @@ from companion.core.guard.depth.guard import DepthFlags, DepthGuard, GuardOutput
 from companion.core.guard.depth.input import DepthInputConfig
 from companion.core.guard.depth.memory import DepthMemoryConfig
 from companion.core.hull.geometry import HullGeometry
+from companion.core.hull.stopping import Braking as ThrustAstern
 from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
 from mavlink_bridge.language.points import NorthEast
+from sitl.plant.library import load_vessel
+from tools.benches.cells.drawn_hulls import drawn
 
 UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 HULL = HullGeometry(beam_m=1.1)
@@ -335,9 +338,13 @@ def test_a_drop_out_at_five_metres_while_closing_is_acted_on_within_a_second():
 
 
 BRAKING = SEED.model_copy(update={"brake": True})
+ASTERN = ThrustAstern(load_vessel("otter"))
+"""Of the Otter: from 2 m/s it may take 1.7 s, and is let go at 0.12 m/s, which its propellers take off running down."""
 
 
 class Braking(Run):
+    astern = ASTERN
+
     def at_speed(
         self, altitude_m: float | None, speed_mps: float, after_us: int = 100_000, active: bool = True
     ) -> GuardOutput:
@@ -345,7 +352,7 @@ class Braking(Run):
         state = EstimatedState(self.now_us, sog_mps=speed_mps)
         if altitude_m is not None:
             self.guard.measure(Distance(self.now_us, altitude_m), state)
-        return self.guard.step(self.now_us, state, active)
+        return self.guard.step(self.now_us, state, active, braking=self.astern)
 
 
 def test_the_brake_takes_the_way_off_and_then_the_stop_follows():
@@ -360,7 +367,7 @@ def test_the_brake_takes_the_way_off_and_then_the_stop_follows():
     )
     out = run.at_speed(3.0, 0.2)
     assert (out.abort, out.flags.depth_braking, out.flags.depth_locked) == (False, True, False)
-    out = run.at_speed(3.0, 0.15)
+    out = run.at_speed(3.0, 0.11)
     assert (out.flags.depth_braking, out.flags.depth_locked) == (False, True)
     assert not run.at_speed(3.0, 2.0).flags.depth_braking, "no second time: the entry is over"
     run = Braking(BRAKING)
@@ -370,11 +377,15 @@ def test_the_brake_takes_the_way_off_and_then_the_stop_follows():
     assert run.at_speed(3.95, 0.1).flags.depth_shallow
 
 
-def test_the_brake_lasts_three_seconds_at_the_most_and_rests_for_five():
+@pytest.mark.parametrize("vessel", [load_vessel("otter"), drawn("heavy", 5)], ids=["otter", "heavy"])
+def test_the_brake_lasts_as_long_as_the_hull_may_need_and_rests_for_five_seconds(vessel):
+    """A heavy boat was let go after three seconds, with most of her way still on."""
     run = Braking(BRAKING)
+    run.astern = ThrustAstern(vessel)
+    may_need_us = round(run.astern.lasts_s(2.0) * 1e6)
     run.at_speed(5.0, 2.0)
     assert run.at_speed(3.95, 2.0).flags.depth_braking
-    assert run.at_speed(3.95, 2.0, 2_999_999).flags.depth_braking
+    assert run.at_speed(3.95, 2.0, may_need_us - 1).flags.depth_braking
     assert not run.at_speed(3.95, 2.0, 1).flags.depth_braking
     run.at_speed(4.2, 2.0, 1_000_000)
     assert not run.at_speed(3.95, 2.0, 3_999_999).flags.depth_braking
@@ -383,7 +394,7 @@ def test_the_brake_lasts_three_seconds_at_the_most_and_rests_for_five():
 
 
 def test_no_brake_when_off_inactive_or_without_way():
-    for config, speed, active in ((SEED, 2.0, True), (BRAKING, 2.0, False), (BRAKING, 0.15, True)):
+    for config, speed, active in ((SEED, 2.0, True), (BRAKING, 2.0, False), (BRAKING, 0.11, True)):
         run = Braking(config)
         run.at_speed(5.0, speed, active=active)
         assert not run.at_speed(3.0, speed, active=active).flags.depth_braking
@@ -398,6 +409,42 @@ def test_no_brake_when_off_inactive_or_without_way():
     assert (out.abort, out.flags.depth_braking, out.flags.depth_locked) == (True, False, True), (
         "at an unknown speed it stops without"
     )
+
+
+def test_a_gate_that_lets_nothing_astern_through_leaves_the_brake_out():
+    run = Braking(BRAKING)
+    run.astern = ThrustAstern(load_vessel("otter"), least=0.0)
+    run.at_speed(5.0, 2.0)
+    out = run.at_speed(3.0, 2.0)
+    assert (out.abort, out.flags.depth_braking, out.flags.depth_locked) == (True, False, True)
+
+
+def test_a_vessel_that_is_set_sideways_is_not_pushed_astern():
+    run = Braking(BRAKING)
+    run.at_speed(5.0, 2.0)
+    assert run.at_speed(3.0, 2.0).flags.depth_braking
+    set_by = EstimatedState(run.now_us, sog_mps=0.4, psi_rad=math.pi / 2.0, vx_mps=-0.4, vy_mps=0.1)
+    assert not run.guard.step(run.now_us + 50_000, set_by, True, braking=ASTERN).flags.depth_braking
+
+
+def test_while_the_brake_rests_the_guard_reckons_with_coasting():
+    """On a slope: what stopping needs hangs on whether the brake would be used."""
+    run = Braking(DepthGuardConfig(input=RAW, brake=True, map_look_ahead=False, min_altitude_m=4.0))
+    limits_m = []
+    for tick in range(160):
+        now_us, altitude_m = tick * 100_000, 18.0 - 0.1 * tick
+        state = EstimatedState(now_us, sog_mps=2.0)
+        run.guard.measure(Distance(now_us, altitude_m), state)
+        out = run.guard.step(now_us, state, True, None, coasting, braking=ASTERN)
+        limits_m.append((out.flags.depth_braking, out.limit_m))
+    begins = [brakes for brakes, _ in limits_m].index(True)
+    by_brake, by_coasting = limits_m[begins][1], limits_m[begins + 30][1]
+    assert by_brake == pytest.approx(4.0 + 0.5 * ASTERN.way_m(2.0) + 0.6, abs=0.1)
+    assert by_coasting == pytest.approx(4.0 + 0.5 * coasting(2.0) + 0.6, abs=0.1)
+
+
+def coasting(speed_mps: float) -> float:
+    return ThrustAstern(load_vessel("otter"), least=0.0).way_m(speed_mps)
 
 
 def test_the_first_tick_can_brake():
@@ -416,9 +463,9 @@ def test_soon_after_setting_off_it_brakes_as_well():
 def test_a_stop_by_the_map_brakes_too():
     guard = DepthGuard(DepthGuardConfig(input=RAW, brake=True), HULL)
     guard.set_map(chart(3.0, 60.0))
-    out = guard.step(0, at(52.0, 2.0), True, None, stopping)
+    out = guard.step(0, at(54.0, 2.0), True, None, stopping, braking=ASTERN)
     assert (out.flags.depth_braking, out.flags.depth_ahead) == (True, False)
-    out = guard.step(1_000_000, at(52.0, 0.1), True, None, stopping)
+    out = guard.step(1_000_000, at(55.0, 0.1), True, None, stopping, braking=ASTERN)
     assert out.flags.depth_braking is False
 
 

@@ -8,12 +8,13 @@ from pydantic import ValidationError
 
 from companion.core.hull.actuator_model import ActuatorModel
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed, top_speed_mps
-from companion.core.hull.stopping import braking_distance_m
+from companion.core.hull.stopping import Braking
 from companion.core.hull.thrust import ThrustLaw
 from companion.core.hull.vessel_file import ThrusterConfig, VesselConfig
 from mavlink_bridge.language.messages import ActuatorOutput
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel
+from tools.benches.cells.depth_runs import under_way
 
 OTTER = load_vessel("otter")
 CURVE = ((-1.0, -1.0), (-0.3, -0.1), (0.0, 0.0), (0.2, 0.1), (0.6, 0.7), (1.0, 1.0))
@@ -74,21 +75,22 @@ def test_a_share_of_one_and_an_exponent_of_two_are_todays_boat():
 
 
 @pytest.mark.parametrize("name", HULLS)
-def test_full_astern_stops_the_boat_within_the_stopping_distance(name):
+@pytest.mark.parametrize("least", [-1.0, -0.3])
+def test_thrust_astern_stops_the_boat_within_the_stopping_distance(name, least):
     vessel = HULLS[name]
-    boat = SimVessel(vessel)
-    speed = 0.9 * top_speed_mps(vessel)
-    boat.place(surge_mps=speed)
-    while boat.u_mps > 0.0:
-        boat.step(0.01, -1.0, -1.0, 0.0, 0.0)
-    assert boat.north_m < braking_distance_m(vessel, speed) * 1.02
-    assert boat.north_m > 0.7 * braking_distance_m(vessel, speed)
+    speed, braking = 0.9 * top_speed_mps(vessel), Braking(vessel, least=least)
+    boat = under_way(vessel, speed)
+    while boat.u_mps > braking.until_mps:
+        boat.step(0.01, least, least, 0.0, 0.0)
+    while boat.u_mps > 0.001:
+        boat.step(0.01, 0.0, 0.0, 0.0, 0.0)
+    assert 0.7 * braking.way_m(speed) < boat.north_m < braking.way_m(speed)
 
 
 def test_the_guards_reckon_with_the_upper_bound():
     careful = OTTER.model_copy(update={"stopping_factor": 1.3})
     assert stopping_distance_m(careful, 2.0) == pytest.approx(1.3 * stopping_distance_m(OTTER, 2.0))
-    assert braking_distance_m(careful, 2.0) == pytest.approx(1.3 * braking_distance_m(OTTER, 2.0))
+    assert Braking(careful).way_m(2.0) == pytest.approx(1.3 * Braking(OTTER).way_m(2.0))
 
 
 def test_a_rudder_that_stands_off_its_middle_turns_the_boat_and_the_file_says_which_way():

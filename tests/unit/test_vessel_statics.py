@@ -57,7 +57,9 @@ def lagging(name: str, lag_s: float) -> VesselConfig:
 
 COASTING = {
     **{name: any_hull(name) for name in (*vessel_names(), *FOREIGN)},
-    **{f"{name}, lag {lag_s:g} s": lagging(name, lag_s) for name in ("otter", "wamv") for lag_s in (1.0, 2.0, 3.0, 5.0)},
+    **{
+        f"{name}, lag {lag_s:g} s": lagging(name, lag_s) for name in ("otter", "wamv") for lag_s in (1.0, 2.0, 3.0, 5.0)
+    },
     **{f"{kind} {seed}": drawn(kind, seed) for kind in KINDS for seed in range(6)},
 }
 

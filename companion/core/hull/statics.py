@@ -51,11 +51,11 @@ def stopping_distance_m(vessel: VesselConfig, speed_mps: float) -> float:
 class Statics:
     """One vessel's numbers at hand, for what asks every tick. Holds no state."""
 
-    __slots__ = ("_farther", "_lag_s", "_law", "_m11", "_xu", "_xuu", "top_mps")
+    __slots__ = ("_farther", "_law", "_m11", "_xu", "_xuu", "lag_s", "top_mps")
 
     def __init__(self, vessel: VesselConfig) -> None:
         self._m11, self._xu, self._xuu = vessel.hull.m11_kg, vessel.hull.xu, vessel.hull.xuu
-        self._farther, self._lag_s = vessel.stopping_factor, vessel.thruster.lag_s
+        self._farther, self.lag_s = vessel.stopping_factor, vessel.thruster.lag_s
         self._law = law = ThrustLaw(vessel)
         self.top_mps = self._settled(law.all_ahead_n, law.steady_loss(1.0))
         """Greatest steady speed through the water."""
@@ -80,6 +80,13 @@ class Statics:
         revs = law.revs(throttle) if throttle > 0.0 else 0.0
         return self._settled(law.all_ahead_n * revs * revs, law.steady_loss(revs))
 
+    def coasted(self, speed_mps: float, seconds: float) -> tuple[float, float]:
+        """Return the speed that is left after a time without thrust, and the way made meanwhile, m; best estimates."""
+        slower, faster = max(self._xu, 1e-9) / self._m11, self._xuu * speed_mps / self._m11
+        gone = -math.expm1(-slower * seconds) / slower
+        left_mps = speed_mps * (1.0 - slower * gone) / (1.0 + faster * gone)
+        return left_mps, speed_mps * gone if faster < 1e-9 else speed_mps * math.log1p(faster * gone) / faster
+
     def stopping_distance_m(self, speed_mps: float) -> float:
         """Return the way made through the water from steady speed to rest, once the propellers are told to stop.
 
@@ -99,6 +106,6 @@ class Statics:
         Thrust equals the drag at first and dies with e^(-2 t/lag): that is half the lag at full speed, whatever the drag. Where
         the hull slows down sooner than they do, the push that is left takes it farther against a drag of second order.
         """
-        xuu_n, lag_s = self._xuu * speed_mps, self._lag_s
+        xuu_n, lag_s = self._xuu * speed_mps, self.lag_s
         later = xuu_n * lag_s / (_SOONER * self._m11 + (self._xu + xuu_n) * lag_s)
         return 0.5 * lag_s * speed_mps * (1.0 + later)

@@ -29,7 +29,7 @@ from ..guard.failsafe_orders import Order
 from ..hull import ForceModel
 from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
-from ..hull.stopping import braking_distance_m
+from ..hull.stopping import Braking
 from ..steer.law import backs_and_fills, lowered_text, steady_speed_mps, turn_rate_radps
 from .config import TickInputs, VehicleConfig
 from .operators import StickOwner
@@ -84,6 +84,7 @@ class Controls:
         self._sticks = StickOwner()
         self._soundings: list[Distance] = []
         self._shares = WHOLE
+        self._braking: tuple[tuple[Shares, float, float], Braking] | None = None
         self.standing = self._say_guard()
         """What a station that comes late should hear too."""
         self._steady_mps = math.inf
@@ -102,7 +103,7 @@ class Controls:
 
     def _say_guard(self) -> tuple[tuple[Severity, str], ...]:
         """Say what the depth guard's margins allow, or that nothing guards the depth; return it."""
-        told = (Severity.INFO, self.parts.guard.startup_warning(self.stopping_distance_m))
+        told = (Severity.INFO, self.parts.guard.startup_warning(self.parts.statics.stopping_distance_m, self.braking))
         if not self.config.depth.enabled:
             told = (Severity.WARNING, GUARD_OFF)
         self.voice.say(*told)
@@ -338,5 +339,15 @@ class Controls:
     def stopping_distance_m(self, speed_mps: float) -> float:
         """The way that stopping takes from this speed, by thrust astern where the settings allow it."""
         if self.config.depth.brake:
-            return braking_distance_m(self.parts.vessel, speed_mps, self._shares)
+            return self.braking.way_m(speed_mps)
         return self.parts.statics.stopping_distance_m(speed_mps)
+
+    @property
+    def braking(self) -> Braking:
+        """What thrust astern does now: with what the thrusters still give and what the gate lets through."""
+        gate, most = self.config.gate, self.last.verdict.result.thrust_limit
+        how = self._shares, max(gate.thruster_min, -most), gate.thruster_rate
+        if self._braking is None or self._braking[0] != how:
+            shares, least, rate_per_s = how
+            self._braking = how, Braking(self.parts.vessel, shares, least, rate_per_s)
+        return self._braking[1]

@@ -240,7 +240,8 @@ class Vehicle:
             state,
             controls.armed and course.intent is not None and not isinstance(course.intent, Sticks),
             None if course.guided is None else parts.guidance.path_ahead,
-            controls.stopping_distance_m,
+            parts.statics.stopping_distance_m,
+            braking=controls.braking,
         )
         controls.voice.say_all(depth.texts)
         if depth.abort and parts.navigator.mode is not Mode.MANUAL:

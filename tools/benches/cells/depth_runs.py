@@ -16,7 +16,7 @@ from companion.core.guard.depth.guard import DepthGuard
 from companion.core.hull import VesselConfig
 from companion.core.hull.geometry import geometry_of
 from companion.core.hull.statics import command_for_thrust, drag_n, stopping_distance_m
-from companion.core.hull.stopping import braking_distance_m
+from companion.core.hull.stopping import Braking
 from companion.core.hull.thrust import ThrustLaw
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant import SimVessel
@@ -25,6 +25,8 @@ from sitl.plant.bottom import Bottom
 _STEP_US = 10_000
 _TICK_US = 50_000
 _SOUNDER_US = 100_000
+_REST_MPS = 0.005
+"""Heavy boats run on for a metre from 5 cm/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,8 @@ class DepthRun:
     limit_s: float = 3600.0
     slow: bool = True
     """Follow the guard's advice to go slower."""
+    thruster_min: float = -1.0
+    """The gate's least command."""
 
     def lowest_altitude_m(self) -> float:
         """Sail until stopped; return the least true altitude of the keel on the way, m."""
@@ -83,8 +87,9 @@ class DepthRun:
         guard = DepthGuard(self.guard, geometry_of(self.vessel))
         guard.set_map(self.grid)
         rng = random.Random(self.seed)
-        stopping = self._stopping
+        braking, delay_us = Braking(self.vessel, least=self.thruster_min), round(self.delay_s * 1e6)
         cut_us: int | None = None
+        brakes_until_us: int | None = None
         wanted_mps, now_us = self.speed_mps, 0
         made: list[tuple[float, float]] = []
         while now_us < self.limit_s * 1e6:
@@ -94,22 +99,26 @@ class DepthRun:
             if now_us % _SOUNDER_US == 0:
                 distance_m = altitude_m + self.vessel.keel_depth_m - self.vessel.transducer_depth_m
                 guard.measure(Distance(now_us, self.noise.read(rng, distance_m)), state)
-            out = guard.step(now_us, state, cut_us is None, None, stopping)
+            is_active = cut_us is None or brakes_until_us is None
+            out = guard.step(now_us, state, is_active, None, self._coasting, braking=braking)
             if cut_us is None and (out.abort or out.flags.depth_ahead or out.flags.depth_braking):
-                cut_us = now_us + round(self.delay_s * 1e6)
+                cut_us = now_us + delay_us
+            if cut_us is not None and brakes_until_us is None and not out.flags.depth_braking:
+                brakes_until_us = now_us + delay_us
             if self.slow and out.slow_to_mps is not None:
                 wanted_mps = min(self.speed_mps, out.slow_to_mps)
             for _ in range(_TICK_US // _STEP_US):
-                command = self._command(hull.u_mps, wanted_mps, cut_us, now_us)
+                if cut_us is None or now_us < cut_us:
+                    command = self._command(hull.u_mps, wanted_mps)
+                else:
+                    command = self.thruster_min if brakes_until_us is None or now_us < brakes_until_us else 0.0
                 hull.step(_STEP_US * 1e-6, command, command, 0.0, 0.0)
                 now_us += _STEP_US
-            if cut_us is not None and now_us > cut_us and hull.u_mps < 0.05:
+            if cut_us is not None and now_us > cut_us and hull.u_mps < _REST_MPS:
                 break
         return made
 
-    def _command(self, surge_mps: float, wanted_mps: float, cut_us: int | None, now_us: int) -> float:
-        if cut_us is not None and now_us >= cut_us:
-            return -1.0 if self.guard.brake and surge_mps > 0.05 else 0.0
+    def _command(self, surge_mps: float, wanted_mps: float) -> float:
         if surge_mps > wanted_mps + 0.1:
             return 0.0
         return self._ahead(wanted_mps)
@@ -117,9 +126,7 @@ class DepthRun:
     def _ahead(self, speed_mps: float) -> float:
         return command_for_thrust(self.vessel, 0.5 * drag_n(self.vessel, speed_mps))
 
-    def _stopping(self, speed_mps: float) -> float:
-        if self.guard.brake:
-            return braking_distance_m(self.vessel, speed_mps)
+    def _coasting(self, speed_mps: float) -> float:
         return stopping_distance_m(self.vessel, speed_mps)
 
     def _altitude(self, hull: SimVessel) -> float:

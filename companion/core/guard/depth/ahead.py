@@ -176,8 +176,10 @@ class DepthAhead:
             look = self._by_map(look, self.map, state, path_ahead, reach_m)
         return look
 
-    def told(self, stopping: bool, look: DepthLook, state: EstimatedState | None) -> list[tuple[Severity, str]]:
-        """What to tell about this look: once per approach, once per stop."""
+    def told(
+        self, stopping: bool, look: DepthLook, state: EstimatedState | None, *, goes_on: bool = False
+    ) -> list[tuple[Severity, str]]:
+        """What to tell about this look: once per approach, once per stop. ``goes_on``: the stop told of last is not over."""
         texts = []
         if look.left_s is None or look.left_s > 1.5 * self._warn_s:
             self._warned = False
@@ -191,7 +193,7 @@ class DepthAhead:
             texts.append((Severity.WARNING, f"Shallow water ahead ({look.why}): stopping{self._way_back(state)}"))
             if look.why.startswith(_SOUNDED):
                 texts.append((Severity.NOTICE, "False shoal? USER_2 forgets 20 m around the boat"))
-        self._stopping = stopping
+        self._stopping = stopping or (goes_on and self._stopping)
         return texts
 
     def _by_sounder(

@@ -7,6 +7,7 @@ grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import field
 from typing import Final
@@ -15,6 +16,7 @@ from mavlink_bridge.language.messages import Distance, EstimatedState, GuardStat
 from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
+from ...hull.stopping import Braking
 from .ahead import DepthAhead
 from .config import DepthGuardConfig
 from .evidence import LockEvidence
@@ -29,10 +31,6 @@ _EPS_M: Final = 1e-9
 """Sums of floats at the limit are equal to it within this."""
 _UNKNOWN_AFTER_S: Final = 5.0
 """A sounder may lose the bottom for as long under bubbles and in weed."""
-_WAY_MPS: Final = 0.15
-"""Slower than this the way is off."""
-_BRAKE_US: Final = 3_000_000
-"""Every shipped hull has lost its way by astern thrust within this."""
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
 _BACK_M: Final = 10.0
@@ -194,11 +192,13 @@ class DepthGuard:
         loops_active: bool,
         path_ahead: PathAhead | None = None,
         stopping_distance_fn: StoppingDistance | None = None,
+        *,
+        braking: Braking | None = None,
     ) -> GuardOutput:
         """Evaluate the guard for this tick.
 
-        ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting, or by
-        braking when ``brake`` is set.
+        ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting.
+        ``braking``: what thrust astern does, for when ``brake`` is set; None = nobody knows, and nothing brakes.
         """
         if self._started_us is None:
             self._started_us = now_us
@@ -219,12 +219,12 @@ class DepthGuard:
             altitude_m,
             source=self.input,
             path_ahead=path_ahead,
-            stopping_distance_fn=stopping_distance_fn,
+            stopping_distance_fn=self._way_fn(now_us, stopping_distance_fn, braking),
         )
         stop_ahead = loops_active and ahead.stop
-        texts += self._ahead.told(stop_ahead, ahead, state)
-        speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
-        brake = self._brakes(now_us, loops_active and (entered or stop_ahead), loops_active, speed_mps)
+        texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
+        begins = entered or stop_ahead
+        brake = self._brakes(now_us, state, braking if loops_active else None, begins=begins)
         lost = lost_s is not None
         return GuardOutput(
             state=self.state,
@@ -247,9 +247,10 @@ class DepthGuard:
             texts=tuple(texts),
         )
 
-    def startup_warning(self, stopping_distance_fn: StoppingDistance) -> str:
+    def startup_warning(self, coasting_fn: StoppingDistance, braking: Braking | None = None) -> str:
         """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
         config = self._config
+        stopping_distance_fn = coasting_fn if braking is None or not config.brake else braking.way_m
         parts = []
         for speed_mps in (1.5, 2.5):
             run_m = stopping_distance_fn(speed_mps) + 0.5 * speed_mps
@@ -299,13 +300,21 @@ class DepthGuard:
         assert altitude_m is not None
         return self._evidence.proves_good(altitude_m, self._min_m + self._good_margin_m, self._config.input.sigma_m)
 
-    def _brakes(self, now_us: int, begins: bool, loops_active: bool, speed_mps: float) -> bool:
-        """Whether to thrust astern: from the moment that stops, until the way is off, never longer than three seconds."""
-        if not (self._brakes_astern and loops_active and speed_mps > _WAY_MPS):
+    def _way_fn(
+        self, now_us: int, coasting_fn: StoppingDistance | None, braking: Braking | None
+    ) -> StoppingDistance | None:
+        """The way to rest: by coasting as long as the brake is not allowed."""
+        rests = self._brake_until_us <= now_us < self._brake_until_us + _BRAKE_REST_US
+        return coasting_fn if braking is None or not self._brakes_astern or rests else braking.way_m
+
+    def _brakes(self, now_us: int, state: EstimatedState | None, braking: Braking | None, *, begins: bool) -> bool:
+        """Whether to thrust astern: from the moment that stops, until the way is off, never longer than the hull may need."""
+        if braking is None or not self._brakes_astern or _headway_mps(state) <= braking.until_mps:
             if self._brake_until_us > now_us:
                 self._brake_until_us = now_us
         elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
-            self._brake_until_us = now_us + _BRAKE_US
+            speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
+            self._brake_until_us = now_us + round(braking.lasts_s(speed_mps) * 1e6)
         return now_us < self._brake_until_us
 
     def _text(self, new: GuardState, altitude_m: float | None) -> tuple[Severity, str]:
@@ -334,3 +343,12 @@ class DepthGuard:
 
     def _stops_when_unknown(self) -> bool:
         return self._config.required or self._config.unknown_policy == "stop"
+
+
+def _headway_mps(state: EstimatedState | None) -> float:
+    """Speed over ground towards the bow, m/s: a boat that is set sideways, or goes astern already, has no way to take off."""
+    if state is None or state.sog_mps is None:
+        return 0.0
+    if state.psi_rad is None or state.vx_mps is None or state.vy_mps is None:
+        return state.sog_mps
+    return state.vx_mps * math.cos(state.psi_rad) + state.vy_mps * math.sin(state.psi_rad)
