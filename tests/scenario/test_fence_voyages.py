@@ -46,6 +46,21 @@ def test_row_60_nothing_crosses_the_fence(voyage, measured, speed_mps, weather):
         measured(60, f"stops {60.0 - furthest_m:.1f} m inside at 2.5 m/s")
 
 
+@pytest.mark.parametrize("action", ["hold", "stop"])
+def test_the_brake_of_the_depth_guard_is_none_of_the_fences(voyage, action):
+    """The fence cuts the thrust and coasts: reckoned with the brake, the stop ended 1.1 m outside."""
+    stops = "failsafe.conditions.fence_ahead.action=" + action
+    trip = voyage(stops, "depth.brake=true", "world.bottom.kind=flat", "world.bottom.depth_m=20")
+    trip.sail(2.5, (100.0, 0.0))
+    assert trip.circle_fence(60.0).reason == "", "after the start, which it would refuse"
+    furthest_m = 0.0
+    for _ in range(20 * 60):
+        trip.step()
+        furthest_m = max(furthest_m, trip.distance_m)
+    assert 45.0 < furthest_m < 60.0
+    assert not trip.snapshot.fence.breached
+
+
 def test_a_fence_uploaded_around_a_vessel_outside_acts_at_once(voyage):
     """CVE-2024-30800 was the opposite."""
     trip = voyage()

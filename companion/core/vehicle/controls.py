@@ -103,7 +103,7 @@ class Controls:
 
     def _say_guard(self) -> tuple[tuple[Severity, str], ...]:
         """Say what the depth guard's margins allow, or that nothing guards the depth; return it."""
-        told = (Severity.INFO, self.parts.guard.startup_warning(self.parts.statics.stopping_distance_m, self.braking))
+        told = (Severity.INFO, self.parts.guard.startup_warning(self.stopping_distance_m, self.braking))
         if not self.config.depth.enabled:
             told = (Severity.WARNING, GUARD_OFF)
         self.voice.say(*told)
@@ -337,14 +337,12 @@ class Controls:
             self.voice.say(Severity.WARNING, told)
 
     def stopping_distance_m(self, speed_mps: float) -> float:
-        """The way that stopping takes from this speed, by thrust astern where the settings allow it."""
-        if self.config.depth.brake:
-            return self.braking.way_m(speed_mps)
+        """The way that stopping takes from this speed, by coasting: the depth guard alone brakes."""
         return self.parts.statics.stopping_distance_m(speed_mps)
 
     @property
     def braking(self) -> Braking:
-        """What thrust astern does now: with what the thrusters still give and what the gate lets through."""
+        """What thrust astern of the depth guard does now: with what the thrusters still give and what the gate lets through."""
         gate, most = self.config.gate, self.last.verdict.result.thrust_limit
         how = self._shares, max(gate.thruster_min, -most), gate.thruster_rate
         if self._braking is None or self._braking[0] != how:

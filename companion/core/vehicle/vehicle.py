@@ -240,7 +240,7 @@ class Vehicle:
             state,
             controls.armed and course.intent is not None and not isinstance(course.intent, Sticks),
             None if course.guided is None else parts.guidance.path_ahead,
-            parts.statics.stopping_distance_m,
+            controls.stopping_distance_m,
             braking=controls.braking,
         )
         controls.voice.say_all(depth.texts)
