@@ -212,13 +212,12 @@ class Fence:
         self,
         state: EstimatedState,
         stopping_distance_m: float,
-        ahead: NorthEast | None = None,
         straight_m: float | None = None,
     ) -> FenceOutput:
         """Hold the vessel and the way it needs to stop against the fence.
 
-        ``stopping_distance_m``: at the present speed. ``ahead``: the next point of the path, used for the direction
-        when the vessel has no speed yet. ``straight_m``: how far it is going to keep its course; None = it turns already.
+        ``stopping_distance_m``: at the present speed. ``straight_m``: how far the vessel is going to keep its course; None =
+        it turns already.
         """
         region = self._laid_out(state) if self.enabled else None
         if region is None or state.x_m is None or state.y_m is None:
@@ -228,7 +227,7 @@ class Fence:
         texts: list[tuple[Severity, str]] = []
         self._note_breach(state.t_us, inside_m, texts)
         stop = inside_m >= 0.0 and self._must_stop(
-            region, here, inside_m, state=state, stopping_distance_m=stopping_distance_m, ahead=ahead
+            region, here, inside_m, state=state, stopping_distance_m=stopping_distance_m
         )
         if stop and not self._stopping:
             texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
@@ -248,7 +247,7 @@ class Fence:
         texts: list[tuple[Severity, str]] = []
         self._looks += 1
         if self._looks % _LOOK_TICKS == 1:
-            speed_mps, course_rad = _motion(state, here, None)
+            speed_mps, course_rad = _motion(state)
             found = None
             if straight_m is not None and course_rad is not None and speed_mps > _UNDER_WAY_MPS:
                 sight_m = min(speed_mps * _SIGHT_S, straight_m)
@@ -313,9 +312,8 @@ class Fence:
         inside_m: float,
         state: EstimatedState,
         stopping_distance_m: float,
-        ahead: NorthEast | None,
     ) -> bool:
-        speed_mps, course_rad = _motion(state, here, ahead)
+        speed_mps, course_rad = _motion(state)
         if course_rad is None:
             return False
         run_m = stopping_distance_m + speed_mps * self._reaction_s
@@ -340,14 +338,12 @@ class Fence:
         return self._region
 
 
-def _motion(state: EstimatedState, here: NorthEast, ahead: NorthEast | None) -> tuple[float, float | None]:
-    """Speed in m/s and direction in rad that the vessel goes, or is about to go."""
+def _motion(state: EstimatedState) -> tuple[float, float | None]:
+    """Speed in m/s and direction in rad that the vessel goes; from rest it is the bow's."""
     if state.vx_mps is not None and state.vy_mps is not None:
         speed_mps = math.hypot(state.vx_mps, state.vy_mps)
         if speed_mps > 0.1:
             return speed_mps, math.atan2(state.vy_mps, state.vx_mps)
-    if ahead is not None and ahead != here:
-        return 0.0, math.atan2(ahead[1] - here[1], ahead[0] - here[0])
     return 0.0, state.psi_rad
 
 
