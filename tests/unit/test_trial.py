@@ -6,11 +6,14 @@ from dataclasses import replace
 
 import pytest
 
+from companion.core.guard.fence import FenceConfig
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed
 from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialArea, TrialConfig, TrialStanding, free_around
+from companion.core.trial.homing import Homing
 from companion.core.trial.manoeuvres import Run, Turn, manoeuvres_of
 from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import NorthEast
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_loop import TICK_S, IdealState
@@ -153,6 +156,17 @@ def test_near_the_edge_the_way_off_is_taken_off_before_the_law_turns_the_boat_ro
     assert abs(boat.sticks[0]) == 1.0
     boat.sail(60.0, until=lambda boat: boat.home)
     assert boat.home
+
+
+def test_the_edge_is_as_near_as_the_water_sets_a_boat_that_turns():
+    """For as long as the fence reckons with, which is a setting; the trial had a figure of its own."""
+    outward = {"x_m": 50.0, "y_m": 0.0, "vx_mps": 1.0, "vy_mps": 0.0, "sog_mps": 1.0, "drift_n_mps": 0.8}
+    state, area = EstimatedState(0, **outward), TrialArea(NorthEast((0.0, 0.0)), (80.0,))
+    near = [
+        Homing(area, 0, turn_s).edge_near(state, NorthEast((50.0, 0.0)), 2.0) for turn_s in (FenceConfig().turn_s, 30.0)
+    ]
+    assert near == [False, True]
+    assert TrialConfig().turn_s == FenceConfig().turn_s
 
 
 def test_a_current_that_the_boat_cannot_stem_ends_it_before_the_edge_is_passed_under_power():

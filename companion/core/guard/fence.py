@@ -22,6 +22,7 @@ from mavlink_bridge.language.snapshot import FenceStatus
 from mavlink_bridge.language.value import value
 
 from ..config import Config, param
+from ..hull.handling import TURN_S
 
 _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
@@ -53,7 +54,7 @@ class FenceConfig(Config):
     )
     reaction_s: float = Field(0.6, ge=0, le=5)
     """From a fix to a propeller that is told to stop: latency, tick, line (the propeller's lag is reckoned apart)."""
-    turn_s: float = Field(8.0, ge=0, le=60)
+    turn_s: float = Field(TURN_S, ge=0, le=60)
     """Time to turn against wind and current and hold; the vessel is set by them as long."""
 
 

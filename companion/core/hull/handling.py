@@ -32,6 +32,8 @@ SLOW_SHARE = 1.0 / 3.0
 """Share of the top speed at which it is judged how quickly a turn is taken up: there rudders have little flow."""
 BRAKED_SHARE = 0.5
 """Share of one thruster's astern thrust that a steering law slows her with under way: the rest is left for the turn."""
+TURN_S = 8.0
+"""Wind and current set a stopped boat for so long, until its bow is round and it holds its place: any of the shipped hulls."""
 _SURGE_RAD = 0.8
 """Phase that a speed loop may lose by propellers and sensors at its bandwidth: it keeps 44 degrees."""
 _SEEN_LATE_S = 0.2

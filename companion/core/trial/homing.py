@@ -21,8 +21,6 @@ _LOOK_S: Final = 2.0
 """The edge is near when the vessel would be there in this time, besides its way to stop."""
 _FARTHER: Final = 1.5
 """The way to stop is taken so much longer than the file says: that the file is not right is why the trial is held."""
-_TURN_S: Final = 8.0
-"""Wind and current set a stopped vessel for so long until its bow is round; the fence reckons with the same."""
 _MARGIN_M: Final = 4.0
 """A boat's length or two, and a receiver without corrections."""
 _INWARD: Final = 1.0
@@ -55,8 +53,9 @@ _CENTRED: Final = 0.15
 class Homing:
     """Looks after one way back; ``begin`` for each."""
 
-    def __init__(self, area: TrialArea, now_us: int) -> None:
-        self._area = area
+    def __init__(self, area: TrialArea, now_us: int, turn_s: float) -> None:
+        """``turn_s``: wind and current set a stopped vessel for so long, until its bow is round."""
+        self._area, self._turn_s = area, turn_s
         self.by_hand = False
         """The law has not brought the vessel nearer: the sticks do."""
         self._nearest_m, self._nearer_us = math.inf, now_us
@@ -122,7 +121,7 @@ class Homing:
             return False
         run_s = (_FARTHER * stopping_m + speed * _LOOK_S) / speed
         ahead = NorthEast((here[0] + run_s * north, here[1] + run_s * east))
-        set_by = (_TURN_S * (state.drift_n_mps or 0.0), _TURN_S * (state.drift_e_mps or 0.0))
+        set_by = (self._turn_s * (state.drift_n_mps or 0.0), self._turn_s * (state.drift_e_mps or 0.0))
         ways = (ahead, NorthEast((ahead[0] + set_by[0], ahead[1] + set_by[1])))
         return min(map(area.room_m, ways)) < _MARGIN_M
 

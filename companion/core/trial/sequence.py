@@ -20,6 +20,7 @@ from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.trials import TRIAL_DONE, TRIAL_ENDED, TRIAL_RADIUS_M
 
 from ..config import Config
+from ..hull.handling import TURN_S
 from .area import TrialArea
 from .homing import MIDDLE, Homing
 from .manoeuvres import NO_SPINS, Sailing, Seen, about_s, manoeuvres_of, towards, words_of
@@ -52,6 +53,8 @@ class TrialConfig(Config):
     """The circle around where it begins; nothing of it is sailed outside."""
     quick: bool = False
     """About 8 minutes instead of 20."""
+    turn_s: float = TURN_S
+    """Wind and current set a stopped vessel for so long; aboard it is what the fence is told."""
 
 
 class TrialStanding(enum.Enum):
@@ -101,7 +104,7 @@ class Trial:
         self._heading = start.psi_rad or 0.0
         self._next, self._part, self._repeats = 0, 0, 0
         self._phase, self._since_us = _Phase.BACK, start.t_us
-        self._homing = Homing(self.area, start.t_us)
+        self._homing = Homing(self.area, start.t_us, config.turn_s)
         self._sailing: Sailing | None = None
         self._inward = False
         """The way towards the edge is taken off first, by the sticks: a law would turn round there at full speed."""

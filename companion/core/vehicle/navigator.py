@@ -193,13 +193,13 @@ class Navigator:
         self._steer_us = now_us
         return ""
 
-    def begin_trial(self, request: SeaTrial, state: EstimatedState, area: TrialArea) -> str:
-        """Begin a sea trial here. Return a refusal or an empty string."""
+    def begin_trial(self, request: SeaTrial, state: EstimatedState, area: TrialArea, turn_s: float) -> str:
+        """Begin a sea trial here; ``turn_s`` is the fence's. Return a refusal or an empty string."""
         refusal = self.enter(Mode.GUIDED, state)
         if not refusal:
             self._generation -= 1
             self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
-            config = TrialConfig(radius_m=request.radius_m, quick=request.quick)
+            config = TrialConfig(radius_m=request.radius_m, quick=request.quick, turn_s=turn_s)
             self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest)
         return refusal
 

@@ -169,7 +169,10 @@ class Orders:
         match body.order:
             case TrialOrder.BEGIN:
                 area = trial_area(self._controls, body)
-                begun = area if isinstance(area, str) else navigator.begin_trial(body, self._controls.state, area)
+                turn_s = self._controls.config.fence.turn_s
+                begun = (
+                    area if isinstance(area, str) else navigator.begin_trial(body, self._controls.state, area, turn_s)
+                )
                 return _reply(begun)
             case TrialOrder.LOOK:
                 return self._look_at_trial(body)
