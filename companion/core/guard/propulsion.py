@@ -19,13 +19,11 @@ from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
 from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
-from .diagnosis import Cause
+from .diagnosis import GALE_MPS, Cause
 from .wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""
-_GALE_MPS: Final = 10.0
-"""More wind than such boats are sent out in: what it turns the hull by must never be taken for a thruster."""
 _GUSTS: Final = 1.4
 """A gale's gusts over its mean, as long as the judgement takes: a boat that lies still leans on one thruster against them."""
 _ASKED: Final = 0.6
@@ -107,7 +105,7 @@ class PropulsionWatch:
         hull, wind = vessel.hull, vessel.windage
         self._lateral_m = self._model.lateral_m
         self._m11, self._inertia = hull.m11_kg, hull.turning_kgm2
-        gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * _GALE_MPS * _GALE_MPS
+        gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * GALE_MPS * GALE_MPS
         self._least_nm = max(_SMALL_NM, 0.1 * self._lateral_m * vessel.thruster.ahead_n)
         self._clear_nm = self._most_nm = max(self._least_nm, _CLEAR * gale_nm)
         side_nm = self._lateral_m * vessel.thruster.ahead_n

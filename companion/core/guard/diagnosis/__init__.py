@@ -6,5 +6,6 @@
 
 from .causes import Cause, words
 from .diagnosis import Diagnosis
+from .weather import GALE_MPS
 
-__all__ = ["Cause", "Diagnosis", "words"]
+__all__ = ["GALE_MPS", "Cause", "Diagnosis", "words"]

@@ -11,11 +11,9 @@ from ...hull import ForceModel, VesselConfig
 from .causes import Cause
 from .residual import SAMPLE_S, Residual
 from .suspects import suspects
-from .weather import Bounds, Pair
+from .weather import GALE_MPS, Bounds, Pair
 from .weighing import Weighing
 
-_GALE_MPS: Final = 10.0
-"""More wind than such boats are sent out in."""
 _GUSTS: Final = 0.4
 """Share of its push by which it comes and goes, taken for the noise until the weather is known."""
 _LEAST: Final = 0.03
@@ -66,8 +64,8 @@ def _bounds(vessel: VesselConfig, model: ForceModel) -> Bounds:
     side_n = vessel.thruster.ahead_n
     lever_m = model.lateral_m or _rudder_lever_m(vessel, model)
     side = (side_n, side_n * lever_m)
-    slant_mps = _GALE_MPS * math.sqrt(0.5)
-    gale = (abs(model.wind(_GALE_MPS, 0.0)[0]), abs(model.wind(slant_mps, slant_mps)[2]))
+    slant_mps = GALE_MPS * math.sqrt(0.5)
+    gale = (abs(model.wind(GALE_MPS, 0.0)[0]), abs(model.wind(slant_mps, slant_mps)[2]))
     least, first = _squares(_LEAST, side), _squares(_GUSTS, gale)
     first = (max(least[0], first[0]), max(least[1], first[1]))
     most = (gale[0] + _OFF * side[0], gale[1] + _OFF * side[1])

@@ -11,6 +11,8 @@ from .residual import Sample
 
 Pair = tuple[float, float]
 
+GALE_MPS: Final = 10.0
+"""More wind than such boats are sent out in: what it does to the hull must never be taken for a fault."""
 SETTLED_S: Final = 10.0
 """Low-passes and drift have settled."""
 _PUSH_TAU_S: Final = 15.0
