@@ -136,7 +136,7 @@ class SimulatedSensors(Config):
     sounder_range_m: float = Field(100.0, ge=1.0, le=5000.0)
     """Farther than this neither."""
     sounder_cone_deg: float = Field(20.0, ge=1.0, le=60.0)
-    """Full width of the beam: the least depth inside it is heard."""
+    """Full width of the beam: a tilt of up to half of it changes nothing. The bottom is heard straight below, up a slope too."""
 
 
 @dataclass(slots=True)

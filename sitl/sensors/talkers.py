@@ -276,7 +276,10 @@ class SensorSuite:
         return write.depth("SD", self.config.depth_sentence, self._echo(truth), self._transducer_m, self._range_m)
 
     def _echo(self, truth: Truth) -> float | None:
-        """Distance from the transducer to the bottom; the first return inside the cone is the one straight down."""
+        """Distance from the transducer to the bottom straight below, as long as that lies inside the cone.
+
+        Up a slope a real beam hears what is shallower at its edge: 4 % of the water on 1:3. The guard is tried with the later warning.
+        """
         if truth.depth_m is None or self.faults.depth_no_bottom:
             return None
         sigma_m, sigma_share, dropout, outlier, blanking_m = self._sounder

@@ -7,6 +7,7 @@ import math
 import random
 import statistics
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -171,6 +172,14 @@ def test_faults_by_name_and_their_refusal() -> None:
     for name, value in (("nonsense", 1), ("no_fix", 1), ("flood", True), ("jump_north_m", "far")):
         with pytest.raises(ValueError, match="fault"):
             faults.set(name, value)
+
+
+@pytest.mark.parametrize(("tilt_deg", "reads_m"), [(0.0, 7.8), (9.9, 7.8), (20.0, 7.8 / math.cos(math.radians(20.0)))])
+def test_a_tilt_inside_the_cone_leaves_the_bottom_straight_below(tilt_deg: float, reads_m: float) -> None:
+    suite = SensorSuite(SimulatedSensors(grade="ideal"), random.Random(1), HullGeometry(transducer_m=0.2))
+    truth = replace(truth_at(REST, 0), roll_rad=math.radians(tilt_deg))
+    (item,) = measurements([line for line in suite.step(1_000_000, truth) if line[3:6] == b"DPT"])
+    assert item.value_m == pytest.approx(reads_m, abs=0.06)
 
 
 def test_silent_gnss_and_heading_and_depth() -> None:
