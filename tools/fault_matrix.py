@@ -85,6 +85,10 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
     62: ("battery low, critical, lost", "warn, return, neutral"),
     63: ("stuck, or adrift in neutral", "warned 10 s; stuck: neutral 20 s"),
     64: ("emergency stop, terminate", "pins neutral 100 ms and one frame; latched"),
+    65: (
+        "compass repeats one heading",
+        "told and not used once the vessel has turned by 25 to 30 degrees; then as row 30",
+    ),
 }
 
 ABSENT: Final = {

@@ -155,7 +155,11 @@ class SensorFaults:
     heading_silent: bool = False
     heading_bias_deg: float = 0.0
     """180 = flipped."""
+    heading_frozen: bool = False
+    """The compass repeats its last heading."""
     rate_silent: bool = False
+    rate_frozen: bool = False
+    """The sensor repeats its last turn rate."""
     depth_silent: bool = False
     depth_no_bottom: bool = False
     depth_bias_m: float = 0.0

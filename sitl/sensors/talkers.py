@@ -123,6 +123,7 @@ class SensorSuite:
         self._epoch = [(name[:-3] or config.talker, name[-3:]) for name in names]
         self._waiting: deque[_Sample] = deque()
         self._held: _Sample | None = None
+        self._held_psi = self._held_rate = 0.0
         self._stuck_epoch: list[bytes] | None = None
         self._latency_us = round(config.fix_latency_s * 1e6)
         self._heading_sigma = math.radians(self._figures.heading_white_deg)
@@ -154,7 +155,7 @@ class SensorSuite:
         for due in self._dues:
             due.look(now_us)
         if self._rate_due.came and not self.faults.rate_silent:
-            sent.append(write.rot(self._talker, truth.r_radps + self._gauss(self._figures.rate_white_radps)))
+            sent.append(write.rot(self._talker, self._rate(truth)))
         if self._heading_due.came:
             self._send_headings(sent, now_us, truth)
         while self._waiting and now_us - self._waiting[0].t_us >= self._latency_us:
@@ -207,7 +208,17 @@ class SensorSuite:
         height = x * sin_theta - (y * sin_phi - up * cos_phi) * cos_theta
         return level_x * cosine - level_y * sine, level_x * sine + level_y * cosine, height
 
+    def _rate(self, truth: Truth) -> float:
+        if not self.faults.rate_frozen:
+            self._held_rate = truth.r_radps + self._gauss(self._figures.rate_white_radps)
+        return self._held_rate
+
     def _heading(self, now_us: int, truth: Truth) -> float:
+        if not self.faults.heading_frozen:
+            self._held_psi = self._measured_heading(now_us, truth)
+        return self._held_psi
+
+    def _measured_heading(self, now_us: int, truth: Truth) -> float:
         bias = math.radians(self.faults.heading_bias_deg - self._mount_deg)
         white = self._gauss(self._heading_sigma)
         return truth.psi_rad + bias + self._slow_psi.at(now_us) + white

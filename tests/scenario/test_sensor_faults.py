@@ -18,6 +18,7 @@ from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, 
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from sitl.plant.truth import Truth
+from sitl.sensors import talkers
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
 
@@ -189,7 +190,7 @@ def test_row_30_course_stands_in_for_a_lost_heading_above_1_mps(lost: tuple[str,
     assert max(worst) < limit_m
 
 
-def ask(world: World, request: Arm | SetMode) -> str:
+def ask(world: World, request: Arm | SetMode | LoadPlan | StartPlan) -> str:
     """Send a request; return why it was refused."""
     replies = []
     world.app.submit(request, replies.append)
@@ -246,6 +247,75 @@ def test_row_31_a_flipped_compass_is_not_followed() -> None:
     texts = texts_during(world, 30.0, lambda here: worst.append(abs(off_circle_m(here))))
     assert any("Heading jumped" in text for text in texts)
     assert max(worst) < 2.5
+
+
+def on_a_line(*overrides: str) -> World:
+    """A vessel under way to the north at 1.5 m/s."""
+    settings = load(config.path("sim.toml"), ["operator.gcs_required=false", *overrides], SimSettings)
+    world = World(settings, 1)
+    lat_rad, lon_rad = world.surroundings.plant.frame.to_geodetic(300.0, 15.0)
+    x, y = round(math.degrees(lat_rad) * 1e7), round(math.degrees(lon_rad) * 1e7)
+    items = [
+        PlanItem(CHANGE_SPEED, 2, 1.0, 1.5, -1.0, 0.0, 0, 0, 0.0),
+        PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, x, y, 0.0),
+    ]
+    plan = load_plan(PlanKind.MISSION, items)
+    assert isinstance(plan, LoadPlan)
+    world.run(2.0)
+    for request in (plan, Arm(arm=True), StartPlan(0)):
+        assert ask(world, request) == ""
+    world.run(40.0)
+    return world
+
+
+@pytest.mark.parametrize("without_rate", [False, True])
+@pytest.mark.parametrize("begin", [on_the_circle, on_a_line])
+def test_row_65_a_compass_that_repeats_one_heading_is_named_and_not_steered_by(
+    begin: Callable[..., World], without_rate: bool
+) -> None:
+    """It swung by 45 degrees to both sides for ever, or spun at full thrust, and thrusters, rudders and water were blamed."""
+    world = begin("depth.enabled=false", *(["world.sensors.rate_hz=0"] if without_rate else []))
+    turned: list[float] = []
+    last = [world.surroundings.truth.psi_rad]
+
+    def watch(here: World) -> None:
+        psi_rad = here.surroundings.truth.psi_rad
+        turned.append(abs(wrap_pi(psi_rad - last[0])))
+        last[0] = psi_rad
+
+    faults(world).set("heading_frozen", True)
+    texts = texts_during(world, 16.0, watch)
+    assert any("compass GPHDT repeats one heading" in text for text in texts)
+    turned.clear()
+    later = texts_during(world, 40.0, watch)
+    # A circle of 20 m at 1.5 m/s is 4.3 degrees a second; a line is none.
+    sailed_rad = 40.0 * 1.5 / RADIUS_M if begin is on_the_circle else 0.0
+    assert math.fsum(turned) < sailed_rad + math.radians(80.0)
+    assert world.snapshot.state.heading_from_course or neutral(world)
+    for blamed in ("water is faster", "Suspected", "carried", "thruster", "cannot go on"):
+        assert not any(blamed in text for text in [*texts, *later])
+    faults(world).set("heading_frozen", False)
+    assert any("no longer repeats one heading" in text for text in texts_during(world, 8.0))
+    assert not world.snapshot.state.heading_from_course
+    assert world.snapshot.state.heading_valid
+
+
+@pytest.mark.parametrize("speed_mps", [0.0, 8.0])
+def test_row_65_a_live_compass_of_whole_degrees_on_station_is_believed(
+    speed_mps: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In calm and in a steady wind that thrusters and rudders hold against, with a compass that says nothing finer."""
+    fine = talkers.SensorSuite._heading
+
+    def whole(suite: talkers.SensorSuite, now_us: int, truth: Truth) -> float:
+        return math.radians(round(math.degrees(fine(suite, now_us, truth))))
+
+    monkeypatch.setattr(talkers.SensorSuite, "_heading", whole)
+    world = on_a_line("world.sensors.rate_hz=0", "world.sensors.grade=ideal", f"world.water.wind_mps={speed_mps}")
+    assert ask(world, SetMode(Mode.HOLD)) == ""
+    texts = texts_during(world, 90.0)
+    assert not any("repeats" in text for text in texts)
+    assert world.snapshot.state.compass_rad is not None
 
 
 def test_row_33_a_date_1024_weeks_off_is_not_used_and_the_circle_goes_on() -> None:

@@ -24,13 +24,15 @@ from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import HullGeometry
 from .antenna import Attitude, at_centre
+from .compasses import Compasses
 from .config import EstimatorConfig
 from .flags import PlaceFlags
 from .heading import HeadingTrack
 from .magnetic import FixVariation
 from .position import Motion, PositionTrack
 from .receivers import FixChoice
-from .sources import Choice, degrees, degrees_a_second
+from .sources import Choice, degrees_a_second
+from .tilt import Tilt
 from .told import FixText
 from .water import MadeWay, WaterMeans
 
@@ -38,16 +40,15 @@ __all__ = ["Estimator", "EstimatorConfig"]
 
 _COURSE_MIN_MPS = 0.1
 """Below this no course is shown: it is the direction of noise."""
-_HEADING_APART_RAD = math.radians(4.0)
-"""Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
 _RATE_APART_RADPS = math.radians(2.0)
-_TILT_APART_RAD = math.radians(5.0)
 _DEPTH_APART_M = 0.5
 """Two sounders over one bottom: their noise and what the boat's list makes of it."""
 _DEPTH_APART_SHARE = 0.1
 """Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
 _SHOWN_US = 2_500_000
 """A compass slower than one heading in this time is not believed either (slow_compass_s)."""
+_SAME_UNIT_US = 1_000_000
+"""A turn rate that has stood for as long as the heading comes from the same unit, and is as wrong: they come by turns."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
 _AT_THE_POINT = HullGeometry()
 _Pair = tuple[float, float]
@@ -64,22 +65,22 @@ class Estimator:
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(self._texts, geometry.antenna_of, self._compass_attitude_at)
-        self._compasses = Choice("Heading", self._texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
+        self._compasses = Compasses(self._heading, self._texts, self._distrust_heading)
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
-        self._rolls = Choice("Roll", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
-        self._pitches = Choice("Pitch", self._texts, least_s=1.0, most_s=3.0, figure=degrees)
+        self._tilt = Tilt(self._texts)
         self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
         self._water = WaterMeans()
         self._variation = FixVariation()
         self.latest_fix: GpsFix | None = None
+        self._antenna_told: tuple[_Pair, _Pair] | None = None
+        """What the newest fix told of the antenna's velocity, and where that is from the reference point."""
         self._attitude: EulerAngles | None = None
-        self._compass: EulerAngles | None = None
         self.latest_distance: Distance | None = None
         self._rate: tuple[float, int] | None = None
+        self._rate_since_us = 0
+        """Since when the turn rate has been the very same."""
         self._depth: tuple[float, int] | None = None
         """Of the water, below the waterline: transducers lie at different depths."""
-        self._phi: tuple[float, int] | None = None
-        self._theta: tuple[float, int] | None = None
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
         self._through_mps: tuple[float, float] | None = None
@@ -95,9 +96,7 @@ class Estimator:
         self._heading.configure(config)
         self._position.configure(config)
         self._course_mps = config.course_speed_mps
-        self._attitude_timeout_us = config.attitude_timeout_s * 1e6
-        self._roll_offset_rad = math.radians(config.roll_offset_deg)
-        self._pitch_offset_rad = math.radians(config.pitch_offset_deg)
+        self._tilt.configure(config)
         self._drift_tau_s = config.drift_tau_s
         self._aligns = config.align_clock
 
@@ -123,15 +122,16 @@ class Estimator:
     @property
     def latest_attitude(self) -> EulerAngles | None:
         """The newest of every axis that is not too old, as measured: sentences measure different ones."""
-        last, compass = self._attitude, self._compass
-        if last is None or (self._phi is None and self._theta is None and last is compass):
+        last, compass = self._attitude, self._compasses.angles
+        if last is None or (last is compass and not self._tilt.is_known):
             return last
-        if compass is None or last.t_us - compass.t_us > self._attitude_timeout_us:
+        if compass is None or self._tilt.is_too_old(compass.t_us, last.t_us):
             compass = EulerAngles(last.t_us)
+        phi_rad, theta_rad = self._tilt.at(last.t_us)
         return EulerAngles(
             t_us=last.t_us,
-            phi_rad=self._fresh(self._phi, last.t_us),
-            theta_rad=self._fresh(self._theta, last.t_us),
+            phi_rad=phi_rad,
+            theta_rad=theta_rad,
             psi_rad=compass.psi_rad,
             psi_magnetic_rad=compass.psi_magnetic_rad,
             psi_accuracy_rad=compass.psi_accuracy_rad,
@@ -141,14 +141,14 @@ class Estimator:
     @property
     def used(self) -> dict[str, str]:
         """The source of each quantity that has one, as texts name it: ``{"heading": "compass GPHDT"}``."""
-        named: dict[str, Choice | FixChoice] = {"position": self._receivers, "heading": self._compasses}
-        named |= {"turn rate": self._rates, "roll": self._rolls, "pitch": self._pitches, "depth": self._sounders}
+        named: dict[str, Choice | FixChoice | Compasses] = {"position": self._receivers, "heading": self._compasses}
+        named |= {"turn rate": self._rates, **self._tilt.choices, "depth": self._sounders}
         return {quantity: choice.used for quantity, choice in named.items() if choice.used}
 
     @property
     def knows_tilt(self) -> bool:
         """Whether roll or pitch has ever been measured."""
-        return self._phi is not None or self._theta is not None
+        return self._tilt.is_known
 
     def fix_at(self, now_us: int) -> GpsFix | None:
         """What the receiver says now: the newest fix, None when it has fallen silent."""
@@ -181,6 +181,16 @@ class Estimator:
     def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0) -> None:
         """Tell the modelled surge and sway through the water, m/s; None holds the drift as it is."""
         self._through_mps = None if u_mps is None else (u_mps, v_mps)
+
+    def note_turn(self, now_us: int, dt_s: float, r_radps: float) -> None:
+        """Tell the turn rate that thrusters and rudders were asked for, whatever a compass says of it."""
+        self._compasses.watch.note_asked(now_us, dt_s, r_radps)
+        self._heading.lean_on(now_us, r_radps)
+
+    @property
+    def turns_unseen(self) -> bool:
+        """Whether no sensor tells the turn rate: the compass is lost, or has said the same for so long that it tells nothing."""
+        return self._compasses.watch.tells_no_turn or self._heading.course_us is not None
 
     def recall_water(self, state: EstimatedState) -> tuple[float, float] | None:
         """A fault was found: take the water as it was before. Return the surge and sway through it, m/s; None where unknown."""
@@ -226,6 +236,7 @@ class Estimator:
                 self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
         drift, current = self._water.drift_mps, self._water.current_mps
         fix_n_mps, fix_e_mps = position.take_velocity()
+        phi_rad, theta_rad = self._tilt.at(now_us)
         return EstimatedState(
             t_us=now_us,
             lat_rad=lat_rad,
@@ -239,8 +250,8 @@ class Estimator:
             vy_mps=ve,
             u_mps=u_mps,
             v_mps=v_mps,
-            phi_rad=None if self._phi is None else self._fresh(self._phi, now_us),
-            theta_rad=None if self._theta is None else self._fresh(self._theta, now_us),
+            phi_rad=phi_rad,
+            theta_rad=theta_rad,
             psi_rad=psi_rad,
             r_radps=None if psi_rad is None else r_radps,
             sog_mps=sog_mps,
@@ -271,11 +282,23 @@ class Estimator:
         attitude = self._attitude_at(t_us)
         water_mps = self._through_mps[0] if self._through_mps else None
         moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
+        self._compasses.watch.note_fix(fix, self._water.known_mps, self._course_mps)
         antenna = self._geometry.antenna_of(link)
         told = self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
+        self._antenna_told = told
         if told is not None and not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(t_us, *told)
         return True
+
+    def _distrust_heading(self, t_us: int, seconds: float) -> None:
+        """The heading was wrong for the last seconds, and what was made of it: the course stands in at once, before the next fix."""
+        self._heading.forget()
+        self._position.forget_heading()
+        self._water.take_back(seconds)
+        if self._rate is not None and self._rate_since_us <= t_us - round(seconds * 1e6) + _SAME_UNIT_US:
+            self._rates.bar("repeats one rate")
+        if self._antenna_told is not None and self._position.valid(t_us):
+            self._steer_by_course(t_us, *self._antenna_told)
 
     def _steer_by_course(self, t_us: int, antenna_mps: _Pair, ahead_m: _Pair) -> None:
         """The compass is lost: the direction of the motion through the water is the next best heading.
@@ -301,8 +324,13 @@ class Estimator:
         return math.hypot(*self._water.through_mps(self._motion[2:])) > self._course_mps
 
     def _update_rate(self, rate: AngularVelocity, link: int) -> bool:
+        if self._rates.is_barred(rate.source, link) and self._rate is not None and rate.r_radps != self._rate[0]:
+            self._rates.lift((link, "" if rate.source is None else rate.source.address), rate.t_us)
         if self._rates.leads(rate.source, link, rate.t_us):
+            if self._rate is None or rate.r_radps != self._rate[0]:
+                self._rate_since_us = rate.t_us
             self._rate = (rate.r_radps, rate.t_us)
+            self._compasses.watch.note_rate(rate.t_us, rate.r_radps)
             self._heading.update_rate(rate)
             return True
         self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
@@ -324,49 +352,12 @@ class Estimator:
         return True
 
     def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
-        leads = False
-        if angles.phi_rad is not None:
-            phi_rad = wrap_pi(angles.phi_rad + self._roll_offset_rad)
-            if self._rolls.leads(angles.source, link, angles.t_us):
-                self._phi, leads = (phi_rad, angles.t_us), True
-            else:
-                self._rolls.compare_newest(angles, link, value=phi_rad, used=self._phi, limit=_TILT_APART_RAD)
-        if angles.theta_rad is not None:
-            theta_rad = wrap_pi(angles.theta_rad + self._pitch_offset_rad)
-            if self._pitches.leads(angles.source, link, angles.t_us):
-                self._theta, leads = (theta_rad, angles.t_us), True
-            else:
-                self._pitches.compare_newest(angles, link, value=theta_rad, used=self._theta, limit=_TILT_APART_RAD)
+        leads = self._tilt.update(angles, link)
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
-            leads |= self._update_compass(angles, link)
+            leads |= self._compasses.update(angles, link, self._goes_against)
         if leads:
             self._attitude = angles
         return leads
-
-    def _update_compass(self, angles: EulerAngles, link: int) -> bool:
-        track, t_us = self._heading, angles.t_us
-        psi_rad = track.true_heading(angles)
-        if psi_rad is None:  # magnetic, and no variation known: shown, not steered by
-            shown = self._compasses.silent(t_us)
-            if shown:
-                self._compass = angles
-            return shown
-        compasses = self._compasses
-        used = compasses.is_chosen(angles.source, link)
-        off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
-        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and self._goes_against(psi_rad))
-        if compasses.leads(angles.source, link, t_us, trusted=trusted):
-            self._compass = angles
-            if compasses.moved:
-                track.move(t_us, psi_rad)
-            track.update_heading(t_us, psi_rad, self._goes_against)
-            return True
-        if track.refusing and compasses.undo(angles.source, link):
-            track.update_heading(t_us, psi_rad, self._goes_against)
-            return True
-        if off_rad is not None:
-            compasses.compare(angles.source, link, off_rad, _HEADING_APART_RAD, t_us)
-        return False
 
     def _model_variation(self) -> float | None:
         return self._variation.of(self.latest_fix) if self.config.world_magnetic_model else None
@@ -379,18 +370,12 @@ class Estimator:
         track = self._heading
         if not track.valid(t_us) and not track.bridged(t_us):
             return Attitude()
-        phi_rad = 0.0 if self._phi is None else self._fresh(self._phi, t_us) or 0.0
-        theta_rad = 0.0 if self._theta is None else self._fresh(self._theta, t_us) or 0.0
-        return Attitude(track.at(t_us), track.r_radps, phi_rad, theta_rad)
+        phi_rad, theta_rad = self._tilt.at(t_us)
+        return Attitude(track.at(t_us), track.r_radps, phi_rad or 0.0, theta_rad or 0.0)
 
     def _compass_attitude_at(self, t_us: int) -> Attitude:
         """A course that stands in for the compass does not tell where an antenna is to a decimetre."""
         return self._attitude_at(t_us) if self._heading.valid(t_us) else Attitude()
-
-    def _fresh(self, value: tuple[float, int] | None, now_us: int) -> float | None:
-        if value is None or now_us - value[1] > self._attitude_timeout_us:
-            return None
-        return value[0]
 
     def _step_water(self, dt_s: float, ground: _Pair, *, bow: _Pair, through_mps: _Pair, r_radps: float) -> None:
         water, position = self._water, self._position

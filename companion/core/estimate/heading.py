@@ -23,6 +23,8 @@ _FORGOTTEN_US: Final = 3_000_000
 """Longer than the slowest compass is waited for: by then nothing is left of the heading and the turn that it told of."""
 _RATE_ANEW_VARIANCE: Final = 0.25
 """Of a turn rate that nothing is known of, (rad/s)^2: small hulls turn half a radian a second."""
+_ASKED_VARIANCE: Final = math.radians(3.0) * math.radians(3.0)
+"""Of a turn rate that was only asked for, (rad/s)^2: what a hull file and a gust make of it."""
 _BRIDGE_S: Final = 0.6
 """A gap of a few headings is bridged by the turn rate, so that the boat does not flinch at each."""
 _STEP_RATE_MAX_US: Final = 300_000
@@ -49,7 +51,7 @@ class HeadingTrack:
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._received_us = 0
         self._interval_s = 0.1
-        self._rate_us = -_RATE_AGE_MAX_US
+        self._rate_us = self._leant_us = -_RATE_AGE_MAX_US
         self._refused_since_us: int | None = None
         self._refused_run_us = 0
         self._refused_rad = 0.0
@@ -103,7 +105,8 @@ class HeadingTrack:
         span_s = (now_us - self.t_us) * 1e-6
         if span_s > _PREDICT_MAX_S:
             span_s = _PREDICT_MAX_S
-        if self.course_us is not None and not self.has_rate(now_us):
+        newest_us = self._rate_us if self._rate_us > self._leant_us else self._leant_us
+        if self.course_us is not None and now_us - newest_us > _RATE_AGE_MAX_US:
             span_s += self._lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
 
@@ -160,6 +163,11 @@ class HeadingTrack:
             self._start(t_us, psi_rad)
             self.r_radps = r_radps
 
+    def forget(self) -> None:
+        """The compass was wrong for some time: nothing of heading and turn rate is known."""
+        self.t_us = self.accepted_us = self.course_us = self._refused_since_us = None
+        self._lost_said = False
+
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
         if self.t_us is None:
@@ -167,6 +175,14 @@ class HeadingTrack:
         self._rate_us = rate.t_us
         self._advance(rate.t_us)
         self._correct(rate.r_radps - self.r_radps, self._cov.measure_rate(self._rate_variance))
+
+    def lean_on(self, t_us: int, r_radps: float) -> None:
+        """Take the turn rate that was asked for, while neither compass nor sensor tells one: the course alone comes late to steer by."""
+        if self.t_us is None or self.course_us is None or self.has_rate(t_us):
+            return
+        self._leant_us = t_us
+        self._advance(t_us)
+        self._correct(r_radps - self.r_radps, self._cov.measure_rate(_ASKED_VARIANCE))
 
     def update_course(self, t_us: int, course_rad: float, sigma_rad: float, late_s: float = 0.0) -> bool:
         """Take the course through the water as a poor heading while the compass is lost; True when the heading begins anew with it.

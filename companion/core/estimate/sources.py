@@ -42,12 +42,14 @@ _UNLABELLED: Final = Source()
 class _Heard:
     """How a source has been heard."""
 
-    __slots__ = ("label", "last_us", "name", "order", "period_us", "since_us")
+    __slots__ = ("fault", "label", "last_us", "name", "order", "period_us", "since_us")
 
     def __init__(self, label: Source, link: int, t_us: int) -> None:
         self.relabel(label, link)
         self.since_us = self.last_us = t_us
         self.period_us = 0.0
+        self.fault = ""
+        """What it is given up for, in words."""
 
     def relabel(self, label: Source, link: int) -> None:
         """Take a source's name and rank, which may change while it stays the same source."""
@@ -114,6 +116,8 @@ class Choice:
             if label is not heard.label:
                 heard.relabel(label, link)
             self._note(heard, t_us)
+        if heard.fault:
+            return False
         if key == self.chosen:
             return True
         if self.chosen is None:
@@ -124,10 +128,25 @@ class Choice:
     def undo(self, source: Source | None, link: int) -> bool:
         """Go back to the source before, if this is it: what stepped in for it was not believed. True when that is so."""
         key = (link, "" if source is None else source.address)
-        if key != self._before or key == self.chosen:
+        if key != self._before or key == self.chosen or self._heard[key].fault:
             return False
         self._before, self.chosen = self.chosen, key
         return True
+
+    def bar(self, fault: str) -> None:
+        """Give the chosen source up for a fault, in words: as if it were silent, until ``lift``."""
+        if self.chosen is not None:
+            self._heard[self.chosen].fault = fault
+
+    def lift(self, key: Key, t_us: int) -> None:
+        """The fault of a source is over."""
+        heard = self._heard[key]
+        heard.fault, heard.since_us = "", t_us
+
+    def is_barred(self, source: Source | None, link: int) -> bool:
+        """Whether a source is given up for a fault."""
+        heard = self._heard.get((link, "" if source is None else source.address))
+        return heard is not None and bool(heard.fault)
 
     def is_chosen(self, source: Source | None, link: int) -> bool:
         """Whether a source is the one that counts; True for all before any has."""
@@ -220,7 +239,7 @@ class Choice:
         return min(max(self._least_us, 2.0 * heard.period_us + 100_000.0), self._most_us)
 
     def _is_silent(self, heard: _Heard, t_us: int) -> bool:
-        return t_us - heard.last_us > self._patience_us(heard)
+        return bool(heard.fault) or t_us - heard.last_us > self._patience_us(heard)
 
     def _takes_over(self, key: Key, heard: _Heard, t_us: int, trusted: bool) -> bool:
         assert self.chosen is not None
@@ -231,7 +250,7 @@ class Choice:
                 return False  # a better one is alive and is going to speak for itself
             pair = self._pairs.get((key, self.chosen))
             self.moved = pair is None or not pair.told
-            self._say(Severity.WARNING, f"{before.name} silent, using {heard.name}", t_us)
+            self._say(Severity.WARNING, f"{before.name} {before.fault or 'silent'}, using {heard.name}", t_us)
         elif not trusted or heard.order >= before.order:
             return False
         elif t_us > self._settle_until_us:

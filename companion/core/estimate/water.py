@@ -251,6 +251,16 @@ class WaterMeans:
             self._kept_s = 0.0
             self._before.append(deepcopy((self._drift, self._current)))
 
+    def take_back(self, seconds: float) -> None:
+        """The heading was wrong for so long: take the water as it was before that."""
+        age_s = self._kept_s
+        while len(self._before) > 1 and age_s < seconds:
+            self._before.pop()
+            age_s += _KEPT_S
+        if self._before:
+            self._drift, self._current = deepcopy(self._before[-1])
+        self._kept_s = 0.0
+
     def recall(self, state: EstimatedState) -> _Pair | None:
         """Take the water as it was up to a minute ago: what was learnt since is thrust that was not there.
 

@@ -311,6 +311,7 @@ class Controls:
         """Sail with what each thruster still gives of what it is told, port and starboard, where the law can."""
         is_other_boat = (self._shares == WHOLE) != (shares == WHOLE)
         self._shares = shares
+        self.parts.turned.thrusters(shares)
         law_takes = getattr(self.parts.controller, "thrusters", None)
         if law_takes is None:
             return

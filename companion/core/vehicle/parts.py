@@ -19,6 +19,7 @@ from ..hull.geometry import geometry_of
 from ..hull.statics import Statics
 from ..steer import make_controller
 from ..steer.law import Controller
+from ..steer.turned import ModelledTurn
 from ..traffic import Traffic
 from .config import VehicleConfig
 from .mission import Mission
@@ -37,6 +38,7 @@ class Parts:
     statics: Statics
     """What the hull file says of speed, thrust and way, worked out beforehand."""
     estimator: Estimator
+    turned: ModelledTurn
     board: BoardWatch
     propulsion: PropulsionWatch
     diagnosis: Diagnosis
@@ -87,6 +89,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         vessel=vessel,
         statics=Statics(vessel),
         estimator=Estimator(config.estimate, geometry),
+        turned=ModelledTurn(vessel),
         board=BoardWatch(),
         propulsion=PropulsionWatch(vessel),
         diagnosis=Diagnosis(vessel),

@@ -107,7 +107,7 @@ class Vehicle:
         dt_s = (now_us - controls.sensed.now_us) * 1e-6 if before.number else 0.0
         controls.voice.now_us = now_us
         self._measure(inputs)
-        parts.estimator.note_water_speed(parts.controller.water_speed_mps(), sway_through_water_mps(parts.controller))
+        self._tell_motion(now_us, dt_s, before)
         state = parts.estimator.predict(now_us, before.guarded.depth.altitude_m)
         utc_us = parts.estimator.utc_us(now_us)
         parts.mission.utc_s_of_day = None if utc_us is None else utc_us * 1e-6 % 86_400.0
@@ -135,6 +135,15 @@ class Vehicle:
         for reading in self.controls.take_soundings():
             if estimator.update(reading, SENT_LINK):
                 guard.measure(reading, state, None)
+
+    def _tell_motion(self, now_us: int, dt_s: float, before: Ticked) -> None:
+        """Tell the estimator what the vessel should do by what was sent."""
+        parts, state = self.parts, self.controls.state
+        estimator, u_mps = parts.estimator, parts.controller.water_speed_mps()
+        estimator.note_water_speed(u_mps, sway_through_water_mps(parts.controller))
+        measured_radps = None if estimator.turns_unseen else state.r_radps or 0.0
+        through_mps = (state.u_mps or 0.0) if u_mps is None else u_mps
+        estimator.note_turn(now_us, dt_s, parts.turned.step(dt_s, before.output, through_mps, measured_radps))
 
     def _watch_thrusters(self, sensed: Sensed, before: Ticked) -> None:
         """Tell when one begins to give much less than it is told to, and when it is back."""

@@ -1,0 +1,100 @@
+"""The compasses: which one counts, which is no longer believed, and what goes from it into the heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from mavlink_bridge.language.messages import EulerAngles, Severity
+from mavlink_bridge.language.units import wrap_pi
+
+from .heading import HeadingTrack
+from .repeats import RepeatWatch
+from .sources import Choice, Texts, degrees
+from .told import ComesAndGoes
+
+_APART_RAD: Final = math.radians(4.0)
+"""Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
+_REPEATS: Final = "repeats one heading"
+
+GoesAgainst = Callable[[float], bool]
+"""Whether the vessel moves in another direction than a heading points."""
+
+
+class Compasses:
+    """All that tell a heading."""
+
+    def __init__(self, track: HeadingTrack, texts: Texts, distrust: Callable[[int, float], None]) -> None:
+        """``distrust`` is told, with the time, that the heading was wrong for the last so many seconds."""
+        self.angles: EulerAngles | None = None
+        """The newest of the one that counts."""
+        self.watch = RepeatWatch()
+        self._choice = Choice("Heading", texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
+        self._track, self._texts, self._distrust = track, texts, distrust
+        self._told = ComesAndGoes()
+        self._repeated: dict[tuple[int, str], tuple[float | None, float | None]] = {}
+
+    @property
+    def used(self) -> str:
+        """Name of the compass that counts; empty before there is one."""
+        return self._choice.used
+
+    def update(self, angles: EulerAngles, link: int, goes_against: GoesAgainst) -> bool:
+        """Take a heading; True when its compass is the one that counts."""
+        track, choice, t_us = self._track, self._choice, angles.t_us
+        psi_rad = track.true_heading(angles)
+        if psi_rad is None:  # magnetic, and no variation known: shown, not steered by
+            shown = choice.silent(t_us)
+            if shown:
+                self.angles = angles
+            return shown
+        if self._is_repeated(angles, link, psi_rad, goes_against):
+            return False
+        used = choice.is_chosen(angles.source, link)
+        off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
+        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and goes_against(psi_rad))
+        if choice.leads(angles.source, link, t_us, trusted=trusted):
+            return self._lead(angles, psi_rad, goes_against)
+        if track.refusing and choice.undo(angles.source, link):
+            track.update_heading(t_us, psi_rad, goes_against)
+            return True
+        if off_rad is not None:
+            choice.compare(angles.source, link, off_rad, _APART_RAD, t_us)
+        return False
+
+    def _lead(self, angles: EulerAngles, psi_rad: float, goes_against: GoesAgainst) -> bool:
+        """Take the heading of the compass that counts; False when it has just been found to repeat itself."""
+        track, choice = self._track, self._choice
+        proof = self.watch.hear(choice.chosen, angles)
+        if proof and choice.chosen is not None:
+            self._repeated[choice.chosen] = (angles.psi_rad, angles.psi_magnetic_rad)
+            if self._told.begins(angles.t_us):
+                self._texts.append((Severity.ERROR, f"Heading: {choice.used} {_REPEATS} {proof}: not used"))
+            choice.bar(_REPEATS)
+            self._distrust(angles.t_us, self.watch.same_s)
+            return False
+        self.angles = angles
+        if choice.moved:
+            track.move(angles.t_us, psi_rad)
+        track.update_heading(angles.t_us, psi_rad, goes_against)
+        return True
+
+    def _is_repeated(self, angles: EulerAngles, link: int, psi_rad: float, goes_against: GoesAgainst) -> bool:
+        """Whether a compass still says what it was given up for; once it says something else it is believed again."""
+        if not self._repeated:
+            return False
+        key = (link, "" if angles.source is None else angles.source.address)
+        repeated = self._repeated.get(key)
+        if repeated is None:
+            return False
+        if repeated == (angles.psi_rad, angles.psi_magnetic_rad):
+            return True
+        if goes_against(psi_rad):
+            self._repeated[key] = (angles.psi_rad, angles.psi_magnetic_rad)
+            return True
+        del self._repeated[key]
+        self._choice.lift(key, angles.t_us)
+        if self._told.ends():
+            self._texts.append((Severity.INFO, f"Heading: {self._choice.name(key)} no longer {_REPEATS}"))
+        return False
