@@ -112,6 +112,7 @@ def test_another_compass_steps_in_and_the_first_leads_again_when_it_lives() -> N
         "Heading: compass GPHDT no longer repeats one heading",
         "Heading: using compass GPHDT, no longer compass HEHDT",
     ]
+    assert None not in boat.yaw_deg[2:]
 
 
 def heard(watch: RepeatWatch, seconds: float, asked_radps: float, psi_rad: float = 0.5) -> str:

@@ -11,7 +11,7 @@ from mavlink_bridge.language.units import wrap_pi
 
 from .heading import HeadingTrack
 from .repeats import RepeatWatch
-from .sources import Choice, Texts, degrees
+from .sources import SOURCES_MAX, Choice, Key, Texts, degrees
 from .told import ComesAndGoes
 
 _APART_RAD: Final = math.radians(4.0)
@@ -33,7 +33,8 @@ class Compasses:
         self._choice = Choice("Heading", texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
         self._track, self._texts, self._distrust = track, texts, distrust
         self._told = ComesAndGoes()
-        self._repeated: dict[tuple[int, str], tuple[float | None, float | None]] = {}
+        self._newest: dict[Key, tuple[int, float]] = {}
+        self._repeated: dict[Key, tuple[float | None, float | None]] = {}
 
     @property
     def used(self) -> str:
@@ -51,6 +52,7 @@ class Compasses:
             return shown
         if self._is_repeated(angles, link, psi_rad, goes_against):
             return False
+        self._keep(angles, link, psi_rad)
         used = choice.is_chosen(angles.source, link)
         off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
         trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and goes_against(psi_rad))
@@ -61,6 +63,29 @@ class Compasses:
             return True
         if off_rad is not None:
             choice.compare(angles.source, link, off_rad, _APART_RAD, t_us)
+        return False
+
+    def _keep(self, angles: EulerAngles, link: int, psi_rad: float) -> None:
+        key = (link, "" if angles.source is None else angles.source.address)
+        if key in self._newest or len(self._newest) < SOURCES_MAX:
+            self._newest[key] = (angles.t_us, psi_rad)
+
+    def stand_in(self, now_us: int) -> bool:
+        """The heading is lost: let the best of the others that speak lead at once; True when there is one.
+
+        One that was known to be off by more than a jump goes through the check for jumps first, and so does one that a jump is
+        not borne out by.
+        """
+        track, choice = self._track, self._choice
+        for key in choice.others(now_us):
+            if key not in self._newest:
+                continue
+            t_us, psi_rad = self._newest[key]
+            if not track.expects(now_us, psi_rad) and (track.refusing or choice.is_known_off(key)):
+                continue
+            choice.hand_over(key, "jumped" if track.refusing else "silent", now_us)
+            track.hand_over(t_us, psi_rad, choice.period_s(key))
+            return True
         return False
 
     def _lead(self, angles: EulerAngles, psi_rad: float, goes_against: GoesAgainst) -> bool:

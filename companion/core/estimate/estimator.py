@@ -31,6 +31,7 @@ from .heading import HeadingTrack
 from .magnetic import FixVariation
 from .position import Motion, PositionTrack
 from .receivers import FixChoice
+from .sounders import Sounders
 from .sources import Choice, degrees_a_second
 from .tilt import Tilt
 from .told import FixText
@@ -41,10 +42,6 @@ __all__ = ["Estimator", "EstimatorConfig"]
 _COURSE_MIN_MPS = 0.1
 """Below this no course is shown: it is the direction of noise."""
 _RATE_APART_RADPS = math.radians(2.0)
-_DEPTH_APART_M = 0.5
-"""Two sounders over one bottom: their noise and what the boat's list makes of it."""
-_DEPTH_APART_SHARE = 0.1
-"""Two transducers stand over different bottom: on a slope of 1 in 10, this much for each metre that they lie apart."""
 _SHOWN_US = 2_500_000
 """A compass slower than one heading in this time is not believed either (slow_compass_s)."""
 _SAME_UNIT_US = 1_000_000
@@ -64,23 +61,22 @@ class Estimator:
         self._heading = HeadingTrack(config, self._texts)
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
-        self._receivers = FixChoice(self._texts, geometry.antenna_of, self._compass_attitude_at)
+        self._receivers = FixChoice(
+            self._texts, geometry.antenna_of, self._compass_attitude_at, self._position.is_acceptable
+        )
         self._compasses = Compasses(self._heading, self._texts, self._distrust_heading)
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
         self._tilt = Tilt(self._texts)
-        self._sounders = Choice("Depth", self._texts, least_s=2.0, most_s=6.0, figure="{:.1f} m".format)
+        self._sounders = Sounders(self._texts, geometry)
         self._water = WaterMeans()
         self._variation = FixVariation()
         self.latest_fix: GpsFix | None = None
         self._antenna_told: tuple[_Pair, _Pair] | None = None
         """What the newest fix told of the antenna's velocity, and where that is from the reference point."""
         self._attitude: EulerAngles | None = None
-        self.latest_distance: Distance | None = None
         self._rate: tuple[float, int] | None = None
         self._rate_since_us = 0
         """Since when the turn rate has been the very same."""
-        self._depth: tuple[float, int] | None = None
-        """Of the water, below the waterline: transducers lie at different depths."""
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
         self._through_mps: tuple[float, float] | None = None
@@ -142,7 +138,7 @@ class Estimator:
     def used(self) -> dict[str, str]:
         """The source of each quantity that has one, as texts name it: ``{"heading": "compass GPHDT"}``."""
         named: dict[str, Choice | FixChoice | Compasses] = {"position": self._receivers, "heading": self._compasses}
-        named |= {"turn rate": self._rates, **self._tilt.choices, "depth": self._sounders}
+        named |= {"turn rate": self._rates, **self._tilt.choices, "depth": self._sounders.choice}
         return {quantity: choice.used for quantity, choice in named.items() if choice.used}
 
     @property
@@ -162,10 +158,12 @@ class Estimator:
 
     def distance_at(self, now_us: int) -> Distance | None:
         """The newest sounding; one without a value when the sounder has fallen silent, None when there never was one."""
-        found = self.latest_distance
-        if found is None or now_us - found.t_us <= self._sounders.patience_us:
-            return found
-        return Distance(found.t_us, None, source=found.source)
+        return self._sounders.at(now_us)
+
+    @property
+    def latest_distance(self) -> Distance | None:
+        """The newest sounding of the sounder that counts."""
+        return self._sounders.latest
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Operator texts since the last call."""
@@ -204,7 +202,7 @@ class Estimator:
             case AngularVelocity():
                 return self._update_rate(measurement, source)
             case Distance():
-                return self._update_distance(measurement, source)
+                return self._sounders.update(measurement, source)
             case GpsFix():
                 return self._update_fix(measurement, source)
             case _:
@@ -212,6 +210,7 @@ class Estimator:
 
     def predict(self, now_us: int, alt_m: float | None = None) -> EstimatedState:
         """The state at ``now_us``. ``alt_m`` is the height above the bottom from the depth guard's input chain."""
+        self._stand_in(now_us)
         track, position, fix, origin = self._heading, self._position, self.latest_fix, self._position.origin
         heading_valid = track.valid(now_us)
         psi_rad, r_radps = (track.at(now_us), track.r_radps) if heading_valid or track.bridged(now_us) else (None, 0.0)
@@ -266,7 +265,7 @@ class Estimator:
             fix_e_mps=fix_e_mps,
             position_age_s=None if position.accepted_us is None else (now_us - position.accepted_us) * 1e-6,
             heading_age_s=None if track.accepted_us is None else (now_us - track.accepted_us) * 1e-6,
-            depth_age_s=None if self.latest_distance is None else (now_us - self.latest_distance.t_us) * 1e-6,
+            depth_age_s=self._sounders.age_s(now_us),
             fix_type=FixType.NONE if fix is None or self.fix_at(now_us) is None else fix.fix_type,
             heading_from_course=from_course,
         )
@@ -274,6 +273,11 @@ class Estimator:
     def _update_fix(self, fix: GpsFix, link: int) -> bool:
         if not self._receivers.leads(link, fix):
             return False
+        self._take_fix(fix, link, anew=self._receivers.moved)
+        return True
+
+    def _take_fix(self, fix: GpsFix, link: int, *, anew: bool) -> None:
+        """Take a fix of the receiver that counts; ``anew``: it has just become that."""
         self.latest_fix = fix
         self._fix_text.note(fix)
         t_us = self._position.aligned_us(fix) if self._aligns else fix.t_us
@@ -284,11 +288,21 @@ class Estimator:
         moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
         self._compasses.watch.note_fix(fix, self._water.known_mps, self._course_mps)
         antenna = self._geometry.antenna_of(link)
-        told = self._position.update(fix, t_us, attitude, moving, antenna, anew=self._receivers.moved)
+        told = self._position.update(
+            fix, t_us, attitude, moving, antenna, anew=self._receivers.period_s if anew else None
+        )
         self._antenna_told = told
         if told is not None and not self._heading.valid(t_us) and self._position.valid(t_us):
             self._steer_by_course(t_us, *told)
-        return True
+
+    def _stand_in(self, now_us: int) -> None:
+        """Before position or heading counts as lost: take the newest of another source that is sound."""
+        if not self._position.valid(now_us) and (why := self._position.why_lost):
+            found = self._receivers.stand_in(now_us, why)
+            if found is not None:
+                self._take_fix(found[1], found[0], anew=True)
+        if not self._heading.valid(now_us):
+            self._compasses.stand_in(now_us)
 
     def _distrust_heading(self, t_us: int, seconds: float) -> None:
         """The heading was wrong for the last seconds, and what was made of it: the course stands in at once, before the next fix."""
@@ -335,21 +349,6 @@ class Estimator:
             return True
         self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
         return False
-
-    def _update_distance(self, distance: Distance, link: int) -> bool:
-        """A sounder that finds no bottom does not lead: another that finds one does."""
-        value_m, below_m = distance.value_m, self._geometry.transducer_of(link)
-        if value_m is None:
-            if not self._sounders.is_chosen(distance.source, link):
-                return False
-        elif not self._sounders.leads(distance.source, link, distance.t_us):
-            limit_m = max(_DEPTH_APART_M, _DEPTH_APART_SHARE * value_m)
-            self._sounders.compare_newest(distance, link, value=value_m + below_m, used=self._depth, limit=limit_m)
-            return False
-        else:
-            self._depth = (value_m + below_m, distance.t_us)
-        self.latest_distance = distance
-        return True
 
     def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
         leads = self._tilt.update(angles, link)

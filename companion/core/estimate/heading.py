@@ -163,6 +163,18 @@ class HeadingTrack:
             self._start(t_us, psi_rad)
             self.r_radps = r_radps
 
+    def hand_over(self, t_us: int, psi_rad: float, period_s: float) -> None:
+        """Take the newest heading of another compass, which speaks so often, for the one that was lost."""
+        self.move(t_us, psi_rad)
+        self._refused_since_us = self.course_us = None
+        self._lost_said = False
+        self.accepted_us = self._received_us = t_us
+        self._interval_s = period_s or self._interval_s
+
+    def expects(self, now_us: int, psi_rad: float) -> bool:
+        """Whether a heading is no jump from the expected one."""
+        return self.t_us is not None and abs(wrap_pi(psi_rad - self.at(now_us))) <= self._jump_rad
+
     def forget(self) -> None:
         """The compass was wrong for some time: nothing of heading and turn rate is known."""
         self.t_us = self.accepted_us = self.course_us = self._refused_since_us = None

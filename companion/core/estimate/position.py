@@ -146,6 +146,13 @@ class PositionTrack:
             return age_s <= self._hold_s
         return self.is_young(age_s)
 
+    @property
+    def why_lost(self) -> str:
+        """What a receiver is given up for, in words, where its position is not valid for want of fixes; empty else."""
+        if not self._usable:
+            return "has no fix"
+        return "" if self._frozen_out or self._refused_since_us is not None else "silent"
+
     def is_young(self, age_s: float) -> bool:
         """Whether a fix of this age still tells what the receiver says now; a slow receiver gets three of its periods."""
         return age_s <= self._timeout_s or age_s <= min(3.0 * self._interval_s + 0.2, self.config.slow_receiver_s)
@@ -155,14 +162,14 @@ class PositionTrack:
         return self._aligner.align(fix.t_us, fix.utc_us)
 
     def update(
-        self, fix: GpsFix, t_us: int, heading: Attitude, moving: bool, antenna: Arm, *, anew: bool = False
+        self, fix: GpsFix, t_us: int, heading: Attitude, moving: bool, antenna: Arm, *, anew: float | None = None
     ) -> tuple[Pair, Pair] | None:
         """Take a fix that was valid at ``t_us``, with the attitude of that moment, of the antenna at the end of an arm.
 
-        ``anew``: of another receiver than before. Return the antenna's velocity, m/s, and where it is from the reference point, m;
-        None when no velocity is told.
+        ``anew``: of another receiver than before, with its period in s, 0 while that is not known. Return the antenna's velocity, m/s,
+        and where it is from the reference point, m; None when no velocity is told.
         """
-        self._usable = self._acceptable(fix)
+        self._usable = self.is_acceptable(fix)
         if not self._usable:
             return None
         assert fix.lat_rad is not None
@@ -181,7 +188,8 @@ class PositionTrack:
         told = None if antenna_mps is None else (antenna_mps, ahead_m)
         since_us = t_us - self._received_us
         self._received_us = t_us
-        if self.accepted_us is None or anew:
+        if self.accepted_us is None or anew is not None:
+            self._interval_s = anew or self._interval_s
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
             self._new_mps = velocity
             return told
@@ -200,7 +208,8 @@ class PositionTrack:
         told, self._new_mps = self._new_mps, None
         return told or (None, None)
 
-    def _acceptable(self, fix: GpsFix) -> bool:
+    def is_acceptable(self, fix: GpsFix) -> bool:
+        """Whether it is a kind of fix that is sailed on."""
         return (
             fix.has_position
             and (not fix.dead_reckoning or self.config.accept_dead_reckoning)

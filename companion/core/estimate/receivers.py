@@ -36,9 +36,13 @@ class FixChoice:
         texts: Texts,
         antenna_of: Callable[[int], Arm] = lambda link: NO_ARM,
         attitude_at: Callable[[int], Attitude] = lambda t_us: Attitude(),
+        is_acceptable: Callable[[GpsFix], bool] = lambda fix: fix.has_position,
     ) -> None:
-        """``antenna_of`` a link's number: where its antenna is. ``attitude_at`` a time: the compass's, unknown without one."""
-        self._texts = texts
+        """``antenna_of`` a link's number: where its antenna is. ``attitude_at`` a time: the compass's, unknown without one.
+
+        ``is_acceptable``: whether a fix is of a kind that is sailed on; a receiver that has no other does not lead.
+        """
+        self._texts, self._is_acceptable = texts, is_acceptable
         self._antenna_of, self._attitude_at = antenna_of, attitude_at
         self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
         self._fixes: dict[Key, GpsFix] = {}
@@ -65,7 +69,7 @@ class FixChoice:
 
     def leads(self, link: int, fix: GpsFix) -> bool:
         """Note a fix; True when its receiver is the one that counts."""
-        if not fix.has_position:
+        if not self._is_acceptable(fix):
             return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
         key = (link, "" if fix.source is None else fix.source.address)
         lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
@@ -74,6 +78,23 @@ class FixChoice:
             if len(self._fixes) > 1:
                 self._compare(fix, key)
         return lead
+
+    def stand_in(self, now_us: int, why: str) -> tuple[int, GpsFix] | None:
+        """The position is lost: let the best of the others that speak lead at once, and return its link and newest fix.
+
+        ``why``: what the one before is given up for. None when there is no other, or none that agreed with the one before.
+        """
+        choice = self._choice
+        for key in choice.others(now_us):
+            if key in self._fixes and key not in self._apart:
+                choice.hand_over(key, why, now_us)
+                return key[0], self._fixes[key]
+        return None
+
+    @property
+    def period_s(self) -> float:
+        """How often the receiver that counts speaks; 0 while it is not known."""
+        return 0.0 if self._choice.chosen is None else self._choice.period_s(self._choice.chosen)
 
     def _compare(self, fix: GpsFix, key: Key) -> None:
         used = self._choice.chosen

@@ -156,6 +156,32 @@ class Choice:
         """Whether the chosen source has fallen silent."""
         return self.chosen is None or self._is_silent(self._heard[self.chosen], t_us)
 
+    def others(self, t_us: int) -> list[Key]:
+        """Those that speak beside the chosen one, the best first; none while the rhythms of the first seconds are not yet known."""
+        if t_us <= self._settle_until_us:
+            return []
+        live = [(heard.order, key) for key, heard in self._heard.items() if key != self.chosen]
+        return [key for _, key in sorted(live) if not self._is_silent(self._heard[key], t_us)]
+
+    def hand_over(self, key: Key, why: str, t_us: int) -> None:
+        """Let another source lead at once, for a reason in words; the one before leads again when it has been steady from now on."""
+        assert self.chosen is not None
+        before = self._heard[self.chosen]
+        before.since_us = t_us
+        self._say(Severity.WARNING, f"{before.name} {before.fault or why}, using {self.name(key)}", t_us)
+        self._before, self.chosen = self.chosen, key
+
+    def is_known_off(self, key: Key) -> bool:
+        """Whether a source has been told to be off the chosen one, and it is not the chosen one that is known to be wrong."""
+        if self.chosen is None or self._heard[self.chosen].fault:
+            return False
+        pair = self._pairs.get((key, self.chosen))
+        return pair is not None and pair.told
+
+    def period_s(self, key: Key) -> float:
+        """How often a source speaks; 0 while it is not known."""
+        return self._heard[key].period_us * 1e-6
+
     @property
     def patience_us(self) -> float:
         """How long the chosen source may be unheard before it counts as silent."""
@@ -248,8 +274,7 @@ class Choice:
             live = (other for other in self._heard.values() if not self._is_silent(other, t_us))
             if min(live, key=lambda other: other.order) is not heard:
                 return False  # a better one is alive and is going to speak for itself
-            pair = self._pairs.get((key, self.chosen))
-            self.moved = pair is None or not pair.told
+            self.moved = not self.is_known_off(key)
             self._say(Severity.WARNING, f"{before.name} {before.fault or 'silent'}, using {heard.name}", t_us)
         elif not trusted or heard.order >= before.order:
             return False

@@ -1,0 +1,140 @@
+"""A second receiver and a second compass step in before the first one's silence counts as a loss."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from mavlink_bridge.language.messages import EulerAngles, FixType, GpsFix, Source
+
+LAT_RAD, LON_RAD = math.radians(41.185), math.radians(-8.706)
+RADIUS_M = 6.371e6
+LATENCY_US = 120_000
+FIRST, SECOND = Source("compass", "GP"), Source("second", "GN")
+SPEED_MPS = 1.5
+
+
+def fix_at(t_us: int, source: Source, *, off_m: float = 0.0, fix_type: FixType = FixType.RTK_FIXED) -> GpsFix:
+    """A boat that sails north, as a receiver off to the north sees it."""
+    north_m = SPEED_MPS * t_us * 1e-6 + off_m
+    return GpsFix(t_us, fix_type, LAT_RAD + north_m / RADIUS_M, LON_RAD, sog_mps=SPEED_MPS, cog_rad=0.0, source=source)
+
+
+class TwoReceivers:
+    """Two receivers and a compass on one boat, in virtual time: each sends at its rate, from a phase of its period on."""
+
+    def __init__(self, first_hz: float, second_hz: float, phase: float = 0.0) -> None:
+        self.estimator = Estimator(EstimatorConfig())
+        self.now_us = 0
+        self.rates = {0: (first_hz, 0.0), 1: (second_hz, phase)}
+        self.sources = {0: FIRST, 1: SECOND}
+        self.mute: set[int] = set()
+        self.off_m = {0: 0.0, 1: 0.0}
+        self.fix_type = {0: FixType.RTK_FIXED, 1: FixType.RTK_FIXED}
+        self.texts: list[tuple[float, str]] = []
+        self.lost_s: list[float] = []
+
+    def run(self, seconds: float) -> None:
+        end_us = self.now_us + round(seconds * 1e6)
+        while self.now_us < end_us:
+            self.now_us += 10_000
+            for link, (hz, phase) in self.rates.items():
+                period_us = round(1e6 / hz)
+                if link not in self.mute and (self.now_us - round(phase * period_us)) % period_us == 0:
+                    self.send(link)
+            if self.now_us % 50_000 == 0:
+                self.estimator.update(EulerAngles(self.now_us, psi_rad=0.0), 0)
+                self.tick()
+
+    def send(self, link: int) -> None:
+        fix = fix_at(self.now_us - LATENCY_US, self.sources[link], off_m=self.off_m[link], fix_type=self.fix_type[link])
+        self.estimator.update(fix, link)
+
+    def tick(self) -> None:
+        state = self.estimator.predict(self.now_us)
+        if not state.position_valid:
+            self.lost_s.append(self.now_us * 1e-6)
+        self.texts += [(self.now_us * 1e-6, text) for _, text in self.estimator.drain_texts()]
+
+    def said(self, what: str) -> list[str]:
+        return [text for _, text in self.texts if what in text]
+
+    def off_by_m(self) -> float:
+        state, origin = self.estimator.predict(self.now_us), self.estimator.origin
+        assert state.lat_rad is not None
+        assert origin is not None
+        return abs((state.lat_rad - LAT_RAD) * RADIUS_M - SPEED_MPS * self.now_us * 1e-6)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("rates", [(10.0, 10.0), (10.0, 5.0), (5.0, 5.0), (1.0, 1.0), (10.0, 1.0), (5.0, 2.0)])
+def test_a_sound_second_receiver_steps_in_before_the_position_is_lost(rates: tuple[float, float], phase: float) -> None:
+    """It came a tenth of a second too late, and the boat stopped in open water until an operator came."""
+    boat = TwoReceivers(*rates, phase)
+    boat.run(20.0)
+    boat.lost_s.clear()
+    boat.mute = {0}
+    boat.run(8.0)
+    assert boat.lost_s == []
+    assert boat.said("Position") == ["Position: compass GP silent, using second GN"]
+    assert boat.off_by_m() < 0.5
+
+
+@pytest.mark.parametrize("fix_type", [FixType.NONE, FixType.RTK_FLOAT])
+def test_one_whose_first_receiver_loses_its_fix_sails_on_by_the_second(fix_type: FixType) -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.run(20.0)
+    boat.lost_s.clear()
+    boat.fix_type[0] = fix_type
+    boat.run(10.0)
+    assert boat.lost_s == []
+    expected = ["Position: compass GP has no fix, using second GN"] if fix_type == FixType.NONE else []
+    assert boat.said("Position") == expected
+    boat.fix_type[0] = FixType.RTK_FIXED
+    boat.run(20.0)
+    assert boat.said("no longer") == []
+    boat.run(15.0)
+    assert len(boat.said("using compass GP, no longer second GN")) == len(expected)
+    assert boat.lost_s == []
+
+
+def test_a_second_receiver_that_was_known_to_be_off_does_not_step_in_at_once() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.off_m[1] = 60.0
+    boat.run(20.0)
+    boat.lost_s.clear()
+    boat.mute = {0}
+    boat.run(4.0)
+    assert boat.lost_s
+
+
+@pytest.mark.parametrize("second_hz", [10.0, 5.0, 2.0, 1.0])
+@pytest.mark.parametrize("late_us", [0, 20_000, 60_000, 110_000, 170_000])
+def test_a_second_compass_steps_in_before_the_heading_is_lost(second_hz: float, late_us: int) -> None:
+    estimator, now_us, lost = Estimator(EstimatorConfig()), 0, []
+    period_us = round(1e6 / second_hz)
+    while now_us < 16_000_000:
+        now_us += 10_000
+        if now_us % 100_000 == 0 and now_us < 10_000_000:
+            estimator.update(EulerAngles(now_us, psi_rad=0.5, source=FIRST), 0)
+        if (now_us - late_us) % period_us == 0:
+            estimator.update(EulerAngles(now_us, psi_rad=0.51, source=SECOND), 1)
+        if now_us % 50_000 == 0:
+            state = estimator.predict(now_us)
+            if now_us > 5_000_000 and not state.heading_valid:
+                lost.append(now_us)
+    assert lost == []
+    assert [text for _, text in estimator.drain_texts()] == ["Heading: compass GP silent, using second GN"]
+
+
+def test_a_second_compass_that_is_as_expected_replaces_one_that_jumped() -> None:
+    estimator, now_us = Estimator(EstimatorConfig()), 0
+    while now_us < 16_000_000:
+        now_us += 50_000
+        estimator.update(EulerAngles(now_us, psi_rad=0.5 if now_us < 10_000_000 else 2.5, source=FIRST), 0)
+        estimator.update(EulerAngles(now_us, psi_rad=0.51, source=SECOND), 1)
+        state = estimator.predict(now_us)
+        assert state.psi_rad == pytest.approx(0.505, abs=0.02)
+    assert "Heading: compass GP jumped, using second GN" in [text for _, text in estimator.drain_texts()]
