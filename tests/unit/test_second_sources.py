@@ -138,3 +138,52 @@ def test_a_second_compass_that_is_as_expected_replaces_one_that_jumped() -> None
         state = estimator.predict(now_us)
         assert state.psi_rad == pytest.approx(0.505, abs=0.02)
     assert "Heading: compass GP jumped, using second GN" in [text for _, text in estimator.drain_texts()]
+
+
+def test_two_that_disagreed_do_not_agree_when_one_falls_silent() -> None:
+    """The wrong one was believed 0.2 s later, and arming no longer barred."""
+    boat = TwoReceivers(10.0, 5.0)
+    boat.off_m[1] = 60.0
+    boat.run(20.0)
+    assert boat.said("disagree") == ["Positions disagree: second GN is 60 m from compass GP, which is used"]
+    boat.mute = {0}
+    boat.run(9.0)
+    assert boat.estimator.sources_disagree
+    assert not boat.estimator.predict(boat.now_us).position_valid
+    assert boat.said("agree again") == []
+    assert boat.said("disagreed") == ["Positions disagreed: compass GP is silent, it was 60 m from second GN"]
+    boat.run(60.0)
+    assert boat.estimator.sources_disagree
+    boat.mute, boat.off_m[1] = set(), 0.0
+    boat.run(20.0)
+    assert not boat.estimator.sources_disagree
+    assert boat.said("agree again") == ["Receivers compass GP and second GN agree again"]
+
+
+def test_one_that_was_off_and_fell_silent_bars_arming_until_it_agrees() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.off_m[1] = 15.0
+    boat.run(20.0)
+    boat.mute = {1}
+    boat.run(60.0)
+    assert boat.estimator.sources_disagree
+    assert boat.said("disagreed") == ["Positions disagreed: second GN is silent, it was 15 m from compass GP"]
+    assert boat.off_by_m() < 0.5
+    boat.mute, boat.off_m[1] = set(), 0.0
+    boat.run(5.0)
+    assert not boat.estimator.sources_disagree
+
+
+def test_of_three_the_odd_one_is_off_whichever_is_used() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.rates[2], boat.sources[2] = (5.0, 0.3), Source("third", "GL")
+    boat.off_m[2], boat.fix_type[2] = 0.0, FixType.RTK_FIXED
+    boat.off_m[0] = 60.0
+    boat.run(20.0)
+    boat.mute = {0}
+    boat.run(30.0)
+    assert boat.estimator.sources_disagree
+    boat.mute, boat.off_m[0] = set(), 0.0
+    boat.run(40.0)
+    assert not boat.estimator.sources_disagree
+    assert boat.off_by_m() < 0.5

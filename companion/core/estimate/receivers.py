@@ -20,6 +20,8 @@ _FRESH_US: Final = 2_000_000
 """Two fixes at 1 Hz."""
 _UNSURE_SHARE: Final = 0.2
 """Of what lies between two antennas: a magnetic compass 8 degrees off, a heel that nobody tells, a tape that sags."""
+_Two = tuple[Key, Key]
+"""Two receivers, in the order of their keys."""
 _NEAR_M: Final = 10.0
 """Two receivers nearer than this may be exact, and their antennas apart on one hull."""
 
@@ -46,15 +48,20 @@ class FixChoice:
         self._antenna_of, self._attitude_at = antenna_of, attitude_at
         self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
         self._fixes: dict[Key, GpsFix] = {}
-        self._since_us: dict[Key, int] = {}
-        """Since when each receiver has been away from the one used."""
-        self._apart: set[Key] = set()
-        self._told: set[Key] = set()
+        self._since_us: dict[_Two, int] = {}
+        """Since when two receivers have been apart."""
+        self._apart: dict[_Two, float] = {}
+        """How far apart those were last, m, that were so for long enough: until they agree."""
+        self._told: set[_Two] = set()
+        self._unheard: set[_Two] = set()
+        """Of those apart: that one of them fell silent is told."""
         self._said_us: int | None = None
+        self.moved = False
+        """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
 
     @property
     def disagree(self) -> bool:
-        """Whether a receiver has been away from the one used for 5 s and more."""
+        """Whether two receivers have been apart for 5 s and more, and have not agreed since: silence is no agreement."""
         return bool(self._apart)
 
     @property
@@ -62,17 +69,16 @@ class FixChoice:
         """Name of the receiver that counts; empty before there is one."""
         return self._choice.used
 
-    @property
-    def moved(self) -> bool:
-        """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
-        return self._choice.moved
-
     def leads(self, link: int, fix: GpsFix) -> bool:
         """Note a fix; True when its receiver is the one that counts."""
+        self.moved = False
         if not self._is_acceptable(fix):
             return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
         key = (link, "" if fix.source is None else fix.source.address)
-        lead = self._choice.leads(fix.source, link, fix.t_us, trusted=key not in self._apart)
+        before = self._choice.chosen
+        is_known_off = before is not None and _two(key, before) in self._apart
+        lead = self._choice.leads(fix.source, link, fix.t_us, trusted=not is_known_off)
+        self.moved = self._choice.moved and not is_known_off
         if key in self._fixes or len(self._fixes) < SOURCES_MAX:
             self._fixes[key] = fix
             if len(self._fixes) > 1:
@@ -86,7 +92,7 @@ class FixChoice:
         """
         choice = self._choice
         for key in choice.others(now_us):
-            if key in self._fixes and key not in self._apart:
+            if key in self._fixes and choice.chosen is not None and _two(key, choice.chosen) not in self._apart:
                 choice.hand_over(key, why, now_us)
                 return key[0], self._fixes[key]
         return None
@@ -97,22 +103,35 @@ class FixChoice:
         return 0.0 if self._choice.chosen is None else self._choice.period_s(self._choice.chosen)
 
     def _compare(self, fix: GpsFix, key: Key) -> None:
+        """Compare with the one used, and with those that it was apart from: silence is no agreement, and another one used no excuse."""
         used = self._choice.chosen
         assert used is not None
-        if key == used:
-            for other in tuple(self._since_us):
-                if other == used or fix.t_us - self._fixes[other].t_us > _FRESH_US:
-                    self._agree(other, used)
-            return
-        reference = self._fixes.get(used)
-        if reference is None or fix.t_us - reference.t_us > _FRESH_US:
-            return
+        others = {one if two == key else two for one, two in (*self._since_us, *self._apart) if key in (one, two)}
+        for other in sorted(others | {used} - {key}):
+            two, reference = _two(key, other), self._fixes.get(other)
+            if reference is None or fix.t_us - reference.t_us > _FRESH_US:
+                self._miss(two, key, other)
+            elif key != used:
+                self._judge(two, fix, reference, key=key, used=other)
+
+    def _judge(self, two: _Two, fix: GpsFix, reference: GpsFix, *, key: Key, used: Key) -> None:
         distance_m = _apart_m(fix, reference, self._between(key[0], used[0], fix.t_us))
         if distance_m is None:
-            self._agree(key, used)
-        elif fix.t_us - self._since_us.setdefault(key, fix.t_us) >= APART_US and key not in self._apart:
-            self._apart.add(key)
+            self._agree(two)
+        elif two in self._apart:
+            self._apart[two] = distance_m
+        elif fix.t_us - self._since_us.setdefault(two, fix.t_us) >= APART_US:
+            self._apart[two] = distance_m
             self._tell(distance_m, key, used, fix.t_us)
+
+    def _miss(self, two: _Two, key: Key, silent: Key) -> None:
+        """One of two that were apart has fallen silent; the other one speaks."""
+        self._since_us.pop(two, None)
+        if two in self._told and two not in self._unheard:
+            self._unheard.add(two)
+            name, apart_m = self._choice.name, self._apart[two]
+            text = f"Positions disagreed: {name(silent)} is silent, it was {_metres(apart_m)} from {name(key)}"
+            self._texts.append((Severity.WARNING, text))
 
     def _between(self, link: int, used: int, t_us: int) -> tuple[float, float, float]:
         """How far a link's antenna is from that of the one used, north and east, and what is not known of it, m."""
@@ -129,21 +148,32 @@ class FixChoice:
         if self._said_us is not None and t_us - self._said_us < SAY_EVERY_US:
             return
         self._said_us = t_us
-        self._told.add(other)
-        name, near = self._choice.name, distance_m < _NEAR_M
-        text = f"Positions disagree: {name(other)} is {distance_m:.{int(near)}f} m from {name(used)}, which is used"
+        self._told.add(_two(other, used))
+        name = self._choice.name
+        text = f"Positions disagree: {name(other)} is {_metres(distance_m)} from {name(used)}, which is used"
         link = self._choice.link(other)
-        if near and link and other[0] != used[0] and self._antenna_of(other[0]) == self._antenna_of(used[0]):
+        is_bare = other[0] != used[0] and self._antenna_of(other[0]) == self._antenna_of(used[0])
+        if distance_m < _NEAR_M and link and is_bare:
             text += f"; mounted so? set [mounts.{link}.antenna]"
         self._texts.append((Severity.WARNING, text))
 
-    def _agree(self, other: Key, used: Key) -> None:
-        self._since_us.pop(other, None)
-        self._apart.discard(other)
-        if other in self._told:
-            self._told.discard(other)
-            name = self._choice.name
-            self._texts.append((Severity.INFO, f"Receivers {name(other)} and {name(used)} agree again"))
+    def _agree(self, two: _Two) -> None:
+        self._since_us.pop(two, None)
+        self._apart.pop(two, None)
+        self._unheard.discard(two)
+        if two in self._told:
+            self._told.discard(two)
+            name, used = self._choice.name, self._choice.chosen
+            first, second = reversed(two) if two[0] == used else two
+            self._texts.append((Severity.INFO, f"Receivers {name(first)} and {name(second)} agree again"))
+
+
+def _two(one: Key, other: Key) -> _Two:
+    return (one, other) if one < other else (other, one)
+
+
+def _metres(distance_m: float) -> str:
+    return f"{distance_m:.{int(distance_m < _NEAR_M)}f} m"
 
 
 def _apart_m(first: GpsFix, second: GpsFix, between: tuple[float, float, float]) -> float | None:
