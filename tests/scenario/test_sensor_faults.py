@@ -147,6 +147,29 @@ def test_row_23_a_short_jump_is_not_even_noticed_by_the_pins() -> None:
     assert not thrusters_neutral(world)
 
 
+@pytest.mark.parametrize(("fault", "value", "seconds"), [("jump_north_m", 100.0, 25.0), ("frozen", True, 14.0)])
+def test_a_boat_that_lies_stopped_does_not_drift_when_the_position_leaps(
+    fault: str, value: float | bool, seconds: float
+) -> None:
+    """The alarm came with a boat that lay still, and stayed until the next order."""
+    world = on_the_circle("depth.enabled=false")
+    faults(world).set(fault, value)
+    texts = texts_during(world, seconds)
+    assert world.snapshot.action >= Action.STOP
+    faults(world).set(fault, type(value)(0))
+    texts += texts_during(world, 30.0)
+    assert world.snapshot.state.position_valid
+    assert any("accepted" in text or "moves again" in text for text in texts)
+    assert not any("Drifting" in text for text in texts)
+
+
+def test_a_stopped_boat_that_a_stream_carries_is_told_of_as_drifting() -> None:
+    world = on_the_circle("depth.enabled=false", "world.water.current_mps=0.5")
+    faults(world).set("jump_north_m", 100.0)
+    texts_during(world, 14.0)
+    assert any("Drifting while stopped" in text for text in texts_during(world, 30.0))
+
+
 def test_row_24_a_frozen_receiver_is_warned_of_and_then_stops_the_vessel() -> None:
     world = on_the_circle()
     faults(world).set("frozen", True)

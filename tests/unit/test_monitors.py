@@ -32,6 +32,7 @@ class Watch:
                 late_s,
                 supply,
                 lambda share: 3.0 * share,
+                more.get("leapt_m", (0.0, 0.0)),
             )
         return self.flags
 
@@ -86,6 +87,15 @@ def test_drift_while_stopped():
     assert not watch.step(north=5.1, stopped=False).drifting_while_stopped
     assert not watch.step(north=9.0, stopped=True).drifting_while_stopped, "a new stop, a new anchor"
     assert not watch.step(north=None, stopped=True).drifting_while_stopped
+
+
+def test_a_position_that_leaps_is_no_drift():
+    watch = Watch()
+    watch.step(north=0.0, stopped=True)
+    watch.step(north=3.0, stopped=True)
+    assert not watch.step(north=103.0, stopped=True, leapt_m=(100.0, 0.0)).drifting_while_stopped
+    assert watch.step(north=105.1, stopped=True, leapt_m=(100.0, 0.0)).drifting_while_stopped
+    assert watch.step(north=3.0, stopped=True, leapt_m=(100.0, 0.0)).drifting_while_stopped
 
 
 def test_row_59_oscillation():

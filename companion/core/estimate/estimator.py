@@ -111,6 +111,11 @@ class Estimator:
         )
 
     @property
+    def leapt_m(self) -> _Pair:
+        """By how much the position has leapt in all, north and east, from what was believed to what was believed next."""
+        return self._position.leapt_m
+
+    @property
     def sources_disagree(self) -> bool:
         """True while two receivers are further apart than both allow, for 5 s and more."""
         return self._receivers.disagree

@@ -123,7 +123,9 @@ class PositionTrack:
         self._refused_since_us: int | None = None
         self._jump = ComesAndGoes()
         self._refused_run_us = 0
-        self._refused_at = (0.0, 0.0)
+        self._refused_at = self._refused_from = (0.0, 0.0)
+        self.leapt_m = (0.0, 0.0)
+        """By how much what is believed has leapt in all, north and east: no vessel moved so."""
         self._frozen_out = False
 
     def configure(self, config: EstimatorConfig) -> None:
@@ -190,6 +192,9 @@ class PositionTrack:
         self._received_us = t_us
         if self.accepted_us is None or anew is not None:
             self._interval_s = anew or self._interval_s
+            if self.accepted_us is not None and 0 <= t_us - self.accepted_us < _PREDICT_MAX_S * 1e6:
+                self._advance(t_us, heading)
+                self._leap((north_m, east_m), (self._north_m, self._east_m))
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
             self._new_mps = velocity
             return told
@@ -307,6 +312,8 @@ class PositionTrack:
             return True
         after_gap = since_us > max(self._timeout_s, 2.5 * self._interval_s) * 1e6
         if self._outliers > _OUTLIERS_MAX or after_gap:
+            if not after_gap:
+                self._leap(at, (self._north_m, self._east_m))
             self._start(fix, t_us, at, velocity, heading)
         return self._outliers == 0
 
@@ -332,15 +339,20 @@ class PositionTrack:
     ) -> None:
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us
+            self._refused_from = (self._north_m, self._east_m)
             if self._jump.begins(t_us):
                 self._texts.append((Severity.WARNING, f"Position jumped by {off_m:.0f} m: holding"))
         elif math.hypot(at[0] - self._refused_at[0], at[1] - self._refused_at[1]) > gate_m:
             self._refused_run_us = t_us
         self._refused_at = at
         if t_us - self._refused_run_us >= self.config.reaccept_s * 1e6:
+            self._leap(at, self._refused_from)
             self._start(fix, t_us, at, velocity, heading)
             text = f"Position {off_m:.0f} m away accepted after {self.config.reaccept_s:.0f} s"
             self._texts.append((Severity.WARNING, text))
+
+    def _leap(self, at: Pair, before: Pair) -> None:
+        self.leapt_m = (self.leapt_m[0] + at[0] - before[0], self.leapt_m[1] + at[1] - before[1])
 
     def _correct(self, fix: GpsFix, t_us: int, at: tuple[float, float], velocity: tuple[float, float] | None) -> None:
         sigma = POSITION_SIGMA_M[fix.fix_type]

@@ -235,20 +235,21 @@ class Ticks:
 
 
 class Drift:
-    """How far the vessel has drifted since a failsafe stopped it."""
+    """How far the vessel has drifted since a failsafe stopped it; what only the position has leapt by is no drift."""
 
     def __init__(self) -> None:
         self._anchor: tuple[float, float] | None = None
 
-    def step(self, state: EstimatedState, stopped: bool, alarm_m: float) -> bool:
+    def step(self, state: EstimatedState, stopped: bool, alarm_m: float, leapt_m: tuple[float, float]) -> bool:
         if not stopped:
             self._anchor = None
             return False
         if state.x_m is None or state.y_m is None:
             return False
+        north_m, east_m = state.x_m - leapt_m[0], state.y_m - leapt_m[1]
         if self._anchor is None:
-            self._anchor = (state.x_m, state.y_m)
-        return math.hypot(state.x_m - self._anchor[0], state.y_m - self._anchor[1]) > alarm_m
+            self._anchor = (north_m, east_m)
+        return math.hypot(north_m - self._anchor[0], east_m - self._anchor[1]) > alarm_m
 
 
 class Monitors:
@@ -288,8 +289,12 @@ class Monitors:
         late_s: float,
         supply: SupplyVoltage | None,
         vessel_speed_fn: SpeedForThrust,
+        leapt_m: tuple[float, float] = (0.0, 0.0),
     ) -> MonitorFlags:
-        """``output``: what was sent last. ``stopped``: a failsafe holds the vessel in neutral. ``late_s``: of this tick."""
+        """``output``: what was sent last. ``stopped``: a failsafe holds the vessel in neutral. ``late_s``: of this tick.
+
+        ``leapt_m``: by how much the position has leapt in all, north and east.
+        """
         no_way = False
         speed_mps, port, starboard = state.sog_mps, output.thruster_port, output.thruster_starboard
         if speed_mps is not None:
@@ -298,7 +303,7 @@ class Monitors:
         said = (
             self._stuck.step(now_us, no_way, self._stuck_us),
             self._adrift.step(now_us, neutral, speed_mps, bound_mps=bound_mps, for_us=drift_us),
-            self._drift.step(state, stopped, self._alarm_m),
+            self._drift.step(state, stopped, self._alarm_m, leapt_m),
             self._steadying.step(now_us, self._oscillates(now_us, output), self._hold_us),
             *self._battery.step(now_us, supply),
             *self._ticks.step(now_us, late_s),

@@ -271,6 +271,7 @@ class Vehicle:
             late_s=sensed.inputs.late_s,
             supply=sensed.board.supply,
             vessel_speed_fn=parts.statics.throttle_to_speed,
+            leapt_m=parts.estimator.leapt_m,
         )
         return Guarded(depth, fence, monitors)
 
