@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -187,3 +188,83 @@ def test_of_three_the_odd_one_is_off_whichever_is_used() -> None:
     boat.run(40.0)
     assert not boat.estimator.sources_disagree
     assert boat.off_by_m() < 0.5
+
+
+def test_a_receiver_at_0_north_0_east_has_no_fix_and_the_second_leads() -> None:
+    """It was accepted after 10 s, 4645 km away, while a good receiver was heard and not used."""
+    boat = TwoReceivers(10.0, 5.0)
+    boat.run(20.0)
+    boat.lost_s.clear()
+    broken = GpsFix(boat.now_us, FixType.RTK_FIXED, 0.0, 0.0, sog_mps=0.0, source=FIRST)
+    boat.mute = {0}
+    for number in range(300):
+        boat.estimator.update(replace(broken, t_us=boat.now_us - LATENCY_US), 0)
+        boat.run(0.1)
+        assert not boat.said("accepted"), number
+    assert boat.lost_s == []
+    assert boat.off_by_m() < 0.5
+    assert boat.said("0 N 0 E") == ["Receiver compass GP says 0 N 0 E: taken for no fix"]
+    assert boat.said("Position") == ["Position: compass GP has no fix, using second GN"]
+
+
+def test_a_boat_with_one_receiver_at_0_north_0_east_has_no_position() -> None:
+    estimator = Estimator(EstimatorConfig())
+    for number in range(300):
+        estimator.update(GpsFix(100_000 * number, FixType.FIX_3D, 0.0, 0.0, source=FIRST), 0)
+        assert not estimator.predict(100_000 * number).position_valid
+    assert estimator.origin is None
+
+
+@pytest.mark.parametrize("off_m", [100.0, 4.6e6])
+def test_a_first_receiver_that_jumps_is_replaced_by_the_second_where_the_boat_is(off_m: float) -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.run(20.0)
+    boat.lost_s.clear()
+    boat.off_m[0] = off_m
+    boat.run(90.0)
+    assert boat.lost_s == []
+    assert boat.off_by_m() < 0.5
+    assert boat.said("Position: ") == ["Position: compass GP jumped, using second GN"]
+    assert boat.said("accepted") == []
+    assert boat.estimator.sources_disagree
+
+
+def test_a_jump_is_not_accepted_while_another_receiver_is_against_it() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.off_m[1] = 80.0
+    boat.run(20.0)
+    boat.off_m[0] = 300.0
+    boat.run(30.0)
+    assert not boat.estimator.predict(boat.now_us).position_valid
+    assert boat.said("accepted") == ["Position 300 m away not accepted: second GN contradicts it"]
+    boat.off_m[1] = 300.0
+    boat.run(5.0)
+    assert boat.estimator.predict(boat.now_us).position_valid
+    assert boat.off_by_m() == pytest.approx(300.0, abs=1.0)
+
+
+def test_a_frozen_first_receiver_is_replaced_by_one_that_moves() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.run(20.0)
+    boat.lost_s.clear()
+    frozen = fix_at(boat.now_us - LATENCY_US, FIRST)
+    boat.mute = {0}
+    for _ in range(200):
+        boat.estimator.update(replace(frozen, t_us=boat.now_us - LATENCY_US), 0)
+        boat.run(0.1)
+    assert boat.lost_s == []
+    assert boat.off_by_m() < 0.5
+    assert boat.said("Position: ") == ["Position: compass GP repeats one position, using second GN"]
+    assert boat.said("moves again") == []
+
+
+def test_two_that_repeat_one_position_do_not_stand_in_for_each_other() -> None:
+    boat = TwoReceivers(10.0, 5.0)
+    boat.run(20.0)
+    frozen_us = boat.now_us - LATENCY_US
+    boat.mute = {0, 1}
+    for _ in range(150):
+        for link, source in ((0, FIRST), (1, SECOND)):
+            boat.estimator.update(replace(fix_at(frozen_us, source), t_us=boat.now_us - LATENCY_US), link)
+        boat.run(0.1)
+    assert not boat.estimator.predict(boat.now_us).position_valid

@@ -64,6 +64,7 @@ class Estimator:
         self._receivers = FixChoice(
             self._texts, geometry.antenna_of, self._compass_attitude_at, self._position.is_acceptable
         )
+        self._position.contradicted_by = self._receivers.contradicted_by
         self._compasses = Compasses(self._heading, self._texts, self._distrust_heading)
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
         self._tilt = Tilt(self._texts)
@@ -276,6 +277,7 @@ class Estimator:
         )
 
     def _update_fix(self, fix: GpsFix, link: int) -> bool:
+        fix = self._receivers.somewhere(fix, link)
         if not self._receivers.leads(link, fix):
             return False
         self._take_fix(fix, link, anew=self._receivers.moved)
@@ -302,8 +304,10 @@ class Estimator:
 
     def _stand_in(self, now_us: int) -> None:
         """Before position or heading counts as lost: take the newest of another source that is sound."""
-        if not self._position.valid(now_us) and (why := self._position.why_lost):
-            found = self._receivers.stand_in(now_us, why)
+        position = self._position
+        if not position.valid(now_us):
+            expects = position.expects if position.is_known_wrong else None
+            found = self._receivers.stand_in(now_us, position.why_lost, expects, lively=position.is_frozen_out)
             if found is not None:
                 self._take_fix(found[1], found[0], anew=True)
         if not self._heading.valid(now_us):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language.geodesy import LocalFrame, metres_per_radian
@@ -11,6 +12,7 @@ from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import Arm
 from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
+from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
 from .told import ComesAndGoes
@@ -27,10 +29,6 @@ _NEAR_M: Final = 500.0
 """What starts farther off is reckoned the long way: the steps are no longer so good there."""
 _CLOSE_M: Final = 1e-4
 """A tenth of a millimetre, a hundredth of the best fix's noise."""
-_CLOCK_DRIFT: Final = 2e-4
-"""Crystals of computers and receivers run apart by up to 200 ppm."""
-_CLOCK_STEP_US: Final = 150_000
-"""More than a serial line delays a sentence by: the clock was set."""
 
 
 def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float, east_m: float) -> tuple[float, float]:
@@ -50,29 +48,6 @@ def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float
         if size_m < _CLOSE_M:
             return north_m, east_m
     return frame.to_local(lat_rad, lon_rad)
-
-
-class ClockAligner:
-    """Times of validity from the receiver's own clock: arrival jitters and is never early, UTC does not.
-
-    Keeps the least delay seen; it may grow by 200 ppm, more than two crystals drift apart.
-    """
-
-    def __init__(self) -> None:
-        self._least_us: float | None = None
-        self._at_us = 0
-
-    def align(self, t_us: int, utc_us: int | None) -> int:
-        if utc_us is None:
-            return t_us
-        offset, least = float(t_us - utc_us), self._least_us
-        if least is None or abs(offset - least) > _CLOCK_STEP_US:
-            least = offset
-        since_us, self._at_us = t_us - self._at_us, t_us
-        if since_us > 0:
-            least += _CLOCK_DRIFT * since_us
-        self._least_us = least = offset if offset < least else least
-        return round(utc_us + least)
 
 
 class FrozenWatch:
@@ -124,6 +99,10 @@ class PositionTrack:
         self._jump = ComesAndGoes()
         self._refused_run_us = 0
         self._refused_at = self._refused_from = (0.0, 0.0)
+        self._denied = False
+        """That the new place is not accepted is told."""
+        self.contradicted_by: Callable[[GpsFix], str] = lambda fix: ""
+        """Name of another receiver that is against a fix; empty when none is."""
         self.leapt_m = (0.0, 0.0)
         """By how much what is believed has leapt in all, north and east: no vessel moved so."""
         self._frozen_out = False
@@ -150,10 +129,31 @@ class PositionTrack:
 
     @property
     def why_lost(self) -> str:
-        """What a receiver is given up for, in words, where its position is not valid for want of fixes; empty else."""
+        """What a receiver is given up for, in words, where its position is not valid."""
         if not self._usable:
             return "has no fix"
-        return "" if self._frozen_out or self._refused_since_us is not None else "silent"
+        if self._frozen_out:
+            return "repeats one position"
+        return "silent" if self._refused_since_us is None else "jumped"
+
+    @property
+    def is_known_wrong(self) -> bool:
+        """Whether the receiver itself is in the wrong: where another one is against it, that speaks for the other."""
+        return self._usable and (self._frozen_out or self._refused_since_us is not None)
+
+    @property
+    def is_frozen_out(self) -> bool:
+        """Whether the receiver has repeated one position for too long."""
+        return self._frozen_out
+
+    def expects(self, fix: GpsFix) -> bool:
+        """Whether the vessel may be where a fix says, from where she was believed to be before the receiver was in the wrong."""
+        if self.origin is None or fix.lat_rad is None or fix.lon_rad is None:
+            return False
+        north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
+        since_s = self._invalid_s if self._frozen_out else self._hold_s
+        gate_m = self._jump_m + self._speed_max_mps * since_s
+        return math.hypot(north_m - self._north_m, east_m - self._east_m) <= gate_m
 
     def is_young(self, age_s: float) -> bool:
         """Whether a fix of this age still tells what the receiver says now; a slow receiver gets three of its periods."""
@@ -176,7 +176,7 @@ class PositionTrack:
             return None
         assert fix.lat_rad is not None
         assert fix.lon_rad is not None
-        self._judge_frozen(fix, moving)
+        self._judge_frozen(fix, moving, anew=anew is not None)
         if self.origin is None:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
@@ -221,13 +221,14 @@ class PositionTrack:
             and (not fix.simulated or self.config.accept_simulated)
         )
 
-    def _judge_frozen(self, fix: GpsFix, moving: bool) -> None:
+    def _judge_frozen(self, fix: GpsFix, moving: bool, *, anew: bool) -> None:
         same_s = self._watch.same_for_s(fix, moving)
         frozen = same_s > self._warn_s
         if frozen != self.frozen:
             self.frozen = frozen
             text = "Receiver repeats one position while moving" if frozen else "Receiver's position moves again"
-            self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
+            if frozen or not anew:  # of the one before nothing is known any more
+                self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
         self._frozen_out = same_s > self._invalid_s
 
     def _start(
@@ -340,12 +341,22 @@ class PositionTrack:
         if self._refused_since_us is None:
             self._refused_since_us = self._refused_run_us = t_us
             self._refused_from = (self._north_m, self._east_m)
+            self._denied = False
             if self._jump.begins(t_us):
                 self._texts.append((Severity.WARNING, f"Position jumped by {off_m:.0f} m: holding"))
         elif math.hypot(at[0] - self._refused_at[0], at[1] - self._refused_at[1]) > gate_m:
             self._refused_run_us = t_us
         self._refused_at = at
-        if t_us - self._refused_run_us >= self.config.reaccept_s * 1e6:
+        if t_us - self._refused_run_us < self.config.reaccept_s * 1e6:
+            return
+        against = self.contradicted_by(fix)
+        if against:
+            if not self._denied:
+                self._texts.append(
+                    (Severity.WARNING, f"Position {off_m:.0f} m away not accepted: {against} contradicts it")
+                )
+            self._denied = True
+        else:
             self._leap(at, self._refused_from)
             self._start(fix, t_us, at, velocity, heading)
             text = f"Position {off_m:.0f} m away accepted after {self.config.reaccept_s:.0f} s"

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.geodesy import MEAN_RADIUS_M, inverse
-from mavlink_bridge.language.messages import GpsFix, Severity
+from mavlink_bridge.language.messages import FixType, GpsFix, Severity
 
 from ..hull.geometry import Arm
 from .antenna import NO_ARM, Attitude, lever
 from .config import POSITION_ACCURACY_M
-from .sources import APART_US, SAY_EVERY_US, SOURCES_MAX, Choice, Key, Texts
+from .sources import APART_US, SAY_EVERY_US, SOURCES_MAX, UNLABELLED, Choice, Key, Texts, source_name
 
 _SIGMAS: Final = 3.0
 """Beyond three times what both say of their accuracy they cannot both be right."""
@@ -48,6 +49,8 @@ class FixChoice:
         self._antenna_of, self._attitude_at = antenna_of, attitude_at
         self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
         self._fixes: dict[Key, GpsFix] = {}
+        self._changed_us: dict[Key, int] = {}
+        """When a receiver last told another place than before."""
         self._since_us: dict[_Two, int] = {}
         """Since when two receivers have been apart."""
         self._apart: dict[_Two, float] = {}
@@ -56,6 +59,7 @@ class FixChoice:
         self._unheard: set[_Two] = set()
         """Of those apart: that one of them fell silent is told."""
         self._said_us: int | None = None
+        self._nowhere_us: int | None = None
         self.moved = False
         """Whether the last ``leads`` has just moved to a receiver that was not known to be off."""
 
@@ -69,6 +73,17 @@ class FixChoice:
         """Name of the receiver that counts; empty before there is one."""
         return self._choice.used
 
+    def somewhere(self, fix: GpsFix, link: int) -> GpsFix:
+        """A fix, without its position where that is 0 N 0 E to the last digit: broken receivers say so and call it valid."""
+        if fix.lat_rad != 0.0 or fix.lon_rad != 0.0 or not fix.has_position:
+            return fix
+        if self._nowhere_us is None or fix.t_us - self._nowhere_us > SAY_EVERY_US:
+            label = UNLABELLED if fix.source is None else fix.source
+            text = f"Receiver {source_name(label, link)} says 0 N 0 E: taken for no fix"
+            self._texts.append((Severity.WARNING, text))
+        self._nowhere_us = fix.t_us
+        return replace(fix, fix_type=FixType.NONE, lat_rad=None, lon_rad=None)
+
     def leads(self, link: int, fix: GpsFix) -> bool:
         """Note a fix; True when its receiver is the one that counts."""
         self.moved = False
@@ -80,22 +95,42 @@ class FixChoice:
         lead = self._choice.leads(fix.source, link, fix.t_us, trusted=not is_known_off)
         self.moved = self._choice.moved and not is_known_off
         if key in self._fixes or len(self._fixes) < SOURCES_MAX:
+            last = self._fixes.get(key)
+            if last is None or (last.lat_rad, last.lon_rad) != (fix.lat_rad, fix.lon_rad):
+                self._changed_us[key] = fix.t_us
             self._fixes[key] = fix
             if len(self._fixes) > 1:
                 self._compare(fix, key)
         return lead
 
-    def stand_in(self, now_us: int, why: str) -> tuple[int, GpsFix] | None:
+    def stand_in(
+        self, now_us: int, why: str, expects: Callable[[GpsFix], bool] | None, *, lively: bool = False
+    ) -> tuple[int, GpsFix] | None:
         """The position is lost: let the best of the others that speak lead at once, and return its link and newest fix.
 
-        ``why``: what the one before is given up for. None when there is no other, or none that agreed with the one before.
+        ``why``: what the one before is given up for. ``expects``: whether the vessel may be where a fix says, where the one before is
+        known to be wrong; else only one leads that agreed with it. ``lively``: and only one whose place has just changed.
         """
         choice = self._choice
         for key in choice.others(now_us):
-            if key in self._fixes and choice.chosen is not None and _two(key, choice.chosen) not in self._apart:
+            fix = self._fixes.get(key)
+            if fix is None or choice.chosen is None:
+                continue
+            is_sound = expects(fix) if expects is not None else _two(key, choice.chosen) not in self._apart
+            if is_sound and not (lively and now_us - self._changed_us[key] > _FRESH_US):
                 choice.hand_over(key, why, now_us)
-                return key[0], self._fixes[key]
+                return key[0], fix
         return None
+
+    def contradicted_by(self, fix: GpsFix) -> str:
+        """Name of another receiver that is against a fix of the one used; empty when none is."""
+        used = self._choice.chosen
+        for other, reference in self._fixes.items():
+            if used is None or other == used or abs(fix.t_us - reference.t_us) > _FRESH_US:
+                continue
+            if _apart_m(fix, reference, self._between(used[0], other[0], fix.t_us)) is not None:
+                return self._choice.name(other)
+        return ""
 
     @property
     def period_s(self) -> float:

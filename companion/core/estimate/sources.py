@@ -36,7 +36,12 @@ _COMPARE_US: Final = 1_000_000
 """Values further apart in time are not compared: a boat turns 30 degrees in it."""
 SOURCES_MAX: Final = 16
 """A line that invents talkers fills no memory."""
-_UNLABELLED: Final = Source()
+UNLABELLED: Final = Source()
+
+
+def source_name(label: Source, link: int) -> str:
+    """How texts name a source of a link."""
+    return f"{label.link} {label.name or label.address}".strip() or f"sensor {link + 1}"
 
 
 class _Heard:
@@ -54,7 +59,7 @@ class _Heard:
     def relabel(self, label: Source, link: int) -> None:
         """Take a source's name and rank, which may change while it stays the same source."""
         self.label = label
-        self.name = f"{label.link} {label.name or label.address}".strip() or f"sensor {link + 1}"
+        self.name = source_name(label, link)
         self.order = (label.rank[0], link, *label.rank[1:])
 
 
@@ -105,7 +110,7 @@ class Choice:
         One that is not ``trusted`` steps in for a silent one, but never takes over from one that speaks.
         """
         self.moved = False
-        label = _UNLABELLED if source is None else source
+        label = UNLABELLED if source is None else source
         key = (link, label.address)
         heard = self._heard.get(key)
         if heard is None:
