@@ -41,7 +41,7 @@ class Authority:
         self._ids = frozenset(ids)
         self.commander = commander
         self._heard_us: int | None = None
-        self._wish: tuple[Console, int] | None = None
+        self._wish: tuple[Console, type, int] | None = None
 
     def heard(self, console: Console, now_us: int) -> bool:
         """A console gave a sign of life; returns whether it is the one that commands."""
@@ -53,18 +53,18 @@ class Authority:
     def is_silent(self, now_us: int) -> bool:
         return self.commander is None or self._heard_us is None or now_us - self._heard_us >= self._timeout_us
 
-    def refusal(self, console: Console, now_us: int) -> str:
-        """Why this console may not set the vessel moving now, or ""."""
+    def refusal(self, console: Console, order: type, now_us: int) -> str:
+        """Why this console may not order now, or "". ``order``: its kind; who orders something else does not order again."""
         if self._ids and console.imc_id not in self._ids:
             return f"{console} is no operator here (commander_ids): it may stop and abort"
         if self.commander in (None, console) or self.is_silent(now_us):
             return ""
         wish = self._wish
-        if wish is not None and wish[0] == console and now_us - wish[1] <= INSIST_US:
-            if now_us - wish[1] >= INSIST_AFTER_US:
+        if wish is not None and wish[:2] == (console, order) and now_us - wish[2] <= INSIST_US:
+            if now_us - wish[2] >= INSIST_AFTER_US:
                 return ""
         else:
-            self._wish = console, now_us
+            self._wish = console, order, now_us
         return f"{self.commander} commands: order again in {INSIST_AFTER_US // 1_000_000} s to take command"
 
     def take(self, console: Console, now_us: int) -> Console | None:

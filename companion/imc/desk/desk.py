@@ -158,7 +158,7 @@ class Desk:
         if request.type != imc.ReplyType.REQUEST or self._is_again(request, asker):
             return
         is_order = request.op in (imc.PlanControlOp.START, imc.PlanControlOp.LOAD)
-        refusal = self._refusal(asker) if is_order else ""
+        refusal = self._refusal(asker, imc.PlanControl) if is_order else ""
         if request.op == imc.PlanControlOp.STOP and self._config.read_only:
             refusal = READ_ONLY
         self._repeats.open(asker.imc_id, request, asker.sent_utc_s, is_order=is_order and not refusal)
@@ -215,26 +215,29 @@ class Desk:
         self._limits.tell(asker, LIMITS)
 
     def _set_limits(self, message: imc.OperationalLimits, asker: Asker) -> None:
-        refusal = self._refusal(asker)
+        refusal = self._refusal(asker, imc.OperationalLimits)
         if refusal:
             self.say(4, f"{asker}: limits refused: {refusal}")
             self._limits.tell(asker, LIMITS)
-        else:
-            self.say(_NOTICE, f"{asker}: operational limits")
-            self._limits.set(message, asker, LIMITS, self._now_us)
+            return
+        self._take_command(asker)
+        self._limits.set(message, asker, LIMITS, self._now_us)
+        self.keep()
 
     def _query(self, message: imc.QueryEntityParameters, asker: Asker) -> None:
         self._params.query(message.name, asker, self._now_us)
 
     def _set_parameters(self, message: imc.SetEntityParameters, asker: Asker) -> None:
-        refusal = self._refusal(asker)
+        refusal = self._refusal(asker, imc.SetEntityParameters)
         if refusal:
             self.say(4, f"{asker}: {message.name} not set: {refusal}")
             self._params.query(message.name, asker, self._now_us)
             return
+        self._take_command(asker)
         names = ", ".join(f"{each.name} = {each.value}" for each in message.params[:8])
         self.say(_NOTICE, f"{asker}: {message.name}: {names}")
         self._params.set(message, asker, self._now_us)
+        self.keep()
 
     def _save_parameters(self, message: imc.SaveEntityParameters, asker: Asker) -> None:
         """Parameters are stored when they are set: nothing is left to do, and consoles wait for no answer."""
@@ -244,15 +247,15 @@ class Desk:
 
     # ---- inside -------------------------------------------------------------------------------------------------
 
-    def _refusal(self, asker: Asker) -> str:
-        """Why a console may not set the vessel going now, or ""."""
+    def _refusal(self, asker: Asker, order: type) -> str:
+        """Why a console may not give an order of this kind now, or ""."""
         if self._config.read_only:
             return READ_ONLY
         if asker.age_s is not None and asker.age_s > OLD_S:
             return f"the order is {asker.age_s:.0f} s old: order again"
         if self._repeats.is_late(asker.imc_id, asker.sent_utc_s):
             return "a newer order of this console was taken already"
-        return self.authority.refusal(_console_of(asker), self._now_us)
+        return self.authority.refusal(_console_of(asker), order, self._now_us)
 
     def _take_command(self, asker: Asker) -> None:
         console = _console_of(asker)

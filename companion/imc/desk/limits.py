@@ -6,6 +6,7 @@ What a surface vessel has not, depth and climbing for two, is refused by name. L
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -98,6 +99,42 @@ class ConsoleLimits:
         return {"max_speed_mps": self.max_speed_mps, "area": kept}
 
 
+@dataclass(frozen=True, slots=True)
+class LimitChange:
+    """What an operator should read of one limit. ``weakens``: the vessel may do what it might not before."""
+
+    words: str
+    weakens: bool = False
+
+
+def changes(before: ConsoleLimits, after: ConsoleLimits) -> list[LimitChange]:
+    """What of area and speed is otherwise now."""
+    found = []
+    area, speed_mps = after.area, after.max_speed_mps
+    if area is None and before.area is not None:
+        found.append(LimitChange("area REMOVED, there is no fence", weakens=True))
+    elif area is not None and area != before.area:
+        found.append(LimitChange(f"area {area.length_m:g} x {area.width_m:g} m", weakens=before.area is not None))
+    if speed_mps is None and before.max_speed_mps is not None:
+        found.append(LimitChange("max speed REMOVED", weakens=True))
+    elif speed_mps is not None and speed_mps != before.max_speed_mps:
+        weakens = before.max_speed_mps is not None and speed_mps > before.max_speed_mps
+        found.append(LimitChange(f"max speed {speed_mps:g} m/s", weakens))
+    return found
+
+
+def lowered(before_m: float | None, after_m: float | None) -> list[LimitChange]:
+    """What of the least altitude is otherwise now; None: not looked at."""
+    if before_m is None or after_m is None or before_m == after_m:
+        return []
+    return [LimitChange(f"{MIN_ALTITUDE} {before_m:g} -> {after_m:g} m", weakens=after_m < before_m)]
+
+
+def in_words(changed: Sequence[LimitChange]) -> str:
+    """One sentence of them."""
+    return ", ".join(each.words for each in changed) or "as they were"
+
+
 def restored(saved: object) -> ConsoleLimits:
     """Limits out of the store; none from what is none."""
     try:
@@ -107,6 +144,16 @@ def restored(saved: object) -> ConsoleLimits:
         return ConsoleLimits(None if speed is None else float(speed), found)
     except (KeyError, TypeError, ValueError):
         return ConsoleLimits()
+
+
+def limits_of(message: imc.OperationalLimits) -> ConsoleLimits:
+    """Area and speed of a console's limits. Raises ValueError when any limit in them, the altitude too, is no number or no area."""
+    if message.mask & _Mask.MIN_ALT and not math.isfinite(message.min_altitude_m):
+        raise ValueError("min altitude is no number")
+    speed_mps = message.max_speed_mps if message.mask & _Mask.MAX_SPEED else 0.0
+    if not 0.0 <= speed_mps < math.inf:
+        raise ValueError(f"max speed {speed_mps:g} m/s is not above 0; leave it out for none")
+    return ConsoleLimits(speed_mps or None, area_of(message))
 
 
 def area_of(message: imc.OperationalLimits) -> LimitArea | None:

@@ -1,8 +1,12 @@
-"""A vehicle's parameters, as jobs: the whole list with its gaps filled, and one that is set. Source: MAVLink parameter protocol."""
+"""A vehicle's parameters, as jobs: the whole list with its gaps filled, one that is read, one that is set.
+
+Source: MAVLink parameter protocol.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, Final
 
 from ..files.params import REAL32, real32
@@ -55,6 +59,31 @@ def _is_listed(message: Any) -> bool:
     return bool(message.get_type() == "PARAM_VALUE" and message.param_index < MOST)
 
 
+def read(vehicle: HeardVehicle, name: str, into: dict[str, float], *, answer_s: float) -> Job:
+    """Read one parameter ``into`` a dict, as it is aboard now."""
+    asked = dialect.MAVLink_param_request_read_message(
+        target_system=vehicle.system,
+        target_component=vehicle.component,
+        param_id=name.encode("ascii", "replace")[:16],
+        param_index=-1,
+    )
+    told = yield Step(lambda _: (asked,), _answers(name), SET_S, _tries(answer_s))
+    if told is None:
+        return JobOutcome(False, f"{name}: the vehicle does not answer")
+    if told.get_type() == "PARAM_ERROR":
+        return JobOutcome(False, f"{name}: {_ERRORS.get(told.error, f'error {told.error}')}")
+    into[name] = float(told.param_value)
+    return DONE
+
+
+def _answers(name: str) -> Callable[[Any], bool]:
+    return lambda heard: bool(heard.get_type() in ("PARAM_VALUE", "PARAM_ERROR") and heard.param_id == name)
+
+
+def _tries(answer_s: float) -> int:
+    return max(1, round(answer_s / SET_S))
+
+
 def put(vehicle: HeardVehicle, name: str, value: float, *, texts: Texts, answer_s: float) -> Job:
     """Set one parameter and wait for the value that the vehicle has taken."""
     message = dialect.MAVLink_param_set_message(
@@ -65,11 +94,7 @@ def put(vehicle: HeardVehicle, name: str, value: float, *, texts: Texts, answer_
         param_type=REAL32,
     )
     since = texts.count
-
-    def wants(heard: Any) -> bool:
-        return heard.get_type() in ("PARAM_VALUE", "PARAM_ERROR") and heard.param_id == name
-
-    echo = yield Step(lambda _: (message,), wants, SET_S, max(1, round(answer_s / SET_S)))
+    echo = yield Step(lambda _: (message,), _answers(name), SET_S, _tries(answer_s))
     if echo is None:
         return JobOutcome(False, f"{name}: the vehicle does not answer")
     if echo.get_type() == "PARAM_VALUE" and echo.param_value == real32(value):
