@@ -92,3 +92,17 @@ def test_only_who_commands_sets_limits_and_parameters_and_who_insists_commands()
     assert not rig.world.app.settings.depth.enabled
     assert any("ccu-other (0x4002) commands now, not" in text for _, _, text in rig.events)
     assert "ccu-other (0x4002) commands" in rig.console.start("p1").info
+
+
+def test_a_plan_cannot_lower_the_depth_limit() -> None:
+    """It had done so without a word, and for ever."""
+    rig = Rig()
+    shallow = imc.SetEntityParameters(name="Depth", params=(imc.EntityParameter("DEPTH_MIN", "0.5"),))
+    node = imc.PlanManeuver(maneuver_id="a", data=rig.goto(25.0, 0.0), start_actions=(shallow,))
+    saved = rig.console.save(imc.PlanSpecification(plan_id="acts", start_man_id="a", maneuvers=(node,)))
+    assert ok(saved), "it is kept: what it is refused for is said"
+    assert "START will refuse it: a: a plan may not set DEPTH_MIN (Depth)" in saved.info
+    assert "a plan may not set DEPTH_MIN" in rig.console.start("acts").info
+    rig.run(3.0)
+    assert rig.world.app.settings.depth.min_altitude_m == 4.0
+    assert not rig.snapshot.armed

@@ -257,10 +257,25 @@ def test_every_item_belongs_to_the_manoeuvre_that_it_came_from() -> None:
 
 def test_actions_of_this_vessel_are_kept_and_payloads_noted() -> None:
     light = imc.SetEntityParameters(name="LBL", params=(imc.EntityParameter("Active", "false"),))
-    depth = imc.SetEntityParameters(name="Depth", params=(imc.EntityParameter("DEPTH_MIN", "3.5"),))
-    made = compiled(plan("p", goto(), start_actions=(light, depth)), MEANS, sections=("Depth",))
-    assert [(each.section, each.name, each.value) for each in made.on_start] == [("Depth", "DEPTH_MIN", "3.5")]
+    way = imc.SetEntityParameters(name="Guidance", params=(imc.EntityParameter("WP_RADIUS", "3.5"),))
+    made = compiled(plan("p", goto(), start_actions=(light, way)), MEANS, sections=("Depth", "Guidance"))
+    assert [(each.section, each.name, each.value) for each in made.on_start] == [("Guidance", "WP_RADIUS", "3.5")]
     assert "there is no LBL here" in made.remark
+    assert "the plan's start sets WP_RADIUS = 3.5, which stays" in made.remark
+
+
+@pytest.mark.parametrize("when", ["start_actions", "end_actions"])
+@pytest.mark.parametrize(
+    ("part", "name"), [("Depth", "DEPTH_MIN"), ("Fence", "FENCE_ENABLE"), ("Mission", "PLAN_FAR_OK")]
+)
+def test_what_guards_the_vessel_is_not_a_plans_to_set(when: str, part: str, name: str) -> None:
+    action = imc.SetEntityParameters(name=part, params=(imc.EntityParameter(name, "0"),))
+    node = imc.PlanManeuver(maneuver_id="a", data=goto(), **{when: (action,)})
+    for spec in (
+        plan("p", goto(), **{when: (action,)}),
+        imc.PlanSpecification("p", start_man_id="a", maneuvers=(node,)),
+    ):
+        assert f"a plan may not set {name}" in refused(spec, sections=("Depth", "Fence", "Mission"))
 
 
 def test_an_end_that_never_comes_is_told() -> None:

@@ -1,7 +1,8 @@
 """A console's plan, compiled: the items that the vehicle sails, which item belongs to which manoeuvre, and what is done besides.
 
-Whatever is refused is refused here, before anything is sent. Actions of a plan or manoeuvre that set parameters of this vessel are
-done when their time comes; settings of payloads that this vessel has not are noted in words and passed over.
+Whatever is refused is refused here, before anything is sent. Actions of a plan or manoeuvre that set how it is sailed are done when
+their time comes, and noted; those that set what guards the vessel are refused; settings of payloads that this vessel has not are noted
+and passed over.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ from .maneuvers import Means, sailed
 from .refusal import ConsoleRefusedError
 
 Task = ours.Goto | ours.Loiter
+SETTABLE: Final = frozenset({"Guidance"})
+"""Parts that a plan may set: how it is sailed. All the others guard or tune the vessel, and nobody would put them back for sure: a
+bridge ashore may be gone when the plan ends."""
 _NOTES_SAID: Final = 3
 """More would not be read in a console's pop-up."""
 
@@ -210,13 +214,19 @@ def _stages(
 def _settings(
     actions: Sequence[imc.Message], where: str, sections: Sequence[str], notes: list[str]
 ) -> tuple[Setting, ...]:
-    """The settings of this vessel among actions; the others are noted."""
+    """The settings of this vessel among actions; all are noted. Raises ConsoleRefusedError for one that is not a plan's to set."""
     found: list[Setting] = []
     for action in actions:
         if not isinstance(action, imc.SetEntityParameters):
             notes.append(f"{where}: {imc.name_of(action.NUMBER)} does nothing here")
         elif action.name not in sections:
             notes.append(f"{where}: there is no {action.name} here, its settings are passed over")
+        elif action.name not in SETTABLE:
+            names = ", ".join(each.name for each in action.params[:_NOTES_SAID]) or action.name
+            raise ConsoleRefusedError(
+                f"a plan may not set {names} ({action.name}): set it by itself, before START", where
+            )
         else:
             found += [Setting(action.name, each.name, each.value) for each in action.params]
+            notes += [f"{where} sets {each.name} = {each.value}, which stays" for each in action.params]
     return tuple(found)
