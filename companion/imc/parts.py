@@ -13,6 +13,8 @@ from .power import BATTERY, PORT, RUDDERS, STARBOARD
 
 VEHICLE: Final = "Vehicle Link"
 CLOCK: Final = "Clock"
+SOUNDER: Final = "Sounder"
+FENCE: Final = "Fence"
 LOST_US: Final = 5_000_000
 """A vehicle that was not heard for so long is not there."""
 _UNKNOWN_MV: Final = 0xFFFF
@@ -33,10 +35,10 @@ PARTS: Final = (
     Part("GPS", 0x20, "active", "no usable fix"),
     Part("Compass", 0x04, "active", "no heading"),
     Part("Attitude", 0x200000, "active", "roll, pitch or position missing"),
-    Part("Sounder", 0x100, "active", "no soundings"),
+    Part(SOUNDER, 0x100, "active", "no soundings"),
     Part("Actuators", 0x8000, "active", "the board does not answer or refuses"),
     Part(BATTERY, 0x2000000, "active", "low or not measured"),
-    Part("Fence", 0x100000, "inside", "outside, or its state is not known"),
+    Part(FENCE, 0x100000, "inside", "outside, or its state is not known"),
     Part("Logger", 0x1000000, "writing", "not writing"),
     Part("Arming", 0x10000000, "may be armed", "checks before arming fail; the texts say which"),
 )
@@ -88,13 +90,34 @@ def clock_state(skews: Sequence[str]) -> EntityState:
 
 def _part_state(part: Part, status: Any, picture: ImcPicture, now_us: int) -> EntityState:
     if not status.onboard_control_sensors_present & part.bit:
-        return EntityState(EntityCondition.NORMAL, description="not fitted")
+        return _absent(part, picture, now_us)
+    if part.label == FENCE and not status.onboard_control_sensors_enabled & part.bit:
+        return _unfenced(picture, now_us)
     healthy = bool(status.onboard_control_sensors_health & part.bit)
     words = _more(part, status, picture, now_us) if healthy else ""
     return EntityState(
         EntityCondition.NORMAL if healthy else EntityCondition.ERROR,
         description=words or (part.good if healthy else part.bad),
     )
+
+
+def _absent(part: Part, picture: ImcPicture, now_us: int) -> EntityState:
+    """A part without its bit. Soundings are told of a sounder only: if they come, its guard is what is switched off."""
+    if part.label != SOUNDER:
+        return EntityState(EntityCondition.NORMAL, description="not fitted")
+    if picture.fresh("WATER_DEPTH", now_us) is not None:
+        return EntityState(EntityCondition.FAULT, description="fitted, but the depth guard is switched off")
+    if picture.by_radio(now_us):
+        return EntityState(EntityCondition.NORMAL, description="no depth is told by radio")
+    return EntityState(EntityCondition.NORMAL, description="not fitted; no depth guard")
+
+
+def _unfenced(picture: ImcPicture, now_us: int) -> EntityState:
+    """The vehicle keeps inside nothing: it has no fence, or does not heed the one it has."""
+    mission = picture.fresh("MISSION_CURRENT", now_us)
+    if mission is not None and mission.fence_id:
+        return EntityState(EntityCondition.FAULT, description="a fence is aboard, but switched off")
+    return EntityState(EntityCondition.NORMAL, description="not told by radio" if picture.by_radio(now_us) else "none")
 
 
 def _more(part: Part, status: Any, picture: ImcPicture, now_us: int) -> str:

@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 
 from companion.imc.logbook import LogBook
+from companion.imc.parts import parts
 from companion.imc.picture import ImcPicture
 from companion.imc.state_out import StateOut
 from companion.imc.view import PlanView
@@ -227,11 +228,50 @@ def test_each_part_is_told_in_words_and_counted_when_it_fails():
         if number == packet.header.source_entity
     }
     assert (words["GPS"].state, words["GPS"].description) == (imc.EntityCondition.ERROR, "no usable fix")
-    assert (words["Sounder"].state, words["Sounder"].description) == (imc.EntityCondition.NORMAL, "not fitted")
+    assert (words["Sounder"].state, words["Sounder"].description) == (
+        imc.EntityCondition.NORMAL,
+        "not fitted; no depth guard",
+    )
     assert words["Battery"].description == "12.6 V, 80 %"
     assert words["Vehicle Link"].state == imc.EntityCondition.NORMAL
     state = next(packet.message for packet in reversed(found) if isinstance(packet.message, imc.VehicleState))
     assert (state.error_count, state.error_ents) == (1, "GPS")
+
+
+def told_of(label: str, *heard) -> tuple[int, str]:
+    boat = Boat()
+    for message in (heartbeat(), *heard):
+        boat.picture.hear(message, S)
+    state = dict(parts(boat.picture, S, ()))[label]
+    return state.state, state.description
+
+
+@pytest.mark.parametrize(
+    ("enabled", "fence_id", "radio", "said"),
+    [
+        (True, 7, False, (imc.EntityCondition.NORMAL, "inside")),
+        (False, 0, False, (imc.EntityCondition.NORMAL, "none")),
+        (False, 7, False, (imc.EntityCondition.FAULT, "a fence is aboard, but switched off")),
+        (False, 0, True, (imc.EntityCondition.NORMAL, "not told by radio")),
+    ],
+)
+def test_a_fence_that_is_not_there_or_not_kept_is_not_told_as_kept(enabled, fence_id, radio, said):
+    bits = HEALTHY if enabled else HEALTHY & ~0x100000
+    state = d.MAVLink_sys_status_message(HEALTHY, bits, HEALTHY, 0, 12_600, 150, 80, 0, 0, 0, 0, 0, 0)
+    mission = d.MAVLink_mission_current_message(0, fence_id=fence_id)
+    assert told_of("Fence", state, mission, *([radio_age(1.0)] if radio else [])) == said
+
+
+def test_a_sounder_that_is_there_while_its_guard_is_switched_off_is_a_fault():
+    off = status(health=HEALTHY & ~0x100, present=HEALTHY & ~0x100)
+
+    def depth(distance_m):
+        return d.MAVLink_water_depth_message(0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, distance_m, math.nan)
+
+    said = imc.EntityCondition.FAULT, "fitted, but the depth guard is switched off"
+    assert told_of("Sounder", off, depth(6.0)) == told_of("Sounder", off, depth(math.nan)) == said
+    assert told_of("Sounder", off) == (imc.EntityCondition.NORMAL, "not fitted; no depth guard")
+    assert told_of("Sounder", off, radio_age(1.0)) == (imc.EntityCondition.NORMAL, "no depth is told by radio")
 
 
 def test_what_the_actuators_were_given_by_the_boards_own_word():
