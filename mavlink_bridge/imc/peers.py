@@ -23,6 +23,13 @@ CONSOLE_PORT: Final = 6001
 _REMEMBERED: Final = 128
 """Packets of a system that are known again; a console sends some 3 a second."""
 _CLOCK_WINDOW_US: Final = 30_000_000
+SET_BACK_S: Final = 60.0
+"""What looks older than this is not late: no network holds packets for so long, the clock that stamped it was set back."""
+_AGREED_S: Final = 1.0
+"""Packets that were held up come ever less late; those of a clock that was set back agree within a network's jitter."""
+_AGREED_US: Final = 3_000_000
+_AGREED: Final = 4
+"""So many packets over that time: a console's Heartbeat alone brings them, and a burst of held up ones does not take so long."""
 
 
 @dataclass
@@ -32,15 +39,33 @@ class PeerClock:
     since_us: int = 0
     best_s: float | None = None
     before_s: float | None = None
+    _back_s: float | None = None
+    """The lead on which the newest packets agree, when it is one of a clock that was set back."""
+    _back_us: int = 0
+    """Since when."""
+    _backs: int = 0
 
     def heard(self, utc_s: float, now_us: int) -> None:
         """Take in the time of a packet's header."""
         if not math.isfinite(utc_s) or abs(utc_s) > 1e11:
             return
         lead_s = utc_s - now_us * 1e-6
+        if self._was_set_back(lead_s, now_us):
+            self.best_s = self.before_s = None
         if self.best_s is None or now_us - self.since_us >= _CLOCK_WINDOW_US:
             self.before_s, self.best_s, self.since_us = self.best_s, lead_s, now_us
         self.best_s = max(self.best_s, lead_s)
+
+    def _was_set_back(self, lead_s: float, now_us: int) -> bool:
+        """Whether packets in a row, for a while, agree on a clock that goes behind the one before."""
+        ahead_s = self.ahead_s
+        if ahead_s is None or ahead_s - lead_s <= SET_BACK_S:
+            self._back_s = None
+            return False
+        if self._back_s is None or abs(lead_s - self._back_s) > _AGREED_S:
+            self._back_s, self._back_us, self._backs = lead_s, now_us, 0
+        self._backs += 1
+        return self._backs >= _AGREED and now_us - self._back_us >= _AGREED_US
 
     @property
     def ahead_s(self) -> float | None:

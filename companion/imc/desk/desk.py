@@ -252,7 +252,7 @@ class Desk:
         if self._config.read_only:
             return READ_ONLY
         if asker.age_s is not None and asker.age_s > OLD_S:
-            return f"the order is {asker.age_s:.0f} s old: order again"
+            return f"the order is {asker.age_s:.0f} s old: order again (in a minute at most, if its clock was set back)"
         if self._repeats.is_late(asker.imc_id, asker.sent_utc_s):
             return "a newer order of this console was taken already"
         return self.authority.refusal(_console_of(asker), order, self._now_us)

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from mavlink_bridge import imc
+from mavlink_bridge.imc.peers import SET_BACK_S
 
 REPEAT_S: Final = 10.0
 """Consoles give up waiting about then; the same number later is a new console's."""
-LATE_S: Final = 60.0
-"""An order that is older than its console's newest by more than this does not come late: its clock was set back."""
 _KEPT: Final = 64
 
 
@@ -57,7 +56,7 @@ class Repeats:
     def is_late(self, asker: int, sent_s: float) -> bool:
         """Whether a newer order of the console was taken already."""
         newest = self._newest.get(asker)
-        return newest is not None and 0.0 < newest - sent_s < LATE_S
+        return newest is not None and 0.0 < newest - sent_s < SET_BACK_S
 
     def open(self, asker: int, message: imc.PlanDB | imc.PlanControl, sent_s: float, *, is_order: bool) -> None:
         """Remember a request that is carried out now."""
