@@ -25,6 +25,7 @@ def words(settings: Settings, instance: int, run_dir: Path) -> list[str]:
     keys = {
         "vehicle": f"tcp://127.0.0.1:{port}",
         "vehicle_id": settings.system.system_id,
+        "vessel": settings.vessel,
         "name": f"usv-{instance + 1}",
         "imc_id": _ID + instance,
         "udp_port": _PORT + 10 * instance,

@@ -13,11 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import config
+from companion.core.hull.statics import top_speed_mps
 from companion.facade import SettingsParams
+from companion.imc import motion
 from companion.imc.desk import Desk, DeskConfig
+from companion.imc.desk.foresight import Foresight
+from companion.imc.picture import ImcPicture
 from companion.io.links.link import Received
 from companion.io.links.mem import pair
-from companion.settings.schema import load
+from companion.settings.schema import load, load_vessel
 from mavlink_bridge import imc
 from mavlink_bridge.imc.system import Asker, Udp
 from mavlink_bridge.mavlink.client import ClientConfig, VehicleClient
@@ -124,11 +128,17 @@ class Rig:
 
     def begin(self) -> None:
         """Start the bridge's program, anew."""
-        self.client = VehicleClient(ClientConfig())
+        self.client, self.picture = VehicleClient(ClientConfig()), ImcPicture()
         self.desk = Desk(
             self.config,
             self.client,
             SettingsParams(self.world.settings),
+            foresight=Foresight(
+                top_speed_mps(load_vessel(self.world.settings.vessel)),
+                self.world.settings.mission,
+                lambda: motion.here(self.picture, self.now_us),
+                lambda: motion.home(self.picture),
+            ),
             saved=self.saved,
             save=self._save,
             utc_s=lambda now_us: UTC_S + now_us * 1e-6,
@@ -175,7 +185,8 @@ class Rig:
             if not self.alive:
                 return
             for data in heard:
-                self.client.receive(data, self.now_us)
+                for message in self.client.receive(data, self.now_us):
+                    self.picture.hear(message, self.now_us)
             for out in self.desk.take(self.now_us):
                 for console in self.consoles:
                     if console.present and (out.to is None or out.to.imc_id == console.imc_id):

@@ -11,15 +11,18 @@ from mavlink_bridge.imc import Node
 from mavlink_bridge.mavlink.client import ClientConfig, VehicleClient
 from mavlink_bridge.mavlink.wire.signing import SigningState
 
+from ..core.hull.statics import top_speed_mps
 from ..facade import SettingsParams
 from ..io.imc_sockets import ImcSockets
 from ..io.keeping import AnyStore, MemoryStore, Store
 from ..io.keeping.content import SaveValue
 from ..io.links import Link, open_link
 from ..radio import read_key
-from ..settings import Settings, load
+from ..settings import Settings, load, load_vessel
+from . import motion
 from .bridge import Bridge
 from .desk import Desk
+from .desk.foresight import Foresight
 from .logbook import LogBook
 from .others import Others
 from .picture import STREAMS_HZ, ImcPicture
@@ -45,10 +48,17 @@ def compose(
         _signing(settings, utc_us()),
     )
     picture, book = ImcPicture(), LogBook(node.utc_s)
+    vessel = vessel_settings(settings)
     desk = Desk(
         settings.desk,
         client,
-        vessel_parameters(settings),
+        SettingsParams(vessel),
+        foresight=Foresight(
+            _top_mps(settings, vessel),
+            vessel.mission,
+            lambda: motion.here(picture, client.now_us),
+            lambda: motion.home(picture),
+        ),
         saved=kept.snapshot().values.get(KEPT, ""),
         save=lambda text: _keep(kept, text),
         utc_s=node.utc_s,
@@ -78,9 +88,20 @@ def compose(
     )
 
 
+def vessel_settings(settings: ImcSettings) -> Settings:
+    """The vessel's own settings, or the defaults: names, ranges and units of its parameters are in them."""
+    return load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings()
+
+
 def vessel_parameters(settings: ImcSettings) -> SettingsParams:
     """Names, ranges and units of the vessel's parameters."""
-    return SettingsParams(load(Path(settings.vessel_config), model=Settings) if settings.vessel_config else Settings())
+    return SettingsParams(vessel_settings(settings))
+
+
+def _top_mps(settings: ImcSettings, vessel: Settings) -> float | None:
+    """The hull's greatest speed; the default hull's is nobody's."""
+    name = settings.vessel or (vessel.vessel if settings.vessel_config else "")
+    return top_speed_mps(load_vessel(name)) if name else None
 
 
 def _keep(store: AnyStore, text: str) -> None:

@@ -20,6 +20,7 @@ from mavlink_bridge.imc import (
     GpsFix,
     StateReport,
 )
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_2pi, wrap_pi
 from mavlink_bridge.mavlink.wire.mapping import degE7_to_rad
 
@@ -67,20 +68,35 @@ def _sounding(picture: ImcPicture, now_us: int) -> Any | None:
     return sounding if sounding is not None and sounding.orientation == _DOWNWARD else None
 
 
+def here(picture: ImcPicture, now_us: int) -> LatLon | None:
+    """Where the vessel is, when that is known."""
+    position = picture.fresh("GLOBAL_POSITION_INT", now_us)
+    return None if position is None else _place(position.lat, position.lon)
+
+
+def home(picture: ImcPicture) -> LatLon | None:
+    """Its home, as it was last told: a place that stays."""
+    told = picture.newest("HOME_POSITION")
+    return None if told is None else _place(told.message.latitude, told.message.longitude)
+
+
+def _place(lat: int, lon: int) -> LatLon | None:
+    lat_rad, lon_rad = degE7_to_rad(lat), degE7_to_rad(lon)
+    return None if lat_rad is None or lon_rad is None else LatLon((lat_rad, lon_rad))
+
+
 def estimated_state(picture: ImcPicture, now_us: int) -> EstimatedState | None:
     """Where the vessel is and how it moves; None without a fresh position or any idea of its heading."""
     position, psi_rad = picture.fresh("GLOBAL_POSITION_INT", now_us), heading_rad(picture, now_us)
-    if position is None or psi_rad is None:
-        return None
-    lat_rad, lon_rad = degE7_to_rad(position.lat), degE7_to_rad(position.lon)
-    if lat_rad is None or lon_rad is None:
+    place = here(picture, now_us)
+    if position is None or psi_rad is None or place is None:
         return None
     attitude = picture.fresh("ATTITUDE", now_us)
     north, east, alt_m = position.vx * 0.01, position.vy * 0.01, water_m(picture, now_us)
     cosine, sine = math.cos(psi_rad), math.sin(psi_rad)
     return EstimatedState(
-        lat_rad=lat_rad,
-        lon_rad=lon_rad,
+        lat_rad=place[0],
+        lon_rad=place[1],
         height_m=ellipsoid_m(picture, now_us),
         phi_rad=attitude.roll if attitude else 0.0,
         theta_rad=attitude.pitch if attitude else 0.0,

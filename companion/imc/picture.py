@@ -30,6 +30,7 @@ KEPT: Final = frozenset(
         *STREAMS_HZ,
         "HEARTBEAT",
         "ALTITUDE",
+        "HOME_POSITION",
         "WATER_DEPTH",
         "HIGH_LATENCY2",
         "ORBIT_EXECUTION_STATUS",

@@ -36,6 +36,8 @@ class ImcSettings(Config):
     """Signing key that vehicle and bridge share, made by 'companion keys'; empty: unsigned."""
     vessel_config: str = ""
     """The vessel's own configuration file: names, ranges and units of its parameters, and its rudders. Empty: the defaults."""
+    vessel: str = ""
+    """Its hull file, for the greatest speed: a plan that is faster is told so when it is saved. Empty: that of `vessel_config`, if any."""
     name: str = Field("usv-1", pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,30}$")
     """The system's name in the console; its files there are found by it."""
     imc_id: int = Field(0x2877, ge=1, le=0xFFEF)

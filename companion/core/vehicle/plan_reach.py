@@ -3,7 +3,8 @@
 Looked at when Auto is started, and when a plan is loaded (then it is only told); never when arming, by hand, for Hold, a go-to or
 the way home. The item to be sailed lies within one distance, and no leg is longer than another; an item that is nearer home
 than the vessel is a way back and always near enough. A person may insist: ``PLAN_FAR_OK`` set to the number that the text names,
-over any link; it belongs to that one plan. Source: PX4's MIS_DIST_1WP (mission feasibility), whose limit is a switch for all plans.
+over any link; it belongs to that one plan. A speed beyond the hull's is refused when a plan is loaded.
+Source: PX4's MIS_DIST_1WP (mission feasibility), whose limit is a switch for all plans.
 """
 
 from __future__ import annotations
@@ -148,6 +149,15 @@ class PlanReach:
         if config.leg_distance_m != self.config.leg_distance_m:
             self._plan = PlanSpecification()
         self.config = config
+
+
+def speed_refusal(items: Sequence[Maneuver], top_mps: float) -> str:
+    """Why a plan is too fast for a hull, or an empty string."""
+    for item in items:
+        speed_mps = getattr(item, "speed_mps", None)
+        if speed_mps is not None and speed_mps > top_mps:
+            return f"item {item.seq}: {speed_mps:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
+    return ""
 
 
 def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, TooFar]]:

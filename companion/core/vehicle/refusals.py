@@ -23,6 +23,7 @@ from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, TrialArea, free_around
 from . import arming, insist
 from .controls import Controls
 from .plan_depth import plan_legs
+from .plan_reach import speed_refusal
 
 LYING_M: Final = 20.0
 """A vessel at its berth swings on its lines, and a receiver without corrections wanders by some metres."""
@@ -68,11 +69,9 @@ def _forced(controls: Controls) -> tuple[str, ...]:
 
 def plan_refusal(controls: Controls, body: LoadPlan) -> str:
     """Return why a plan that is sound on the wire is still refused by this vessel, or an empty string."""
-    top_mps = top_speed_mps(controls.parts.vessel)
-    for item in body.plan.maneuvers:
-        speed = getattr(item, "speed_mps", None)
-        if speed is not None and speed > top_mps:
-            return f"item {item.seq}: {speed:.1f} m/s is more than the vessel's {top_mps:.1f} m/s"
+    too_fast = speed_refusal(body.plan.maneuvers, top_speed_mps(controls.parts.vessel))
+    if too_fast:
+        return too_fast
     legs = plan_legs(body.plan.maneuvers, controls.here, controls.config.guidance.loiter_radius_m)
     shallow = controls.parts.guard.check_plan(legs)
     return "" if shallow is None else f"item {shallow.seq}: {shallow.reason}; {insist.CHART}"

@@ -10,6 +10,7 @@ from mavlink_bridge.mavlink.client import Autopilot, JobOutcome, VehicleClient
 
 from ..desk_config import DeskConfig
 from .engine import DeskPhase, Engine, StandingAbort
+from .foresight import Foresight
 from .limits_desk import LimitsDesk
 from .maneuvers import Means
 from .params_desk import ParamsDesk
@@ -35,12 +36,15 @@ class Control:
         engine: Engine,
         limits: LimitsDesk,
         params: ParamsDesk,
+        *,
+        foresight: Foresight | None = None,
     ) -> None:
         self._config = config
         self._client = client
         self._engine = engine
         self._limits = limits
         self._params = params
+        self._foresight = foresight
         self.find: Callable[[str], imc.PlanSpecification | None] = lambda name: None
 
     @property
@@ -61,10 +65,16 @@ class Control:
             self._engine.aborted = StandingAbort(aborted, 0)
 
     def judge(self, spec: imc.PlanSpecification) -> str:
-        """What of a plan is passed over, in words. Raises ConsoleRefusedError for one that START would refuse."""
-        if not self._is_by_hand(spec):
-            return self._compiled(spec).remark
-        return ""
+        """What of a plan is passed over or the vessel will refuse, in words. Raises ConsoleRefusedError for what is refused here."""
+        return "" if self._is_by_hand(spec) else self._foretold(self._compiled(spec))
+
+    def _foretold(self, plan: Plan) -> str:
+        """What a person should know of a plan before its START."""
+        vehicle = self._client.vehicle
+        if self._foresight is None or vehicle is None or vehicle.kind is not Autopilot.OURS:
+            return plan.remark
+        refusal = self._foresight.of(plan, self._params.value)
+        return "; ".join(filter(None, (f"from here START will refuse it: {refusal}" if refusal else "", plan.remark)))
 
     def obey(self, request: imc.PlanControl, answered: AnswerTaker, now_us: int) -> imc.PlanSpecification | None:
         """Carry a request out; returns the plan that came with it, when one did."""
@@ -106,11 +116,11 @@ class Control:
         except ConsoleRefusedError as error:
             answered(imc.ReplyType.FAILURE, str(error))
             return given
-        remark = f"; {plan.remark}" if plan.remark else ""
         if sail:
-            self._engine.start(plan, self._once(answered, f"{plan.stages[0].name}: executing maneuver", remark), now_us)
+            begun = f"{plan.stages[0].name}: executing maneuver"
+            self._engine.start(plan, self._once(answered, begun, plan.remark), now_us)
         else:
-            self._engine.load(plan, self._once(answered, "plan loaded", remark), now_us)
+            self._engine.load(plan, self._once(answered, "plan loaded", self._foretold(plan)), now_us)
         return given
 
     def _by_hand(self, request: imc.PlanControl, answered: AnswerTaker, now_us: int, *, sail: bool) -> None:
@@ -179,7 +189,10 @@ class Control:
                 return
             now = self._client.vehicle
             arms = not was_armed and now is not None and now.armed
-            answered(imc.ReplyType.SUCCESS, info + ("; armed by this order" if arms else "") + remark)
+            answered(
+                imc.ReplyType.SUCCESS,
+                info + ("; armed by this order" if arms else "") + (f"; {remark}" if remark else ""),
+            )
 
         return done
 

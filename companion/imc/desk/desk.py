@@ -22,6 +22,7 @@ from .authority import Authority, Console
 from .control import Control
 from .engine import Engine
 from .entities import ParamSections
+from .foresight import Foresight
 from .limits import restored
 from .limits_desk import LimitsDesk
 from .orders import Helm
@@ -49,6 +50,7 @@ class Desk:
         client: VehicleClient,
         params: ParamTable | None = None,
         *,
+        foresight: Foresight | None = None,
         saved: str = "",
         save: Callable[[str], None] = lambda text: None,
         utc_s: Callable[[int], float] = lambda now_us: now_us * 1e-6,
@@ -76,7 +78,7 @@ class Desk:
             say=self.say,
             stick_hold_us=round(config.stick_hold_s * 1e6),
         )
-        self.control = Control(config, client, self.engine, self._limits, self._params)
+        self.control = Control(config, client, self.engine, self._limits, self._params, foresight=foresight)
         self._database = PlanDatabase(self._shelf, self.control.judge, self.keep)
         self.control.find = self._database.find
         self.control.restore(kept.get("running"), kept.get("aborted"))

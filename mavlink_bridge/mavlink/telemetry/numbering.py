@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -22,6 +23,11 @@ def stations_text(text: str, config: EndpointConfig) -> str:
 def vessels_text(text: str) -> str:
     """A text of a vessel that counts its home item as 0, with the vessel's own numbers again."""
     return _moved(text, -1)
+
+
+def named_text(text: str, name_of: Callable[[int], str]) -> str:
+    """A text of a vessel that counts from 0, with names in place of its items' numbers."""
+    return _ITEM.sub(lambda found: name_of(int(found[2])), text)
 
 
 def _moved(text: str, by: int) -> str:
