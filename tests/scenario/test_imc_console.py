@@ -94,6 +94,19 @@ def test_an_abort_stays_until_a_separate_act_lifts_it() -> None:
     assert ok(rig.console.start("p1"))
 
 
+def test_an_abort_that_is_lifted_is_no_error_any_more() -> None:
+    rig = Rig(CALM)
+    assert ok(rig.console.sail(far(rig)))
+    rig.run(3.0)
+    rig.console.abort()
+    rig.run(2.0)
+    assert "aborted by IMC" in rig.view().last_error
+    assert ok(rig.console.stop())
+    assert (rig.view().last_error, rig.view().last_error_us) == ("", None)
+    assert ok(rig.console.start("p1"))
+    assert rig.view().last_error == ""
+
+
 def test_an_abort_answers_the_start_that_it_ends() -> None:
     rig = Rig(CALM)
     assert ok(rig.console.save(far(rig)))

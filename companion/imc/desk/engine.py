@@ -157,6 +157,8 @@ class Engine:
         """Lift an Abort; False when there is none, or it has only just come."""
         if self.aborted is None or now_us - self.aborted.at_us < LIFT_AFTER_US:
             return False
+        if self._error == self.aborted.words:
+            self._error, self._error_us = "", None
         self.aborted = None
         return True
 
