@@ -67,8 +67,8 @@ EstimatedState.p, q | - | ATTITUDE.rollspeed | always 0: no sensor of the boat m
 EstimatedState.alt | EstimatedState.alt_m | ALTITUDE.bottom_clearance | m of water under the keel, -1 = not measured (IMC: negative)
     | motion.altitude
 Distance.value | Distance.value_m | DISTANCE_SENSOR.current_distance | cm below the transducer, orientation 25; not sent without a
-    reading; 655.35 m saturates | motion.distance_sensor
-Distance.value | Distance.value_m | WATER_DEPTH.distance | m, NaN = no bottom | motion.water_depth
+    reading, which 0 is none; 655.35 m saturates | motion.distance_sensor
+Distance.value | Distance.value_m | WATER_DEPTH.distance | m, NaN = no bottom, as also 0 is | motion.water_depth
 Distance (from outside) | DistanceInput.value_m | DISTANCE_SENSOR.current_distance | in: another component's sounder, orientation 25
     | brought.distance
 SetThrusterActuation.value | ActuatorOutput.thruster_port | SERVO_OUTPUT_RAW.servo1_raw | us that the board says it applied (level 0:

@@ -123,13 +123,19 @@ class Distance:
 
     t_us: int
     value_m: float | None
-    """None when the sounder reports no bottom."""
+    """None when the sounder reports no bottom; so does 0, see ``bottom_m``."""
     offset_m: float | None = None
     """DPT's own offset: positive = transducer to waterline, negative = transducer to keel. Carried, not added."""
     range_max_m: float | None = None
     signal_quality: float | None = None
     """0...1, None when the source does not say."""
     source: Source | None = None
+
+    @property
+    def bottom_m(self) -> float | None:
+        """The reading; None for 0, which sounders say when they hear no bottom: none of them measures so near."""
+        value_m = self.value_m
+        return value_m if value_m is not None and value_m > 0.0 else None
 
 
 Measurement = GpsFix | EulerAngles | AngularVelocity | Distance

@@ -260,9 +260,23 @@ def test_depths_of_two_sounders_are_not_mixed_and_the_second_steps_in() -> None:
     assert boat.said("silent, using")
 
 
-def test_a_sounder_that_finds_no_bottom_gives_way_to_one_that_does() -> None:
+NO_BOTTOM = ("SDDBT,,f,,M,,F", "SDDBT,0.0,f,0.0,M,0.0,F", "SDDPT,0.0,0.0", "SDDBS,,f,0.0,M,,F")
+
+
+@pytest.mark.parametrize("word", NO_BOTTOM)
+def test_a_sounder_that_finds_no_bottom_has_no_reading(word: str) -> None:
+    """Many say 0 then: the depth guard did not believe it, but it was shown."""
     boat = Boat()
-    blind = Talker(lambda t: "SDDBT,,f,8.0,M,,F" if t < 10.0 else "SDDBT,,f,,M,,F", hz=2.0)
+    boat.run([Talker(lambda t: word.replace("0.0", "8.0", 1) if t < 10.0 else word, hz=2.0)], 20.0)
+    found = boat.estimator.distance_at(boat.t_us)
+    assert found is not None
+    assert found.value_m is None
+
+
+@pytest.mark.parametrize("word", NO_BOTTOM)
+def test_a_sounder_that_finds_no_bottom_gives_way_to_one_that_does(word: str) -> None:
+    boat = Boat()
+    blind = Talker(lambda t: "SDDBT,,f,8.0,M,,F" if t < 10.0 else word, hz=2.0)
     boat.run([blind, Talker(lambda t: "YXDPT,12.0,0.0", hz=2.0, late_s=0.2)], 20.0)
     assert boat.depths[-1] == 12.0
 

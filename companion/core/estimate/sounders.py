@@ -40,7 +40,7 @@ class Sounders:
 
     def update(self, distance: Distance, link: int) -> bool:
         """Take a sounding; True when its sounder counts. One that finds no bottom does not lead: another that finds one does."""
-        value_m, below_m = distance.value_m, self._geometry.transducer_of(link)
+        value_m, below_m = distance.bottom_m, self._geometry.transducer_of(link)
         if value_m is None:
             if not self.choice.is_chosen(distance.source, link):
                 return False
@@ -50,5 +50,5 @@ class Sounders:
             return False
         else:
             self._depth = (value_m + below_m, distance.t_us)
-        self.latest = distance
+        self.latest = distance if value_m is not None else Distance(distance.t_us, None, source=distance.source)
         return True

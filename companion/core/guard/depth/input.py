@@ -165,8 +165,8 @@ class DepthInput:
     def _convert(
         self, distance: Distance, state: EstimatedState | None, range_max_m: float, transducer_m: float
     ) -> Altitude | None:
-        value_m, quality = distance.value_m, distance.signal_quality
-        if value_m is None or value_m <= 0.0 or not self._range_min_m <= value_m <= range_max_m:
+        value_m, quality = distance.bottom_m, distance.signal_quality
+        if value_m is None or not self._range_min_m <= value_m <= range_max_m:
             return None
         if quality is not None and not quality >= self._config.quality_min:
             return None
