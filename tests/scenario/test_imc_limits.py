@@ -106,3 +106,28 @@ def test_a_plan_cannot_lower_the_depth_limit() -> None:
     rig.run(3.0)
     assert rig.world.app.settings.depth.min_altitude_m == 4.0
     assert not rig.snapshot.armed
+
+
+def told(rig: Rig) -> dict[str, str]:
+    return {each.name: each.value for each in rig.console.all(imc.EntityParameters)[-1].params}
+
+
+def test_a_part_is_told_whole_after_one_of_its_parameters_was_set() -> None:
+    rig = Rig()
+    rig.console.send(imc.SetEntityParameters(name="Depth", params=(imc.EntityParameter("DEPTH_MIN", "3.5"),)))
+    rig.run(2.0)
+    rig.console.send(imc.QueryEntityParameters(name="Depth", visibility="user", scope="global"))
+    rig.run(3.0)
+    assert told(rig)["DEPTH_MIN"] == "3.5"
+    assert {"DEPTH_ENABLE", "SNDR_MIN"} <= told(rig).keys()
+
+
+def test_of_several_parameters_those_before_a_refused_one_are_told_as_they_are_then() -> None:
+    rig = Rig()
+    rig.console.send(imc.QueryEntityParameters(name="Depth", visibility="user", scope="global"))
+    rig.run(3.0)
+    wanted = (imc.EntityParameter("DEPTH_MIN", "3.5"), imc.EntityParameter("SNDR_MIN", "9e6"))
+    rig.console.send(imc.SetEntityParameters(name="Depth", params=wanted))
+    rig.run(3.0)
+    assert told(rig) == {"DEPTH_MIN": "3.5", "SNDR_MIN": "0.3"}
+    assert rig.world.app.settings.depth.min_altitude_m == 3.5

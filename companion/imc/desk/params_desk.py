@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 
 from mavlink_bridge import imc
 from mavlink_bridge.imc.system import Asker
-from mavlink_bridge.mavlink.client import JobOutcome, VehicleClient
+from mavlink_bridge.mavlink.client import Job, JobOutcome, VehicleClient
+from mavlink_bridge.mavlink.client.exchange import DONE
 from mavlink_bridge.mavlink.client.parameters import fetch
 
 from .entities import ParamSections
@@ -34,6 +35,8 @@ class ParamsDesk:
         self._say = say
         self._waiting: list[tuple[str, Asker]] = []
         self._is_fetching = False
+        self._has_all = False
+        """The whole list has come once; what is set or told before that are single values."""
 
     @property
     def sections(self) -> Sequence[str]:
@@ -49,7 +52,7 @@ class ParamsDesk:
 
     def query(self, section: str, asker: Asker, now_us: int) -> None:
         """Tell a part's parameters, when they are known: at once, or when the vehicle has told them."""
-        if self._parts.values:
+        if self._has_all:
             self._tell(section, asker)
         elif len(self._waiting) < _MOST_WAITING:
             self._waiting.append((section, asker))
@@ -71,15 +74,21 @@ class ParamsDesk:
         wanted = self.values_of(tuple(Setting(message.name, each.name, each.value) for each in message.params))
 
         def done(outcome: JobOutcome) -> None:
-            if outcome.ok:
-                for name, value in wanted:
-                    self.heard(name, value)
-            else:
+            if not outcome.ok:
                 self._say(4, outcome.reason)
             names = [each.name for each in message.params]
             self._tell(message.name, asker, names)
 
-        self._client.start(self._helm.put(wanted), done, now_us)
+        self._client.start(self._put(wanted), done, now_us)
+
+    def _put(self, values: Values) -> Job:
+        """Set one after the other, and note each as it is taken: what is refused takes nothing back."""
+        for each in values:
+            outcome = yield from self._helm.put((each,))
+            if not outcome.ok:
+                return outcome
+            self.heard(*each)
+        return DONE
 
     def values_of(self, settings: tuple[Setting, ...]) -> Values:
         """Settings as parameters; what is none is told."""
@@ -93,7 +102,7 @@ class ParamsDesk:
         return values
 
     def _fetched(self, outcome: JobOutcome) -> None:
-        self._is_fetching = False
+        self._is_fetching, self._has_all = False, self._has_all or outcome.ok
         if not outcome.ok:
             self._say(4, outcome.reason)
         waiting, self._waiting = self._waiting, []
