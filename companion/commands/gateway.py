@@ -31,7 +31,7 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Run until SIGINT or SIGTERM."""
+    """Run until a signal ends it."""
     settings = gateway_settings(arguments.config, arguments.set, to_serve=True)
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import argparse
 import contextlib
 import logging
+import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from mavlink_bridge.language.messages import Severity
+
+from ..app import App
 from ..build import build_app, in_run_dir
 from ..configuration import vessel_settings
 from ..doors import vessel_doors
@@ -53,7 +58,7 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Run until SIGINT or SIGTERM; neutral is written last."""
+    """Run until a signal ends it; neutral is written last."""
     settings = vessel_settings(arguments.config, arguments.set, to_sail=True, run_dir=arguments.run_dir)
     world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
     if arguments.simulated:
@@ -93,12 +98,22 @@ def command(arguments: argparse.Namespace) -> int:
     say = app.controls.voice.say if recording is None else recording.recorder.tell
     service = serve(app, run_dir, say=say, airtime_fn=airtime)
     lookout = Lookout([port.link for port in app.grounds], say)
+    stop.stays = lambda: _sails_on(app, say, clock.now_us())
     driven = Watched(driven, Views(view, lookout) if service is None else Views(view, lookout, service))
     try:
         status = run(driven, clock, stop, period_us=app.period_us, stats=stats, until_us=until_us)
         return SHUT_DOWN if app.shutdown_wanted and status == 0 else status
     finally:
         writer.close()
+
+
+def _sails_on(app: App, say: Callable[[Severity, str], None], now_us: int) -> bool:
+    """Whether the vessel goes on although the terminal that started it is gone: at sea nobody could start it again."""
+    controls = app.controls
+    if not controls.armed and not controls.voyage.has_begun(now_us):
+        return False
+    say(Severity.WARNING, f"Terminal closed: the vessel goes on; Disarm stops it, kill {os.getpid()} ends the program")
+    return True
 
 
 def _store(settings: Settings, world: WorldKind, run_dir: Path, writer: Writer) -> AnyStore:

@@ -12,7 +12,7 @@ import gc
 import logging
 import signal
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from types import FrameType
 from typing import Final, Protocol
@@ -33,6 +33,10 @@ TIDY_NEEDS_US: Final = 10_000
 _TIDY_ANYWAY: Final = 1_000
 """Every so many ticks all of it is looked through, come what may."""
 _LATE_KEPT: Final = 2_000
+_HANGUP: Final = "SIGHUP"
+"""Ignored from the start (nohup) it stays ignored: that is what nohup was asked for."""
+_ENDING: Final = ("SIGINT", "SIGTERM", _HANGUP, "SIGQUIT")
+"""All that a person or a service manager ends a program by; what kills it at once would leave the last thrust standing."""
 
 log = logging.getLogger(__name__)
 
@@ -81,25 +85,46 @@ class LoopStats:
 
 
 class StopFlag:
-    """Raised by SIGINT and SIGTERM, or by hand; a second signal interrupts at once."""
+    """Raised by a signal that asks for an end, or by hand; a second SIGINT interrupts at once.
+
+    SIGHUP says that the terminal is gone: somebody closed the window, or the line to him broke. It ends the loop too, unless
+    ``stays`` is set and says otherwise then.
+    """
 
     def __init__(self) -> None:
         self.raised = False
         self.reason = ""
+        self.stays: Callable[[], bool] | None = None
+        """Asked between two ticks, never in the handler, whether to go on without the terminal."""
+        self._hung_up = False
 
     def stop(self, reason: str = "asked to stop") -> None:
         self.raised, self.reason = True, self.reason or reason
 
     def install(self) -> StopFlag:
-        """Listen to the two signals (main thread only)."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
+        """Listen to the signals (main thread only)."""
+        for name in _ENDING:
+            number = getattr(signal, name, None)  # Windows has no SIGHUP and no SIGQUIT
+            if number is not None and (name != _HANGUP or signal.getsignal(number) is not signal.SIG_IGN):
+                signal.signal(number, self._on_signal)
         return self
 
+    def settle(self) -> bool:
+        """Decide about a terminal that has gone since the last call; return whether the loop ends."""
+        if self._hung_up:
+            self._hung_up = False
+            if self.stays is None or not self.stays():
+                self.stop(_HANGUP)
+        return self.raised
+
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        name = signal.Signals(number).name
         if self.raised and number == signal.SIGINT:
             raise KeyboardInterrupt
-        self.stop(signal.Signals(number).name)
+        if name == _HANGUP:
+            self._hung_up = True
+        else:
+            self.stop(name)
 
 
 def run(
@@ -160,6 +185,8 @@ def _turn(
     while not stop.raised and (until_us is None or due_us < until_us):
         if getattr(app, "stop_wanted", False):
             stop.stop("a ground station asked for it")
+            return
+        if stop.settle():
             return
         _wait(app, clock, stop, stats, due_us)
         now_us = clock.now_us()

@@ -126,6 +126,25 @@ def test_interrupt_writes_neutral_first_and_exits_0(pair: Pair) -> None:
     assert pair.neutral_after_s(struck_s) <= 0.3
 
 
+def test_a_terminal_that_closes_stops_no_vessel_at_sea_and_ends_one_that_is_disarmed(pair: Pair) -> None:
+    pair.under_way()
+    pair.vessel.send_signal(signal.SIGHUP)
+    link = mavutil.mavlink_connection(f"tcp:127.0.0.1:{pair.tcp}", source_system=255, dialect="all")
+    told = link.recv_match(
+        type="STATUSTEXT", condition="STATUSTEXT.text.startswith('Terminal closed')", blocking=True, timeout=10
+    )
+    assert told is not None, "no station was told"
+    assert pair.vessel.poll() is None
+    deadline = time.monotonic() + 20
+    while pair.vessel.poll() is None and time.monotonic() < deadline:
+        link.arducopter_disarm()
+        time.sleep(0.5)
+        pair.vessel.send_signal(signal.SIGHUP)
+        time.sleep(0.5)
+    assert pair.vessel.wait(10) == 0
+    link.close()
+
+
 def run_companion(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [BIN / "companion", *words], capture_output=True, text=True, timeout=60, cwd=REPO, check=False

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import os
+import signal
 import socket
 
 import pytest
@@ -145,3 +147,52 @@ def test_an_app_that_wants_to_stop_is_shut_down():
     assert run(app, clock, StopFlag(), period_us=50_000, until_us=1_000_000) == 0
     assert app.ticks[-1] == 100_000
     assert len(app.stopped) == 1
+
+
+@pytest.fixture
+def handlers():
+    """The process's own signal handlers, put back afterwards."""
+    kept = {
+        number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+    }
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
+def _signalled(number, stop, at_us=200_000):
+    """The app of a loop whose process gets a signal within a tick."""
+    clock = ManualClock()
+    app = App(clock)
+    original = app.tick
+
+    def tick(now_us, **of_the_loop):
+        if now_us == at_us:
+            os.kill(os.getpid(), number)
+        return original(now_us)
+
+    app.tick = tick
+    assert run(app, clock, stop, period_us=50_000, until_us=1_000_000) == 0
+    assert len(app.stopped) == 1
+    return app
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
+def test_each_signal_that_ends_a_program_ends_it_with_neutral(handlers, number):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    assert _signalled(number, StopFlag().install()).ticks[-1] == 200_000
+
+
+def test_a_terminal_that_closes_ends_no_vessel_that_must_go_on(handlers):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    stop = StopFlag().install()
+    stop.stays = lambda: True
+    assert _signalled(signal.SIGHUP, stop).ticks[-1] == 950_000
+    stop.stays = lambda: False
+    assert _signalled(signal.SIGHUP, stop).ticks[-1] == 200_000
+
+
+def test_a_hangup_that_is_ignored_from_the_start_stays_ignored(handlers):
+    """As under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    assert _signalled(signal.SIGHUP, StopFlag().install()).ticks[-1] == 950_000

@@ -63,7 +63,7 @@ def register(subparsers: Any) -> None:
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Run until SIGINT or SIGTERM, or write the console's files."""
+    """Run until a signal ends it, or write the console's files."""
     if arguments.config == FILES:
         return _write_files(arguments)
     if arguments.folder is not None:
