@@ -9,6 +9,7 @@ import pytest
 from companion.core.board import wire
 from companion.core.board.actuator_map import ActuatorConfig
 from companion.core.board.arduino import Arduino
+from companion.core.guard.board_watch import BoardWatch
 from mavlink_bridge.language.messages import ActuatorOutput
 
 NEUTRAL = b"m1500M1500l1500L1500*4B\n"
@@ -36,7 +37,7 @@ class Line:
         self.state = "C"
         self.good = 0
         self.accepts = None
-        self.lines = 0
+        self.version = VERSION
 
     def open(self):
         self.board.opened(self.now_us)
@@ -58,7 +59,7 @@ class Line:
 
     def answer(self, data):
         if QUERY in data:
-            self.board.receive(VERSION, self.now_us)
+            self.board.receive(self.version, self.now_us)
         if self.now_us % 100_000 == 0 and self.board.commanded_us:
             applied = self.applied or self.board.commanded_us
             self.board.receive(status(self.state, self.good, applied=applied), self.now_us)
@@ -139,6 +140,35 @@ def test_a_mute_line_that_begins_to_answer_is_taken():
     assert line.board.status.level == 1
     assert line.ready == (True, "")
     assert line.faults == ()
+
+
+@pytest.mark.parametrize("level", ["auto", "1"])
+def test_a_board_of_another_protocol_gets_neutral_only_and_is_named(level):
+    line = Line(level=level).open()
+    line.version = wire.checked("#V,2,9.9,UNO,500")
+    line.board.receive(wire.checked("#B,2,9.9,UNO,P"), line.now_us)
+    line.thrust = 1.0
+    line.tick(100)
+    told = "actuator board speaks protocol 2, this program 1: put this program's firmware on it"
+    assert line.ready == (False, told)
+    assert all(data.startswith(NEUTRAL) for data in line.written)
+    said = line.said()
+    assert said.lower().count(told.lower()) == 1
+    assert "ready" not in said
+    line.version = VERSION
+    line.board.receive(BANNER, line.now_us)
+    line.tick(10)
+    assert line.ready == (True, ""), "the firmware was put on it"
+
+
+def test_a_board_that_turns_out_to_speak_another_protocol_under_way_is_lost():
+    line = Line().running().tick(4)
+    assert line.ready == (True, "")
+    line.board.receive(wire.checked("#V,2,9.9,UNO,500"), line.now_us)
+    line.tick()
+    assert line.ready[0] is False
+    report = BoardWatch().step(line.board.status, line.faults, ready=False, armed=True)
+    assert report.flags.actuator_lost
 
 
 def test_level_0_is_the_owners_choice_and_needs_a_person_who_saw_the_outputs_move():

@@ -17,8 +17,9 @@ from mavlink_bridge.language.messages import ActuatorOutput, ActuatorStatus, Sev
 
 from . import times, wire
 from .actuator_map import ActuatorConfig, ChannelConfig, PulseMap, pulses_to_demand
+from .announce import FaultNews
 from .health import EMERGENCY, Agreement, LineQuality, PortFlow, reported
-from .texts import LEVEL0_TEXT, REASONS, rate_text, started_text
+from .texts import REASONS, rate_text, started_text
 from .wire import Microseconds
 
 __all__ = ["ActuatorConfig", "Arduino", "ChannelConfig", "PulseMap", "pulses_to_demand"]
@@ -60,6 +61,7 @@ class Arduino:
         self._agreement = Agreement()
         self._level: int | None = None
         self._version: wire.Version | None = None
+        self._protocol: int | None = None
         self._status: wire.Status | None = None
         self._status_us: int | None = None
         self._reset_cause: str | None = None
@@ -70,8 +72,7 @@ class Arduino:
         self._first_asked_us: int | None = None
         self._due_us: int | None = None
         self._offered = self._repair = self._repaired = b""
-        self._warned_us: int | None = None
-        self._shown: tuple[str, ...] = ()
+        self._news = FaultNews()
         self._faults: tuple[int, tuple[str, ...]] | None = None
         self._frame_of: tuple[Microseconds, int | None] | None = None
         self._frame_bytes = b""
@@ -131,8 +132,9 @@ class Arduino:
         if isinstance(line, wire.Status):
             self._take_status(line, now_us)
         elif isinstance(line, wire.Version):
-            self._version = line
+            self._version, self._protocol = line, line.protocol
         else:
+            self._protocol = line.protocol
             self._reset_cause = line.reset_cause
             self._restarted(now_us)
 
@@ -165,8 +167,8 @@ class Arduino:
     def encode(self, output: ActuatorOutput, now_us: int) -> bytes:
         """Return what to write in this tick; call every tick. Empty while the board starts or nothing is due."""
         faults = () if self._phase is CLOSED else self.faults(now_us)
-        if faults or self._shown:
-            self._announce(faults, now_us)
+        if faults or self._news.shown:
+            self._texts += self._news.look(faults, now_us, self._sentence)
         if self._phase is RUNNING:
             data = self._refresh(output, now_us)
         elif self._phase is CLOSED or not self._awake(now_us):
@@ -206,6 +208,8 @@ class Arduino:
     def _answered(self, now_us: int) -> bool:
         if self._level == 0 or self._level is None:
             return self._level == 0
+        if self._is_other:
+            return False
         # A board that reports and does not tell its version, as where its answers are cut, is taken after a while.
         return self._version is not None or (self._has_waited(now_us) and self.config.level != "1")
 
@@ -323,6 +327,8 @@ class Arduino:
             found.append("baud")
         elif phase is ASKING and self._level is None and self._has_waited(now_us):
             found.append("mute")
+        if self._is_other:
+            found.append("protocol")
         if phase is RUNNING and self._level == 1:
             self._look_closer(found, now_us)
         if self._reset_us is not None and now_us - self._reset_us < times.RESET_SHOWN_US:
@@ -330,6 +336,11 @@ class Arduino:
         if self._status is not None and self._status.state == EMERGENCY:
             found.append("estop")
         return (*found, "level0") if phase is RUNNING and self._level == 0 else tuple(found)
+
+    @property
+    def _is_other(self) -> bool:
+        """Whether the board said that it speaks another protocol; on level 0 nothing that it says counts."""
+        return self._level == 1 and self._protocol is not None and self._protocol != wire.PROTOCOL
 
     def _has_waited(self, now_us: int) -> bool:
         return self._first_asked_us is not None and now_us - self._first_asked_us >= times.ANSWER_WAIT_US
@@ -357,7 +368,7 @@ class Arduino:
         for fault in self.faults(now_us):
             if fault == "noise" or (fault == "level0" and self._seen):
                 continue
-            return False, REASONS[fault]
+            return False, self._sentence(fault)
         if self._phase is STARTING:
             return False, "waiting for the actuator board to start"
         if self._phase is ASKING:
@@ -370,19 +381,8 @@ class Arduino:
             return False, "ACT_FREQ is slower than the board's silence limit ACT_SILENCE"
         return _READY
 
-    def _announce(self, faults: tuple[str, ...], now_us: int) -> None:
-        """Tell the operator of a new fault once, and of level 0 again and again."""
-        for name in faults:
-            if name not in self._shown and name not in ("level0", "reset"):
-                self._texts.append((Severity.CRITICAL, REASONS[name][:1].upper() + REASONS[name][1:]))
-        self._shown = faults
-        if "level0" not in faults:
-            self._warned_us = None
-        elif self._warned_us is None:
-            self._warned_us = now_us
-        elif now_us - self._warned_us >= times.WARN_EVERY_US:
-            self._warned_us = now_us
-            self._texts.append((Severity.WARNING, LEVEL0_TEXT))
+    def _sentence(self, fault: str) -> str:
+        return REASONS[fault].format(theirs=self._protocol, ours=wire.PROTOCOL)
 
     def drain_texts(self) -> list[tuple[Severity, str]]:
         """Return what the operator should read, oldest first, and forget it."""

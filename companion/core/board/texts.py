@@ -23,6 +23,7 @@ REASONS: Final = {
     "garbage": "actuator line unreadable",
     "noise": "errors on the actuator line",
     "mute": "actuator board does not answer: look at baud rate, cable (crossed, broken, power) and firmware",
+    "protocol": "actuator board speaks protocol {theirs}, this program {ours}: put this program's firmware on it",
     "level0": "nobody has seen this board's outputs move: stop, run 'companion bench-actuators FILE --check', start again",
 }
 """Fault names, with the sentence for the operator."""

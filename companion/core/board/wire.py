@@ -23,6 +23,8 @@ WIRE_LOW_US: Final = 1000
 """The least of RC servos' usual range."""
 WIRE_HIGH_US: Final = 2000
 """And the most; four digits either way, which level 0 needs."""
+PROTOCOL: Final = 1
+"""The protocol's number, first in banner and version: it changes when a line or word changes its meaning."""
 VERSION_QUERY: Final = "#VERS?"
 ALL_NEUTRAL: Final = "#NEUTR"
 CLEAR_COUNTERS: Final = "#ZERO0"

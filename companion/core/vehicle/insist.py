@@ -37,7 +37,7 @@ class Refusal:
 _NOT_THEN: Final = "not asked: only what the gate needs"
 TABLE: Final = (
     Refusal("arming", "terminated", "refuses", f"{NEVER}: restart"),
-    Refusal("arming", "actuator board not open, mute, silent, or its emergency stop pressed", "refuses", NEVER),
+    Refusal("arming", "actuator board not open, mute, silent, of another protocol, or its emergency stop pressed", "refuses", NEVER),
     Refusal("arming", "store: another world's was set aside, or cannot be written", _NOT_THEN, FORCE),
     Refusal("arming", "no ground station heard", _NOT_THEN, FORCE),
     Refusal("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
