@@ -30,7 +30,9 @@ class Waiting:
         return len(self._texts)
 
     def put(self, severity: Severity, text: str) -> None:
-        """Take one in; when there are too many the mildest goes, of equal ones the oldest."""
+        """Take one in, unless it waits already; when there are too many the mildest goes, of equal ones the oldest."""
+        if (severity, text) in self._texts:
+            return
         self._texts.append((severity, text))
         if len(self._texts) > _WAITING:
             self._texts.remove(max(self._texts, key=lambda each: each[0]))

@@ -348,6 +348,45 @@ def test_silence_is_told_within_350_ms():
     assert line.ready == (False, "actuator board is silent")
 
 
+def test_a_board_that_falls_silent_again_and_again_is_told_now_and_then():
+    """A board that answers each 0.4 s: a hundred critical texts in 40 s hid all others."""
+    line = Line().running().tick(2)
+    line.said()
+    told = []
+    for spell in range(104):
+        line.answers = spell % 2 == 1
+        line.tick(8 if spell % 2 == 0 else 4)
+        told += [text for _, text in line.board.drain_texts()]
+    assert told == ["Actuator board is silent", "Actuator board is silent: 50 times in 30 s"]
+    line.answers = True
+    line.tick(20 * 11)
+    line.answers = False
+    line.tick(8)
+    assert line.said() == "Actuator board is silent"
+
+
+def test_a_board_of_another_firmware_is_not_called_silent_nor_its_line_unreadable():
+    line = Line().running().tick(2)
+    line.said()
+    line.answers = False
+    for _ in range(40):
+        line.board.receive(wire.checked("#S,C,1,20,10,0,1500,1500,1500,1500,B,0"), line.now_us)
+        line.tick()
+    other = "actuator board sends lines that this program does not know: other firmware?"
+    assert line.ready == (False, other)
+    assert "unreadable" not in line.said()
+    assert BoardWatch().step(line.board.status, line.faults, ready=False, armed=True).flags.actuator_lost
+
+
+def test_the_echo_of_our_own_lines_is_no_other_firmware():
+    line = Line(answers=False).open()
+    for _ in range(100):
+        line.tick()
+        for data in line.written[-1:]:
+            line.board.receive(data, line.now_us)
+    assert line.faults == ("mute",)
+
+
 def test_row_13_something_else_at_the_pins_is_told_within_400_ms():
     line = Line().running().tick(4)
     line.applied = (1700, 1500, 1500, 1500)

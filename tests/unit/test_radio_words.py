@@ -42,6 +42,13 @@ def test_warnings_cross_and_the_order_that_a_held_boat_waits_for():
             assert crosses(Severity.INFO, f"{capital(BACK[row.name])}: holding: order Auto to go on")
 
 
+def test_a_text_that_waits_already_is_not_put_in_twice():
+    waiting = Waiting()
+    for _ in range(3):
+        waiting.put(Severity.CRITICAL, "Actuator board is silent")
+    assert len(waiting) == 1
+
+
 def test_of_texts_that_wait_the_gravest_goes_first_and_the_mildest_is_given_up():
     waiting = Waiting()
     for severity, text in [(4, "a"), (6, "b"), (2, "c"), (4, "d"), (0, "e"), (6, "f")]:

@@ -64,6 +64,7 @@ class Arduino:
         self._protocol: int | None = None
         self._status: wire.Status | None = None
         self._status_us: int | None = None
+        self._foreign_us: int | None = None
         self._reset_cause: str | None = None
         self._reset_us: int | None = None
         self._commanded: Microseconds | None = None
@@ -115,9 +116,11 @@ class Arduino:
             return
         self._faults = self._account = None
         reader = self._reader
-        good, bad = reader.good, reader.bad
+        good, bad, foreign = reader.good, reader.bad, reader.foreign
         for line in reader.receive(data):
             self._take(line, now_us)
+        if reader.foreign != foreign:
+            self._foreign_us = now_us
         if self._level == 1:
             self._quality.heard(reader.good - good, reader.bad - bad)
 
@@ -326,7 +329,7 @@ class Arduino:
         if self._reader.good == 0 and self._reader.garbled:
             found.append("baud")
         elif phase is ASKING and self._level is None and self._has_waited(now_us):
-            found.append("mute")
+            found.append("foreign" if self._speaks_foreign(now_us) else "mute")
         if self._is_other:
             found.append("protocol")
         if phase is RUNNING and self._level == 1:
@@ -336,6 +339,9 @@ class Arduino:
         if self._status is not None and self._status.state == EMERGENCY:
             found.append("estop")
         return (*found, "level0") if phase is RUNNING and self._level == 0 else tuple(found)
+
+    def _speaks_foreign(self, now_us: int) -> bool:
+        return self._foreign_us is not None and now_us - self._foreign_us <= times.SILENT_AFTER_US
 
     @property
     def _is_other(self) -> bool:
@@ -352,13 +358,13 @@ class Arduino:
             heard_us = self._since_us
         state = "" if status is None else status.state
         if now_us - heard_us > times.SILENT_AFTER_US:
-            found.append("silent")
+            found.append("foreign" if self._speaks_foreign(now_us) else "silent")
         elif state == "failsafe":
             found.append("failsafe")
         elif state != EMERGENCY and self._agreement.disagrees(now_us):
             found.append("mismatch")
         if quality.bad and quality.recent(now_us):
-            if quality.garbage(now_us):
+            if quality.garbage(now_us) and "foreign" not in found:
                 found.append("garbage")
             if quality.noisy(now_us):
                 found.append("noise")

@@ -93,6 +93,7 @@ class Agreement:
     def __init__(self) -> None:
         self._sent: deque[tuple[int, Microseconds]] = deque(maxlen=256)
         self._agreed_us: int | None = None
+        self._judged_us: int | None = None
 
     def commanded(self, pulses_us: Microseconds, now_us: int) -> None:
         if self._sent and self._sent[-1][1] == pulses_us:
@@ -105,6 +106,7 @@ class Agreement:
 
     def applied(self, pulses_us: Microseconds, now_us: int) -> None:
         """Judge one status line."""
+        self._judged_us = now_us
         since_us = now_us - MATCH_WINDOW_US
         for t_us, commanded_us in reversed(self._sent):
             if commanded_us == pulses_us:
@@ -114,7 +116,10 @@ class Agreement:
                 return  # this one was in force when the window began
 
     def disagrees(self, now_us: int) -> bool:
-        return self._agreed_us is not None and now_us - self._agreed_us >= MATCH_WINDOW_US
+        """A board that is silent says nothing else: a line must have told so."""
+        if self._agreed_us is None or self._judged_us is None or self._judged_us <= self._agreed_us:
+            return False
+        return now_us - self._agreed_us >= MATCH_WINDOW_US
 
 
 class PortFlow:

@@ -16,6 +16,7 @@ REASONS: Final = {
     "blocked": "actuator port takes no data",
     "baud": "actuator board sends garbage: wrong baud rate?",
     "silent": "actuator board is silent",
+    "foreign": "actuator board sends lines that this program does not know: other firmware?",
     "reset": "actuator board restarted",
     "failsafe": "actuator board stopped by itself: it did not hear us",
     "estop": "emergency stop pressed",

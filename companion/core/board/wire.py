@@ -135,7 +135,8 @@ def encode_level1(pulses_us: Sequence[int], *, batch: bool = True) -> bytes:
 class BoardLineReader:
     """Turns the board's bytes into lines that passed their check. Bounded; never raises.
 
-    ``good`` and ``bad`` count lines, ``odd_bytes`` bytes that no text holds (a wrong baud rate makes many).
+    ``good`` and ``bad`` count lines, ``foreign`` those among the bad that passed their check,
+    ``odd_bytes`` bytes that no text holds (a wrong baud rate makes many).
     """
 
     def __init__(self) -> None:
@@ -143,6 +144,7 @@ class BoardLineReader:
         self._overlong = False
         self.good = 0
         self.bad = 0
+        self.foreign = 0
         self.bytes_in = 0
         self.odd_bytes = 0
 
@@ -175,13 +177,26 @@ class BoardLineReader:
             lines.append(line)
         elif raw[:LINE_MAX_BYTES].strip(b"\r\0"):
             self.bad += 1
+            self.foreign += not overlong and _is_foreign(raw)
+
+
+def _is_foreign(raw: bytes) -> bool:
+    """Whether a line is a board's, well checked, and yet none that is known here. The echo of our own words has no commas."""
+    body = _body(raw)
+    return body is not None and body.startswith(b"#") and b"," in body
+
+
+def _body(raw: bytes) -> bytes | None:
+    """What a line says, without newline and check; None when the check fails."""
+    raw = raw.removesuffix(b"\r")
+    body = raw[:-3]
+    return body if raw[-3:] == _ENDS[checksum(body)] and body.isascii() else None
 
 
 def parse_board_line(raw: bytes) -> BoardLine | None:
     """Parse one line from the board, without its newline. None when it is not exactly right."""
-    raw = raw.removesuffix(b"\r")
-    body = raw[:-3]
-    if raw[-3:] != _ENDS[checksum(body)] or not body.isascii():
+    body = _body(raw)
+    if body is None:
         return None
     text = body.decode()
     for pattern, make in _LINES:

@@ -8,7 +8,7 @@ from typing import Final
 from mavlink_bridge.language.messages import ActuatorStatus, SupplyVoltage
 from mavlink_bridge.language.value import value
 
-_SILENT: Final = frozenset({"lost", "blocked", "silent", "mute", "baud", "failsafe", "protocol"})
+_SILENT: Final = frozenset({"lost", "blocked", "silent", "mute", "baud", "failsafe", "foreign", "protocol"})
 """Faults of the board after which nothing that is sent can be relied on."""
 
 
