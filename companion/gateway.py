@@ -10,7 +10,6 @@ import logging
 import random
 import secrets
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -28,7 +27,6 @@ from mavlink_bridge.radio.codec.request import crosses
 from mavlink_bridge.radio.memory import KeptLedger
 from mavlink_bridge.radio.session import NONCE_BYTES
 from mavlink_bridge.radio.shore import ShoreTwin
-from mavlink_bridge.radio.shore.memory import ShorePicture, read as read_picture, write as write_picture
 from mavlink_bridge.radio.shore.showing import Showing
 
 from .core.config import Config
@@ -38,6 +36,7 @@ from .core.vehicle.operators import Operators
 from .facade import SettingsParams, software_version
 from .io.keeping import AnyStore, MemoryStore
 from .io.keeping.content import SaveValue
+from .io.keeping.shore_picture import PictureKeeper
 from .io.links import Link, Opened, Received, open_link
 from .ports import Conversation, GroundPort
 from .radio import load_radio, read_key
@@ -49,7 +48,6 @@ from .strangers import Strangers
 log = logging.getLogger(__name__)
 
 MEMORY_KEY: Final = "gateway"
-PICTURE_KEY: Final = "gateway-twin"
 HEARD_KEY: Final = "gateway-heard"
 """Airtime of the vessel in the last hour, as heard."""
 PERIOD_US: Final = 10_000
@@ -74,8 +72,6 @@ _LOCAL_US: Final = 1_000_000
 _SETTLE_US: Final = 2_000_000
 """The modem is given so long to open before it counts as missing."""
 _PRESENT_US: Final = 3_500_000
-_PICTURE_US: Final = 10_000_000
-"""The last state is kept this often; what changes of plans and parameters at once."""
 
 
 class GatewaySettings(Config):
@@ -159,12 +155,7 @@ class Gateway:
         """Shown each picture of the vessel that is fresh enough for stations."""
         self._local_us: int | None = None
         self._was_fresh = False
-        self._started_utc_us = started_utc_us
-        self._kept: ShorePicture | None = None
-        self._kept_us = 0
-        picture = read_picture(self.store.snapshot().values.get(PICTURE_KEY, ""))
-        if picture is not None:
-            self.twin.restore(picture, started_utc_us, 0)
+        self._memory = PictureKeeper(self.twin, self.store, started_utc_us)
         self._now_us = 0
 
     def _ground(self, number: int, item: EndpointSettings, link: Link) -> GroundPort:
@@ -258,30 +249,17 @@ class Gateway:
             self._local_us = now_us
             self._local_values(now_us)
             self.strangers.look([ground.link for ground in self.grounds], now_us)
-        self._keep_picture(now_us)
+        self._memory.keep(now_us)
         self.store.completions()
 
     def shutdown(self, now_us: int) -> None:
-        self._keep_picture(now_us, at_once=True)
+        self._memory.keep(now_us, at_once=True)
         for link in self.links:
             link.close()
         self.keeper.close(now_us)
         self.store.close()
 
     # ---- inside -------------------------------------------------------------------------------------------------
-
-    def _keep_picture(self, now_us: int, *, at_once: bool = False) -> None:
-        """Store what is known of the vessel, when it is worth it."""
-        if not at_once and now_us % _LOCAL_US >= _SHOW_US:
-            return
-        self.twin.link.keep(now_us, at_once=at_once)
-        picture = self.twin.picture(self._started_utc_us + now_us if self._started_utc_us else 0, now_us)
-        kept = self._kept
-        changed = kept is None or replace(picture, state=kept.state, state_utc_us=kept.state_utc_us) != kept
-        due = picture.state is not None and now_us - self._kept_us >= _PICTURE_US
-        if (changed or due or at_once) and picture != kept:
-            self._kept, self._kept_us = picture, now_us
-            self.store.submit(SaveValue(PICTURE_KEY, write_picture(picture)))
 
     def _transmit(self, now_us: int) -> None:
         if self._modem_open is False:

@@ -6,9 +6,10 @@ import random
 
 import pytest
 
-from companion.gateway import PICTURE_KEY, Gateway, GatewaySettings
+from companion.gateway import Gateway, GatewaySettings
 from companion.io.keeping.content import SaveValue
 from companion.io.keeping.keys import write_key
+from companion.io.keeping.shore_picture import PICTURE_KEY
 from companion.io.keeping.store import MemoryStore
 from companion.io.links.mem import pair
 from companion.settings.schema import ConfigError, EndpointSettings, SecurityConfig
@@ -83,6 +84,7 @@ def test_a_restarted_gateway_shows_what_it_knew_and_how_old_it_is(tmp_path):
     shore.send(dialect.MAVLink_param_set_message(1, 1, b"LOIT_RADIUS", 33.0, 9))
     shore.run(5.0)
     assert upload(shore, LOITER) == 0
+    shore.send(ARM)
     shore.run(11.0)
     position = shore.of("GLOBAL_POSITION_INT")[-1][1]
     shore.sim.surroundings.radio.air.jammed = True
@@ -106,6 +108,44 @@ def test_a_restarted_gateway_shows_what_it_knew_and_how_old_it_is(tmp_path):
     shore.sim.surroundings.radio.air.jammed = False
     shore.run(40.0)
     assert shore.of("HEARTBEAT")
+
+
+def armed_as_shown(shore):
+    return [bool(message.base_mode & 128) for _, message in shore.of("HEARTBEAT")]
+
+
+@pytest.mark.parametrize("after_s", [0.2, 1.3, 4.0, 6.0])
+def test_a_gateway_that_is_killed_shows_no_armed_vessel_as_disarmed(tmp_path, after_s):
+    """Killed it stores nothing: what it had known for less than ten seconds was lost, and a sailing boat read disarmed."""
+    shore = Shore(tmp_path)
+    store = MemoryStore()
+    start(shore, tmp_path, store=store)
+    shore.run(61.0)
+    shore.send(ARM)
+    began_us = shore.sim.now_us
+    while not any(armed_as_shown(shore)[-1:]):
+        shore.run(0.1)
+        assert shore.sim.now_us - began_us < 10_000_000
+    shore.run(after_s)
+    start(shore, tmp_path, store=store, away_s=1.0)
+    shore.run(20.0)
+    assert set(armed_as_shown(shore)) == {True}
+
+
+def test_a_vessel_that_was_disarmed_is_shown_when_she_is_heard_and_not_before(tmp_path):
+    """Another station, or an order whose answer the gateway did not live to hear, may have armed her since."""
+    shore = Shore(tmp_path)
+    store = MemoryStore()
+    start(shore, tmp_path, store=store)
+    shore.run(61.0)
+    assert armed_as_shown(shore)[-1] is False
+    shore.sim.surroundings.radio.air.jammed = True
+    start(shore, tmp_path, store=store, away_s=1.0)
+    shore.run(5.0)
+    assert armed_as_shown(shore) == []
+    shore.sim.surroundings.radio.air.jammed = False
+    shore.run(30.0)
+    assert armed_as_shown(shore)
 
 
 def test_what_does_not_hold_any_more_is_asked_for(tmp_path):

@@ -94,6 +94,7 @@ class ShoreTwin:
         self.state: RadioState | None = None
         self.state_us: int | None = None
         """When the newest state was true."""
+        self._recalled: RadioState | None = None  # of before the start, disarmed: not shown
         self.stood_us: int | None = None  # when an answer last told mode and armed bit
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
@@ -134,6 +135,7 @@ class ShoreTwin:
         self.params.restore(picture.params)
         if picture.state is not None:
             self.state, self.state_us = picture.state, heard_us(picture, utc_us, now_us)
+            self._recalled = None if picture.state.armed else picture.state
 
     # ---- radio side ---------------------------------------------------------------------------------------------
 
@@ -177,7 +179,9 @@ class ShoreTwin:
     def is_fresh(self, now_us: int) -> bool:
         """Whether heartbeats may be sent for the vessel."""
         stamps = [stamp for stamp in (self.state_us, self.stood_us) if stamp is not None]
-        return bool(stamps) and (now_us - max(stamps)) * 1e-6 <= self.profile.link.stale_after_s
+        if not stamps or self.state is self._recalled:
+            return False
+        return (now_us - max(stamps)) * 1e-6 <= self.profile.link.stale_after_s
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
