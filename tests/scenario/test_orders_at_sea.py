@@ -285,3 +285,43 @@ def test_a_new_course_is_turned_to_without_swinging_past(voyage, current_mps):
         most_rad = max(most_rad, trip.truth.psi_rad)
     assert math.degrees(most_rad) - 90.0 < 3.0
     assert abs(math.degrees(math.atan2(trip.truth.ve_mps, trip.truth.vn_mps)) - 90.0) < 1.5
+
+
+def unreadable_line(trip, seconds):
+    """The board's line brings more rubbish than anything else."""
+    end_us = trip.world.now_us + round(seconds * 1e6)
+    while trip.world.now_us < end_us:
+        trip.world.app.actuators.board.receive(b"rubbish\n" * 5, trip.world.now_us)
+        trip.step()
+
+
+def test_manual_with_an_unreadable_actuator_line_is_not_said_to_be_obeyed(voyage):
+    """It was: the sticks then moved nothing, without a word, until the line cleared."""
+    trip = guided(voyage)
+    unreadable_line(trip, 3.0)
+    assert trip.ask(SetMode(Mode.GUIDED)).reason == "actuator line unreadable"
+    assert trip.mode(Mode.MANUAL).reason == ""
+    unreadable_line(trip, 0.2)
+    assert "Manual: sticks move nothing until the actuator line is readable" in trip.texts
+    trip.run(4.0)
+    trip.texts.clear()
+    assert trip.mode(Mode.MANUAL).reason == ""
+    trip.run(0.2)
+    assert not any("sticks" in text for text in trip.texts)
+
+
+def test_a_disarmed_boat_with_an_unreadable_actuator_line_is_not_said_to_obey_manual(voyage):
+    trip = voyage(NO_DEPTH)
+    unreadable_line(trip, 3.0)
+    assert "Manual" not in trip.ask(Reposition(*point(trip, 30.0, 0.0))).reason
+
+
+def test_a_position_that_is_back_says_for_how_long_it_must_be(voyage):
+    trip = guided(voyage)
+    trip.faults.no_fix = True
+    trip.run(5.0)
+    assert trip.mode(Mode.GUIDED).reason == "position lost; Manual is obeyed"
+    trip.faults.no_fix = False
+    trip.until(lambda: trip.snapshot.state.position_valid, 5.0)
+    trip.run(3.2)
+    assert trip.mode(Mode.GUIDED).reason == "position is back for 3 of 5 s; Manual is obeyed"

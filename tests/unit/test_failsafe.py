@@ -12,6 +12,7 @@ from companion.core.guard.failsafe import (
     FailsafeResult,
     Flags,
     barring,
+    deaf_sticks,
     failsafe_table_markdown,
     holding,
     step,
@@ -362,11 +363,35 @@ def test_an_order_is_barred_by_what_it_could_not_lift():
     assert barring(run.memory, run.now_us, CONFIG) == "heading lost"
     run.step(WELL, 1.0)
     run.step(WELL, 4.95)
-    assert barring(run.memory, run.now_us, CONFIG) == "heading lost", "not back for long enough"
+    assert barring(run.memory, run.now_us, CONFIG) == "heading is back for 4 of 5 s", "not for long enough"
     run.step(WELL, 0.05)
     assert "heading_lost" in run.causes
     assert barring(run.memory, run.now_us, CONFIG) == "", "an order lifts it now"
     assert barring(FailsafeMemory(), 0, CONFIG) == ""
+
+
+def _acting(row):
+    """A vessel that the condition has stopped or holds."""
+    run = Run()
+    for after_s in (0.0, 60.0, 3600.0):
+        run.step(raised(row.name), after_s)
+    return run
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_manual_is_offered_only_where_it_is_obeyed_and_who_takes_it_is_told_where_it_is_not(row):
+    """The actuator line was unreadable, Manual "is obeyed", and the sticks moved nothing."""
+    run = _acting(row)
+    barred = barring(run.memory, run.now_us, CONFIG, Order.AUTO, by_hand="Manual is obeyed")
+    deaf = deaf_sticks(run.memory, CONFIG)
+    held = run.step(changed(raised(row.name), manual=True)) >= Action.HOLD
+    if "Manual is obeyed" in barred:
+        assert not held
+        assert deaf == ""
+    elif barred and "arm again" not in barred:
+        assert held
+    if held and (row.clear is not Clear.GONE or row.clear_s):
+        assert deaf.startswith("until ")
 
 
 def test_what_only_a_new_arming_lifts_says_so():
@@ -465,7 +490,7 @@ def test_a_condition_bars_when_it_acts_and_as_it_acts():
     run.step(changed(WELL, overruns=True), 0.1)
     assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded"
     run.step(WELL, 1.0)
-    assert barring(run.memory, run.now_us, CONFIG) == "control loop overloaded", "gone, but not for long"
+    assert barring(run.memory, run.now_us, CONFIG) == "the control loop keeps its time for 0 of 10 s"
 
 
 def test_a_fence_ahead_that_is_gone_bars_nothing():

@@ -28,6 +28,7 @@ __all__ = [
     "Flags",
     "Override",
     "barring",
+    "deaf_sticks",
     "failsafe_table_markdown",
     "holding",
     "judge",
@@ -305,8 +306,12 @@ def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
     return tuple(standing)
 
 
-def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig, order: Order | None = None) -> str:
+def barring(
+    memory: FailsafeMemory, now_us: int, config: FailsafeConfig, order: Order | None = None, *, by_hand: str = ""
+) -> str:
     """Why an order to sail would be undone at once: a condition that holds or stops the vessel, and that no order lifts; or "".
+
+    ``by_hand`` is added where manual control goes on all the same.
 
     What depends on the mode that the order leaves (it lets go the moment its flag falls) does not bar, nor does what disarms:
     a mode is chosen before arming.
@@ -315,19 +320,39 @@ def barring(memory: FailsafeMemory, now_us: int, config: FailsafeConfig, order: 
         row, entry = rule.row, memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None or row.station:
             continue
+        insist = f"; {by_hand}" if by_hand and row.takeover is not Takeover.NEVER else ""
         if row.takeover is Takeover.ORDER:
             if _bars(row.name, entry, order) and _wanted(rule, entry) > Action.WARN:
-                return f"{row.text}: order {names(row.name)}"
+                return f"{row.text}: order {names(row.name)}{insist}"
             continue
         if _wanted(rule, entry) not in (Action.HOLD, Action.STOP):
             continue
         if row.clear is Clear.REARM:
             return f"{row.text}: arm again first"
-        if row.clear is Clear.GONE and not rule.clear_us:
+        if _is_of_the_mode(rule):
             continue
-        if entry.gone_us is None or now_us - entry.gone_us < rule.clear_us:
-            return row.text
+        if entry.gone_us is None:
+            return row.text + insist
+        if now_us - entry.gone_us < rule.clear_us:
+            back_s = (now_us - entry.gone_us) // 1_000_000
+            return f"{BACK[row.name]} for {back_s} of {rule.clear_us / 1e6:g} s{insist}"
     return ""
+
+
+def deaf_sticks(memory: FailsafeMemory, config: FailsafeConfig) -> str:
+    """Until when manual control moves nothing: "until the actuator line is readable"; "" where it is obeyed."""
+    for rule in config.rules if memory.entries else ():
+        row, entry = rule.row, memory.entries.get(rule.row.name)
+        if entry is None or entry.fired_us is None or row.takeover is not Takeover.NEVER or _is_of_the_mode(rule):
+            continue
+        if _wanted(rule, entry) >= Action.HOLD:
+            return until(row, "")
+    return ""
+
+
+def _is_of_the_mode(rule: Rule) -> bool:
+    """Whether a condition lets go the moment its flag falls, as those do that depend on the mode."""
+    return rule.row.clear is Clear.GONE and not rule.clear_us
 
 
 def _bars(name: str, entry: Entry, order: Order | None) -> bool:

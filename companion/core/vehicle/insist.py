@@ -37,7 +37,12 @@ class Refusal:
 _NOT_THEN: Final = "not asked: only what the gate needs"
 TABLE: Final = (
     Refusal("arming", "terminated", "refuses", f"{NEVER}: restart"),
-    Refusal("arming", "actuator board not open, mute, silent, of another protocol, or its emergency stop pressed", "refuses", NEVER),
+    Refusal(
+        "arming",
+        "actuator board not open, mute, silent, of another protocol, or its emergency stop pressed",
+        "refuses",
+        NEVER,
+    ),
     Refusal("arming", "store: another world's was set aside, or cannot be written", _NOT_THEN, FORCE),
     Refusal("arming", "no ground station heard", _NOT_THEN, FORCE),
     Refusal("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
@@ -66,7 +71,12 @@ TABLE: Final = (
     Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
     Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
     Refusal("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
-    Refusal("any order to move", "a failsafe holds or stops it, and its cause stands", "refuses", MANUAL),
+    Refusal(
+        "any order to move",
+        "a failsafe holds or stops it, and its cause stands or is not gone for long enough",
+        "refuses",
+        f"{MANUAL}; where takeover is *nobody* (SAFETY.md): {NEVER}",
+    ),
     Refusal("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
     Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
     Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),

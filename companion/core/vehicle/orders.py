@@ -43,6 +43,7 @@ from mavlink_bridge.language.requests import (
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from mavlink_bridge.language.units import clamp
 
+from ..guard.failsafe import deaf_sticks
 from ..guard.failsafe_orders import Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
@@ -106,7 +107,15 @@ class Orders:
     def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
         if body.mode is Mode.MANUAL:
             self._controls.take_sticks(sender, now_us)
+            self._tell_deaf_sticks()
         return self._enter(body.mode)
+
+    def _tell_deaf_sticks(self) -> None:
+        """Manual is never refused, so who takes it is told where a failsafe lets no sticks through."""
+        controls = self._controls
+        until = deaf_sticks(controls.last.verdict.result.memory, controls.config.failsafe)
+        if controls.armed and until:
+            controls.voice.say(Severity.WARNING, f"Manual: sticks move nothing {until}")
 
     def _enter(self, mode: Mode) -> Reply:
         """Change mode; a plan that would leave the fence is not sailed."""

@@ -215,5 +215,5 @@ def motion_refusal(controls: Controls, now_us: int, order: Order | None = None) 
     depth = "" if way_back else controls.parts.guard.activation(now_us)
     if depth:
         return f"{depth}; {insist.UNLOCK if controls.parts.guard.state is GuardState.LOCKED else insist.REQUIRED}"
-    barred = failsafe.barring(controls.last.verdict.result.memory, now_us, controls.config.failsafe, order)
-    return f"{barred}; {insist.MANUAL}" if barred and "arm again" not in barred else barred
+    memory = controls.last.verdict.result.memory
+    return failsafe.barring(memory, now_us, controls.config.failsafe, order, by_hand=insist.MANUAL)
