@@ -27,6 +27,7 @@ from .judge import (
     endpoint_mistakes,
     file_mistakes,
     gain_mistakes,
+    gateway_place_mistakes,
     hull_meaning,
     hull_mistakes,
     vessel_meaning,
@@ -64,7 +65,8 @@ def gateway_settings(path: Path, overrides: Sequence[str], *, to_serve: bool = F
     from .gateway import GatewaySettings
 
     def found(settings: GatewaySettings) -> list[str]:
-        return gateway_mistakes(settings) + _key_mistakes(settings.key_file, settings.url, must_be=to_serve, table="")
+        missing = _key_mistakes(settings.key_file, settings.url, must_be=to_serve, table="")
+        return gateway_mistakes(settings) + gateway_place_mistakes(settings, path) + missing
 
     return load(path, overrides, GatewaySettings, further=found)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from .addresses import collisions
 from .hulls import hull_mistakes
 from .meaning import endpoint_mistakes, gain_mistakes, hull_meaning, vessel_meaning
-from .places import file_mistakes
+from .places import file_mistakes, gateway_place_mistakes
 from .warnings import gateway_notes, gateway_warnings, verdict, vessel_notes, vessel_warnings
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "file_mistakes",
     "gain_mistakes",
     "gateway_notes",
+    "gateway_place_mistakes",
     "gateway_warnings",
     "hull_meaning",
     "hull_mistakes",

@@ -5,17 +5,25 @@ from __future__ import annotations
 import ipaddress
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from ..io.links import LinkConfigError, parse_link_url
 from ..settings import Settings
+
+if TYPE_CHECKING:
+    from ..gateway import GatewaySettings
 
 _SYSTEM: Final = frozenset(
     ["/", "/bin", "/boot", "/dev", "/etc", "/lib", "/proc", "/run", "/sbin", "/sys", "/usr", "/var"]
 )
 """A service's user may not write there, root should not; most of it is not kept, or not a disk."""
+
+_NAME_BYTES: Final = 220
+"""Disks take 255; journals, a new file and one that was set aside have the same name and more."""
+_PATH_BYTES: Final = 3800
+"""Linux takes 4095; a run's own folder and its files come behind."""
 
 
 def place_mistakes(settings: Settings) -> list[str]:
@@ -24,46 +32,82 @@ def place_mistakes(settings: Settings) -> list[str]:
 
 
 def file_mistakes(settings: Settings, path: Path) -> list[str]:
-    """The store takes a file for its own and moves aside what is no store: never a file that the configuration, at ``path``, is made of."""
-    if not settings.store:
-        return []
+    """A store that is a file which the configuration, at ``path``, is made of."""
+    return _another_file(
+        settings.store,
+        {
+            "this very configuration": str(path),
+            "the hull file": settings.vessel if settings.vessel.endswith(".toml") else "",
+            "security.key_file": settings.security.key_file,
+            "radio.key_file": settings.radio.key_file,
+            "page.key_file": settings.page.key_file,
+            "depth.map.file": str(settings.depth.map.file or ""),
+        },
+    )
+
+
+def gateway_place_mistakes(settings: GatewaySettings, path: Path) -> list[str]:
+    """Where a gateway's store cannot be: it is judged as a vessel's."""
     named = {
         "this very configuration": str(path),
-        "the hull file": settings.vessel if settings.vessel.endswith(".toml") else "",
+        "key_file": settings.key_file,
         "security.key_file": settings.security.key_file,
-        "radio.key_file": settings.radio.key_file,
-        "page.key_file": settings.page.key_file,
-        "depth.map.file": str(settings.depth.map.file or ""),
+        "vessel_config": settings.vessel_config,
+        "profile": settings.profile if settings.profile.endswith(".toml") else "",
     }
-    store = os.path.realpath(settings.store)
-    taken = [what for what, name in named.items() if name and os.path.realpath(name) == store]
-    return [f"store = {settings.store!r}: is {what}; give the store a file of its own" for what in taken[:1]]
+    return [*_place("store", settings.store), *_another_file(settings.store, named)]
+
+
+def _another_file(store: str, named: Mapping[str, str]) -> list[str]:
+    """The store takes a file for its own and moves aside what is damaged: never one that is named for something else."""
+    if not store:
+        return []
+    real = os.path.realpath(store)
+    taken = [what for what, name in named.items() if name and os.path.realpath(name) == real]
+    return [f"store = {store!r}: is {what}; give the store a file of its own" for what in taken[:1]]
 
 
 def _places(settings: Settings) -> Iterator[str]:
     """Files and folders that cannot be where they are said to be."""
     store, runs = settings.store, settings.record.directory
-    for key, place in (("store", store), ("record.directory", runs)):
-        if not place:
-            continue  # nothing is kept, wherever the program is started
-        if place.startswith("~"):
-            yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
-        elif "$" in place or "%" in place:
-            yield f"{key} = {place!r}: nothing is put in for $ or % here; write the whole path"
-        elif "://" in place:
-            yield f"{key} = {place!r}: is no place on this computer; give a path"
-        elif Path(place).is_absolute() and Path(place).exists() and not (Path(place).is_file() or Path(place).is_dir()):
-            yield f"{key} = {place!r}: is a device; nothing is kept there: name a {'file' if key == 'store' else 'folder'}"
-        elif os.path.realpath(place if key != "store" else Path(place).parent) in _SYSTEM:
-            yield f"{key} = {place!r}: belongs to the system; name a {'file' if key == 'store' else 'folder'} of the boat's own"
-    if store.endswith("/"):
-        yield f"store = {store!r}: is a folder; name a file"
-    if store.startswith(":"):
-        yield f'store = {store!r}: would be a file of that name; store = "" keeps plans in memory only'
+    yield from _place("store", store)
+    yield from _place("record.directory", runs, is_folder=True)
     if settings.record.enabled and not runs.strip():
         yield "record.directory = '': is empty; name a folder, or set record.enabled = false"
     elif store and runs == store:
         yield f"record.directory = {runs!r}: is the store's file; give the runs a folder of their own"
+
+
+def _place(key: str, place: str, *, is_folder: bool = False) -> Iterator[str]:
+    """Why a file or folder of one's own cannot be there; where none is named nothing is kept."""
+    kind = "folder" if is_folder else "file"
+    if not place:
+        return
+    if place.startswith("~"):
+        yield f"{key} = {place!r}: ~ is not your home here; write the whole path"
+    elif "$" in place or "%" in place:
+        yield f"{key} = {place!r}: nothing is put in for $ or % here; write the whole path"
+    elif "://" in place:
+        yield f"{key} = {place!r}: is no place on this computer; give a path"
+    elif too_long := _too_long(place):
+        yield f"{key} = {place[:20] + '...'!r}: {too_long}"
+    elif Path(place).is_absolute() and Path(place).exists() and not (Path(place).is_file() or Path(place).is_dir()):
+        yield f"{key} = {place!r}: is a device; nothing is kept there: name a {kind}"
+    elif os.path.realpath(place if is_folder else Path(place).parent) in _SYSTEM:
+        yield f"{key} = {place!r}: belongs to the system; name a {kind} of the boat's own"
+    if not is_folder and place.endswith("/"):
+        yield f"{key} = {place!r}: is a folder; name a file"
+    if not is_folder and place.startswith(":"):
+        yield f'{key} = {place!r}: would be a file of that name; {key} = "" keeps plans in memory only'
+
+
+def _too_long(place: str) -> str:
+    """Why no disk has such a name, with room for what stands beside it; empty when one has."""
+    longest = max(len(os.fsencode(part)) for part in place.split("/"))
+    if longest > _NAME_BYTES:
+        return f"a name of {longest} bytes; {_NAME_BYTES} is the most"
+    whole = len(os.fsencode(Path(place).absolute()))
+    return f"a path of {whole} bytes; {_PATH_BYTES} is the most" if whole > _PATH_BYTES else ""
 
 
 def _one_key_each(settings: Settings) -> Iterator[str]:

@@ -33,6 +33,57 @@ def test_a_gateways_mistakes_are_all_told(tmp_path, capsys):
     assert "o-11" in told
 
 
+GATEWAY = """\
+url = "serial:/dev/ttyUSB0?baud=9600"
+key_file = "CONFIG_DIR/radio.key"
+store = "CONFIG_DIR/gateway.db"
+vessel_config = "CONFIG_DIR/boat.toml"
+[security]
+key_file = "CONFIG_DIR/links.key"
+[[endpoints]]
+name = "gcs"
+url = "udp://127.0.0.1:14550"
+"""
+
+
+@pytest.fixture
+def gateway_file(tmp_path):
+    for name in ("radio.key", "links.key"):
+        (tmp_path / name).write_bytes(os.urandom(32))
+        (tmp_path / name).chmod(0o600)
+    (tmp_path / "boat.toml").write_text(shipped.path("boat.toml").read_text())
+    path = tmp_path / "gateway.toml"
+    path.write_text(GATEWAY)
+    assert main(["check", str(path)]) == 0
+    return path
+
+
+@pytest.mark.parametrize(
+    ("store", "told"),
+    [
+        ("radio.key", "is key_file; give the store a file of its own"),
+        ("./radio.key", "is key_file"),
+        ("links.key", "is security.key_file"),
+        ("boat.toml", "is vessel_config"),
+        ("gateway.toml", "is this very configuration"),
+        ("state/", "is a folder"),
+    ],
+)
+def test_a_gateways_store_is_no_file_that_serves_something_else(gateway_file, capsys, store, told):
+    """check called it fine, and the gateway moved the radio's key away."""
+    before = {each.name: each.read_bytes() for each in gateway_file.parent.iterdir()}
+    for command in (["check", str(gateway_file)], ["gateway", str(gateway_file), "--duration", "0.1"]):
+        assert main([*command, "--set", f"store={gateway_file.parent}/{store}"]) == 2
+        assert told in capsys.readouterr().err
+    assert {each.name: each.read_bytes() for each in gateway_file.parent.iterdir()} == before
+
+
+@pytest.mark.parametrize("store", ["~/gateway.db", "$HOME/gateway.db", "/etc/gateway.db", ":memory:"])
+def test_a_gateways_store_lies_where_a_vessels_may(gateway_file, capsys, store):
+    assert main(["check", str(gateway_file), "--set", f"store={store}"]) == 2
+    assert f"store = {store!r}" in capsys.readouterr().err
+
+
 def test_a_key_that_is_not_made_yet_is_told(tmp_path, capsys):
     words = ["check", str(shipped.path("sim.toml")), "--set", "radio.protocol=compact"]
     assert main([*words, "--set", f"radio.key_file={tmp_path}/radio.key"]) == 0

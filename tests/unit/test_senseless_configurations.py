@@ -455,7 +455,7 @@ def test_all_mistakes_are_told_in_one_pass_in_the_order_of_the_file(tmp_path, ca
         ([("", "[depth]\nmin_altitude_m = 0")], "when the keel touches"),
         ([("", "[fence]\nenabled = false")], "no fence is kept"),
         ([("[actuators]\n" + BOARD + "\n", "")], "actuators.url: not said"),
-        ([('"DIR/boat.db"', '"DIR/key"')], "store: cannot be read"),
+        ([('"DIR/boat.db"', '"DIR/key"')], "run leaves it alone and keeps nothing"),
         ([(COMPASS, 'url = "file:DIR/key"')], "a recording says where the boat is"),
         ([(COMPASS, COMPASS + '\nnmea.sentences = "GGA,HDT"')], "depth.enabled = true: no sensor's nmea.sentences let"),
         ([("", "free_floor_mb = 1000000000")], "record.free_floor_mb = 1000000000: the disk has"),

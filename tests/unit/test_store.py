@@ -176,16 +176,36 @@ def test_row_57_the_end_does_not_wait_for_a_disk_that_hangs(tmp_path, monkeypatc
     )
 
 
-def test_a_file_that_is_no_database_is_moved_aside(tmp_path):
+@pytest.mark.parametrize(
+    "data",
+    [b"this is not a database at all" * 100, bytes(range(32)), b"0" + bytes(range(9))],
+    ids=["long", "key", "short"],
+)
+def test_a_file_that_never_was_a_database_is_left_where_it_is(tmp_path, data):
+    """A key that the store was named after was moved away, and called damaged."""
     path = tmp_path / "store.db"
-    path.write_bytes(b"this is not a database at all" * 100)
+    path.write_bytes(data)
     store = Store(path)
     assert same(store.snapshot(), StoreContent())
-    assert "damaged" in store.warnings[0]
+    assert "holds something else than a store and is left alone" in store.warnings[0]
+    store.submit(SaveParam("DEPTH_MIN", 4.0))
+    assert not finish(store, 1)[0].ok
+    store.close()
+    assert path.read_bytes() == data
+    assert [each.name for each in tmp_path.iterdir()] == ["store.db"]
+
+
+@pytest.mark.parametrize(
+    "data", [bytes(8192), b"\xff" * 8192, b"SQLite format 3" + bytes(300)], ids=["zeros", "ones", "cut"]
+)
+def test_a_store_that_a_power_cut_has_blanked_or_cut_is_moved_aside(tmp_path, data):
+    path = tmp_path / "store.db"
+    path.write_bytes(data)
+    store = Store(path)
     store.submit(SaveCounter("boots", 1))
     assert finish(store, 1)[0].ok
     store.close()
-    assert (tmp_path / "store.db.damaged-1").exists()
+    assert (tmp_path / "store.db.damaged-1").read_bytes() == data
     assert content(path).counters == {"boots": 1}
 
 

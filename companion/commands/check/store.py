@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...facade import SettingsParams
+from ...io.keeping.file import is_strange
 from ...io.keeping.look import look
 from ...io.keeping.mark import ForeignError, departure_refusal
 from ...settings import Settings
@@ -14,6 +15,10 @@ from ...store_watch import overrides
 
 Line = tuple[str, str]
 """What it is about ("store", "WARNING"), and the text."""
+
+
+def _is_strange(path: Path) -> bool:
+    return path.is_file() and is_strange(path)
 
 
 def store_lines(settings: Settings) -> Iterator[Line]:
@@ -34,7 +39,8 @@ def store_lines(settings: Settings) -> Iterator[Line]:
         return
     except (OSError, sqlite3.Error) as error:
         yield "store", str(path)
-        yield "WARNING", f"store: cannot be read ({error}); run rescues what it can"
+        does = "run leaves it alone and keeps nothing" if _is_strange(path) else "run rescues what it can"
+        yield "WARNING", f"store: cannot be read ({error}); {does}"
         return
     plans = ", ".join(f"{kind.name.lower()} of {len(items)} items" for kind, items in content.plans.items() if items)
     held = [f"{len(content.params)} parameters", plans, f"{len(content.depth)} tiles of soundings"]

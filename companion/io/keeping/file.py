@@ -32,6 +32,8 @@ DAMAGE: Final = (sqlite3.Error, ValueError, TypeError)
 """What reading a damaged file may raise: not all of it comes as an error of the database."""
 _PAGE: Final = 4096
 """SQLite's own size of a page; no store was ever made with another."""
+_MAGIC: Final = b"SQLite format 3\0"
+"""What every database begins with."""
 _IS_MADE: Final = "SELECT 1 FROM sqlite_master WHERE name = 'entry'"
 _UPWARDS: Final = "section, key, generation"
 _DOWNWARDS: Final = "section DESC, key DESC, generation DESC"
@@ -229,6 +231,18 @@ def move_aside(path: Path, why: str) -> Path:
         if old.exists():
             old.replace(new)
     return aside
+
+
+def is_strange(path: Path) -> bool:
+    """Whether a file never was a database: somebody else's, a key for one, which is not to be moved.
+
+    A power cut leaves no such thing: it empties or cuts a file, blanks its pages (all 00 or all FF), or changes some bits.
+    """
+    with path.open("rb") as file:
+        head = file.read(_PAGE)
+    begun = head[: len(_MAGIC)]
+    as_written = sum(byte == wanted for byte, wanted in zip(begun, _MAGIC, strict=False))
+    return len(set(head)) > 1 and 2 * as_written < len(begun)
 
 
 def rescue(path: Path) -> dict[tuple[str, str], str]:

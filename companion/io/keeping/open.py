@@ -20,6 +20,7 @@ from .file import (
     finish_replacing,
     free_name,
     is_of_the_disk,
+    is_strange,
     make_new,
     migrate,
     move_aside,
@@ -33,6 +34,7 @@ from .mark import ASIDE, ForeignError, WorldKind, marks, new_vessel_id, settle
 
 Rows = dict[tuple[str, str], str]
 _BUSY_S: Final = 1.0
+_STRANGE: Final = "holds something else than a store and is left alone; name another file"
 _SMALLEST: Final = 512
 """No database of SQLite is smaller than its smallest page."""
 
@@ -95,10 +97,15 @@ def _open_writable(path: Path, world: WorldKind, texts: list[str]) -> tuple[sqli
 
 
 def _find_or_make(path: Path, world: WorldKind, texts: list[str]) -> None:
-    """Make the file when there is none, whole and marked before it gets its name; set aside one that is cut off."""
+    """Make the file when there is none, whole and marked before it gets its name; set aside one that is cut off.
+
+    Raises NotOursError for a short file that never was a store's.
+    """
     size = path.stat().st_size if path.exists() else None
     if size is not None and size >= _SMALLEST:
         return
+    if size is not None and is_strange(path):
+        raise NotOursError(_STRANGE)
     if size is not None:
         aside = move_aside(path, "damaged")
         texts.append(
@@ -155,6 +162,8 @@ def _settled(path: Path, world: WorldKind, texts: list[str], reason: str, rows: 
 def _start_afresh(path: Path, world: WorldKind, texts: list[str], reason: str) -> OpenedStore:
     """Begin a new file with what the damaged one still gives, and keep that one beside it."""
     rescued = rescue(path)
+    if not rescued and is_strange(path):
+        return _read_only(path, world, texts, _STRANGE)
     found = f"Store {path.name} is damaged ({reason}), {len(rescued)} entries rescued"
     try:
         if rescued:
