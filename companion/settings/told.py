@@ -6,6 +6,7 @@ import difflib
 import re
 import types
 import typing
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
@@ -159,7 +160,8 @@ def inner_model(annotation: Any) -> type[BaseModel] | None:
 def wrong_kinds(model: type[BaseModel], data: Any, way: Key = ()) -> Iterator[tuple[Key, Any, str]]:
     """Yield (key, value, what it must be) of values that validation would turn into another kind in silence.
 
-    A text is no switch and no number: "no" for false, or "0,5" cut to nothing, is a person's slip, not a setting.
+    A text is no switch and no number: "no" for false, or "0,5" cut to nothing, is a person's slip, not a setting. Nor does a name or
+    an address hold what no keyboard types: no file is called so.
     """
     if not isinstance(data, dict):
         return
@@ -172,8 +174,17 @@ def wrong_kinds(model: type[BaseModel], data: Any, way: Key = ()) -> Iterator[tu
             items = enumerate(value) if isinstance(value, list) else [(None, value)]
             for number, item in items:
                 yield from wrong_kinds(inner, item, here if number is None else (*here, number))
-        elif wanted := _wanted(field.annotation, value):
+        elif wanted := _wanted(field.annotation, value) or _unprinted(field.annotation, value):
             yield here, value, wanted
+
+
+def _unprinted(annotation: Any, value: Any) -> str:
+    """That a text holds control characters; nothing where one of a few given words must stand, which is judged by itself."""
+    if typing.get_origin(annotation) is typing.Literal:
+        return ""
+    texts = value if isinstance(value, list) else [value]
+    found = {char for text in texts if isinstance(text, str) for char in text if unicodedata.category(char) == "Cc"}
+    return f"holds {' and '.join(map(ascii, sorted(found)))}, which no screen shows; leave it out" if found else ""
 
 
 def _wanted(annotation: Any, value: Any) -> str:

@@ -84,6 +84,29 @@ def test_a_gateways_store_lies_where_a_vessels_may(gateway_file, capsys, store):
     assert f"store = {store!r}" in capsys.readouterr().err
 
 
+BOAT_TEXTS = (
+    *("store", "record.directory", "depth.map.file", "security.key_file", "page.key_file", "radio.key_file", "vessel"),
+    *("actuators.url", "sensors.0.url", "sensors.0.nmea.sentences", "endpoints.0.url", "radio.url", "system.name"),
+)
+GATEWAY_TEXTS = ("url", "key_file", "vessel_config", "store", "profile", "name", "endpoints.0.url", "security.key_file")
+
+
+@pytest.mark.parametrize(("name", "keys"), [("boat.toml", BOAT_TEXTS), ("gateway.toml", GATEWAY_TEXTS)])
+@pytest.mark.parametrize("char", ["\0", "\n", "\x1b"])
+def test_a_text_with_a_control_character_is_refused_by_key_and_all_at_once(capsys, name, keys, char):
+    """A path with such a character was a traceback; a sensor's address with one passed, and ended the run under way."""
+    words = [word for key in keys for word in ("--set", f"{key}=a{char}b")]
+    assert main(["check", str(shipped.path(name)), *words]) == 2
+    said = capsys.readouterr().err
+    rows = said.splitlines()
+    for key in keys:
+        wanted = key.replace("sensors.0.", "").replace("endpoints.0.", "")
+        assert any(f"{wanted} = {f'a{char}b'!r}: holds {char!r}, which no screen shows" in row for row in rows), (
+            key,
+            said,
+        )
+
+
 def test_a_key_that_is_not_made_yet_is_told(tmp_path, capsys):
     words = ["check", str(shipped.path("sim.toml")), "--set", "radio.protocol=compact"]
     assert main([*words, "--set", f"radio.key_file={tmp_path}/radio.key"]) == 0
