@@ -6,9 +6,10 @@ key, its value and the mend, before anything opens.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -21,6 +22,7 @@ from .core.nmea.wanted import unknown_names
 from .core.steer import SteeringError, make_controller
 from .io.depth_map import load_depth_map
 from .io.keeping import keys
+from .io.keeping.hold import HeldError, hold
 from .io.links import LinkConfigError, Reach, check_link, kind_of, parse_link_url
 from .judge import (
     collisions,
@@ -69,6 +71,18 @@ def gateway_settings(path: Path, overrides: Sequence[str], *, to_serve: bool = F
         return gateway_mistakes(settings) + gateway_place_mistakes(settings, path) + missing
 
     return load(path, overrides, GatewaySettings, further=found)
+
+
+@contextlib.contextmanager
+def own_store(config: Path, store: str) -> Iterator[None]:
+    """Have a store for this process alone, none for an empty name. Raises ConfigError with who has it."""
+    with contextlib.ExitStack() as stack:
+        if store:
+            try:
+                stack.enter_context(hold(Path(store)))
+            except HeldError as error:
+                raise ConfigError(str(config), [f"store = {store!r}: {error}"]) from None
+        yield
 
 
 def vessel_mistakes(settings: Settings) -> list[str]:

@@ -7,9 +7,9 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from ..configuration import gateway_settings
+from ..configuration import gateway_settings, own_store
 from ..doors import gateway_doors
-from ..gateway import PERIOD_US, Gateway
+from ..gateway import PERIOD_US, Gateway, GatewaySettings
 from ..io.clock import SystemClock
 from ..io.keeping import AnyStore, MemoryStore, Store
 from ..io.loop import StopFlag, run
@@ -33,6 +33,11 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Run until a signal ends it."""
     settings = gateway_settings(arguments.config, arguments.set, to_serve=True)
+    with own_store(arguments.config, settings.store):
+        return _serve(arguments, settings)
+
+
+def _serve(arguments: argparse.Namespace, settings: GatewaySettings) -> int:
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)

@@ -14,7 +14,7 @@ from mavlink_bridge.language.messages import Severity
 
 from ..app import App
 from ..build import build_app, in_run_dir
-from ..configuration import vessel_settings
+from ..configuration import own_store, vessel_settings
 from ..doors import vessel_doors
 from ..facade import made_by
 from ..io.clock import SystemClock
@@ -60,11 +60,19 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Run until a signal ends it; neutral is written last."""
     settings = vessel_settings(arguments.config, arguments.set, to_sail=True, run_dir=arguments.run_dir)
-    world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
     if arguments.simulated:
         boats = settings.record.directory
         settings = apart(settings, arguments.set)
         check_run_dir(arguments.run_dir or Path(settings.record.directory) / "new", boats)
+    store = settings.store
+    if arguments.simulated:
+        store = "" if arguments.run_dir is None else str(arguments.run_dir / STORE_NAME)
+    with own_store(arguments.config, store):
+        return _sail(arguments, settings)
+
+
+def _sail(arguments: argparse.Namespace, settings: Settings) -> int:
+    world = WorldKind.SIMULATED if arguments.simulated else WorldKind.REAL
     never_waiting()
     stop = StopFlag().install()
     clock = SystemClock()
