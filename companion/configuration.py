@@ -105,10 +105,15 @@ def gateway_mistakes(settings: GatewaySettings) -> list[str]:
     """The same of a gateway's."""
     wanted = [("url", settings.url, None)]
     wanted += [(f"endpoints.{number}.url", item.url, None) for number, item in enumerate(settings.endpoints)]
-    found = [*_wrong_links(wanted), *security.mistakes(settings), *endpoint_mistakes(settings.endpoints)]
+    found = (
+        [] if settings.url else ["url = '': is empty; give the shore modem's port, \"serial:/dev/ttyUSB0?baud=9600\""]
+    )
+    found += [*_wrong_links(wanted), *security.mistakes(settings), *endpoint_mistakes(settings.endpoints)]
     found += [mistake.removeprefix("radio.") for mistake in mistakes_of(lambda: load_radio(settings.profile))]
     if settings.vessel_config:
-        found += mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
+        of_vessel = mistakes_of(lambda: load(Path(settings.vessel_config), [], Settings))
+        head = f"{settings.vessel_config}: "
+        found += [f"vessel_config = {settings.vessel_config!r}: {each.removeprefix(head)}" for each in of_vessel]
     return found
 
 

@@ -60,8 +60,13 @@ def texts_of(model: type[BaseModel]) -> dict[str, str]:
     return found
 
 
-def keys(model: type[BaseModel], prefix: str = "", parameters: str = "") -> Iterator[Key]:
-    """Every key below a model, in order of declaration; lists of tables count as one table. ``parameters``: their prefix."""
+def keys(
+    model: type[BaseModel], prefix: str = "", parameters: str = "", *, table: BaseModel | None = None
+) -> Iterator[Key]:
+    """Every key below a model, in order of declaration; lists of tables count as one table. ``parameters``: their prefix.
+
+    ``table``: what stands there when the file has none, from which a key gets its default that each table has of its own.
+    """
     texts = texts_of(model)
     for name, field in model.model_fields.items():
         path = f"{prefix}{name}"
@@ -69,13 +74,15 @@ def keys(model: type[BaseModel], prefix: str = "", parameters: str = "") -> Iter
         if inner is not None:
             named = ".NAME" if typing.get_origin(field.annotation) is dict else ""
             group = next((item.prefix for item in field.metadata if isinstance(item, ParamGroup)), "")
-            yield from keys(inner, f"{path}{named}.", group)
+            yield from keys(
+                inner, f"{path}{named}.", group, table=field.default if isinstance(field.default, BaseModel) else None
+            )
             continue
         mark = next((item for item in field.metadata if isinstance(item, Param)), None)
         yield Key(
             path=path,
             kind=_names_in_range(field) or kind_of(field.annotation),
-            default=default_of(field),
+            default=default_of(field, getattr(table, name, None)),
             limits=limits_of(field),
             unit=mark.unit if mark else "",
             text=(field.description or texts.get(name, "")).rstrip("."),
@@ -123,11 +130,11 @@ def kind_of(annotation: Any) -> str:
     )
 
 
-def default_of(field: FieldInfo) -> str:
-    """The default as it would stand in TOML."""
-    if field.is_required():
+def default_of(field: FieldInfo, own: object = None) -> str:
+    """The default as it would stand in TOML. ``own``: the one of this table alone."""
+    if field.is_required() and own is None:
         return "*required*"
-    value = field.get_default(call_default_factory=True)
+    value = own if field.is_required() else field.get_default(call_default_factory=True)
     if value is None or value == ():
         return "none"
     if isinstance(value, bool):

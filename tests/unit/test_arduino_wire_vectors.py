@@ -108,3 +108,13 @@ def test_overlong_line_loses_only_itself():
     lines = reader.receive(b"x" * 5000 + b"\n" + wire.checked("#B,1,1.0,UNO,P"))
     assert lines == [wire.Banner(1, "1.0", "UNO", "power-on")]
     assert reader.bad == 1
+
+
+def test_the_lines_of_the_page_are_what_a_board_says():
+    """Who writes a board of his own has the page alone."""
+    page = (Path(__file__).parents[2] / "docs" / "ACTUATORS.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith(("#B,", "#V,", "#S,"))]
+    found = [wire.parse_board_line(line.encode()) for line in lines]
+    assert [type(each) for each in found] == [wire.Banner, wire.Version, wire.Status]
+    assert f"At most {wire.LINE_MAX_BYTES}" in page.replace("\n ", "")
+    assert f"Protocol: `{wire.PROTOCOL}`" in page

@@ -84,6 +84,53 @@ def test_a_gateways_store_lies_where_a_vessels_may(gateway_file, capsys, store):
     assert f"store = {store!r}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "mend"),
+    [
+        ("url", "", "is empty; give the shore modem's port"),
+        ("vessel_config", "no.toml", "no such file"),
+        ("store", "x" * 300, "a name of 300 bytes; 220 is the most"),
+        ("store", "/".join(["x" * 200] * 25), "bytes; 3800 is the most"),
+    ],
+)
+def test_a_gateways_mistake_has_its_file_its_key_and_the_mend(gateway_file, capsys, key, value, mend):
+    for command in ("check", "gateway"):
+        assert main([command, str(gateway_file), "--set", f"{key}={value!r}"]) == 2
+        said = capsys.readouterr().err
+        assert said.startswith(f"{gateway_file}: 1 mistake(s)")
+        assert f"{key} = '{value[:20]}" in said
+        assert mend in said
+
+
+def test_what_is_wrong_in_a_gateways_vessel_is_told_with_the_key_that_names_it(gateway_file, capsys):
+    (gateway_file.parent / "boat.toml").write_text("[depth]\nmin_altitude_m = -4\n")
+    assert main(["check", str(gateway_file)]) == 2
+    assert re.search(r"vessel_config = '.*boat.toml': line 2: depth.min_altitude_m = -4", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("key", ["store", "record.directory"])
+def test_a_name_that_no_disk_takes_is_a_mistake(key, capsys):
+    assert main(["check", str(shipped.path("boat.toml")), "--set", f"{key}={'x' * 256}"]) == 2
+    assert f"{key} = 'xxx" in capsys.readouterr().err
+
+
+def test_an_output_of_which_only_something_else_is_said_keeps_its_own_letter(tmp_path, capsys):
+    """'id: missing' was said, and what else was wrong in the table only when it was there."""
+    path = tmp_path / "boat.toml"
+    text = shipped.path("boat.toml").read_text()
+    path.write_text(
+        text + "\n[actuators.board.thruster_port]\nreverse = true\n[actuators.board.rudder_starboard]\ntrim_us = 5\n"
+    )
+    board = vessel_settings(path, ()).actuators.board
+    assert [channel.id for channel in board.channels] == ["m", "M", "l", "L"]
+    assert board.thruster_port.reverse
+    path.write_text(text + "\n[actuators.board.thruster_port]\ntrim_us = 900\nus_zero = 3\n")
+    assert main(["check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "trim_us = 900" in said
+    assert "us_zero = 3" in said
+
+
 BOAT_TEXTS = (
     *("store", "record.directory", "depth.map.file", "security.key_file", "page.key_file", "radio.key_file", "vessel"),
     *("actuators.url", "sensors.0.url", "sensors.0.nmea.sentences", "endpoints.0.url", "radio.url", "system.name"),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, Literal, Self
+from typing import Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -26,6 +26,8 @@ STOP_BAND_US: Final = 25
 _LATE_MS: Final = 100.0
 """A command may come this much after its period: two ticks at 20 Hz, when a tick is late and a line is lost."""
 
+_OUTPUTS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
+
 SKETCHES: Final[dict[str, str]] = {"parse-int": "\n", "read-line": "\n", "fixed-block": "", "next-byte": "\n"}
 """Terminator for each common way in which level-0 sketches read commands (firmware-reliability §A.4)."""
 
@@ -34,7 +36,7 @@ class ChannelConfig(Config):
     """One servo output: its wire id and what its pulses mean."""
 
     id: Literal["m", "M", "l", "L"]
-    """Letter on the wire: m, M thrusters 1, 2; l, L rudders 1, 2."""
+    """Letter on the wire: m, M thrusters 1, 2; l, L rudders 1, 2. Left out, it is the output's own."""
     encoding: Literal["bipolar", "duty"] = "bipolar"
     """bipolar: the three pulses below. duty: the seed's 0...1 with 0.5 at rest, from lower to upper bound."""
     us_minus: int = Field(1000, ge=1000, le=2000)
@@ -111,6 +113,15 @@ class ActuatorConfig(Config):
     thruster_starboard: ChannelConfig = ChannelConfig(id="M")
     rudder_port: ChannelConfig = ChannelConfig(id="l")
     rudder_starboard: ChannelConfig = ChannelConfig(id="L")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _own_letters(cls, data: Any) -> Any:
+        """An output of which only something else is said keeps its own letter."""
+        if not isinstance(data, dict):
+            return data
+        said = {name: value for name, value in data.items() if name in _OUTPUTS and isinstance(value, dict)}
+        return data | {name: {"id": cls.model_fields[name].default.id, **value} for name, value in said.items()}
 
     @field_validator("level", mode="before")
     @classmethod
