@@ -46,7 +46,7 @@ class Danger(Enum):
     RISK = "risk"
     """Our courses would pass within the wanted clearance, or did and are not yet past and clear."""
     CLOSE = "close"
-    """Within half of it, or within 20 s from it."""
+    """Within half of it, or 20 s before that."""
 
 
 @value
@@ -95,9 +95,12 @@ class OtherVessel:
     range_m: float | None = None
     """From us to her antenna; None: we do not know where we are."""
     bearing_rad: float | None = None
+    hull_m: float | None = None
+    """From us to her hull, now; below 0: inside."""
     cpa_m: float | None = None
     """Least distance to her hull on both courses over ground."""
     tcpa_s: float | None = None
+    """Until then; of a hull that we would hit or sail along, until its near end."""
     role: Role = Role.NONE
     danger: Danger = Danger.NONE
 

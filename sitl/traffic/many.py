@@ -55,7 +55,7 @@ def worst_of(verdicts: Sequence[EncounterVerdict]) -> list[EncounterVerdict]:
 
 
 def _wrong(tally: EncounterTally) -> int:
-    return tally.roles_wrong + tally.could_warn - tally.warned
+    return tally.roles_wrong + tally.could_warn - tally.warned + tally.could_close - tally.closed
 
 
 def failures(verdicts: Sequence[EncounterVerdict]) -> dict[str, list[str]]:
@@ -64,6 +64,7 @@ def failures(verdicts: Sequence[EncounterVerdict]) -> dict[str, list[str]]:
         "hit": [each.name for each in verdicts if each.tally.collisions],
         "role": [each.name for each in verdicts if each.tally.roles_wrong],
         "late": [each.name for each in verdicts if each.tally.warned < each.tally.could_warn],
+        "close late": [each.name for each in verdicts if each.tally.closed < each.tally.could_close],
         "false alarm": [each.name for each in verdicts if each.tally.false_alarms],
     }
 
@@ -75,5 +76,7 @@ def lines(tally: EncounterTally) -> list[str]:
         f"{tally.close} under half of the wanted clearance, {tally.within} under it",
         f"{tally.told} vessels told of; roles right in {tally.roles_share:.2%} ({tally.roles_grey} in grey zones left out)",
         f"told 60 s before the closest point: {tally.warned} of {tally.could_warn} ({tally.warned_share:.2%})",
+        f"told as close 10 s before her hull is within a quarter of the wanted clearance: {tally.closed} of {tally.could_close} "
+        f"({tally.closed_share:.2%})",
         f"false alarms: {tally.false_alarms} ({tally.false_share:.2%})",
     ]

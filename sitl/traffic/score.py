@@ -17,6 +17,8 @@ COLLISION_M: Final = 2.0
 """To the hull; holds our own boat, which is a point here."""
 LOOK_S: Final = 180.0
 _STEP_S: Final = 2.0
+SURELY_CLOSE: Final = 0.25
+"""Of the wanted clearance: who comes so near was close by any honest reckoning; close itself begins at half of it."""
 
 
 @dataclass(slots=True)
@@ -26,6 +28,8 @@ class VesselTruth:
     wanted_m: float
     least_m: float = math.inf
     least_s: float = 0.0
+    near_s: float | None = None
+    """When her hull first came surely close."""
     risk_s: float | None = None
     """When her true course and ours first led within the wanted clearance, inside the look-ahead."""
     predicted: list[tuple[float, float]] = field(default_factory=list)
@@ -71,6 +75,8 @@ class Scorer:
             metres = self._between(target, places[number], self._last[number] if self._last else places[number])
             if metres < truth.least_m:
                 truth.least_m, truth.least_s = metres, now_s
+            if truth.near_s is None and metres < SURELY_CLOSE * truth.wanted_m:
+                truth.near_s = now_s
         self._last = places
         if now_s - self._looked_s >= _STEP_S - 1e-9:
             self._looked_s = now_s

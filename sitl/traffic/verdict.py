@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Final
 
+from .score import SURELY_CLOSE
 from .watch import EncounterOutcome, ToldVessel
 
 IN_TIME_S: Final = 60.0
 """A warning comes so long before the closest point."""
-_HEARD_BEFORE_S: Final = 65.0
-"""A report that came later than this before the closest point could not warn in time."""
+CLOSE_IN_TIME_S: Final = 10.0
+"""Close is told so long before her hull is surely close; it is due 20 s before half of the wanted clearance."""
+_SLACK_S: Final = 5.0
+"""A report that came less than this before could not say so in time."""
 _FALSE_FACTOR: Final = 2.0
 """Told, though her true course never led within twice the wanted clearance: between once and twice lies what a course that is two
 degrees off cannot tell three minutes ahead."""
@@ -38,6 +41,10 @@ class EncounterTally:
     """Vessels that came within the wanted clearance, and of which a report in time said so."""
     warned: int = 0
     """Of these: told 60 s before the closest point."""
+    could_close: int = 0
+    """Vessels whose hull came surely close, and of which a report in time said so."""
+    closed: int = 0
+    """Of these: told as close 10 s before."""
 
     def add(self, other: EncounterTally) -> None:
         for each in fields(self):
@@ -50,6 +57,10 @@ class EncounterTally:
     @property
     def warned_share(self) -> float:
         return self.warned / max(1, self.could_warn)
+
+    @property
+    def closed_share(self) -> float:
+        return self.closed / max(1, self.could_close)
 
     @property
     def false_share(self) -> float:
@@ -78,9 +89,14 @@ def verdict_of(outcome: EncounterOutcome) -> EncounterVerdict:
     for each in outcome.told:
         if each.told_s is not None:
             _judge_told(each, each.told_s, tally)
-        if _could_warn(each):
+        truth = each.truth
+        if truth.within and _said_before(each, truth.least_s - IN_TIME_S, truth.wanted_m):
             tally.could_warn += 1
             tally.warned += int(each.told_s is not None and each.told_s <= each.truth.least_s - IN_TIME_S)
+        near_s = truth.near_s
+        if near_s is not None and _said_before(each, near_s - CLOSE_IN_TIME_S, SURELY_CLOSE * truth.wanted_m):
+            tally.could_close += 1
+            tally.closed += int(each.close_s is not None and each.close_s <= near_s - CLOSE_IN_TIME_S)
     return EncounterVerdict(outcome.encounter.name, outcome.least_m, tally)
 
 
@@ -98,11 +114,9 @@ def _judge_told(each: ToldVessel, told_s: float, tally: EncounterTally) -> None:
     tally.false_alarms += int(not near)
 
 
-def _could_warn(each: ToldVessel) -> bool:
-    """Whether she came within the wanted clearance, and a report said so in time."""
-    truth = each.truth
-    return truth.within and any(
-        heard_s <= truth.least_s - _HEARD_BEFORE_S
-        and truth.least_predicted_m(heard_s - 2.0, heard_s + 2.0) < truth.wanted_m
+def _said_before(each: ToldVessel, due_s: float, metres: float) -> bool:
+    """Whether a report in time for ``due_s`` said that she would come so near."""
+    return any(
+        heard_s <= due_s - _SLACK_S and each.truth.least_predicted_m(heard_s - 2.0, heard_s + 2.0) < metres
         for heard_s in each.heard_s
     )

@@ -46,6 +46,8 @@ class ToldVessel:
 
     truth: VesselTruth
     told_s: float | None = None
+    close_s: float | None = None
+    """When she was told as close."""
     role: str = ""
     true_role: str = ""
     grey: bool = False
@@ -99,6 +101,8 @@ def sail(
         dangers = {vessel.mmsi: vessel for vessel in picture.vessels if vessel.danger is not Danger.NONE}
         for target, each in zip(fleet.targets, told, strict=True):
             vessel = dangers.get(target.mmsi)
+            if vessel is not None and vessel.danger is Danger.CLOSE and each.close_s is None:
+                each.close_s = now_s
             if vessel is not None and each.told_s is None:
                 each.told_s, each.role = now_s, _ROLES[vessel.role]
                 each.true_role, each.grey = true_role(target, (north, 0.0), 0.0, speed)

@@ -9,9 +9,11 @@ import re
 import pytest
 
 from companion.core.traffic import TrafficConfig
-from companion.core.traffic.clearance import Hull, clearance, hull_of
+from companion.core.traffic.clearance import Hull, clearance, hull_of, passed_s, reached_s
 from companion.core.traffic.sectors import Duty, duty_of, role_of
+from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.traffic import Danger, Role, Sides
+from sitl.traffic.fleet import hull_distance_m
 from sitl.traffic.target import ManoeuvreText, VesselText
 from sitl.traffic.transmitter import AisText
 from tests.traffic_rig import Sea
@@ -45,6 +47,38 @@ def test_the_clearance_is_the_least_distance_to_the_hull() -> None:
         found = clearance(*place, closing, (hull, heading_rad), 90.0)
         assert found.distance_m == pytest.approx(by_steps(hull, place, closing, heading_rad, 90.0), abs=1.2)
         assert 0.0 <= found.time_s <= 90.0
+
+
+def test_a_hull_is_reached_when_a_walk_in_small_steps_first_comes_so_near() -> None:
+    rng = random.Random(6)
+    reached = 0
+    for _ in range(200):
+        hull = Hull(rng.uniform(0, 90), rng.uniform(0, 90), rng.uniform(1, 12), rng.uniform(-6, 6), 100.0)
+        course = (rng.uniform(-200, 200), rng.uniform(-200, 200), (rng.uniform(-4, 4), rng.uniform(-4, 4)))
+        axis, reach_m = (hull, rng.uniform(-math.pi, math.pi)), rng.choice((0.0, 10.0, 20.0))
+
+        def now_m(at_s: float, north: float, east: float, rate: tuple[float, float]) -> float:
+            return clearance(north + rate[0] * at_s, east + rate[1] * at_s, (0.0, 0.0), axis, 0.0).now_m  # noqa: B023
+
+        walked = next((step * 0.25 for step in range(801) if now_m(step * 0.25, *course) <= reach_m), math.inf)
+        found = reached_s(*course, axis, reach_m)
+        if walked < math.inf:
+            reached += 1
+            assert walked - 0.25 <= found <= walked
+        else:
+            assert found > 199.0 or now_m(found, *course) == pytest.approx(
+                reach_m, abs=1e-6
+            )  # grazed between two steps
+    assert reached > 20
+
+
+def test_of_a_hull_sailed_along_the_near_end_counts() -> None:
+    """Her stern is 100 m ahead of us, her bow 300 m; we pass 10 m off, 0.1 degrees nearer to her bow or to her stern."""
+    hull = Hull(100.0, 100.0, 10.0, 0.0, 220.0)
+    for degrees in (0.1, -0.1):
+        closing = -2.0 * math.cos(math.radians(degrees)), 2.0 * math.sin(math.radians(degrees))
+        assert passed_s(200.0, 20.0, closing, (hull, 0.0), 20.0) == pytest.approx(50.0, abs=0.2)
+    assert math.isinf(passed_s(200.0, 60.0, (-2.0, 0.0), (hull, 0.0), 20.0))
 
 
 def test_a_bow_is_met_long_before_the_antenna() -> None:
@@ -170,6 +204,63 @@ def test_in_a_crowd_words_are_few() -> None:
     assert sum(vessel.danger is not Danger.NONE for vessel in sea.picture.vessels) > 40
     for at_s, _, _ in sea.texts:
         assert sum(at_s - 10.0 < other <= at_s for other, _, _ in sea.texts) <= 10
+
+
+def anchored(length_m: float, east_m: float) -> VesselText:
+    return VesselText(status=1, name="BIG SHIP", north_m=400.0, east_m=east_m, length_m=length_m)
+
+
+@pytest.mark.parametrize(
+    ("vessel", "seconds"),
+    [
+        (anchored(200.0, 5.0), 300.0),
+        (anchored(300.0, 5.0), 300.0),
+        (anchored(40.0, 0.0), 300.0),
+        (VesselText(north_m=200.0, east_m=3.0, speed_mps=0.51, length_m=100.0), 200.0),
+        (VesselText(ais="B", north_m=600.0, course_deg=180.0, speed_mps=5.0, interval_s=10.0), 200.0),
+    ],
+)
+def test_close_is_told_long_before_a_hull_is_hit_and_the_time_told_is_that_of_her_near_end(
+    vessel: VesselText, seconds: float
+) -> None:
+    sea = Sea([vessel], ais=CLEAN)
+    hit_s: list[float] = []
+
+    def watch() -> None:
+        if not hit_s and hull_distance_m(sea.targets[0], sea.north_m, sea.east_m) <= 0.0:
+            hit_s.append(sea.time_s)
+
+    sea.run(seconds, watch)
+    assert 15.0 < hit_s[0] - sea.said(" close, CPA 0 m in ")[0] < 60.0
+    told = [(at_s, text) for at_s, _, text in sea.texts if " CPA 0 m in " in text]
+    for at_s, text in told:
+        assert at_s + int(re.search(r" in (\d+) s", text)[1]) == pytest.approx(hit_s[0], abs=15.0)
+    assert [severity for _, severity, _ in sea.texts].count(Severity.CRITICAL) == 1
+
+
+def test_a_ship_that_draws_slowly_nearer_alongside_is_close_while_she_is_alongside() -> None:
+    ship = VesselText(name="LONG SHIP", east_m=27.0, course_deg=359.0, speed_mps=1.5, length_m=200.0, beam_m=30.0)
+    sea = Sea([ship], ais=CLEAN)
+    dangers: list[Danger] = []
+    sea.run(60, lambda: dangers.append(sea.vessel().danger) if sea.vessel() and sea.vessel().sides else None)
+    assert set(dangers[10:]) == {Danger.CLOSE}
+    assert re.search(r"close, CPA \d+ m in \d+ s; now \d+ m off", sea.texts[-1][2])
+
+
+def test_who_sways_about_the_limit_of_close_is_told_once() -> None:
+    """A ship overtakes us as we drift at a few centimetres a second: which end of her comes nearest is a matter of chance."""
+    ship = VesselText(north_m=-300.0, east_m=17.0, speed_mps=2.6, length_m=100.0, beam_m=16.0, interval_s=2.0)
+    sea, rng = Sea([ship], ais=CLEAN, own_mps=0.05, dt_s=0.1), random.Random(1)
+    dangers: list[Danger] = [Danger.NONE]
+
+    def drift() -> None:
+        sea.own_rad = rng.uniform(-math.pi, math.pi)
+        if sea.vessel() and sea.vessel().danger is not dangers[-1]:
+            dangers.append(sea.vessel().danger)
+
+    sea.run(250, drift)
+    assert dangers == [Danger.NONE, Danger.RISK, Danger.CLOSE, Danger.RISK, Danger.NONE]
+    assert [severity for _, severity, _ in sea.texts] == [Severity.WARNING, Severity.CRITICAL, Severity.INFO]
 
 
 def test_a_forged_ship_on_top_of_us_is_told_and_breaks_nothing() -> None:

@@ -63,30 +63,71 @@ class Clearance:
     """Hull to us; below 0: inside."""
     time_s: float
     """Until then, 0 when the range only opens."""
+    now_m: float
+    """Hull to us at the start."""
 
 
-def clearance(
-    north_m: float, east_m: float, closing: tuple[float, float], axis: tuple[Hull, float], horizon_s: float
-) -> Clearance:
+Axis = tuple[Hull, float]
+"""A hull, and the heading of its axis in rad."""
+
+
+def clearance(north_m: float, east_m: float, closing: tuple[float, float], axis: Axis, horizon_s: float) -> Clearance:
     """Return the least distance within a time, and when.
 
-    ``north_m``, ``east_m``: from us to her antenna; ``closing``: her velocity less ours, m/s; ``axis``: her hull and its heading
-    in rad; ``horizon_s`` at least 0.
+    ``north_m``, ``east_m``: from us to her antenna; ``closing``: her velocity less ours, m/s; ``horizon_s`` at least 0.
     """
-    hull, heading_rad = axis
-    cosine, sine = math.cos(heading_rad), math.sin(heading_rad)
-    # us as she sees us: x towards her bow, y to her starboard
-    x, y = -north_m * cosine - east_m * sine, north_m * sine - east_m * cosine - hull.right_m
-    vx, vy = -closing[0] * cosine - closing[1] * sine, closing[0] * sine - closing[1] * cosine
-    bow, stern, half = hull.bow_m, -hull.stern_m, hull.half_m
-    best = Clearance(_to_axis(x, y, stern, bow) - half, 0.0)
+    x, y, vx, vy = _seen_by_her(north_m, east_m, closing, axis)
+    bow, stern, half = axis[0].bow_m, -axis[0].stern_m, axis[0].half_m
+    now_m = least_m = _to_axis(x, y, stern, bow) - half
+    least_s = 0.0
     # the distance to a segment is convex along a straight course: its least is at an end, abeam of an end of the axis or on the axis
     for time_s in (horizon_s, _abeam(x - bow, y, vx, vy), _abeam(x - stern, y, vx, vy), -y / vy if vy else 0.0):
         at_s = clamp(time_s, 0.0, horizon_s)
         distance = _to_axis(x + vx * at_s, y + vy * at_s, stern, bow) - half
-        if distance < best.distance_m - 1e-9:
-            best = Clearance(distance, at_s)
-    return best
+        if distance < least_m - 1e-9:
+            least_m, least_s = distance, at_s
+    return Clearance(least_m, least_s, now_m)
+
+
+def reached_s(north_m: float, east_m: float, closing: tuple[float, float], axis: Axis, reach_m: float) -> float:
+    """When the hull first comes as near as ``reach_m``, 0 when it is; infinite: never on these courses."""
+    x, y, vx, vy = _seen_by_her(north_m, east_m, closing, axis)
+    bow, stern, reach = axis[0].bow_m, -axis[0].stern_m, axis[0].half_m + reach_m
+    if _to_axis(x, y, stern, bow) <= reach:
+        return 0.0
+    # all within reach of an axis: two discs about its ends and the strip between them
+    soonest = min(_disc_s(x - bow, y, vx, vy, reach), _disc_s(x - stern, y, vx, vy, reach))
+    gap = abs(y) - reach
+    if gap > 0.0 and y * vy < 0.0:
+        side_s = gap / abs(vy)
+        if stern <= x + vx * side_s <= bow:
+            soonest = min(soonest, side_s)
+    return soonest
+
+
+def passed_s(north_m: float, east_m: float, closing: tuple[float, float], axis: Axis, near_m: float) -> float:
+    """When the first end of her axis still to come passes within ``near_m`` of us; infinite: none will.
+
+    Along a hull the least distance moves between its ends with every tenth of a degree; her nearer end's passing does not.
+    """
+    x, y, vx, vy = _seen_by_her(north_m, east_m, closing, axis)
+    bow, stern, reach = axis[0].bow_m, -axis[0].stern_m, axis[0].half_m + near_m
+    times = [_abeam(x - end, y, vx, vy) for end in (bow, stern)]
+    near = [at_s for at_s in times if at_s > 0.0 and _to_axis(x + vx * at_s, y + vy * at_s, stern, bow) <= reach]
+    return min(near, default=math.inf)
+
+
+def _seen_by_her(
+    north_m: float, east_m: float, closing: tuple[float, float], axis: Axis
+) -> tuple[float, float, float, float]:
+    """Our place and velocity as she sees us: x towards her bow, y to her starboard from her axis."""
+    cosine, sine = math.cos(axis[1]), math.sin(axis[1])
+    return (
+        -north_m * cosine - east_m * sine,
+        north_m * sine - east_m * cosine - axis[0].right_m,
+        -closing[0] * cosine - closing[1] * sine,
+        closing[0] * sine - closing[1] * cosine,
+    )
 
 
 def _to_axis(x: float, y: float, stern: float, bow: float) -> float:
@@ -97,3 +138,13 @@ def _abeam(x: float, y: float, vx: float, vy: float) -> float:
     """When a straight course is nearest to the origin."""
     speed2 = vx * vx + vy * vy
     return -(x * vx + y * vy) / speed2 if speed2 > 1e-9 else 0.0
+
+
+def _disc_s(x: float, y: float, vx: float, vy: float, radius: float) -> float:
+    """When a straight course from outside first meets a disc about the origin; infinite: never."""
+    towards, speed2 = -(x * vx + y * vy), vx * vx + vy * vy
+    gap2 = x * x + y * y - radius * radius
+    root2 = towards * towards - speed2 * gap2
+    if towards <= 0.0 or root2 < 0.0:
+        return math.inf
+    return gap2 / (towards + math.sqrt(root2))

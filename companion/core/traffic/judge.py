@@ -7,6 +7,7 @@ grows with what is not known of her. The role is taken then (rules 13 to 15) and
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.geodesy import metres_per_radian
@@ -16,7 +17,7 @@ from mavlink_bridge.language.units import clamp
 from mavlink_bridge.language.value import value
 
 from ..ais.reports import StationClass
-from .clearance import Clearance, Hull, circle_of, clearance, hull_of
+from .clearance import Axis, Clearance, Hull, circle_of, clearance, hull_of, passed_s, reached_s
 from .config import TrafficConfig
 from .sectors import role_of
 from .table import Static
@@ -24,10 +25,16 @@ from .track import Track
 
 SHIP_LENGTH_M: Final = 20.0
 """From here on she is a ship: the wanted clearance is the larger one."""
+Course = tuple[float, float, tuple[float, float], Axis]
+"""North and east from us to her antenna, her velocity less ours, her hull and its heading."""
 FAR_M: Final = 4000.0
 """Farther away nothing is judged: within the look-ahead not even a fast ship comes so far."""
+_CLOSE_SHARE: Final = 0.5
+"""Of the wanted clearance: nearer than this is close."""
 _CLOSE_S: Final = 20.0
-"""Inside half the clearance and this time nothing is left to do by agreement."""
+"""So long before she is that near nothing is left to do by agreement."""
+_LEFT: Final = 1.3
+"""So much farther off or later she is close no more: her place is known to some metres, her course to two degrees."""
 _SILENT: Final = 3.0
 """Of her intervals. One report in five is lost as it is, two in a row in every other meeting."""
 _SLACK_S: Final = 5.0
@@ -107,7 +114,7 @@ class TrafficLook:
     bearing_rad: float
     opening: bool
     closest: Clearance | None
-    """None: too far away to be judged."""
+    """None: too far away to be judged. Its time is that of her hull's nearer end, or of when it is reached."""
 
 
 def hull_and_axis(track: Track, static: Static) -> tuple[Hull, float]:
@@ -139,18 +146,21 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
     bearing = math.atan2(east, north)
     if range_m > FAR_M and before.danger is Danger.NONE:
         return TrafficLook(before, range_m, bearing, opening, None)
-    hull, axis_rad = hull_and_axis(track, static)
-    closest = clearance(north, east, closing, (hull, axis_rad), config.look_ahead_s)
-    shown = closest
-    if closest.time_s >= config.look_ahead_s:
-        shown = clearance(north, east, closing, (hull, axis_rad), _SHOWN_S)
-    wanted = wanted_m(hull, config)
+    axis = hull_and_axis(track, static)
+    course = north, east, closing, axis
+    closest = clearance(*course, config.look_ahead_s)
+    wanted = wanted_m(axis[0], config)
+    shown = closest if closest.time_s < config.look_ahead_s else clearance(*course, _SHOWN_S)
+    if shown.distance_m < _CLOSE_SHARE * wanted:
+        shown = replace(shown, time_s=_met_s(shown, course, _CLOSE_SHARE * wanted))
     doubt_m = _doubt(closest.time_s) * track.sigma_m(age_s + _AHEAD * closest.time_s)
     # far ahead doubt takes all of it away, but who is foretold to hit is a risk however far
     grown = wanted + clamp(doubt_m, -wanted, _DOUBT_MOST * wanted)
     # towards one at rest we go by our own speed, which is known
     leaving = track.at_rest or north * closing[0] + east * closing[1] > track.rate_sigma_mps() * range_m
     danger = _danger(closest, wanted, grown, leaving=leaving)
+    if _is_close(closest, course, _CLOSE_SHARE * wanted, _LEFT if before.danger is Danger.CLOSE else 1.0):
+        danger = Danger.CLOSE
     if before.danger is not Danger.NONE and danger is Danger.NONE:
         clear = closest.time_s <= 0.0 and closest.distance_m > wanted
         danger = Danger.NONE if clear else Danger.RISK
@@ -167,10 +177,21 @@ def _doubt(time_s: float) -> float:
     return _SURE + (_UNSURE - _SURE) * later
 
 
+def _is_close(closest: Clearance, course: Course, half_m: float, left: float) -> bool:
+    """Whether she is within half of the wanted clearance, or soon is. ``left``: how much farther, once she was."""
+    reach_m = left * half_m
+    if closest.now_m < reach_m or closest.distance_m >= reach_m:
+        return closest.now_m < reach_m
+    return reached_s(*course, reach_m) <= left * _CLOSE_S
+
+
+def _met_s(least: Clearance, course: Course, half_m: float) -> float:
+    """When she is met who comes within half of the wanted clearance: not when we have passed along or through all of her."""
+    return reached_s(*course, 0.0) if least.distance_m < 0.0 else min(least.time_s, passed_s(*course, half_m))
+
+
 def _danger(closest: Clearance, wanted_m: float, grown_m: float, *, leaving: bool) -> Danger:
-    """``leaving``: the range surely opens. A vessel that is too near and may as well come nearer is a risk (rule 7 d)."""
-    if closest.distance_m < 0.5 * wanted_m and closest.time_s <= _CLOSE_S:
-        return Danger.CLOSE
+    """None or risk. ``leaving``: the range surely opens. A vessel that is too near and may as well come nearer is a risk (rule 7 d)."""
     if closest.distance_m >= (grown_m if closest.time_s > 0.0 else wanted_m) or (closest.time_s <= 0.0 and leaving):
         return Danger.NONE
     return Danger.RISK

@@ -59,12 +59,14 @@ NO_STATIC: Final = Static()
 class JudgedTrack:
     """A track with what the judge last saw of it."""
 
-    __slots__ = ("confirmed", "due_us", "opening", "range_m", "since_other", "track")
+    __slots__ = ("close_again_us", "confirmed", "due_us", "opening", "range_m", "since_other", "track")
 
     def __init__(self, track: Track) -> None:
         self.track = track
         self.due_us = 0
         """When she is to be looked at again."""
+        self.close_again_us = 0
+        """Before this she is not told as close again."""
         self.range_m = math.inf
         self.opening = False
         self.since_other = 0

@@ -36,6 +36,8 @@ LOOKS_A_TICK: Final = 24
 _TEXTS_MAX: Final = 10
 _TEXTS_US: Final = 10_000_000
 """At most so many texts in this time: in a crowded anchorage words are noise."""
+_CLOSE_AGAIN_US: Final = 60_000_000
+"""One danger is told once: who sways about the limit of close is not called close again before, unless she was past and clear."""
 _ACTIVE: Final = 14
 """Navigational status of a beacon that is used in earnest."""
 _RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
@@ -226,9 +228,11 @@ class Traffic:
         entry.range_m, entry.opening = seen.range_m, seen.opening
         vessel = self._vessel(entry, kind, seen, now_us)
         self._seen[entry] = seen.dealing, vessel, _key(vessel)
-        self._tell(before, seen.dealing, vessel, now_us)
+        self._tell(entry, before, vessel, now_us)
+        if seen.dealing.lost and not before.lost:
+            self._speak(words.lost(vessel, now_us), now_us)
 
-    def _tell(self, before: Dealing, dealing: Dealing, vessel: OtherVessel, now_us: int) -> None:
+    def _tell(self, entry: JudgedTrack, before: Dealing, vessel: OtherVessel, now_us: int) -> None:
         if vessel.kind in (VesselKind.PERSON, VesselKind.BEACON_TEST):
             test = vessel.kind is VesselKind.BEACON_TEST
             if self._told.get(vessel.mmsi) is not test:
@@ -236,10 +240,10 @@ class Traffic:
                 self._texts.append(words.beacon(vessel, test=test))
             return
         text = words.change(before.danger, vessel)
-        if text is not None:
-            self._speak(text, now_us)
-        if dealing.lost and not before.lost:
-            self._speak(words.lost(vessel, now_us), now_us)
+        if text is None or (vessel.danger is Danger.CLOSE and now_us < entry.close_again_us):
+            return
+        entry.close_again_us = now_us + _CLOSE_AGAIN_US if vessel.danger is Danger.CLOSE else 0
+        self._speak(text, now_us)
 
     def _speak(self, text: Text, now_us: int) -> None:
         self._spoken_us = [at_us for at_us in self._spoken_us if now_us - at_us < _TEXTS_US]
@@ -297,6 +301,7 @@ class Traffic:
             callsign=static.callsign,
             range_m=None if seen is None else seen.range_m,
             bearing_rad=None if seen is None else seen.bearing_rad,
+            hull_m=None if closest is None else closest.now_m,
             cpa_m=None if closest is None else closest.distance_m,
             tcpa_s=None if closest is None else closest.time_s,
             role=dealing.role,

@@ -75,7 +75,8 @@ def begun(vessel: OtherVessel) -> Text:
 
 def close(vessel: OtherVessel) -> Text:
     """She is within half of the wanted clearance, or is about to be."""
-    return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {_closest(vessel)}"
+    now = "" if vessel.hull_m is None else f"; now {max(0.0, vessel.hull_m):.0f} m off"
+    return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {_closest(vessel)}{now}"
 
 
 def clear(vessel: OtherVessel) -> Text:
