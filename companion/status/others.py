@@ -5,13 +5,19 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.traffic import Danger, OtherVessel, TrafficPicture
+from mavlink_bridge.language.traffic import Danger, OtherVessel, TrafficPicture, VesselKind
 from mavlink_bridge.language.value import value
 
+from ..core.traffic import words
 from ..core.traffic.words import situation, wind_of
 
 MOST: Final = 12
-"""More than a glance takes in; those with risk come first."""
+"""Vessels: more than a glance takes in; those with risk come first."""
+MOST_PERSONS: Final = 8
+"""Before all vessels and beside their number: a liferaft's crew, each with a beacon of his own."""
+PERSON: Final = VesselKind.PERSON.value
+_OLD_S: Final = 20.0
+"""Whose last report is older is told so: the fastest come every two seconds, small boats' every thirty."""
 
 
 @value
@@ -36,13 +42,23 @@ class Other:
     cpa_m: float | None = None
     tcpa_s: float | None = None
     sentence: str = ""
-    """How we meet, the closest point and what we owe her; empty without risk."""
+    """How we meet, the closest point and what we owe her, or that it is a person; empty without risk."""
 
 
 def others_of(picture: TrafficPicture, t_us: int) -> tuple[Other, ...]:
-    """The first of a picture, which has the most dangerous first; marks and the far off are left out."""
-    shown = [each for each in picture.vessels if each.danger is not Danger.NONE or _is_near(each, picture.range_m)]
-    return tuple(_other(each, t_us) for each in shown[:MOST])
+    """The first of a picture, which has persons and the most dangerous first; marks and the far off are left out."""
+    persons = [each for each in picture.vessels if each.kind is VesselKind.PERSON]
+    shown = [
+        each
+        for each in picture.vessels
+        if each.kind is not VesselKind.PERSON and (each.danger is not Danger.NONE or _is_near(each, picture.range_m))
+    ]
+    return tuple(_other(each, t_us) for each in (*persons[:MOST_PERSONS], *shown[:MOST]))
+
+
+def person_of(picture: TrafficPicture) -> str:
+    """Where the nearest person is, in words; empty: none is known."""
+    return next((words.where(each) for each in picture.vessels if each.kind is VesselKind.PERSON), "")
 
 
 def _is_near(vessel: OtherVessel, range_m: float) -> bool:
@@ -67,12 +83,24 @@ def _other(vessel: OtherVessel, t_us: int) -> Other:
         bearing_deg=None if vessel.bearing_rad is None else _compass(vessel.bearing_rad),
         cpa_m=None if vessel.cpa_m is None else round(vessel.cpa_m),
         tcpa_s=None if vessel.tcpa_s is None else round(vessel.tcpa_s),
-        sentence="" if vessel.danger is Danger.NONE else situation(vessel),
+        sentence=_sentence(vessel),
     )
+
+
+def _sentence(vessel: OtherVessel) -> str:
+    if vessel.kind is VesselKind.PERSON:
+        return words.person(vessel)
+    return "" if vessel.danger is Danger.NONE else situation(vessel)
 
 
 def _compass(angle_rad: float) -> float:
     return round(math.degrees(angle_rad) % 360.0) % 360.0
+
+
+def headline(other: Other) -> str:
+    """What matters of her, where she is now, and how old that is."""
+    now = "" if other.kind == PERSON else f"; now {where(other)}"
+    return f"{other.sentence}{now}{f'; heard {other.age_s:.0f} s ago' if other.age_s >= _OLD_S else ''}"
 
 
 def where(other: Other) -> str:

@@ -17,10 +17,12 @@ from mavlink_bridge.language.snapshot import LinkHealth, Outlook, Snapshot
 from mavlink_bridge.language.value import value
 
 from . import words
-from .others import Other, others_of
+from .others import Other, others_of, person_of
 
 _PLACES_DEG: Final = 7
 """A centimetre on the ground."""
+_PERSON_ROW: Final = "person_in_water"
+"""The failsafe's row that means nothing without a place."""
 
 
 @value
@@ -136,7 +138,9 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         action=s.action.name,
         now=words.doing(s),
         next=words.coming(s),
-        failsafes=tuple(map(_warned, s.outlook)) if s.outlook or not s.causes else tuple(map(_named, s.causes)),
+        failsafes=tuple(_warned(each, s) for each in s.outlook)
+        if s.outlook or not s.causes
+        else tuple(map(_named, s.causes)),
         not_ready=() if s.armed or s.health.prearm_ok else s.health.prearm_reasons,
         lat_deg=_deg(state.lat_rad, _PLACES_DEG),
         lon_deg=_deg(state.lon_rad, _PLACES_DEG),
@@ -205,7 +209,9 @@ def from_fields(data: Any) -> Picture:
         raise NoPictureError(f"not a picture of this version: {error.error_count()} fields differ") from None
 
 
-def _warned(each: Outlook) -> Warned:
+def _warned(each: Outlook, s: Snapshot) -> Warned:
+    if each.name == _PERSON_ROW and (place := person_of(s.traffic)):
+        each = dataclasses.replace(each, cause=f"{each.cause}, {place}")
     return Warned(
         name=each.name,
         cause=each.cause,

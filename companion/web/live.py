@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any, Final
 
+from mavlink_bridge.language.traffic import VesselKind
+
 BUDGET_BYTES_PER_S: Final = 3500.0
 """Below 4 kB/s with all that lies around it, so that a link of 50 kbit/s has room for the map and for orders."""
 BURST_BYTES: Final = 9000.0
@@ -14,7 +16,8 @@ STALE_US: Final = 1_000_000
 """Without news a browser hears so often that there is none."""
 _ROUND_S: Final = {"t_s": 1, "utc_s": 0}
 _OTHERS: Final = 8
-"""Other vessels on the page: a kilobyte when all have moved."""
+"""Other vessels on the page, beside persons: a kilobyte when all have moved."""
+_PERSON: Final = VesselKind.PERSON.value
 _LEFT_OUT: Final = frozenset({"heading_error_deg", "speed_error_mps", "rudders_deg", "output", "airtime"})
 """Fields of the picture that the page does not show."""
 
@@ -54,7 +57,10 @@ def page_fields(picture: dict[str, Any]) -> dict[str, Any]:
     found["texts"] = [
         [each["number"], each["t_s"], each["severity"], each["text"]] for each in picture.get("texts", [])
     ]
-    found["others"] = [_other(each) for each in picture.get("others", [])[:_OTHERS]]
+    others = picture.get("others", [])
+    persons = [each for each in others if each["kind"] == _PERSON]
+    vessels = [each for each in others if each["kind"] != _PERSON]
+    found["others"] = [_other(each) for each in (*persons, *vessels[:_OTHERS])]
     found["failsafes"] = [_failsafe(each) for each in picture.get("failsafes", [])]
     return found
 

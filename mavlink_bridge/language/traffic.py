@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import Final
 
 from .value import value
 
@@ -62,6 +63,10 @@ class Sides:
     starboard_m: int
 
 
+_BEACONS: Final = {970: "SART", 972: "MOB", 974: "EPIRB"}
+"""First three digits of a number (ITU-R M.585), and what seamen call its sender."""
+
+
 @value
 class OtherVessel:
     """One other vessel, as known at a time."""
@@ -111,12 +116,19 @@ class OtherVessel:
     @property
     def title(self) -> str:
         """Her name, or her number."""
-        return self.name or f"MMSI {self.mmsi}"
+        return self.name or f"{self.beacon or 'MMSI'} {self.mmsi}"
+
+    @property
+    def beacon(self) -> str:
+        """What kind of distress beacon sends; empty for all others."""
+        if self.kind not in (VesselKind.PERSON, VesselKind.BEACON_TEST):
+            return ""
+        return _BEACONS.get(self.mmsi // 1_000_000, "beacon")
 
 
 @value
 class TrafficPicture:
-    """All that is known of others, the most dangerous first, then by range."""
+    """All that is known of others: persons first, then the most dangerous, then by range."""
 
     vessels: tuple[OtherVessel, ...] = ()
     heard: bool = False

@@ -104,6 +104,28 @@ def test_qgroundcontrol_gets_the_place_of_now_and_a_name() -> None:
     assert message.altitude == 0
 
 
+@pytest.mark.parametrize(
+    ("mmsi", "kind", "callsign"),
+    [
+        (972_263_001, VesselKind.PERSON, "MOB"),
+        (970_263_001, VesselKind.PERSON, "SART"),
+        (974_263_001, VesselKind.PERSON, "EPIRB"),
+        (972_263_001, VesselKind.BEACON_TEST, "TEST MOB"),
+    ],
+)
+def test_qgroundcontrol_names_a_persons_beacon_as_seamen_do(mmsi: int, kind: VesselKind, callsign: str) -> None:
+    beacon = replace(EXAMPLE, mmsi=mmsi, kind=kind, name="")
+    assert unpacked(adsb_vehicle(beacon, 10_000_000)).callsign.rstrip("\0") == callsign
+
+
+def test_a_person_is_shown_however_far_and_however_many_vessels_have_risk() -> None:
+    person = replace(EXAMPLE, mmsi=972_263_001, kind=VesselKind.PERSON, name="", range_m=5000.0)
+    crowd = [replace(EXAMPLE, mmsi=number, danger=Danger.RISK, range_m=100.0) for number in range(1, 31)]
+    link = Link()
+    link.run(lambda now_us: TrafficPicture((person, *crowd), heard=True), 3.0)
+    assert person.mmsi in {message.ICAO_address for _, message in link.got if message.get_type() == "ADSB_VEHICLE"}
+
+
 def test_a_collision_is_reported_and_ended() -> None:
     message = unpacked(collision(replace(EXAMPLE, danger=Danger.CLOSE, cpa_m=12.0, tcpa_s=33.0)))
     assert (message.id, message.threat_level, message.action) == (244123456, 2, 1)

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from ...status.others import where
+from ...status.others import PERSON, headline, where
 from ...status.picture import LinkSeen, Picture, ToldText
 
 _NONE: Final = "–"
@@ -89,11 +89,11 @@ def _rows(p: Picture, width: int) -> list[PanelLine]:
 
 
 def _traffic(p: Picture) -> list[PanelLine]:
-    """Each vessel with risk and what we owe her; without any, how many there are and the nearest."""
+    """Persons, and each vessel with risk and what we owe her; without any, how many there are and the nearest."""
     risks = [each for each in p.others if each.sentence][:_RISKS_SHOWN]
     if risks:
-        colours = ["red" if each.danger == "close" else "yellow" for each in risks]
-        lines = [f"{each.sentence}; now {where(each)}" for each in risks]
+        colours = ["red" if each.danger == "close" or each.kind == PERSON else "yellow" for each in risks]
+        lines = [headline(each) for each in risks]
         return [
             PanelLine("" if n else "Traffic", text, colour)
             for n, (text, colour) in enumerate(zip(lines, colours, strict=True))

@@ -45,10 +45,13 @@ _RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
 
 _Key = tuple[int, float, int]
 """Danger, range and number: the picture's order."""
+_PERSON: Final = -1
+"""Before every danger: what is told of ships may wait, and what is cut off at the end must not be a life."""
 
 
 def _key(vessel: OtherVessel) -> _Key:
-    return _RANK[vessel.danger], math.inf if vessel.range_m is None else vessel.range_m, vessel.mmsi
+    rank = _PERSON if vessel.kind is VesselKind.PERSON else _RANK[vessel.danger]
+    return rank, math.inf if vessel.range_m is None else vessel.range_m, vessel.mmsi
 
 
 class Traffic:

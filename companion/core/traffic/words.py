@@ -110,10 +110,18 @@ def change(before: Danger, vessel: OtherVessel) -> Text | None:
 
 def beacon(vessel: OtherVessel, *, test: bool) -> Text:
     """A beacon of a person, a liferaft or a vessel in distress."""
-    what = {"970": "SART", "972": "MOB", "974": "EPIRB"}.get(f"{vessel.mmsi:09d}"[:3], "Distress")
-    where = "position unknown here"
-    if vessel.range_m is not None and vessel.bearing_rad is not None:
-        where = f"{vessel.range_m:.0f} m {wind_of(vessel.bearing_rad)}"
     if test:
-        return Severity.NOTICE, f"{what} beacon {vessel.mmsi} in test: {where}"
-    return Severity.ALERT, f"{what} beacon {vessel.mmsi}: {where}"
+        return Severity.NOTICE, f"{vessel.beacon} beacon {vessel.mmsi} in test: {where(vessel)}"
+    return Severity.ALERT, f"{vessel.beacon} beacon {vessel.mmsi}: {where(vessel)}"
+
+
+def person(vessel: OtherVessel) -> str:
+    """The headline of a person's beacon."""
+    return f"PERSON IN THE WATER {where(vessel)}, {vessel.beacon} beacon {vessel.mmsi}"
+
+
+def where(vessel: OtherVessel) -> str:
+    """How far off and in which direction."""
+    if vessel.range_m is None or vessel.bearing_rad is None:
+        return "position unknown here"
+    return f"{vessel.range_m:.0f} m {wind_of(vessel.bearing_rad)}"

@@ -60,11 +60,12 @@ const Chart = (() => {
     });
   }
 
+  const PERSON = "person in the water";
   const DANGER = { close: "#a8071a", risk: "#d46b08" };
 
   // Another vessel: a triangle that points where she goes, a line as long as a minute of her way; a disc at rest.
   function vessel(other) {
-    const colour = DANGER[other.danger] || (other.kind === "person in the water" ? "#a8071a" : "#3d4650"), u = unit();
+    const colour = DANGER[other.danger] || (other.kind === PERSON ? "#a8071a" : "#3d4650"), u = unit();
     const known = other.course_deg !== undefined && !other.at_rest, way = other.course_deg * Math.PI / 180;
     sign(other.at, () => {
       ctx.fillStyle = colour; ctx.strokeStyle = colour; ctx.lineWidth = 2 * u;
@@ -76,7 +77,7 @@ const Chart = (() => {
       } else { ctx.beginPath(); ctx.arc(0, 0, 6 * u, 0, 7); }
       ctx.fill(); ctx.strokeStyle = "#fff"; ctx.lineWidth = 1.5 * u; ctx.stroke();
     });
-    label(other.title, x(other.at[1]) + 9 * u, y(other.at[0]) + 16 * u);
+    label(other.kind === PERSON ? "PERSON" : other.title, x(other.at[1]) + 9 * u, y(other.at[0]) + 16 * u);
   }
 
   const unit = () => window.devicePixelRatio || 1;
@@ -103,7 +104,7 @@ const Chart = (() => {
     const all = [...data.track.slice(-400), ...data.legs.flatMap((leg) => leg.line), ...data.areas.flatMap((area) => area.line || [area.centre])];
     if (data.boat) all.push(data.boat);
     if (data.home) all.push(data.home);
-    for (const other of data.others) if (other.danger !== "none") all.push(other.at);
+    for (const other of data.others) if (other.danger !== "none" || other.kind === PERSON) all.push(other.at);
     if (!all.length) return;
     const lats = all.map((p) => p[0]), lons = all.map((p) => p[1]);
     const low = Math.min(...lats), high = Math.max(...lats), west = Math.min(...lons), east = Math.max(...lons);

@@ -113,7 +113,7 @@
     }
     text("where", words);
     $("map").setAttribute("aria-label", `Map: boat at ${words}, heading ${degrees(boat.heading_deg)}`);
-    text("legend", "Blue line: way sailed. Purple: plan. Green dashes: stay inside. Red: stay out. Triangles: other vessels, with a minute of their way; orange: risk, red: close. Squares: depth below chart datum" + (d.limit === null ? "." : `, red below ${d.limit.toFixed(1)} m.`));
+    text("legend", "Blue line: way sailed. Purple: plan. Green dashes: stay inside. Red: stay out. Triangles: other vessels, with a minute of their way; orange: risk, red: close, or a person in the water. Squares: depth below chart datum" + (d.limit === null ? "." : `, red below ${d.limit.toFixed(1)} m.`));
     Chart.draw();
   }
 

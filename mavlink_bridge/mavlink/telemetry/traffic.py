@@ -128,13 +128,20 @@ def adsb_vehicle(vessel: OtherVessel, now_us: int) -> Packed:
             heading=_cdeg(course, 0),
             hor_velocity=0 if vessel.sog_mps is None else min(round(vessel.sog_mps * 100.0), 65535),
             ver_velocity=0,
-            callsign=(vessel.name or str(vessel.mmsi)).encode("ascii", "replace")[:8],
+            callsign=_callsign(vessel).encode("ascii", "replace")[:8],
             emitter_type=_SERVICE_SURFACE,
             tslc=min(int(vessel.age_s(now_us)), _TSLC_MOST_S),
             flags=flags,
             squawk=0,
         )
     )
+
+
+def _callsign(vessel: OtherVessel) -> str:
+    """A beacon's number says nothing in eight digits, and a test must not look like the real thing."""
+    if vessel.beacon:
+        return vessel.beacon if vessel.kind is VesselKind.PERSON else f"TEST {vessel.beacon}"
+    return vessel.name or str(vessel.mmsi)
 
 
 def collision(vessel: OtherVessel) -> Packed:
@@ -222,7 +229,8 @@ class TrafficTeller:
         age = (now_us - sent_us) / _AGAIN_US
         if vessel.reported_us == reported_us and age < 1.0:
             return 0.0
-        return age + (2.0 if vessel.danger is not Danger.NONE else 0.0) + 1.0 / (1.0 + (vessel.range_m or 1e6) / 100.0)
+        urgent = vessel.danger is not Danger.NONE or vessel.kind is VesselKind.PERSON
+        return age + (2.0 if urgent else 0.0) + 1.0 / (1.0 + (vessel.range_m or 1e6) / 100.0)
 
     def _queue(self, kind: int, mmsi: int, made: Packed) -> None:
         # one place a vessel and kind: what is newer replaces what still waits
@@ -247,6 +255,6 @@ def _is_sure(vessel: OtherVessel, range_m: float) -> bool:
     return (
         vessel.kind in _EXACT
         and vessel.range_m is not None
-        and vessel.range_m <= range_m
+        and (vessel.range_m <= range_m or vessel.kind is VesselKind.PERSON)
         and vessel.sigma_m <= _SIGMA_MOST_M
     )

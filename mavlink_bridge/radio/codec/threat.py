@@ -59,10 +59,8 @@ class Threat:
 
 def threat_of(picture: TrafficPicture) -> Threat | None:
     """The first threat of a picture, which is the most dangerous one; None when there is none."""
-    if not picture.vessels:
-        return None
-    vessel = picture.vessels[0]
-    if vessel.danger is Danger.NONE or vessel.range_m is None or vessel.bearing_rad is None:
+    vessel = next(iter(picture.threats), None)
+    if vessel is None or vessel.range_m is None or vessel.bearing_rad is None:
         return None
     return Threat(
         close=vessel.danger is Danger.CLOSE,
