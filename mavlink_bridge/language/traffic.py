@@ -7,6 +7,9 @@ from typing import Final
 
 from .value import value
 
+TCPA_MOST_S: Final = 1200.0
+"""As far ahead as a closest point is looked for: nobody keeps course and speed for longer."""
+
 
 class VesselKind(Enum):
     """What sends under a number."""
@@ -105,7 +108,9 @@ class OtherVessel:
     cpa_m: float | None = None
     """Least distance to her hull on both courses over ground."""
     tcpa_s: float | None = None
-    """Until then; of a hull that we would hit or sail along, until its near end."""
+    """Until then; of a hull that we would hit or sail along, until its near end. ``TCPA_MOST_S``: later, if ever."""
+    going_away: bool = False
+    """With risk still: too near, but the distance to her hull only grows."""
     role: Role = Role.NONE
     danger: Danger = Danger.NONE
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from mavlink_bridge.language.geodesy import inverse
-from mavlink_bridge.language.traffic import Danger, Role, TrafficPicture
+from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, Role, TrafficPicture
 from mavlink_bridge.radio.codec.bits import BitsError
 from mavlink_bridge.radio.codec.state import decode_delta, decode_key, encode_delta, encode_key, settle
 from mavlink_bridge.radio.codec.state_fields import RadioState
@@ -36,6 +36,12 @@ def test_a_threat_takes_six_bytes_and_comes_back() -> None:
     assert back.bearing_rad == pytest.approx(-1.2, abs=math.tau / 256)
     assert (back.cpa_m, back.tcpa_s) == (12.0, 48.0)
     assert back.sog_mps == pytest.approx(EXAMPLE.sog_mps, abs=0.38)
+
+
+def test_what_is_too_far_ahead_for_the_air_has_no_time_on_shore() -> None:
+    far = threat_of(TrafficPicture((replace(NEAR, tcpa_s=TCPA_MOST_S),)))
+    (vessel,) = picture_of(decode_threat(encode_threat(far)), 0.7, -0.15, 5).vessels
+    assert vessel.tcpa_s == TCPA_MOST_S
 
 
 def test_a_difference_brings_a_threat_and_takes_it_away() -> None:

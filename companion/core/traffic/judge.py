@@ -12,7 +12,7 @@ from typing import Final
 
 from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
-from mavlink_bridge.language.traffic import Danger, Role
+from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, Role
 from mavlink_bridge.language.units import clamp
 from mavlink_bridge.language.value import value
 
@@ -43,8 +43,8 @@ _UNDER_WAY_MPS: Final = 0.3
 """Slower we have no course of our own, and so no role."""
 _AXIS_MPS: Final = 0.514
 """One knot: below it a course says nothing of where a bow points."""
-_SHOWN_S: Final = 1200.0
-"""How far ahead a closest point is shown, with risk or without."""
+_AWAY_MPS: Final = 0.25
+"""A range that opens slower is the noise of her speed and ours."""
 _SOON_S: Final = 90.0
 """From here on doubt counts as risk: 60 s of warning and two class B reports before them."""
 _AHEAD: Final = 0.5
@@ -100,6 +100,8 @@ class Dealing:
     danger: Danger = Danger.NONE
     lost: bool = False
     """She has risk and has not been heard for three of her intervals."""
+    going_away: bool = False
+    """She has risk and the distance to her hull only grows."""
 
 
 NO_DEALING: Final = Dealing()
@@ -150,7 +152,7 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
     course = north, east, closing, axis
     closest = clearance(*course, config.look_ahead_s)
     wanted = wanted_m(axis[0], config)
-    shown = closest if closest.time_s < config.look_ahead_s else clearance(*course, _SHOWN_S)
+    shown = closest if closest.time_s < config.look_ahead_s else clearance(*course, TCPA_MOST_S)
     if shown.distance_m < _CLOSE_SHARE * wanted:
         shown = replace(shown, time_s=_met_s(shown, course, _CLOSE_SHARE * wanted))
     doubt_m = _doubt(closest.time_s) * track.sigma_m(age_s + _AHEAD * closest.time_s)
@@ -168,7 +170,8 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
         return TrafficLook(NO_DEALING, range_m, bearing, opening, shown)
     role = before.role if before.danger is not Danger.NONE else _role(track, (north, east), own, (vn, ve))
     lost = age_s > _SILENT * track.interval_s() + _SLACK_S
-    return TrafficLook(Dealing(role, danger, lost), range_m, bearing, opening, shown)
+    away = closest.time_s <= 0.0 <= closest.distance_m and north * closing[0] + east * closing[1] > _AWAY_MPS * range_m
+    return TrafficLook(Dealing(role, danger, lost, away), range_m, bearing, opening, shown)
 
 
 def _doubt(time_s: float) -> float:

@@ -307,6 +307,7 @@ class Traffic:
             hull_m=None if closest is None else closest.now_m,
             cpa_m=None if closest is None else closest.distance_m,
             tcpa_s=None if closest is None else closest.time_s,
+            going_away=dealing.going_away,
             role=dealing.role,
             danger=dealing.danger,
         )

@@ -6,7 +6,7 @@ import math
 from typing import Final, assert_never
 
 from mavlink_bridge.language.messages import Severity
-from mavlink_bridge.language.traffic import Danger, OtherVessel, Role
+from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, OtherVessel, Role
 from mavlink_bridge.language.units import wrap_2pi
 
 from .sectors import Duty, duty_of
@@ -14,6 +14,9 @@ from .sectors import Duty, duty_of
 Text = tuple[Severity, str]
 _NAME_MAX: Final = 20
 """As long as AIS gives names."""
+_AWAY: Final = "going away, not yet clear"
+_NOW_S: Final = 0.5
+"""What would be told as in 0 s."""
 _WINDS: Final = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 
 
@@ -57,15 +60,20 @@ def owed(role: Role) -> str:
 
 
 def _closest(vessel: OtherVessel) -> str:
-    distance = max(0.0, vessel.cpa_m or 0.0)
-    return f"CPA {distance:.0f} m in {vessel.tcpa_s or 0.0:.0f} s"
+    if vessel.going_away:
+        return _AWAY
+    distance, seconds = max(0.0, vessel.cpa_m or 0.0), vessel.tcpa_s or 0.0
+    if seconds >= TCPA_MOST_S:
+        return f"CPA {distance:.0f} m"
+    return f"CPA {distance:.0f} m {f'in {seconds:.0f} s' if seconds >= _NOW_S else 'now'}"
 
 
 def situation(vessel: OtherVessel) -> str:
     """How we meet, the closest point and what we owe her."""
     duty = owed(vessel.role)
     rest = f"; {duty}" if duty else ""
-    return f"{vessel.title[:_NAME_MAX]} {how(vessel.role)}, {_closest(vessel)}{rest}"
+    course = "" if vessel.going_away else f"{how(vessel.role)}, "
+    return f"{vessel.title[:_NAME_MAX]} {course}{_closest(vessel)}{rest}"
 
 
 def begun(vessel: OtherVessel) -> Text:
@@ -75,8 +83,12 @@ def begun(vessel: OtherVessel) -> Text:
 
 def close(vessel: OtherVessel) -> Text:
     """She is within half of the wanted clearance, or is about to be."""
-    now = "" if vessel.hull_m is None else f"; now {max(0.0, vessel.hull_m):.0f} m off"
-    return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {_closest(vessel)}{now}"
+    off = None if vessel.hull_m is None else f"{max(0.0, vessel.hull_m):.0f} m off"
+    if off is None or vessel.going_away:
+        told = _closest(vessel)
+    else:
+        told = off if (vessel.tcpa_s or 0.0) < _NOW_S else f"{_closest(vessel)}; now {off}"
+    return Severity.CRITICAL, f"Traffic: {vessel.title[:_NAME_MAX]} close, {told}"
 
 
 def clear(vessel: OtherVessel) -> Text:

@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 from ...language.geodesy import direct
-from ...language.traffic import Danger, OtherVessel, Role, TrafficPicture, VesselKind
+from ...language.traffic import TCPA_MOST_S, Danger, OtherVessel, Role, TrafficPicture, VesselKind
 from ...language.units import wrap_pi
 from ...language.value import value
 from .bits import BitReader, BitsError, BitWriter
@@ -55,6 +55,7 @@ class Threat:
     cpa_m: float
     """0: nothing or less, 124: that or more."""
     tcpa_s: float
+    """186: that or more."""
 
 
 def threat_of(picture: TrafficPicture) -> Threat | None:
@@ -141,7 +142,7 @@ def picture_of(threat: Threat, lat_rad: float, lon_rad: float, t_us: int) -> Tra
         range_m=threat.range_m,
         bearing_rad=threat.bearing_rad,
         cpa_m=threat.cpa_m,
-        tcpa_s=threat.tcpa_s,
+        tcpa_s=threat.tcpa_s if threat.tcpa_s < _MOST5 * _TCPA_STEP_S else TCPA_MOST_S,
         role=threat.role,
         danger=Danger.CLOSE if threat.close else Danger.RISK,
     )
