@@ -40,7 +40,8 @@ def make_page(flight: Flight, limits: RunLimits | None = None) -> str:
     if track is not None:
         sections.append(_section("Track", "Where it went, over plan, fence and chart.", "data-map"))
     sections += [_section(item.title, item.caption, f"data-chart={number}") for number, item in enumerate(drawn)]
-    sections += [encounters.sections(flight.vessels), _orders(flight.events), _events(flight.events)]
+    met = encounters.sections(flight.vessels)
+    sections += [met, _orders(flight.events), _events(flight.events)]
     if flight.plan:
         sections.append(_plan(flight))
     if flight.settings:
@@ -50,6 +51,7 @@ def make_page(flight: Flight, limits: RunLimits | None = None) -> str:
         )
     titles = [*(["Track"] if track is not None else []), *(item.title for item in drawn)]
     links = "".join(f'<a href="#{_anchor(title)}">{html.escape(title)}</a>' for title in titles)
+    links += "<a href='#meetings'>Meetings</a>" if met else ""
     nav = (
         f"<nav><a href='#story'>What happened</a>{links}<a href='#orders'>Orders</a><a href='#events'>Events</a></nav>"
     )

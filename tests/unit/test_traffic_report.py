@@ -8,6 +8,8 @@ from typing import Any
 
 from companion.io.recording.traffic_log import TrafficLog
 from companion.report.encounters import meetings, sections
+from companion.report.flight import Flight
+from companion.report.page import make_page
 from companion.report.sightings import sighting_of
 from mavlink_bridge.language.messages import ActuatorOutput, Mode
 from mavlink_bridge.language.snapshot import Snapshot
@@ -47,6 +49,39 @@ def test_a_ship_that_crosses_is_kept_and_drawn() -> None:
     for points in re.findall(r"points='([^']*)'", page):
         for pair in points.split():
             assert all(-1.0 <= float(number) <= 361.0 for number in pair.split(","))
+
+
+def test_the_picture_says_which_line_is_ours_where_both_began_and_went() -> None:
+    ship = VesselText(name="MV <EXAMPLE>", north_m=300.0, east_m=900.0, course_deg=270.0, speed_mps=4.5, length_m=60.0)
+    page = sections([sighting_of(each) for each in kept_of(Sea([ship], ais=AisText(loss_share=0.0)), 300)])
+    legend = re.search(r"<p class=legend>(.*?)</p>", page)[1]
+    colours = re.findall(r"border-color:(#\w+)'></i>([^<]+)<", legend)
+    assert [words for _, words in colours] == ["we", "MV &lt;EXAMPLE&gt;", "between both at the nearest"]
+    for colour, _ in colours[:2]:
+        assert page.count("<circle") == 2
+        assert re.search(rf"<circle [^>]*fill='{colour}'", page)
+        assert re.search(rf"<path [^>]*fill='{colour}'", page)
+    heads = dict(re.findall(r"fill='(#\w+)' transform='translate[^']*rotate\((-?\d+)\)", page))
+    assert abs(int(heads[colours[0][0]]) + 90) < 5  # we go up
+    assert abs(abs(int(heads[colours[1][0]])) - 180) < 5  # she to the left
+
+
+def test_a_meeting_without_a_role_is_named_in_words() -> None:
+    ship = VesselText(name="OVERTAKER", north_m=-300.0, east_m=17.0, speed_mps=2.6, length_m=100.0)
+    page = sections([sighting_of(each) for each in kept_of(Sea([ship], ais=AisText(loss_share=0.0), own_mps=0.0), 250)])
+    assert "<h2>OVERTAKER: met while we lay still</h2>" in page
+    assert "none" not in re.sub(r"fill='none'|<td>none", "", page)
+
+
+def test_meetings_stand_in_the_reports_navigation() -> None:
+    ship = VesselText(name="MV EXAMPLE", north_m=300.0, east_m=900.0, course_deg=270.0, speed_mps=4.5, length_m=60.0)
+    seen = [sighting_of(each) for each in kept_of(Sea([ship], ais=AisText(loss_share=0.0)), 300)]
+    page = make_page(Flight("a run", "events", vessels=seen))
+    (target,) = re.findall(r"<nav>.*href='#(\w+)'>Meetings</a>.*</nav>", page)
+    assert f"<section id={target}>" in page
+    for anchor in re.findall(r"href='#(encounter-[^']*)'", page):
+        assert f"id='{anchor}'" in page
+    assert "Meetings" not in make_page(Flight("a run", "events"))
 
 
 def test_without_others_the_report_says_nothing() -> None:
