@@ -18,7 +18,7 @@ from pydantic import BaseModel, ValidationError
 
 from .lines import Key, lines_of
 from .moved import told as moved_to
-from .told import NO_SUCH_KEY, key_of, line_of_named, told, wrong_kinds
+from .told import NO_SUCH_KEY, key_of, line_of_named, printed, told, wrong_kinds
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -76,7 +76,7 @@ def _judged(
 
     for key, value, wanted in list(wrong_kinds(model, rest)):
         refuse(key, f"{'.'.join(map(str, key))} = {_shown(value)}: {wanted}")
-        _leave_out(rest, key)
+        _leave_out(rest, key, stand_in=printed(value))
     settings: Model | None = None
     empty: list[Key] = []
     for _ in range(_ROUNDS):
@@ -107,7 +107,7 @@ def _is_about(key: Key, refused: Sequence[Key]) -> bool:
     return any(key[: len(head)] == head for head in heads)
 
 
-def _leave_out(data: Any, where: Sequence[int | str], stand_in: str | None = None) -> None:
+def _leave_out(data: Any, where: Sequence[int | str], stand_in: Any = None) -> None:
     """Take a value out of configuration data, or put something in its place. In a list an empty table takes it: places count."""
     for step in where[:-1]:
         try:

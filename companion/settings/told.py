@@ -182,9 +182,25 @@ def _unprinted(annotation: Any, value: Any) -> str:
     """That a text holds control characters; nothing where one of a few given words must stand, which is judged by itself."""
     if typing.get_origin(annotation) is typing.Literal:
         return ""
-    texts = value if isinstance(value, list) else [value]
-    found = {char for text in texts if isinstance(text, str) for char in text if unicodedata.category(char) == "Cc"}
+    found = {char for text in _texts(value) for char in text if _is_control(char)}
     return f"holds {' and '.join(map(ascii, sorted(found)))}, which no screen shows; leave it out" if found else ""
+
+
+def printed(value: Any) -> Any:
+    """A text, or a list of them, without its control characters: what stands in for it while the rest is judged. None for what has none."""
+    if not any(_is_control(char) for text in _texts(value) for char in text):
+        return None
+    if isinstance(value, list):
+        return [printed(item) or item for item in value]
+    return "".join(char for char in value if not _is_control(char))
+
+
+def _texts(value: Any) -> list[str]:
+    return [item for item in (value if isinstance(value, list) else [value]) if isinstance(item, str)]
+
+
+def _is_control(char: str) -> bool:
+    return unicodedata.category(char) == "Cc"
 
 
 def _wanted(annotation: Any, value: Any) -> str:

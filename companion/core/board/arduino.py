@@ -363,8 +363,8 @@ class Arduino:
             found.append("failsafe")
         elif state != EMERGENCY and self._agreement.disagrees(now_us):
             found.append("mismatch")
-        if quality.bad and quality.recent(now_us):
-            if quality.garbage(now_us) and "foreign" not in found:
+        if quality.bad and quality.recent(now_us) and "foreign" not in found:
+            if quality.garbage(now_us):
                 found.append("garbage")
             if quality.noisy(now_us):
                 found.append("noise")

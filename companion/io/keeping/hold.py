@@ -14,9 +14,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-if sys.platform != "win32":
-    import fcntl
-
 _TOLD_BYTES: Final = 200
 """More than a process and its time take; whatever else lies there is not shown."""
 
@@ -54,6 +51,8 @@ def _opened(path: Path) -> int | None:
 def _lock(lock: int) -> None:
     if sys.platform == "win32":
         return
+    import fcntl  # not on Windows, where the gateway runs too
+
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
