@@ -177,7 +177,7 @@ def test_the_second_receiver_steps_in_when_the_first_dies_and_the_first_does_not
     again = Receiver(lambda t: "GP", hz=5.0, on=(22.0, 25.0))
     line = Line(dies, again, Receiver(lambda t: "GN", hz=5.0, north_m=2.0, late_s=0.125))
     assert line.share_valid() >= 0.99
-    assert len(line.said("silent")) == 1
+    assert len(line.said("silent, using")) == 1
     assert line.wander_m() < 3.0
 
 
