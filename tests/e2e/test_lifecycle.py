@@ -128,8 +128,9 @@ def test_interrupt_writes_neutral_first_and_exits_0(pair: Pair) -> None:
 
 def test_a_terminal_that_closes_stops_no_vessel_at_sea_and_ends_one_that_is_disarmed(pair: Pair) -> None:
     pair.under_way()
-    pair.vessel.send_signal(signal.SIGHUP)
     link = mavutil.mavlink_connection(f"tcp:127.0.0.1:{pair.tcp}", source_system=255, dialect="all")
+    link.wait_heartbeat(timeout=10)
+    pair.vessel.send_signal(signal.SIGHUP)
     told = link.recv_match(
         type="STATUSTEXT", condition="STATUSTEXT.text.startswith('Terminal closed')", blocking=True, timeout=10
     )
