@@ -83,6 +83,21 @@ def test_the_brake_reckons_with_what_the_gate_lets_through(voyage):
     assert trip.neutral
 
 
+@pytest.mark.parametrize("fix_hz", [5.0, 1.0])
+@pytest.mark.parametrize("hull", ["otter", "blueboat", "wamv"])
+def test_the_brake_takes_the_way_off_and_drives_nobody_astern(voyage, hull, fix_hz):
+    """Her speed is told half a second late, and later by a receiver of 1 Hz: let go by it, she went astern with up to 1.2 m/s."""
+    slope = (*SLOPE, "world.bottom.slope.gradient=0.1")
+    trip = voyage(f"vessel='{hull}'", *slope, "depth.brake=true", f"world.sensors.fix_hz={fix_hz}")
+    trip.sail(2.0, (300.0, 0.0))
+    speeds = []
+    trip.until(lambda: trip.snapshot.action >= Action.HOLD, 250.0)
+    for _ in range(200):
+        trip.run(0.05)
+        speeds.append(trip.truth.u_mps)
+    assert -0.2 < min(speeds) < 0.1
+
+
 def test_the_shipped_shoal_is_stopped_at(voyage):
     trip = voyage()
     trip.sail(1.5, (240.0, 0.0))

@@ -63,6 +63,18 @@ class Braking:
         braked_s = self._simpson(slow_mps, 0) if slow_mps > self.until_mps else 0.0
         return _IN_HAND * self._factor * (self._turned_s + self._slow_s + braked_s)
 
+    def left_mps(self, told_mps: float, late_s: float, since_s: float) -> float:
+        """Way that is left of what was told so late, m/s; ``since_s``: since astern thrust was ordered."""
+        left_mps = self._statics.coasted(told_mps, late_s)[0] if told_mps > 0.0 else told_mps
+        return left_mps - self._taken_mps(since_s) + self._taken_mps(since_s - late_s)
+
+    def _taken_mps(self, since_s: float) -> float:
+        """Way that astern thrust takes off, m/s; none while the propellers turn round."""
+        pushing_s, most_mps2 = max(0.0, since_s - self._turned_s), self._astern_n / self._m11
+        if pushing_s >= self._slow_s:
+            return most_mps2 * (pushing_s - 0.5 * self._slow_s)
+        return 0.5 * most_mps2 * pushing_s * pushing_s / self._slow_s
+
     def way_m(self, speed_mps: float) -> float:
         """Way made from a speed to rest, m, times the file's stopping factor; without thrust astern by coasting."""
         speed, coasted_m = abs(speed_mps), self._statics.stopping_distance_m(speed_mps)

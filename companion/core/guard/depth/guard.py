@@ -31,6 +31,9 @@ _EPS_M: Final = 1e-9
 """Sums of floats at the limit are equal to it within this."""
 _UNKNOWN_AFTER_S: Final = 5.0
 """A sounder may lose the bottom for as long under bubbles and in weed."""
+_SEEN_LATE_S: Final = 0.1
+"""A boat that is being braked has lost this much of her time when her speed is told, beside the fix's age: the velocity filter, the line to
+the board, and a tick. Let go by what is told, she went astern with 0.5 m/s and more."""
 _BRAKE_REST_US: Final = 5_000_000
 """Between two brakings, so that a sounder that errs cannot keep the vessel going astern."""
 _BACK_M: Final = 10.0
@@ -111,7 +114,7 @@ class DepthGuard:
         self._keel_m = geometry.keel_m
         self._shallow = self._unlocked = self._refused = False
         self._started_us: int | None = None
-        self._brake_until_us = -_BRAKE_REST_US
+        self._brake_from_us, self._brake_until_us = 0, -_BRAKE_REST_US
         self._doubts: bool
         """In this step: a correction closes in its turn, and its soundings may mean a lock: neutral until they prove it or not."""
         self.memory = DepthMemory(config.memory, config.input.sigma_m) if config.memory.enabled else None
@@ -309,11 +312,16 @@ class DepthGuard:
 
     def _brakes(self, now_us: int, state: EstimatedState | None, braking: Braking | None, *, begins: bool) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than the hull may need."""
-        if braking is None or not self._brakes_astern or _headway_mps(state) <= braking.until_mps:
+        way_mps = _headway_mps(state)
+        if braking is not None and now_us < self._brake_until_us:
+            late_s = _SEEN_LATE_S + (0.0 if state is None else state.position_age_s or 0.0)
+            way_mps = braking.left_mps(way_mps, late_s, (now_us - self._brake_from_us) * 1e-6)
+        if braking is None or not self._brakes_astern or way_mps <= braking.until_mps:
             if self._brake_until_us > now_us:
                 self._brake_until_us = now_us
         elif begins and now_us >= self._brake_until_us + _BRAKE_REST_US:
             speed_mps = 0.0 if state is None or state.sog_mps is None else state.sog_mps
+            self._brake_from_us = now_us
             self._brake_until_us = now_us + round(braking.lasts_s(speed_mps) * 1e6)
         return now_us < self._brake_until_us
 
