@@ -388,3 +388,20 @@ def test_a_second_compass_on_the_line_changes_nothing_at_sea(off_deg: float) -> 
         texts += [text.text for text in world.app.snapshot.texts]
     assert max(off_m) < 1.0
     assert len([text for text in texts if "HEHDT" in text]) <= 1
+
+
+@pytest.mark.parametrize("order", [Arm(arm=False), SetMode(Mode.MANUAL)], ids=["disarmed", "by hand"])
+@pytest.mark.parametrize(("fault", "what"), [("gnss_silent", "position"), ("heading_silent", "heading")])
+def test_what_is_lost_is_not_back_because_nobody_steers_by_it(fault: str, what: str, order: Arm | SetMode) -> None:
+    """ "Heading is back: order Hold to go on" was told of a compass that was silent all the time, and arming refused right after it."""
+    world = on_the_circle("world.sensors.rate_hz=0")
+    assert ask(world, SetMode(Mode.HOLD)) == ""
+    world.run(30.0)
+    faults(world).set(fault, True)
+    texts = texts_during(world, 20.0)
+    assert any(f"{what.capitalize()} lost" in text for text in texts)
+    assert ask(world, order) == ""
+    texts = texts_during(world, 30.0)
+    assert not [text for text in texts if "is back" in text or text.startswith("Over: ")]
+    faults(world).set(fault, False)
+    assert any("is back" in text or f"Over: {what} lost" in text for text in texts_during(world, 30.0))

@@ -247,7 +247,7 @@ def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, text
     """Say what has begun, with what is done about it: with the sticks in an operator's hand that may be nothing."""
     row, before = rule.row, old or _NEVER
     if entry is None:
-        if before.fired_us is not None:
+        if before.fired_us is not None and not (row.stands is not None and row.stands(flags)):
             texts.append((Severity.INFO, f"Over: {row.text}"))
         return
     action = acting(rule, entry, flags)
@@ -276,7 +276,9 @@ def _foretell(rule: Rule, entry: Entry, action: Action, flags: Flags, texts: lis
 def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[tuple[Severity, str]]) -> Entry:
     """Say once that a cause is steadily gone, what the vessel does meanwhile, and which order goes on."""
     assert entry.gone_us is not None
-    way = WAYS.get(rule.row.clear)
+    way, stands = WAYS.get(rule.row.clear), rule.row.stands
+    if stands is not None and stands(flags):
+        return entry
     if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
         return entry
     action = acting(rule, entry, flags)

@@ -50,5 +50,7 @@ class Condition:
     """Seconds of the action after which ``then_action`` follows."""
     then_action: Action = Action.NONE
     severity: Severity = Severity.CRITICAL
+    stands: Callable[[Flags], bool] | None = None
+    """The cause by itself, where ``flag`` also asks what the vessel does: disarmed, or steered by hand, it has not come back by that."""
     station: bool = False
     """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
