@@ -12,7 +12,7 @@ from companion.core.estimate.repeats import RepeatWatch
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from companion.core.steer.turned import ModelledTurn
 from companion.settings.schema import load_vessel
-from mavlink_bridge.language.messages import ActuatorOutput, EulerAngles
+from mavlink_bridge.language.messages import ActuatorOutput, EulerAngles, FixType, GpsFix
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors import SimulatedSensors
 from tests.replay.own_time import timed_lines
@@ -115,11 +115,12 @@ def test_another_compass_steps_in_and_the_first_leads_again_when_it_lives() -> N
     assert None not in boat.yaw_deg[2:]
 
 
-def heard(watch: RepeatWatch, seconds: float, asked_radps: float, psi_rad: float = 0.5) -> str:
+def heard(watch: RepeatWatch, seconds: float, asked_radps: float, sog_mps: float = 0.3, psi_rad: float = 0.5) -> str:
     """What a compass that says the same for so long is found to do beside a turn that is asked for."""
     proof = ""
     for number in range(round(20.0 * seconds)):
         t_us = 50_000 * number
+        watch.note_fix(GpsFix(t_us, FixType.RTK_FIXED, 0.7, 1e-7 * number, sog_mps=sog_mps), (0.0, 0.0), 1.0)
         watch.note_asked(t_us, 0.05, asked_radps)
         proof = proof or watch.hear("compass", EulerAngles(t_us, psi_rad=psi_rad))
     return proof
@@ -128,6 +129,11 @@ def heard(watch: RepeatWatch, seconds: float, asked_radps: float, psi_rad: float
 def test_on_the_spot_the_turn_that_was_asked_for_proves_it() -> None:
     assert heard(RepeatWatch(), 6.0, 0.3) == "though the vessel should turn"
     assert heard(RepeatWatch(), 60.0, 0.03) == "", "a rudder that stands off asks for so much for ever"
+
+
+def test_a_boat_that_is_tied_does_not_turn_for_thrust() -> None:
+    """Sticks at the berth, and Hold in a breeze on a trailer: her compass was barred, and she could not be armed again."""
+    assert heard(RepeatWatch(), 60.0, 0.3, sog_mps=0.05) == ""
 
 
 def sent_out(share: float) -> ActuatorOutput:

@@ -38,6 +38,8 @@ _COURSE_TAU_S: Final = 1.0
 """The velocity is smoothed by so much: the noise of five fixes, not yet a turn."""
 _COURSE_AGE_US: Final = 2_000_000
 """Two fixes at 1 Hz."""
+_MOVES_MPS: Final = 0.2
+"""A boat that is tied, or on her trailer, does not turn for thrust. One that turns on the spot is moved by it, if only by so much."""
 _PAUSE_S: Final = 1.5
 """A gap in what tells of the turn counts as no more than this."""
 
@@ -121,6 +123,7 @@ class RepeatWatch:
         self._key: object = None
         self._since_us = self._last_us = 0
         self._rate_us: int | None = None
+        self._moves = False
         self._rate, self._course, self._asked = Swing(), _Course(), Swing()
 
     @property
@@ -150,12 +153,13 @@ class RepeatWatch:
 
     def note_fix(self, fix: GpsFix, drift_mps: tuple[float, float], least_mps: float) -> None:
         """Take a fix, the drift, and the least speed through the water at which a course is one."""
+        self._moves = fix.sog_mps is not None and fix.sog_mps > _MOVES_MPS
         if self.is_same:
             self._course.take(fix, self._since_us + _SETTLE_US, drift_mps, least_mps)
 
     def note_asked(self, t_us: int, dt_s: float, r_radps: float) -> None:
-        """Take the turn rate that thrusters and rudders were asked for."""
-        if self.is_same:
+        """Take the turn rate that thrusters and rudders were asked for; of a boat that does not move it tells nothing."""
+        if self.is_same and self._moves:
             self._asked.turn(t_us, r_radps * min(max(dt_s, 0.0), _PAUSE_S))
 
     def hear(self, key: object, angles: EulerAngles) -> str:
