@@ -17,10 +17,17 @@ FIRST, SECOND = Source("compass", "GP"), Source("second", "GN")
 SPEED_MPS = 1.5
 
 
-def fix_at(t_us: int, source: Source, *, off_m: float = 0.0, fix_type: FixType = FixType.RTK_FIXED) -> GpsFix:
+def fix_at(
+    t_us: int,
+    source: Source,
+    *,
+    off_m: float = 0.0,
+    fix_type: FixType = FixType.RTK_FIXED,
+    mps: float = SPEED_MPS,
+) -> GpsFix:
     """A boat that sails north, as a receiver off to the north sees it."""
-    north_m = SPEED_MPS * t_us * 1e-6 + off_m
-    return GpsFix(t_us, fix_type, LAT_RAD + north_m / RADIUS_M, LON_RAD, sog_mps=SPEED_MPS, cog_rad=0.0, source=source)
+    north_m = mps * t_us * 1e-6 + off_m
+    return GpsFix(t_us, fix_type, LAT_RAD + north_m / RADIUS_M, LON_RAD, sog_mps=mps, cog_rad=0.0, source=source)
 
 
 class TwoReceivers:
@@ -33,6 +40,7 @@ class TwoReceivers:
         self.sources = {0: FIRST, 1: SECOND}
         self.mute: set[int] = set()
         self.off_m = {0: 0.0, 1: 0.0}
+        self.mps = SPEED_MPS
         self.fix_type = {0: FixType.RTK_FIXED, 1: FixType.RTK_FIXED}
         self.texts: list[tuple[float, str]] = []
         self.lost_s: list[float] = []
@@ -50,7 +58,8 @@ class TwoReceivers:
                 self.tick()
 
     def send(self, link: int) -> None:
-        fix = fix_at(self.now_us - LATENCY_US, self.sources[link], off_m=self.off_m[link], fix_type=self.fix_type[link])
+        off_m, fix_type = self.off_m[link], self.fix_type[link]
+        fix = fix_at(self.now_us - LATENCY_US, self.sources[link], off_m=off_m, fix_type=fix_type, mps=self.mps)
         self.estimator.update(fix, link)
 
     def tick(self) -> None:
@@ -66,7 +75,7 @@ class TwoReceivers:
         state, origin = self.estimator.predict(self.now_us), self.estimator.origin
         assert state.lat_rad is not None
         assert origin is not None
-        return abs((state.lat_rad - LAT_RAD) * RADIUS_M - SPEED_MPS * self.now_us * 1e-6)
+        return abs((state.lat_rad - LAT_RAD) * RADIUS_M - self.mps * self.now_us * 1e-6)
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9])
@@ -159,6 +168,49 @@ def test_two_that_disagreed_do_not_agree_when_one_falls_silent() -> None:
     boat.run(20.0)
     assert not boat.estimator.sources_disagree
     assert boat.said("agree again") == ["Receivers compass GP and second GN agree again"]
+
+
+@pytest.mark.parametrize(("mps", "off_m"), [(1.0, 1.0), (2.0, 1.4), (3.0, 2.2)])
+def test_two_that_disagreed_do_not_agree_when_one_falls_silent_under_way(mps: float, off_m: float) -> None:
+    """The way made since the last fix excused the distance: they agreed again, and the wrong one led with a jump."""
+    boat = TwoReceivers(5.0, 5.0, 0.25)
+    boat.mps, boat.off_m[1] = mps, off_m
+    boat.run(20.0)
+    boat.mute = {0}
+    boat.run(9.0)
+    assert boat.estimator.sources_disagree
+    assert boat.said("agree again") == []
+    assert boat.said("disagreed") == [f"Positions disagreed: compass GP is silent, it was {off_m} m from second GN"]
+    boat.mute, boat.off_m[1] = set(), 0.0
+    boat.run(5.0)
+    assert not boat.estimator.sources_disagree
+
+
+def test_a_stop_past_the_last_fix_of_a_silent_one_is_no_agreement() -> None:
+    """Its last fix is carried on with the way that the boat had, and comes by the place where the other one lies."""
+    boat = TwoReceivers(10.0, 10.0)
+    boat.off_m[1] = 1.0
+    boat.run(20.0)
+    lies = fix_at(boat.now_us - LATENCY_US, SECOND, off_m=1.0)
+    boat.mute = {0, 1}
+    for _ in range(30):
+        boat.run(0.1)
+        boat.estimator.update(replace(lies, t_us=boat.now_us - LATENCY_US, sog_mps=0.0), 1)
+    assert boat.estimator.sources_disagree
+    assert boat.said("agree again") == []
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.5, 0.9])
+@pytest.mark.parametrize("rates", [(10.0, 10.0), (5.0, 5.0), (1.0, 1.0), (10.0, 1.0), (1.0, 10.0)])
+def test_two_that_disagreed_agree_again_under_way(rates: tuple[float, float], phase: float) -> None:
+    boat = TwoReceivers(*rates, phase)
+    boat.off_m[1] = 15.0
+    boat.run(20.0)
+    assert boat.estimator.sources_disagree
+    boat.off_m[1] = 0.0
+    boat.run(4.0)
+    assert not boat.estimator.sources_disagree
+    assert boat.said("agree again") == ["Receivers second GN and compass GP agree again"]
 
 
 def test_one_that_was_off_and_fell_silent_bars_arming_until_it_agrees() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from mavlink_bridge.language.geodesy import MEAN_RADIUS_M, inverse
 from mavlink_bridge.language.messages import FixType, GpsFix, Severity
@@ -31,7 +31,7 @@ class FixChoice:
     """The receivers: a receiver without a fix does not lead, and any two with one are compared.
 
     Disagreement is declared after 5 s beyond three times the joint accuracy (hacc when the receiver gives it), less what lies
-    between their antennas.
+    between their antennas. It ends when they lie together by two fixes of each: one may be the last of a receiver that fell silent.
     """
 
     def __init__(
@@ -55,6 +55,8 @@ class FixChoice:
         """Since when two receivers have been apart."""
         self._apart: dict[_Two, float] = {}
         """How far apart those were last, m, that were so for long enough: until they agree."""
+        self._fits_us: dict[_Two, int] = {}
+        """Of those apart: the time of the fix of one that the other's has lain together with, and not been apart from any since."""
         self._told: set[_Two] = set()
         self._unheard: set[_Two] = set()
         """Of those apart: that one of them fell silent is told."""
@@ -128,7 +130,7 @@ class FixChoice:
         for other, reference in self._fixes.items():
             if used is None or other == used or abs(fix.t_us - reference.t_us) > _FRESH_US:
                 continue
-            if _apart_m(fix, reference, self._between(used[0], other[0], fix.t_us)) is not None:
+            if _gap(fix, reference, self._between(used[0], other[0], fix.t_us)).is_apart:
                 return self._choice.name(other)
         return ""
 
@@ -150,18 +152,26 @@ class FixChoice:
                 self._judge(two, fix, reference, key=key, used=other)
 
     def _judge(self, two: _Two, fix: GpsFix, reference: GpsFix, *, key: Key, used: Key) -> None:
-        distance_m = _apart_m(fix, reference, self._between(key[0], used[0], fix.t_us))
-        if distance_m is None:
+        gap = _gap(fix, reference, self._between(key[0], used[0], fix.t_us))
+        if gap.is_apart:
+            self._part(two, gap.distance_m, key=key, used=used, t_us=fix.t_us)
+        elif two not in self._apart:
+            self._since_us.pop(two, None)
+        elif gap.is_together and self._fits_us.setdefault(two, reference.t_us) != reference.t_us:
             self._agree(two)
-        elif two in self._apart:
+
+    def _part(self, two: _Two, distance_m: float, *, key: Key, used: Key, t_us: int) -> None:
+        self._fits_us.pop(two, None)
+        if two in self._apart:
             self._apart[two] = distance_m
-        elif fix.t_us - self._since_us.setdefault(two, fix.t_us) >= APART_US:
+        elif t_us - self._since_us.setdefault(two, t_us) >= APART_US:
             self._apart[two] = distance_m
-            self._tell(distance_m, key, used, fix.t_us)
+            self._tell(distance_m, key, used, t_us)
 
     def _miss(self, two: _Two, key: Key, silent: Key) -> None:
         """One of two that were apart has fallen silent; the other one speaks."""
         self._since_us.pop(two, None)
+        self._fits_us.pop(two, None)
         if two in self._told and two not in self._unheard:
             self._unheard.add(two)
             name, apart_m = self._choice.name, self._apart[two]
@@ -193,8 +203,8 @@ class FixChoice:
         self._texts.append((Severity.WARNING, text))
 
     def _agree(self, two: _Two) -> None:
-        self._since_us.pop(two, None)
-        self._apart.pop(two, None)
+        for kept in (self._since_us, self._fits_us, self._apart):
+            kept.pop(two, None)
         self._unheard.discard(two)
         if two in self._told:
             self._told.discard(two)
@@ -211,8 +221,27 @@ def _metres(distance_m: float) -> str:
     return f"{distance_m:.{int(distance_m < _NEAR_M)}f} m"
 
 
-def _apart_m(first: GpsFix, second: GpsFix, between: tuple[float, float, float]) -> float | None:
-    """Distance of two fixes at the time of the first, when it is more than their accuracy explains, m.
+class _Gap(NamedTuple):
+    """How far apart two fixes are, and what explains it, m."""
+
+    distance_m: float
+    allowed_m: float
+    """By their accuracy, and by what is not known of their antennas."""
+    slack_m: float
+    """What the older one may be off, carried on by its course and speed: it grows while a receiver is silent."""
+
+    @property
+    def is_apart(self) -> bool:
+        return self.distance_m > self.allowed_m + self.slack_m
+
+    @property
+    def is_together(self) -> bool:
+        """The slack excuses a distance, but it is no sign that there is none."""
+        return self.distance_m <= self.allowed_m
+
+
+def _gap(first: GpsFix, second: GpsFix, between: tuple[float, float, float]) -> _Gap:
+    """Compare two fixes at the time of the first.
 
     ``between``: how far the first one's antenna is from the other, north and east, and what is not known of it, m.
     """
@@ -228,10 +257,8 @@ def _apart_m(first: GpsFix, second: GpsFix, between: tuple[float, float, float])
     lat_rad += north_m / MEAN_RADIUS_M
     lon_rad += east_m / (MEAN_RADIUS_M * max(math.cos(lat_rad), 1e-6))
     distance_m, _ = inverse(*_place(first), lat_rad, lon_rad)
-    between_s = abs(later_us) * 1e-6
-    slack_m = between_s * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
-    allowed_m = _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + slack_m + unsure_m
-    return distance_m if distance_m > allowed_m else None
+    slack_m = abs(later_us) * 1e-6 * max(first.sog_mps or 0.0, second.sog_mps or 0.0)
+    return _Gap(distance_m, _SIGMAS * math.hypot(_accuracy(first), _accuracy(second)) + unsure_m, slack_m)
 
 
 def _place(fix: GpsFix) -> tuple[float, float]:
