@@ -10,6 +10,8 @@ import pytest
 from companion.imc.desk import DeskConfig
 from mavlink_bridge import imc
 from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.mavlink.wire.codec import dialect
+from tests.fake_vessel import Station
 from tests.imc_rig import Rig, distance_m, plan
 from tests.world_station import Helm
 
@@ -105,6 +107,51 @@ def test_an_abort_that_is_lifted_is_no_error_any_more() -> None:
     assert (rig.view().last_error, rig.view().last_error_us) == ("", None)
     assert ok(rig.console.start("p1"))
     assert rig.view().last_error == ""
+
+
+def test_a_start_soon_after_a_lifted_abort_sails_on() -> None:
+    rig = Rig(CALM)
+    assert ok(rig.console.sail(far(rig)))
+    rig.run(3.0)
+    rig.console.abort()
+    rig.run(1.1)
+    assert not rig.snapshot.armed
+    assert "the abort is lifted" in rig.console.stop().info
+    assert ok(rig.console.start("p1"))
+    rig.run(3.0)
+    assert rig.snapshot.armed
+    assert rig.view().state is EXECUTING
+
+
+def test_who_arms_after_an_abort_has_the_vessel_to_himself() -> None:
+    rig = Rig(CALM)
+    assert ok(rig.console.sail(far(rig)))
+    rig.run(3.0)
+    rig.console.abort()
+    rig.run(0.3)
+    assert not rig.snapshot.armed
+    arm = dialect.MAVLink_command_long_message(1, 1, 400, 0, 1.0, *([0.0] * 6))
+    rig.world.ground("sdk").write(0, Station().codec.encode(arm))
+    rig.until(lambda: rig.snapshot.armed, 0.5)
+    rig.run(5.0)
+    assert rig.snapshot.armed
+    assert rig.view().state is BLOCKED, "the Abort stands for consoles all the same"
+
+
+def test_an_abort_that_does_not_get_through_is_ordered_again_though_it_is_lifted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = Rig(CALM)
+    assert ok(rig.console.sail(far(rig)))
+    rig.run(3.0)
+    with monkeypatch.context() as lost:
+        lost.setattr(rig.link, "write", lambda channel, data: len(data))
+        rig.console.abort()
+        rig.run(1.5)
+        assert "the abort is lifted" in rig.console.stop().info
+        rig.run(6.0)
+        assert rig.snapshot.armed, "it has not heard"
+    rig.until(lambda: not rig.snapshot.armed, 2.5)
 
 
 def test_an_abort_answers_the_start_that_it_ends() -> None:

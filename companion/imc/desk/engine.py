@@ -160,6 +160,7 @@ class Engine:
         if self._error == self.aborted.words:
             self._error, self._error_us = "", None
         self.aborted = None
+        self._is_disarming = self._is_disarming and not self._is_acknowledged
         return True
 
     # ---- time ---------------------------------------------------------------------------------------------------
@@ -170,8 +171,8 @@ class Engine:
         vehicle = self._client.vehicle
         if vehicle is None:
             return
-        if self._is_disarming and now_us >= self._disarm_us:
-            self._disarm(now_us)
+        if self._is_disarming:
+            self._see_disarmed(vehicle, now_us)
         match self.phase:
             case DeskPhase.IDLE:
                 self._look_for_mine(vehicle)
@@ -184,14 +185,18 @@ class Engine:
             case _:
                 assert_never(self.phase)
 
-    def _disarm(self, now_us: int) -> None:
-        """Order it until it shows; a vehicle that somebody arms again later is his. One that is not heard yet is disarmed when it is."""
-        vehicle = self._client.vehicle
-        self._disarm_us = now_us + _ABORT_US
-        if vehicle is None:
-            return
-        if self._is_acknowledged and not vehicle.armed:
+    def _see_disarmed(self, vehicle: HeardVehicle, now_us: int) -> None:
+        """Order it until it shows; a vehicle that somebody arms again later is his. Behind a radio the first look may see an old state."""
+        is_due = now_us >= self._disarm_us
+        if self._is_acknowledged and not vehicle.armed and (is_due or not vehicle.by_radio):
             self._is_disarming = False
+        elif is_due:
+            self._disarm(now_us)
+
+    def _disarm(self, now_us: int) -> None:
+        """Order it. A vehicle that is not heard yet is disarmed when it is."""
+        self._disarm_us = now_us + _ABORT_US
+        if self._client.vehicle is None:
             return
 
         def obeyed(outcome: JobOutcome) -> None:
