@@ -337,6 +337,43 @@ def test_parameters_are_told_and_set_by_part() -> None:
     assert any("DEPTH_MIN" in text and "outside" in text for _, _, text in rig.events)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("DEPTH_MIN", "abc", 'DEPTH_MIN: "abc" is no number'),
+        ("DEPTH_MIN", "nan", "a finite number is needed"),
+        ("NO_SUCH", "1", "Depth has no parameter NO_SUCH"),
+        ("DEPTH_MIN", "9e6", "outside"),
+    ],
+)
+def test_a_parameter_that_is_refused_is_not_said_to_be_set(name: str, value: str, why: str) -> None:
+    rig = Rig()
+    rig.console.send(imc.SetEntityParameters(name="Depth", params=(imc.EntityParameter(name, value),)))
+    rig.run(2.0)
+    told = [text for _, _, text in rig.events if name in text]
+    assert len(told) == 1
+    assert why in told[0]
+    assert told[0].startswith("IMC, 10.77.0.1:6001, ccu-test (0x4001): ")
+
+
+def test_who_sets_no_parameter_does_not_take_command() -> None:
+    rig = Rig(CALM)
+    nothing = (imc.EntityParameter("DEPTH_MIN", "abc"), imc.EntityParameter("NO_SUCH", "1"))
+    rig.console.send(imc.SetEntityParameters(name="Depth", params=nothing))
+    rig.run(1.0)
+    other = rig.add(imc_id=0x4002, host="10.77.0.9", name="ccu-other")
+    assert ok(other.sail(far(rig))), "nobody commanded"
+
+
+def test_what_is_set_is_said_by_name_without_what_is_refused() -> None:
+    rig = Rig()
+    wanted = (imc.EntityParameter("DEPTH_MIN", "3.5"), imc.EntityParameter("NO_SUCH", "1"))
+    rig.console.send(imc.SetEntityParameters(name="Depth", params=wanted))
+    rig.run(2.0)
+    told = [text for _, severity, text in rig.events if severity == 5]
+    assert told[-1].endswith("ccu-test (0x4001): Depth: DEPTH_MIN = 3.5")
+
+
 def test_who_only_looks_moves_nothing_and_sends_nothing() -> None:
     rig = Rig(CALM, desk=DeskConfig(read_only=True))
     assert ok(rig.console.save(far(rig)))

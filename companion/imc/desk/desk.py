@@ -235,11 +235,9 @@ class Desk:
             self.say(4, f"{asker}: {message.name} not set: {refusal}")
             self._params.query(message.name, asker, self._now_us)
             return
-        self._take_command(asker)
-        names = ", ".join(f"{each.name} = {each.value}" for each in message.params[:8])
-        self.say(_NOTICE, f"{asker}: {message.name}: {names}")
-        self._params.set(message, asker, self._now_us)
-        self.keep()
+        if self._params.set(message, asker, self._now_us):
+            self._take_command(asker)
+            self.keep()
 
     def _save_parameters(self, message: imc.SaveEntityParameters, asker: Asker) -> None:
         """Parameters are stored when they are set: nothing is left to do, and consoles wait for no answer."""

@@ -18,6 +18,8 @@ from .orders import Helm, Values
 from .plan import Setting
 
 _MOST_WAITING = 64
+_MOST_NAMED = 8
+"""A line of the log has room for so many parameters."""
 
 Tell = Callable[[imc.Message, Asker, str], None]
 
@@ -65,38 +67,45 @@ class ParamsDesk:
             self._is_fetching = True
             self._client.start(fetch(vehicle, self._parts.values), self._fetched, now_us)
 
-    def set(self, message: imc.SetEntityParameters, asker: Asker, now_us: int) -> None:
-        """Set what can be set, and tell the values that are then in force."""
+    def set(self, message: imc.SetEntityParameters, asker: Asker, now_us: int) -> bool:
+        """Set what can be set, and tell the values that are then in force. Returns whether the vessel was ordered anything."""
         vehicle = self._client.vehicle
         if vehicle is None:
-            self._say(4, "the vessel is not heard: no parameter was set")
-            return
-        wanted = self.values_of(tuple(Setting(message.name, each.name, each.value) for each in message.params))
+            self._say(4, f"{asker}: {message.name}: no parameter was set: the vessel is not heard")
+            return False
+        settings = tuple(Setting(message.name, each.name, each.value) for each in message.params)
+        wanted = self.values_of(settings, f"{asker}: ")
+        taken: list[str] = []
 
         def done(outcome: JobOutcome) -> None:
+            if taken:
+                values = ", ".join(f"{name} = {self._parts.text(name)}" for name in taken[:_MOST_NAMED])
+                self._say(5, f"{asker}: {message.name}: {values}")
             if not outcome.ok:
-                self._say(4, outcome.reason)
+                self._say(4, f"{asker}: {outcome.reason}")
             names = [each.name for each in message.params]
             self._tell(message.name, asker, names)
 
-        self._client.start(self._put(wanted), done, now_us)
+        self._client.start(self._put(wanted, taken), done, now_us)
+        return bool(wanted)
 
-    def _put(self, values: Values) -> Job:
+    def _put(self, values: Values, taken: list[str]) -> Job:
         """Set one after the other, and note each as it is taken: what is refused takes nothing back."""
         for each in values:
             outcome = yield from self._helm.put((each,))
             if not outcome.ok:
                 return outcome
             self.heard(*each)
+            taken.append(each[0])
         return DONE
 
-    def values_of(self, settings: tuple[Setting, ...]) -> Values:
-        """Settings as parameters; what is none is told."""
+    def values_of(self, settings: tuple[Setting, ...], who: str = "") -> Values:
+        """Settings as parameters; what is none is told, and ``who`` wanted it."""
         values: list[tuple[str, float]] = []
         for each in settings:
             wanted = self._parts.wanted(each.section, each.name, each.value)
             if isinstance(wanted, str):
-                self._say(4, wanted)
+                self._say(4, f"{who}{wanted}")
             else:
                 values.append((each.name, wanted))
         return values
