@@ -194,6 +194,27 @@ def test_sticks_steer_and_are_neutral_when_they_are_silent() -> None:
     assert rig.snapshot.mode is Mode.HOLD
 
 
+@pytest.mark.parametrize("abort", [False, True])
+def test_the_sticks_that_are_taken_again_are_not_lost_before_the_first(abort: bool) -> None:
+    rig = Rig(CALM)
+    assert ok(rig.console.ask(BY_HAND))
+    rig.run(2.0)
+    if abort:
+        rig.console.abort()
+        rig.run(1.5)
+    assert ok(rig.console.stop())
+    rig.run(3.0)
+    start = dataclasses.replace(BY_HAND, request_id=99)
+    rig.console.send(start)
+    causes: set[str] = set()
+    for _ in range(40):
+        rig.step()
+        causes.update(rig.snapshot.causes)
+    assert rig.view().maneuver_type == imc.Teleoperation.NUMBER
+    assert rig.snapshot.armed
+    assert "manual_lost" not in causes
+
+
 @pytest.mark.parametrize("by_hand", [False, True])
 def test_a_console_that_dies_leaves_the_failsafe_that_a_mavlink_station_leaves(by_hand: bool) -> None:
     """The bars: as by MAVLink, within a second."""

@@ -9,7 +9,7 @@ import pytest
 import config
 from companion.settings.schema import load
 from mavlink_bridge.language.figures import Circle, Hover
-from mavlink_bridge.language.messages import GuardState, Loiter, Mode
+from mavlink_bridge.language.messages import Action, GuardState, Loiter, Mode
 from mavlink_bridge.language.requests import (
     Arm,
     GuidedHeading,
@@ -155,6 +155,34 @@ def test_sticks_belong_to_one_station_and_time_out(world: World) -> None:
     world.run(0.7)
     assert world.snapshot.output.thruster_port == 0.0
     assert mode_of(world) is Mode.MANUAL
+
+
+@pytest.mark.parametrize("last", [SetMode(Mode.MANUAL), Arm(arm=True)], ids=["armed before", "armed last"])
+def test_who_takes_the_sticks_later_has_time_for_the_first_and_silence_stops_all_the_same(
+    world: World, last: SetMode | Arm
+) -> None:
+    accept(world, SetMode(Mode.MANUAL))
+    accept(world, Arm(arm=True))
+    for _ in range(20):
+        world.app.submit(ManualInput(0.8, 0.0, 255))
+        world.step()
+    accept(world, SetMode(Mode.HOLD) if isinstance(last, SetMode) else Arm(arm=False, force=True))
+    world.run(5.0)
+    accept(world, last)
+    assert world.snapshot is not None
+    for _ in range(8):
+        assert world.snapshot.armed
+        assert mode_of(world) is Mode.MANUAL
+        assert "manual_lost" not in world.snapshot.causes
+        assert world.snapshot.output.thruster_port == 0.0, "sticks of before steer no more"
+        world.step()
+    world.run(0.2)
+    assert "manual_lost" in world.snapshot.causes
+    assert world.snapshot.action is Action.STOP
+    world.app.submit(ManualInput(0.8, 0.0, 255))
+    world.run(0.3)
+    assert world.snapshot.action is Action.NONE
+    assert world.snapshot.output.thruster_port > 0.0
 
 
 def test_speeds_beyond_the_hull_are_denied(world: World) -> None:

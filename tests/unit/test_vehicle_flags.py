@@ -42,7 +42,7 @@ class Helm:
         self.mode = mode
         self._ages = stick_s, guided_s
 
-    def stick_age_s(self, now_us: int) -> float | None:
+    def stick_wait_s(self, now_us: int) -> float | None:
         return self._ages[0]
 
     def guided_age_s(self, now_us: int) -> float | None:

@@ -149,6 +149,7 @@ class Controls:
             if not self.config.depth.enabled:
                 self.voice.say(Severity.WARNING, GUARD_OFF)
             self.parts.controller.reset(self.state)
+            self.parts.navigator.await_sticks(now_us)
             self.parts.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
             if not self.voyage.keeps_home:
                 self.set_home_here()

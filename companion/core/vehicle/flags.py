@@ -37,12 +37,12 @@ def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guard
 def _helm(controls: Controls, now_us: int) -> HelmFlags:
     navigator = controls.parts.navigator
     by_hand = navigator.mode is Mode.MANUAL
-    stick_age_s = navigator.stick_age_s(now_us) if by_hand else None
+    wait_s = navigator.stick_wait_s(now_us) if by_hand else None
     return HelmFlags(
         armed=controls.armed,
         autonomous=not by_hand,
-        manual=stick_age_s is not None,
-        manual_age_s=stick_age_s,
+        manual=wait_s is not None,
+        manual_age_s=wait_s,
         guided_age_s=navigator.guided_age_s(now_us),
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,
         resume=controls.goes_on_with,

@@ -82,7 +82,7 @@ class Navigator:
         self._steer: Steer | None = None
         self._steer_us: int | None = None
         self._sticks: ManualInput | None = None
-        self._sticks_us = 0
+        self._sticks_us = self._awaited_us = 0
         self._speed_mps: float | None = None
         self._texts: list[tuple[Severity, str]] = []
         self._trial: Trial | None = None
@@ -112,6 +112,8 @@ class Navigator:
         if self.mode is Mode.AUTO and mode is not Mode.AUTO:
             self.mission.pause()
         self.end_trial(f"{mode.value} ordered")
+        if mode is Mode.MANUAL and self.mode is not mode:
+            self.await_sticks(state.t_us)
         self.mode = mode
         self._leg = self._steer = self._steer_us = None
         if mode is Mode.AUTO:
@@ -251,9 +253,13 @@ class Navigator:
     def sticks(self, request: ManualInput, now_us: int) -> None:
         self._sticks, self._sticks_us = request, now_us
 
-    def stick_age_s(self, now_us: int) -> float | None:
-        """Seconds since the last stick input, None when there never was one."""
-        return None if self._sticks is None else (now_us - self._sticks_us) * 1e-6
+    def await_sticks(self, now_us: int) -> None:
+        """Somebody takes the sticks: the first input may take as long as any later one, however long ago the one before let go."""
+        self._awaited_us = now_us
+
+    def stick_wait_s(self, now_us: int) -> float | None:
+        """Seconds since the last stick input, or since somebody took the sticks; None when there never was one."""
+        return None if self._sticks is None else (now_us - max(self._sticks_us, self._awaited_us)) * 1e-6
 
     def guided_age_s(self, now_us: int) -> float | None:
         """Seconds since the last streamed set-point, None when nothing is streamed."""
@@ -350,8 +356,7 @@ class Navigator:
         return self._leg
 
     def _manual(self, now_us: int) -> Sticks | None:
-        age_s = self.stick_age_s(now_us)
-        if self._sticks is None or age_s is None or age_s > self._manual_timeout_s:
+        if self._sticks is None or (now_us - self._sticks_us) * 1e-6 > self._manual_timeout_s:
             return None
         return Sticks(self._sticks.surge, self._sticks.yaw)
 
