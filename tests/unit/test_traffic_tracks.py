@@ -261,3 +261,105 @@ def test_the_same_bytes_give_the_same_picture() -> None:
     other.run(120)
     assert one.picture == other.picture
     assert one.texts == other.texts
+
+
+# ---- who says that she lies still
+
+
+def lies(sea: Sea, place_m: tuple[float, float], told_mps: float, status: int, *, ais: str = "A") -> bytes:
+    report = encoder.StationReport(244123456, *sea.frame.to_geodetic(*place_m), 0)
+    report.second = (START_UTC_US + sea.now_us) // 1_000_000 % 60
+    report.sog_mps, report.cog_rad, report.status = told_mps, math.pi, status
+    return encoder.sentences(report.class_b() if ais == "B" else report.class_a(), 0)
+
+
+@pytest.mark.parametrize(
+    ("ais", "status", "speed_mps", "told_mps", "interval_s", "start_m"),
+    [
+        ("A", 5, 1.44, 1.44, 180.0, 500.0),
+        ("A", 1, 1.44, 1.44, 10.0, 500.0),
+        ("A", 1, 0.8, 0.8, 180.0, 400.0),
+        ("A", 1, 0.8, 0.8, 10.0, 400.0),
+        ("A", 1, 0.8, 0.0, 10.0, 400.0),
+        ("A", 1, 0.25, 0.25, 180.0, 160.0),
+        ("B", 0, 0.2, 0.2, 30.0, 80.0),
+        ("B", 0, 0.2, 0.0, 30.0, 90.0),
+    ],
+)
+def test_who_comes_although_she_says_that_she_lies_still_is_told_a_minute_before_and_shown_where_she_is(
+    ais: str, status: int, speed_mps: float, told_mps: float, interval_s: float, start_m: float
+) -> None:
+    """Under a status that was left standing, dragging at anchor, or slower than half a knot; her antenna comes over us."""
+    sea = Sea(own_mps=0.0)
+    sea.run(1.0)
+    met_s = start_m / speed_mps
+    while sea.time_s < met_s:
+        sea.hear(lies(sea, (start_m - speed_mps * sea.time_s, 0.0), told_mps, status, ais=ais))
+        sea.run(min(interval_s, met_s - sea.time_s + 0.5))
+    half_m = 50.0 if ais == "A" else 6.0
+    hit_s = (start_m - half_m) / speed_mps
+    told_s = [at_s for at_s, _, text in sea.texts if "CPA 0 m in" in text]
+    assert told_s
+    assert hit_s - told_s[0] >= 60.0
+    (vessel,) = sea.picture.vessels
+    assert vessel.danger is Danger.CLOSE
+    assert vessel.range_m <= 10.0
+    assert not sea.said("not heard for")
+
+
+def told_while_she_lies(place, *, noise_m: float, interval_s: float, reports: int, seed: int) -> list[str]:
+    """What is said of a vessel about 50 m off whose place is ``place(time)``, as her receiver's noise shows it."""
+    sea, rng = Sea(own_mps=0.0, dt_s=2.0), random.Random(seed)
+    for _ in range(reports):
+        north, east = place(sea.time_s)
+        noisy = north + rng.gauss(0.0, noise_m), east + rng.gauss(0.0, noise_m)
+        sea.hear(lies(sea, noisy, min(0.2, abs(rng.gauss(0.0, 0.1))), 0, ais="B"))
+        sea.run(interval_s)
+        (vessel,) = sea.picture.vessels
+        assert vessel.at_rest
+    return [text for _, _, text in sea.texts if "Traffic" in text]
+
+
+@pytest.mark.parametrize("interval_s", [10.0, 30.0, 180.0])
+@pytest.mark.parametrize("noise_m", [6.0, 10.0])
+def test_a_moored_vessel_whose_receiver_wanders_lies_still(noise_m: float, interval_s: float) -> None:
+    for seed in range(3):
+        told = told_while_she_lies(lambda _: (55.0, 0.0), noise_m=noise_m, interval_s=interval_s, reports=60, seed=seed)
+        assert told == []
+
+
+def test_a_vessel_that_swings_at_anchor_lies_still() -> None:
+    """Twelve metres to either side in six minutes: that is 0.2 m/s in the middle, and no way."""
+
+    def swing(time_s: float) -> tuple[float, float]:
+        return 55.0, 12.0 * math.sin(math.tau * time_s / 360.0)
+
+    for interval_s in (10.0, 30.0, 180.0):
+        assert told_while_she_lies(swing, noise_m=2.0, interval_s=interval_s, reports=60, seed=1) == []
+
+
+def test_a_ship_that_has_come_to_her_berth_lies_still_from_her_next_report() -> None:
+    sea = Sea(own_mps=0.0)
+    hear_every(sea, 10, 12, lambda _: lies(sea, (400.0 - 1.44 * sea.time_s, 0.0), 1.44, 5))
+    assert not sea.picture.vessels[0].at_rest
+    berth_m = 400.0 - 1.44 * sea.time_s
+    hear_every(sea, 10, 5, lambda _: lies(sea, (berth_m, 0.0), 0.0, 5))
+    (vessel,) = sea.picture.vessels
+    assert vessel.at_rest
+    assert vessel.range_m == pytest.approx(berth_m, abs=2.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_ship_that_drags_is_not_called_still_again_while_she_goes_on(seed: int) -> None:
+    ship = VesselText(status=1, course_deg=180.0, speed_mps=0.8, interval_s=10.0, length_m=30.0, north_m=400.0)
+    sea, still = Sea([ship], seed=seed, own_mps=0.0, dt_s=1.0), [True]
+
+    def watch() -> None:
+        vessel = sea.vessel()
+        if vessel is not None and vessel.at_rest is not still[-1]:
+            still.append(vessel.at_rest)
+
+    sea.run(480, watch)
+    assert still == [True, False]
+    assert not sea.said("past and clear")
+    assert sea.off_m() <= 25.0

@@ -2,7 +2,8 @@
 
 Between reports a position is carried on by course and speed, on an arc for the first seconds of a turn; its uncertainty grows
 with age. A vessel at rest stays where her reports put her on average: noise of her speed over three minutes would carry her
-away. All in metres on a plane through her newest report; times in microseconds of the vessel's clock.
+away. One whose places make a line is not at rest, whatever she says. All in metres on a plane through her newest report; times
+in microseconds of the vessel's clock.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..ais.reports import FixState, PositionReport, StationClass
+from .drift import Line, Places
 from .way import Way
 
 AT_REST_MPS: Final = 0.257
@@ -47,6 +49,10 @@ _REST_MEAN: Final = 8
 """Reports over which a resting vessel's place is averaged."""
 _REST_GATE_M: Final = 40.0
 """A resting vessel that is reported farther away than this has moved."""
+_DRIFT_MPS: Final = 0.1
+"""Slower along a line she stays at rest, but where the line puts her: within the look-ahead she goes less than her place's sigma."""
+_DRIFT_SIGMA_MPS: Final = 0.05
+"""No drift is steadier: wind and stream change."""
 _TURN_GAP_S: Final = 35.0
 """Two courses farther apart than class B's interval say nothing of a turn."""
 _TURN_LEAST_RAD: Final = math.radians(12.0)
@@ -75,6 +81,7 @@ class Track:
     """A vessel, or one of two that send under one number."""
 
     __slots__ = (
+        "_places",
         "_rest_count",
         "_time_sigma_s",
         "_way",
@@ -111,6 +118,7 @@ class Track:
         self.cog_rad: float | None = None
         self.at_rest = False
         self._rest_count = 0
+        self._places = Places(_told(report))
         self._way: Way | None = None
         """Her straight way; None while she rests or nobody knows her velocity."""
         self.vx_mps = self.vy_mps = 0.0
@@ -124,6 +132,7 @@ class Track:
         resting = is_at_rest(report)
         assert report.lat_rad is not None
         assert report.lon_rad is not None
+        self._add_place(report, before_s)
         moved = offset_m(self.lat_rad, self.lon_rad, report.lat_rad, report.lon_rad)
         if resting and self.at_rest and math.hypot(*moved) < _REST_GATE_M:
             self._rest_count = min(self._rest_count + 1, _REST_MEAN)
@@ -138,10 +147,39 @@ class Track:
         self.turn_radps = turn_radps
         if not turn_radps and way is not None:
             self._go_on(way, moved, before_s)
+        line = self._places.line(self.sigma0_m) if resting else None
+        if line is not None:
+            self._drift(line)
         if not self.velocity_known and not self.at_rest and _PAIR_LEAST_S <= before_s <= _PAIR_MOST_S:
             self.vx_mps, self.vy_mps = moved[0] / before_s, moved[1] / before_s
             self.sog_mps, self.cog_rad = math.hypot(self.vx_mps, self.vy_mps), math.atan2(self.vy_mps, self.vx_mps)
             self.velocity_known = True
+
+    def _add_place(self, report: PositionReport, before_s: float) -> None:
+        last = self.report
+        assert last.lat_rad is not None
+        assert last.lon_rad is not None
+        assert report.lat_rad is not None
+        assert report.lon_rad is not None
+        moved = offset_m(last.lat_rad, last.lon_rad, report.lat_rad, report.lon_rad)
+        self._places.add(moved, before_s, _told(report))
+
+    def _drift(self, line: Line) -> None:
+        """Follow the line that her places make."""
+        report = self.report
+        assert report.lat_rad is not None
+        assert report.lon_rad is not None
+        per_lat, per_lon = metres_per_radian(report.lat_rad)
+        self.lat_rad = report.lat_rad + line.north_m / per_lat
+        self.lon_rad = wrap_pi(report.lon_rad + line.east_m / per_lon)
+        self._rest_count = 1
+        if line.speed_mps < _DRIFT_MPS:
+            return
+        self.at_rest, self.velocity_known = False, True
+        self.turn_radps = 0.0
+        self.vx_mps, self.vy_mps = line.vn_mps, line.ve_mps
+        self.sog_mps, self.cog_rad = line.speed_mps, math.atan2(line.ve_mps, line.vn_mps)
+        self._way = Way(self.vx_mps, self.vy_mps, line.place_m, max(line.rate_mps, _DRIFT_SIGMA_MPS))
 
     def _take(self, report: PositionReport, t_us: int, timed: bool) -> None:
         self.report, self.t_us = report, t_us
@@ -247,12 +285,19 @@ class Track:
         """How often a station like hers must report at least (ITU-R M.1371 tables 1 and 2), seconds."""
         speed = self.sog_mps or 0.0
         if self.report.sent is StationClass.CLASS_A:
-            return 180.0 if self.at_rest else 10.0
+            return 180.0 if is_at_rest(self.report) else 10.0
         return 180.0 if speed <= 1.03 else 30.0
 
 
+def _told(report: PositionReport) -> tuple[float, float] | None:
+    """Her speed and course as she reports them, north and east."""
+    if report.sog_mps is None or report.cog_rad is None:
+        return None
+    return report.sog_mps * math.cos(report.cog_rad), report.sog_mps * math.sin(report.cog_rad)
+
+
 def is_at_rest(report: PositionReport) -> bool:
-    """Whether she lies still: hardly any speed, or at anchor, moored or aground and no faster than a ship swings."""
+    """Whether she says that she lies still: hardly any speed, or at anchor, moored or aground and no faster than a ship swings."""
     if report.sog_mps is None:
         return report.status in MOORED_STATUS
     return report.sog_mps < AT_REST_MPS or (report.status in MOORED_STATUS and report.sog_mps <= MOORED_MPS)
