@@ -6,6 +6,7 @@ import math
 import random
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -315,6 +316,38 @@ def test_a_receiver_that_falls_silent_is_told_and_back_again() -> None:
     sea.run(1)
     assert sea.said("AIS is heard again")
     assert not sea.picture.silent
+
+
+def moored_and_heard(*, loss_share: float) -> Sea:
+    """Alone with a moored vessel that reports each three minutes."""
+    ship = VesselText(status=5, north_m=300.0)
+    return Sea([ship], own_mps=0.0, dt_s=1.0, ais=AisText(loss_share=loss_share))
+
+
+def test_a_receiver_that_hears_only_who_lies_at_anchor_is_not_silent_between_her_reports() -> None:
+    sea = moored_and_heard(loss_share=0.0)
+    sea.run(3600)
+    assert not sea.said("AIS")
+    assert not sea.picture.silent
+
+
+def test_a_receiver_that_loses_a_report_now_and_then_is_told_at_most_every_ten_minutes() -> None:
+    sea = moored_and_heard(loss_share=0.5)
+    sea.run(4 * 3600)
+    told_s = sea.said("AIS silent for 200 s: traffic unknown")
+    assert len(told_s) > 1
+    assert all(later - sooner >= 600.0 for sooner, later in pairwise(told_s))
+    assert 0 <= len(told_s) - len(sea.said("AIS is heard again")) <= 1
+
+
+def test_a_receiver_that_falls_silent_beside_who_lies_at_anchor_is_told_once() -> None:
+    sea = moored_and_heard(loss_share=0.0)
+    sea.run(60)
+    sea.air.clear()
+    sea.targets.clear()
+    sea.run(1800)
+    assert len(sea.said("AIS silent for 200 s: traffic unknown")) == 1
+    assert sea.picture.silent
 
 
 def test_a_receiver_that_is_required_is_missed_from_the_start() -> None:

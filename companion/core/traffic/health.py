@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from mavlink_bridge.language.messages import Severity
@@ -11,6 +11,8 @@ from .words import Text
 
 SILENT_US: Final = 60_000_000
 """Receivers that hear nobody say so, or nothing: a minute is six reports of a class A vessel under way."""
+_LATE_US: Final = 20_000_000
+"""Over the interval of who must report most often: her slot may be late."""
 QUIET_US: Final = 600_000_000
 """No vessel for so long is normal on a lake, and worth a word at sea."""
 _AGAIN_US: Final = 600_000_000
@@ -25,6 +27,9 @@ class ReceiverHealth:
     def __init__(self) -> None:
         self.heard = False
         self.silent = False
+        self._told_silent = False
+        self._told_us = -_AGAIN_US
+        """When silence was last told."""
         self._line_us = 0
         """When a line that has carried AIS last brought a byte."""
         self._report_us = 0
@@ -59,16 +64,29 @@ class ReceiverHealth:
             del self._said[next(iter(self._said))]
         self.texts.append((severity, f"AIS receiver: {text}"))
 
-    def step(self, now_us: int, *, required: bool) -> None:
-        """Look for silence; once a tick."""
+    def step(self, now_us: int, *, required: bool, every_s: Callable[[], float] = lambda: 0.0) -> None:
+        """Look for silence; once a tick. ``every_s``: the interval of who must report most often of all that are known, else 0."""
         if self._started_us is None:
             self._started_us = self._line_us = self._report_us = now_us
-        silent = (self.heard or required) and now_us - self._line_us > SILENT_US
-        if silent != self.silent:
-            self.silent = silent
-            text = f"AIS silent for {SILENT_US // 1_000_000} s: traffic unknown" if silent else "AIS is heard again"
-            self.texts.append((Severity.WARNING if silent else Severity.INFO, text))
+        silent_us = now_us - self._line_us
+        limit_us = SILENT_US
+        if silent_us > SILENT_US:  # alone with who lies at anchor three minutes without a word are as they should be
+            limit_us = max(SILENT_US, round(every_s() * 1e6) + _LATE_US)
+        silent = self.silent = (self.heard or required) and silent_us > limit_us
+        self._tell_silence(now_us, limit_us)
         quiet = self.heard and not silent and now_us - self._report_us > QUIET_US
         if quiet and not self._quiet:
             self.texts.append((Severity.INFO, f"AIS: no vessel heard for {QUIET_US // 60_000_000} min"))
         self._quiet = quiet
+
+    def _tell_silence(self, now_us: int, limit_us: int) -> None:
+        """Who is heard once in three minutes and is lost now and then makes no text each time."""
+        silent = self.silent
+        if silent == self._told_silent or (silent and now_us - self._told_us < _AGAIN_US):
+            return
+        self._told_silent = silent
+        if silent:
+            self._told_us = now_us
+            self.texts.append((Severity.WARNING, f"AIS silent for {limit_us // 1_000_000} s: traffic unknown"))
+        else:
+            self.texts.append((Severity.INFO, "AIS is heard again"))

@@ -195,6 +195,10 @@ class Table:
         """Forget all under a number."""
         self.count -= len(self._entries.pop(mmsi, []))
 
+    def every_s(self) -> float:
+        """The interval of who must report most often, 0 when nobody is known."""
+        return min((entry.track.interval_s() for entry in self), default=0.0)
+
     def is_over(self, entry: JudgedTrack, now_us: int) -> bool:
         """Whether a track has not been heard of for so long that it is none."""
         track = entry.track

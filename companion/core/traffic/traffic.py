@@ -178,7 +178,7 @@ class Traffic:
             self.health.line_alive(now_us)
         if received:
             self._receive(received, own_of(state), utc_us)
-        self.health.step(now_us, required=self.config.required)
+        self.health.step(now_us, required=self.config.required, every_s=self.table.every_s)
         if self.health.texts:
             self._texts += self.health.texts
             self.health.texts = []
