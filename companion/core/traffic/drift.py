@@ -36,7 +36,7 @@ _GOES_ON: Final = 0.5
 
 
 @value
-class Line:
+class DriftLine:
     """The straight line that she goes."""
 
     north_m: float
@@ -78,7 +78,7 @@ class Places:
         self._held = [(at_s - dt_s, north - moved_m[0], east - moved_m[1], said) for at_s, north, east, said in held]
         self._held.append((0.0, 0.0, 0.0, told))
 
-    def line(self, sigma_m: float) -> Line | None:
+    def line(self, sigma_m: float) -> DriftLine | None:
         """The line that her places surely make; None: she may as well lie still. ``sigma_m``: of a place, each axis."""
         while len(self._held) >= 2:
             line, off2 = self._fit(sigma_m)
@@ -88,7 +88,7 @@ class Places:
             del self._held[0]
         return None
 
-    def _fit(self, sigma_m: float) -> tuple[Line, float]:
+    def _fit(self, sigma_m: float) -> tuple[DriftLine, float]:
         """Least squares, and the mean square of what is left, m2 each axis."""
         count = len(self._held)
         middle = [math.fsum(each) / count for each in zip(*(place[:3] for place in self._held), strict=True)]
@@ -98,7 +98,7 @@ class Places:
         ve = math.fsum(at_s * east for at_s, _, east in parts) / spread
         off = [each for at_s, north, east in parts for each in (north - vn * at_s, east - ve * at_s)]
         left = math.fsum(each * each for each in off)
-        line = Line(
+        line = DriftLine(
             north_m=middle[1] - vn * middle[0],
             east_m=middle[2] - ve * middle[0],
             vn_mps=vn,
@@ -108,7 +108,7 @@ class Places:
         )
         return line, left / (2 * (count - 2)) if count > 2 else 0.0
 
-    def _is_sure(self, line: Line) -> bool:
+    def _is_sure(self, line: DriftLine) -> bool:
         speed, told = line.speed_mps, self._told()
         agrees = told is not None and _apart(told, (line.vn_mps, line.ve_mps)) <= _TOLD_SHARE * speed
         if len(self._held) == 2 and not (agrees and speed >= _PAIR_MPS):

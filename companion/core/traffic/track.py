@@ -15,7 +15,7 @@ from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from ..ais.reports import FixState, PositionReport, StationClass
-from .drift import Line, Places
+from .drift import DriftLine, Places
 from .way import Way
 
 AT_REST_MPS: Final = 0.257
@@ -164,7 +164,7 @@ class Track:
         moved = offset_m(last.lat_rad, last.lon_rad, report.lat_rad, report.lon_rad)
         self._places.add(moved, before_s, _told(report))
 
-    def _drift(self, line: Line) -> None:
+    def _drift(self, line: DriftLine) -> None:
         """Follow the line that her places make."""
         report = self.report
         assert report.lat_rad is not None
