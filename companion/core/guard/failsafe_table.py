@@ -44,6 +44,22 @@ def _of_thrusters(name: str, cause: str) -> Condition:
     return Condition(name, S, cause, attrgetter(f"thrust.{name}"), takeover=Takeover.MANUAL)
 
 
+def _of_place(name: str, cause: str) -> Condition:
+    """A row of what it takes to steer: it acts while the vessel steers itself, and its cause stands also while it does not."""
+    stands = attrgetter(f"place.{name}")
+    return Condition(
+        name,
+        S,
+        cause,
+        lambda f: stands(f) and _autonomous(f),
+        stands=stands,
+        clear_s=5.0,
+        takeover=Takeover.MANUAL,
+        floor=S,
+        delay_max_s=2,
+    )
+
+
 TABLE: Final[tuple[Condition, ...]] = (
     Condition(
         "terminate", T, "terminated by the operator", lambda f: f.stop.terminate, clear=RESTART, floor=T, delay_max_s=0
@@ -91,28 +107,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         floor=S,
         delay_max_s=1,
     ),
-    Condition(
-        "position_lost",
-        S,
-        "position lost",
-        lambda f: f.place.position_lost and _autonomous(f),
-        stands=lambda f: f.place.position_lost,
-        clear_s=5.0,
-        takeover=Takeover.MANUAL,
-        floor=S,
-        delay_max_s=2,
-    ),
-    Condition(
-        "heading_lost",
-        S,
-        "heading lost",
-        lambda f: f.place.heading_lost and _autonomous(f),
-        stands=lambda f: f.place.heading_lost,
-        clear_s=5.0,
-        takeover=Takeover.MANUAL,
-        floor=S,
-        delay_max_s=2,
-    ),
+    _of_place("position_lost", "position lost"),
+    _of_place("heading_lost", "heading lost"),
     Condition(
         "depth_locked",
         S,
