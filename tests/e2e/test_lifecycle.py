@@ -44,7 +44,9 @@ class Pair:
         words = ["run", "config/sim.toml", "--run-dir", str(self.run_dir)]
         for item in move:
             words += ["--set", item]
-        return subprocess.Popen([BIN / "companion", *words], stdout=self.log, stderr=self.log, cwd=REPO)
+        # what runs these tests may ignore SIGHUP, as nohup does, and its children would too
+        heard = ["env", "--default-signal=HUP", str(BIN / "companion")]
+        return subprocess.Popen([*heard, *words], stdout=self.log, stderr=self.log, cwd=REPO)
 
     def pins(self) -> list[tuple[float, list[float]]]:
         with (self.run_dir / "board.csv").open() as file:
