@@ -102,5 +102,8 @@ def test_a_lock_that_does_not_say_whose_it_is_is_kept_all_the_same(tmp_path, hol
 
 def test_a_place_that_takes_no_lock_stops_no_boat(tmp_path):
     (tmp_path / "file").write_text("in the way")
+    entered = False
     with hold(tmp_path / "file" / "boat.db"):
-        pass
+        entered = True
+    assert entered
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]

@@ -53,6 +53,11 @@ def test_the_clearance_is_the_least_distance_to_the_hull() -> None:
         assert 0.0 <= found.time_s <= 90.0
 
 
+def off_m(axis: tuple[Hull, float], at_s: float, north: float, east: float, rate: tuple[float, float]) -> float:
+    """The clearance after so long."""
+    return clearance(north + rate[0] * at_s, east + rate[1] * at_s, (0.0, 0.0), axis, 0.0).now_m
+
+
 def test_a_hull_is_reached_when_a_walk_in_small_steps_first_comes_so_near() -> None:
     rng = random.Random(6)
     reached = 0
@@ -61,16 +66,13 @@ def test_a_hull_is_reached_when_a_walk_in_small_steps_first_comes_so_near() -> N
         course = (rng.uniform(-200, 200), rng.uniform(-200, 200), (rng.uniform(-4, 4), rng.uniform(-4, 4)))
         axis, reach_m = (hull, rng.uniform(-math.pi, math.pi)), rng.choice((0.0, 10.0, 20.0))
 
-        def now_m(at_s: float, north: float, east: float, rate: tuple[float, float]) -> float:
-            return clearance(north + rate[0] * at_s, east + rate[1] * at_s, (0.0, 0.0), axis, 0.0).now_m  # noqa: B023
-
-        walked = next((step * 0.25 for step in range(801) if now_m(step * 0.25, *course) <= reach_m), math.inf)
+        walked = next((step * 0.25 for step in range(801) if off_m(axis, step * 0.25, *course) <= reach_m), math.inf)
         found = reached_s(*course, axis, reach_m)
         if walked < math.inf:
             reached += 1
             assert walked - 0.25 <= found <= walked
         else:
-            assert found > 199.0 or now_m(found, *course) == pytest.approx(
+            assert found > 199.0 or off_m(axis, found, *course) == pytest.approx(
                 reach_m, abs=1e-6
             )  # grazed between two steps
     assert reached > 20

@@ -236,9 +236,8 @@ class Estimator:
         if vn is not None and ve is not None and psi_rad is not None:
             sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
-            through = self._through_mps
-            if through is not None and heading_valid:
-                self._step_water(dt_s, (vn, ve), bow=(cosine, sine), through_mps=through, r_radps=r_radps)
+            if heading_valid:
+                self._step_water(dt_s, (vn, ve), bow=(cosine, sine), r_radps=r_radps)
         drift, current = self._water.drift_mps, self._water.current_mps
         fix_n_mps, fix_e_mps = position.take_velocity()
         phi_rad, theta_rad = self._tilt.at(now_us)
@@ -385,7 +384,9 @@ class Estimator:
         """A course that stands in for the compass does not tell where an antenna is to a decimetre."""
         return self._attitude_at(t_us) if self._heading.valid(t_us) else Attitude()
 
-    def _step_water(self, dt_s: float, ground: _Pair, *, bow: _Pair, through_mps: _Pair, r_radps: float) -> None:
-        water, position = self._water, self._position
-        water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through_mps, r_radps=r_radps)
+    def _step_water(self, dt_s: float, ground: _Pair, *, bow: _Pair, r_radps: float) -> None:
+        water, position, through = self._water, self._position, self._through_mps
+        if through is None:
+            return
+        water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through, r_radps=r_radps)
         position.drift_n_mps, position.drift_e_mps = (mps or 0.0 for mps in water.current_mps)

@@ -226,8 +226,7 @@ class DepthGuard:
         )
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
-        begins = entered or stop_ahead
-        brake = self._brakes(now_us, state, braking if loops_active else None, begins=begins)
+        brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
         lost = lost_s is not None
         return GuardOutput(
             state=self.state,
