@@ -269,6 +269,26 @@ def test_who_sways_about_the_limit_of_close_is_told_once() -> None:
     assert [severity for _, severity, _ in sea.texts] == [Severity.WARNING, Severity.CRITICAL, Severity.INFO]
 
 
+def test_the_last_of_many_that_come_at_once_is_told_too() -> None:
+    """Fourteen from all sides, all close within some seconds: none is left out as noise."""
+    bearings = [index * math.tau / 14 for index in range(14)]
+    fleet = [
+        VesselText(
+            name=f"BOAT {index}",
+            north_m=120.0 * math.cos(bearing),
+            east_m=120.0 * math.sin(bearing),
+            course_deg=(math.degrees(bearing) + 180.0) % 360.0,
+            speed_mps=4.0,
+            interval_s=2.0,
+        )
+        for index, bearing in enumerate(bearings)
+    ]
+    sea = Sea(fleet, ais=CLEAN, own_mps=0.0)
+    sea.run(25)
+    told = {text.partition(" close")[0] for _, severity, text in sea.texts if severity is Severity.CRITICAL}
+    assert len(told) == 14
+
+
 @pytest.mark.parametrize("own_mps", [0.0, 1.5])
 def test_who_has_passed_goes_away_and_comes_no_closer(own_mps: float) -> None:
     ship = VesselText(name="PASSED", north_m=250.0, east_m=25.0, course_deg=180.0, speed_mps=2.0, length_m=30.0)

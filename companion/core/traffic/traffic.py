@@ -35,7 +35,7 @@ LOOKS_A_TICK: Final = 24
 """Some 25 us each: a tick's share stays far below 5 ms."""
 _TEXTS_MAX: Final = 10
 _TEXTS_US: Final = 10_000_000
-"""At most so many texts in this time: in a crowded anchorage words are noise."""
+"""After so many texts in this time only danger at hand is told: in a crowded anchorage words are noise."""
 _CLOSE_AGAIN_US: Final = 60_000_000
 """One danger is told once: who sways about the limit of close is not called close again before, unless she was past and clear."""
 _ACTIVE: Final = 14
@@ -250,7 +250,7 @@ class Traffic:
 
     def _speak(self, text: Text, now_us: int) -> None:
         self._spoken_us = [at_us for at_us in self._spoken_us if now_us - at_us < _TEXTS_US]
-        if len(self._spoken_us) < _TEXTS_MAX:
+        if len(self._spoken_us) < _TEXTS_MAX or text[0] <= Severity.CRITICAL:
             self._spoken_us.append(now_us)
             self._texts.append(text)
 
