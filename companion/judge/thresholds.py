@@ -10,7 +10,7 @@ from typing import Final
 from ..core.board.actuator_map import ChannelConfig
 from ..core.estimate import EstimatorConfig
 from ..core.hull import VesselConfig
-from ..core.hull.statics import top_speed_mps
+from ..core.hull.statics import Statics, top_speed_mps
 from ..settings import Settings
 
 _SLOWEST_MPS: Final = 0.1
@@ -34,7 +34,12 @@ def threshold_mistakes(settings: Settings) -> list[str]:
 
 def hull_threshold_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
     """Those that this hull never reaches."""
-    return [*_never_so_fast(settings, vessel), *_never_so_quick(settings, vessel), *_never_so_near(settings, vessel)]
+    return [
+        *_never_so_fast(settings, vessel),
+        *_never_so_quick(settings, vessel),
+        *_never_so_near(settings, vessel),
+        *_never_cut(settings, vessel),
+    ]
 
 
 def threshold_warnings(settings: Settings) -> list[str]:
@@ -43,17 +48,12 @@ def threshold_warnings(settings: Settings) -> list[str]:
 
 
 def _limits(settings: Settings) -> Iterator[str]:
-    monitors, failsafe, gate = settings.monitors, settings.failsafe, settings.gate
+    monitors = settings.monitors
     swings, window_s = monitors.oscillation_reversals, monitors.oscillation_window_s
     if swings >= window_s * settings.system.tick_hz:
         yield (
             f"monitors.oscillation_reversals = {swings}: {window_s:g} s have {window_s * settings.system.tick_hz:g} ticks, and no loop "
             "swings so often; fewer, or a longer oscillation_window_s"
-        )
-    if "oscillation_thrust" in failsafe.model_fields_set and failsafe.oscillation_thrust >= gate.thruster_max:
-        yield (
-            f"failsafe.oscillation_thrust = {failsafe.oscillation_thrust:g}: must be less than gate.thruster_max "
-            f"{gate.thruster_max:g}; nothing would be taken off while the control swings"
         )
     if settings.depth.enabled and settings.depth.input.quality_min >= 1.0:
         yield "depth.input.quality_min = 1: hardly any echo is perfect, and the depth would be unknown; about 0.05"
@@ -225,6 +225,18 @@ def _never_so_quick(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
         most = force_n / vessel.hull.m11_kg
         if key.rpartition(".")[2] in table.model_fields_set and wanted > most:
             yield f"{key} = {wanted:g}: all her thrust gives {most:.1f} m/s^2; less"
+
+
+def _never_cut(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    """A cut of the thrust that takes nothing off, because the gate lets no more through anyhow."""
+    failsafe, most = settings.failsafe, settings.gate.thruster_max
+    if "oscillation_thrust" in failsafe.model_fields_set:
+        command = Statics(vessel).most_command(failsafe.oscillation_thrust)
+        if command >= most:
+            yield (
+                f"failsafe.oscillation_thrust = {failsafe.oscillation_thrust:g}: takes an output of {command:.2f}, which must be less than "
+                f"gate.thruster_max {most:g}; nothing would be taken off while the control swings"
+            )
 
 
 def _never_so_near(settings: Settings, vessel: VesselConfig) -> Iterator[str]:

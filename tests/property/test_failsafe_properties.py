@@ -33,11 +33,11 @@ def test_the_short_cut_changes_nothing(history):
     for flags, dt in history:
         now += dt
         fast, full = step(quick, flags, now, CONFIG), judge(slow, flags, now, CONFIG)
-        assert (fast.action, fast.causes, fast.texts, fast.thrust_limit) == (
+        assert (fast.action, fast.causes, fast.texts, fast.thrust_share) == (
             full.action,
             full.causes,
             full.texts,
-            full.thrust_limit,
+            full.thrust_share,
         )
         assert dict(fast.memory.entries) == dict(full.memory.entries)
         assert fast.memory.required_since_us == full.memory.required_since_us

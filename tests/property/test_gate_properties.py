@@ -114,9 +114,9 @@ def test_invariant_5_away_from_neutral_is_limited_toward_it_is_not(config, steps
 
 
 @given(st.floats(0.0, 1.0), SANE)
-def test_a_thrust_limit_caps_both_thrusters(limit, wanted):
+def test_an_output_limit_caps_both_thrusters(limit, wanted):
     output = Gate(GateConfig(), 0.5, PERIOD_US).decide(
-        0, ActuatorDemand(0, wanted, wanted, 0.1, 0.1), Action.WARN, True, Evidence(True, "", thrust_limit=limit)
+        0, ActuatorDemand(0, wanted, wanted, 0.1, 0.1), Action.WARN, True, Evidence(True, "", most=limit)
     )
     assert abs(output.thruster_port) <= limit
     assert output.thruster_starboard == output.thruster_port

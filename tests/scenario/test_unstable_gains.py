@@ -16,8 +16,8 @@ from tools.benches.cells.foreign_hulls import bare
 from tools.benches.cells.trial_cells import wrong
 
 SEED = ("steering.profile=seed", "steering.seed.speed_gains={kp=0.6, ki=0.15}")
-LIMIT = 0.3
-"""What FS_OSC_THRUST leaves."""
+LIMIT = math.sqrt(0.3)
+"""What FS_OSC_THRUST leaves: 30 % of the thrust of a propeller whose thrust is the square of its output."""
 
 
 def thrust(trip):
@@ -56,7 +56,7 @@ def test_row_59_a_vessel_with_unstable_gains_loses_its_thrust_within_three_secon
     for _ in range(200):
         trip.step()
         assert thrust(trip) <= LIMIT + 1e-9
-        assert all(abs(pulse - 1500.0) <= 0.35 * 500.0 for pulse in trip.board.pulses_us[:2]), "at the pins"
+        assert all(abs(pulse - 1500.0) <= 0.6 * 500.0 for pulse in trip.board.pulses_us[:2]), "at the pins"
     assert any("oscillates" in text for text in trip.texts)
     if "kp=50" in gains[0]:  # the slowest to show
         measured(59, f"unstable gains: thrust cut {took_s:.2f} s after the first full swing")

@@ -315,9 +315,9 @@ def test_row_59_oscillation_cuts_thrust():
     """Fault row 59, second half: with the monitor's flag up, thrust is capped in the same tick."""
     run = Run()
     run.step(WELL)
-    assert run.last.thrust_limit == 1.0
+    assert run.last.thrust_share == 1.0
     run.step(changed(WELL, oscillating=True))
-    assert (run.last.action, run.last.thrust_limit) == (Action.WARN, 0.3)
+    assert (run.last.action, run.last.thrust_share) == (Action.WARN, 0.3)
 
 
 def test_row_64_emergency_stop_is_latched():

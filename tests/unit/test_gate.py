@@ -139,7 +139,7 @@ def test_tighter_limits_act_on_the_next_output():
 
 def test_the_oscillation_limit_scales_the_thrusters_only():
     gate = Gate(GateConfig(), RUDDER_MAX_RAD, TICK_US)
-    evidence = Evidence(True, "", thrust_limit=0.3)
+    evidence = Evidence(True, "", most=0.3)
     assert values(gate.decide(0, ahead(0, 1.0, 0.2), Action.WARN, True, evidence)) == (0.3, 0.3, 0.2, 0.2)
     assert values(gate.decide(1, ahead(1, -1.0, 0.2), Action.WARN, True, evidence)) == (-0.3, -0.3, 0.2, 0.2)
 
@@ -170,9 +170,9 @@ def test_each_channel_has_its_own_place_start_and_rate(wanted):
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
-def test_a_thrust_limit_of_nothing_stops_the_thrusters(limit):
+def test_an_output_limit_of_nothing_stops_the_thrusters(limit):
     output = Gate(GateConfig(), RUDDER_MAX_RAD, TICK_US).decide(
-        0, ahead(0), Action.NONE, True, Evidence(True, "", thrust_limit=limit)
+        0, ahead(0), Action.NONE, True, Evidence(True, "", most=limit)
     )
     assert values(output) == (0.0, 0.0, 0.1, 0.1)
 

@@ -54,6 +54,18 @@ def test_commands_grow_with_the_thrust_and_pass_through_zero(name):
     assert law.command(0, -1e6, 1.0) == -1.0
 
 
+@pytest.mark.parametrize("name", HULLS)
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.8])
+def test_a_share_of_the_thrust_that_is_left_is_thrust_and_not_command(name, share):
+    law = ThrustLaw(HULLS[name])
+    most = law.most_command(share)
+    given = [law.thrust_n(side, law.revs(sign * most), 0.0) for side in (0, 1) for sign in (1, -1)]
+    full = [law.thrust_n(side, law.revs(sign), 0.0) for side in (0, 1) for sign in (1, -1)]
+    shares = [some / whole for some, whole in zip(given, full, strict=True)]
+    assert max(shares) == pytest.approx(share)
+    assert (law.most_command(0.0), law.most_command(1.0), law.most_command(math.nan)) == (0.0, 1.0, 0.0)
+
+
 @pytest.mark.parametrize("name", [name for name in HULLS if name != "sides"])
 @pytest.mark.parametrize("command", [0.2, 0.5, 1.0])
 def test_the_simulated_boat_settles_at_the_speed_that_the_file_says(name, command):

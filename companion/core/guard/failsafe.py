@@ -85,8 +85,8 @@ class FailsafeResult:
     causes: tuple[str, ...] = ()
     """Names of the conditions that act or warn, most urgent first."""
     texts: tuple[tuple[Severity, str], ...] = ()
-    thrust_limit: float = 1.0
-    """Share of full thrust that the gate may pass."""
+    thrust_share: float = 1.0
+    """Share of full thrust that each thruster may give; what command that is depends on the propellers."""
 
 
 def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
@@ -129,7 +129,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     if action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
         action = Action.STOP
     result = FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts))
-    return replace(result, thrust_limit=config.oscillation_thrust) if "oscillating" in causes else result
+    return replace(result, thrust_share=config.oscillation_thrust) if "oscillating" in causes else result
 
 
 def _bars_the_way(entries: Mapping[str, Entry], flags: Flags) -> bool:

@@ -53,7 +53,9 @@ class FailsafeConfig(Config):
     )
     manual_timeout_s: float = param(0.5, "FS_MAN_TIMEOUT", "Manual control lost after", unit="s", ge=0.1, le=5)
     guided_timeout_s: float = param(1.0, "FS_GUID_TIMEOUT", "Streamed set-points lost after", unit="s", ge=0.1, le=5)
-    oscillation_thrust: float = param(0.3, "FS_OSC_THRUST", "Thrust allowed while control oscillates", ge=0, le=1)
+    oscillation_thrust: float = param(
+        0.3, "FS_OSC_THRUST", "Share of full thrust allowed while control oscillates", ge=0, le=1
+    )
     thruster_action: ActionByName = param(
         Action.WARN,
         "FS_THR_ACTION",

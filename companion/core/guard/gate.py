@@ -54,8 +54,8 @@ class Evidence:
     """The demand comes from an operator's sticks; only recorded in the output's cause."""
     emergency_stop: bool = False
     """The board's stop input is pressed."""
-    thrust_limit: float = 1.0
-    """Share of full thrust that may pass, 0...1 (a failsafe lowers it); not a number counts as none."""
+    most: float = 1.0
+    """Greatest size of a thruster's output, 0...1, ahead and astern (a failsafe lowers it); not a number counts as none."""
 
 
 class Gate:
@@ -131,18 +131,18 @@ class Gate:
         return None if finite else "demand is not a number"
 
     def _pass(self, now_us: int, demand: ActuatorDemand, evidence: Evidence) -> ActuatorOutput:
-        share, low, high, rudder_max = (
-            evidence.thrust_limit,
+        most, low, high, rudder_max = (
+            evidence.most,
             self._thruster_min,
             self._thruster_max,
             self.rudder_max_rad,
         )
-        if not share > 0.0:
-            share = 0.0
-        if -share > low:
-            low = -share
-        if share < high:
-            high = share
+        if not most > 0.0:
+            most = 0.0
+        if -most > low:
+            low = -most
+        if most < high:
+            high = most
         dt_s = self._elapsed_s(now_us)
         port, starboard, rudder_port, rudder_starboard = self._last
         port = _limited(demand.thruster_port, port, low, high=high, rate=self._thruster_rate, dt_s=dt_s)

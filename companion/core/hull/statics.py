@@ -60,6 +60,10 @@ class Statics:
         self.top_mps = self._settled(law.all_ahead_n, law.steady_loss(1.0))
         """Greatest steady speed through the water."""
 
+    def most_command(self, share: float) -> float:
+        """Return the greatest command 0...1 at which no thruster gives more than this share of its full thrust."""
+        return self._law.most_command(share)
+
     def drag_n(self, surge_mps: float) -> float:
         """Return the resistance at a speed through the water, N, with the sign of the speed."""
         return (self._xu + self._xuu * abs(surge_mps)) * surge_mps

@@ -116,6 +116,12 @@ class ThrustLaw:
         power = self._ahead if sense > 0.0 else self._astern
         return math.copysign(revs if power == 1.0 else revs ** (1.0 / power), sense)
 
+    def most_command(self, share: float) -> float:
+        """Return the greatest command 0...1 at which no side gives more than this share 0...1 of its full thrust, ahead or astern."""
+        if not share > 0.0:
+            return 0.0
+        return 1.0 if share >= 1.0 else min(self._command(share, 0.0, 1.0), -self._command(share, 0.0, -1.0))
+
     def steady_loss(self, revs: float) -> float:
         """Return what the loss adds to the linear drag at revolutions ahead, N/(m/s)."""
         return self.all_ahead_n * self._loss * revs

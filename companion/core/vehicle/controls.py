@@ -345,7 +345,7 @@ class Controls:
     @property
     def braking(self) -> Braking:
         """What thrust astern of the depth guard does now: with what the thrusters still give and what the gate lets through."""
-        gate, most = self.config.gate, self.last.verdict.result.thrust_limit
+        gate, most = self.config.gate, self.parts.statics.most_command(self.last.verdict.result.thrust_share)
         how = self._shares, max(gate.thruster_min, -most), gate.thruster_rate
         if self._braking is None or self._braking[0] != how:
             shares, least, rate_per_s = how

@@ -306,16 +306,17 @@ class Vehicle:
     def _decide(self, sensed: Sensed, course: Pursuit, demand: Demand, verdict: FailsafeVerdict) -> ActuatorOutput:
         """Ask the gate."""
         inputs, result, manual = sensed.inputs, verdict.result, isinstance(course.intent, Sticks)
+        parts = self.parts
         if result.action >= Action.STOP:
-            self.parts.navigator.forget_hold()
+            parts.navigator.forget_hold()
         evidence = Evidence(
             inputs.actuator_ready,
             inputs.actuator_reason,
             manual,
             inputs.actuator.emergency_stop,
-            result.thrust_limit,
+            parts.statics.most_command(result.thrust_share),
         )
-        return self.parts.gate.decide(sensed.now_us, demand.actuators, result.action, self.controls.armed, evidence)
+        return parts.gate.decide(sensed.now_us, demand.actuators, result.action, self.controls.armed, evidence)
 
     # ---- afterwards
 
