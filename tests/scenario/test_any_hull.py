@@ -98,6 +98,19 @@ def test_a_boat_that_her_rudder_turns_slowly_ends_her_turns_in_time():
     assert cells.ring(case, 20.0, 1.0, laps=1.0).rms < 0.15
 
 
+@pytest.mark.parametrize(
+    ("name", "rate_dps", "rms_m"),
+    [("single", 8.0, 0.35), ("plant_b", 8.0, 0.06)],
+)
+def test_a_slow_rudder_servo_is_reckoned_with(name, rate_dps, rms_m):
+    """A boat of one screw was 3.8 m beside her legs, helm from stop to stop, when the law knew the servo's lag alone."""
+    quick = any_hull(name)
+    slow = quick.model_copy(update={"rudder": quick.rudder.model_copy(update={"rate_dps": rate_dps})})
+    found, _ = cells.legs(Case(slow, WATERS["0.3 m/s + 4 m/s"], source=SensedState), 1.5)
+    assert found.finished
+    assert found.rms < rms_m
+
+
 def test_a_boat_that_loses_her_way_slowly_slows_early_for_a_corner():
     """Planned to lose 0.3 m/s in a second, she came to it twice as fast as her arc allows, and 4.7 m beyond her next leg."""
     assert cells.big_square(Case(pontoon(), source=SensedState), 1.5).whole.most < 3.0

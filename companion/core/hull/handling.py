@@ -91,7 +91,7 @@ class Handling:
         moment_nm = given.rudder_nm + given.differential_nm
         if moment_nm <= 0.0:
             return 0.0
-        lag_s = given.rudder_nm * self.vessel.rudder.lag_s + given.differential_nm * self.vessel.thruster.lag_s
+        lag_s = given.rudder_nm * self.vessel.helm_lag_s + given.differential_nm * self.vessel.thruster.lag_s
         inertia = hull.turning_kgm2
         return (lag_s + inertia * self._look_up(self._rates, speed_mps)) / moment_nm
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field, field_validator
 
@@ -108,6 +108,13 @@ class ThrusterConfig(Config):
         return points
 
 
+_RATE_LAG: Final = 0.75
+"""Lag of a servo that turns at its greatest rate, over the time from amidships to hard over: by its describing function a third of the
+circle late when it swings over its whole range, less in smaller swings."""
+_QUICK_S: Final = 0.75
+"""A servo that is hard over sooner than this keeps up with any loop that its lag allows."""
+
+
 class RudderConfig(Config):
     """Rudders behind the thrusters, all linked mechanically alike: same area, same servo."""
 
@@ -148,6 +155,15 @@ class RudderConfig(Config):
     @property
     def offset_rad(self) -> float:
         return math.radians(self.offset_deg)
+
+    @property
+    def rate_radps(self) -> float:
+        return math.radians(self.rate_dps)
+
+    @property
+    def late_s(self) -> float:
+        """Lag in the swings that weather asks for, s: where the servo is slow, most of it is its way from stop to stop."""
+        return self.lag_s + _RATE_LAG * max(0.0, self.max_deg / self.rate_dps - _QUICK_S)
 
 
 class WindageConfig(Config):
@@ -222,6 +238,11 @@ class VesselConfig(Config):
     def __hash__(self) -> int:
         """By what moves: gains and plants are worked out once per vessel; ``mounts``, a dict, has no hash."""
         return hash((self.name, self.hull, self.thruster, self.rudder))
+
+    @property
+    def helm_lag_s(self) -> float:
+        """Lag of the rudders in the heading loop, s: where thrust gives at once what a slow servo does not yet, the servo's own."""
+        return self.rudder.lag_s if self.thruster.turns else self.rudder.late_s
 
     def scaled(self, mass: float = 1.0, drag: float = 1.0, thrust: float = 1.0) -> VesselConfig:
         """Return a copy with other inertia, damping or thrust: a wrong belief, or a loaded and fouled hull."""

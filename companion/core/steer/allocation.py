@@ -26,6 +26,8 @@ _REST_NM = 0.05
 _KICK = 0.6
 """Share of full thrust that may be spent on the rudders' flow where there is no other way to turn: in a strong breeze a boat with one
 screw does not come round with half of it."""
+_SOON_S = 0.5
+"""What a rudder servo does within so long, or while slow propellers take up, counts as done."""
 _LEAST_RACE = 0.06
 """Share of full thrust in whose race rudders alone are reckoned with at least."""
 
@@ -59,6 +61,7 @@ class Allocator:
         self._rudder_stop = vessel.rudder.max_rad if vessel.rudder.count else 0.0
         self._rudder_max = vessel.rudder.useful_rad if vessel.rudder.count else 0.0
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
+        self._soon_rad = max(_SOON_S, vessel.thruster.lag_s) * vessel.rudder.rate_radps
         # less than that race the rudder is not told to make up for: it would go from stop to stop for a compass's noise
         least_n = _LEAST_RACE * self._all_ahead_n if self._differential_n == 0.0 else 0.0
         self._least_slope = model.rudder_slope_nm(0.0, least_n, 0.0)
@@ -69,12 +72,20 @@ class Allocator:
         self._way_n = way_n(self._vessel, shares)
 
     def allocate(
-        self, surge_n: float, yaw_nm: float, surge_mps: float, *, flow_mps: float | None = None, may_kick: bool = True
+        self,
+        surge_n: float,
+        yaw_nm: float,
+        surge_mps: float,
+        *,
+        flow_mps: float | None = None,
+        may_kick: bool = True,
+        standing_rad: float | None = None,
     ) -> Allocation:
         """Return commands for a total thrust and a yaw moment at a speed through the water.
 
         ``flow_mps``: as much flow as the rudders are sure of beside the propellers' race, where that is less. ``may_kick``: more thrust
-        than asked for may give rudders alone the flow that they lack.
+        than asked for may give rudders alone the flow that they lack. ``standing_rad``: the angle of the rudders now: what they will not
+        have given by the time that thrust has, thrust gives.
         """
         if self._shares != WHOLE:
             return self._with_what_is_left(surge_n, yaw_nm, surge_mps)
@@ -90,7 +101,10 @@ class Allocator:
         flow_mps = surge_mps if flow_mps is None else flow_mps
         slope = self._model.rudder_slope_nm(flow_mps, 0.5 * surge_n, 0.5 * surge_n)
         angle_rad = self._rudder(yaw_nm, max(slope, self._least_slope))
-        by_rudder = 0.5 * slope * math.sin(2.0 * angle_rad)
+        soon_rad = angle_rad
+        if standing_rad is not None:
+            soon_rad = clamp(angle_rad, standing_rad - self._soon_rad, standing_rad + self._soon_rad)
+        by_rudder = 0.5 * slope * math.sin(2.0 * soon_rad)
         half_n = clamp((yaw_nm - by_rudder) / (2.0 * lateral_m), -most_n, most_n) if most_n > 0.0 else 0.0
         port, starboard = self._law.sides
         low = max(-port.astern_n - half_n, -starboard.astern_n + half_n)

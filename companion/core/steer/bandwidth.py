@@ -160,7 +160,7 @@ class _Trial:
         self._wishes = wishes
         self._inertia = hull.turning_kgm2
         self._counted = max(handling.yaw_damping(speed_mps)[0], 0.0)
-        self._lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.rudder.lag_s)
+        self._lag_s = max(vessel.thruster.lag_s if handling.model.lateral_m else 0.0, vessel.helm_lag_s)
         self._delay_s = DELAY_S + wishes.late_s
         self._judge = LoopJudge(yaw_plant(vessel, speed_mps), self._delay_s)
 

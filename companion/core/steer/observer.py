@@ -59,6 +59,11 @@ class WaterSpeedObserver:
         self._newer_mps = 0.0
         self._actuators.clear()
 
+    @property
+    def rudder_rad(self) -> float:
+        """Angle of the rudders."""
+        return self._actuators.rudder_rad
+
     def thrusters(self, shares: Shares, through_mps: tuple[float, float] | None = None) -> None:
         """Reckon with what each thruster still gives of what it is told.
 

@@ -111,7 +111,7 @@ def yaw_plant(vessel: VesselConfig, speed_mps: float) -> YawPlant:
         by_rudder_nm = 0.5 * model.rudder_slope_nm(speed_mps, each_n, each_n) * math.sin(2.0 * given.angle_rad)
         half_per_nm = (given.yaw_nm - by_rudder_nm) / (2.0 * model.lateral_m * asked_nm)
         by_thrust = (v_part * half_per_nm, r_part * half_per_nm)
-    return YawPlant((vv, vr, rv, rr), by_rudder, by_thrust, vessel.rudder.lag_s, vessel.thruster.lag_s)
+    return YawPlant((vv, vr, rv, rr), by_rudder, by_thrust, vessel.helm_lag_s, vessel.thruster.lag_s)
 
 
 class TurnResponse(Protocol):
