@@ -6,6 +6,7 @@ import pytest
 
 from companion.core.vehicle.config import VehicleConfig
 from companion.core.vehicle.vehicle import Vehicle
+from mavlink_bridge.language.messages import Desired
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells import control_cells as cells
@@ -109,6 +110,29 @@ def test_a_slow_rudder_servo_is_reckoned_with(name, rate_dps, rms_m):
     found, _ = cells.legs(Case(slow, WATERS["0.3 m/s + 4 m/s"], source=SensedState), 1.5)
     assert found.finished
     assert found.rms < rms_m
+
+
+def test_a_heavy_boat_of_one_screw_brakes_with_it():
+    """It never went astern under way: from 2.2 to 0.7 m/s took her 19 m, twice as far as with two."""
+    otter = load_vessel("otter")
+    mass = {"mass_kg": 400.0, "m11_kg": 430.0, "m22_kg": 700.0, "m33_kgm2": 380.0, "length_m": 3.0}
+    damping = {"xu": 12.0, "xuu": 14.0, "nr": 300.0, "nrr": 2000.0, "yv": 500.0, "yvv": 700.0}
+    screw = {"count": 1, "lateral_m": 0.0, "ahead_n": 220.0, "astern_n": 130.0}
+    heavy = otter.model_copy(
+        update={
+            "hull": otter.hull.model_copy(update=mass | damping | {"m23_kgm": 0.0}),
+            "thruster": otter.thruster.model_copy(update=screw),
+            "rudder": otter.rudder.model_copy(update={"count": 1, "area_m2": 0.05, "x_m": -1.5}),
+        }
+    )
+    loop = Case(heavy, source=SensedState).loop()
+    loop.place(0.0, 0.0, 0.0, 2.2)
+    while loop.t_s < 15.0:
+        loop.steer(Desired(0.0, 2.2))
+    told_m = loop.vessel.north_m
+    while loop.vessel.u_mps > 0.75 and loop.t_s < 60.0:
+        loop.steer(Desired(0.0, 0.7))
+    assert loop.vessel.north_m - told_m < 14.0
 
 
 def test_a_boat_that_loses_her_way_slowly_slows_early_for_a_corner():
