@@ -341,6 +341,33 @@ def test_row_65_a_live_compass_of_whole_degrees_on_station_is_believed(
     assert world.snapshot.state.compass_rad is not None
 
 
+SELDOM = ("world.sensors.heading_hz=1", "world.sensors.rate_hz=0", "world.sensors.fix_hz=1")
+BREEZE = ("world.water.current_mps=0.3", "world.water.wind_mps=5", "world.water.wave_height_m=0.2")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_nimble_boat_sails_by_a_compass_that_is_heard_each_second(seed: int) -> None:
+    """Her heading loop knew of the compass's delay, not of its rhythm: she swung until the compass was doubted, and was stopped."""
+    overrides = ["operator.gcs_required=false", "depth.enabled=false", 'vessel="blueboat"', *SELDOM, *BREEZE]
+    world = World(load(config.path("sim.toml"), overrides, SimSettings), seed)
+    texts: list[str] = []
+
+    def run(seconds: float) -> None:
+        end_us = world.now_us + round(seconds * 1e6)
+        while world.now_us < end_us:
+            world.step()
+            texts.extend(text.text for text in world.snapshot.texts)
+
+    run(10.0)
+    world.app.submit(Arm(arm=True), lambda reply: None)
+    world.app.submit(SetMode(Mode.HOLD), lambda reply: None)
+    run(90.0)
+    truth = world.surroundings.truth
+    assert math.hypot(truth.north_m, truth.east_m) < 6.0
+    assert not [text for text in texts if "jumped" in text or "lost" in text]
+    assert any(text.startswith("Compass is heard each 0.") and "steered more gently" in text for text in texts)
+
+
 def test_row_33_a_date_1024_weeks_off_is_not_used_and_the_circle_goes_on() -> None:
     world = on_the_circle()
     faults(world).set("weeks_off", 1024)

@@ -358,6 +358,10 @@ class Estimator:
         self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
         return False
 
+    def heading_waited_s(self, now_us: int) -> float | None:
+        """For how long there has been no news of the heading: 0 while a sensor of its own tells the turn rate, None while it is lost."""
+        return self._heading.waited_s(now_us)
+
     def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
         leads = self._tilt.update(angles, link)
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:

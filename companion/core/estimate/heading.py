@@ -27,8 +27,8 @@ _ASKED_VARIANCE: Final = math.radians(3.0) * math.radians(3.0)
 """Of a turn rate that was only asked for, (rad/s)^2: what a hull file and a gust make of it."""
 _BRIDGE_S: Final = 0.6
 """A gap of a few headings is bridged by the turn rate, so that the boat does not flinch at each."""
-_STEP_RATE_MAX_US: Final = 300_000
-"""A silence widens the window for jumps by what the boat may turn meanwhile, but by no more than this."""
+_STEP_RATE_MAX_S: Final = 0.3
+"""A silence widens the window for jumps by what the boat may turn meanwhile, but by no more than this, or than a slow compass's own."""
 
 
 class HeadingTrack:
@@ -109,6 +109,12 @@ class HeadingTrack:
         if self.course_us is not None and now_us - newest_us > _RATE_AGE_MAX_US:
             span_s += self._lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
+
+    def waited_s(self, now_us: int) -> float | None:
+        """For how long there has been no news of the heading: 0 while a sensor of its own tells the turn rate, None while it is lost."""
+        if not self.valid(now_us):
+            return None
+        return 0.0 if self.has_rate(now_us) else (now_us - self._received_us) * 1e-6
 
     def has_rate(self, now_us: int) -> bool:
         """Whether a sensor of its own tells the turn rate."""
@@ -254,7 +260,7 @@ class HeadingTrack:
         if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
             self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
             return False
-        widened_s = (since_us if since_us < _STEP_RATE_MAX_US else _STEP_RATE_MAX_US) * 1e-6
+        widened_s = min(since_us * 1e-6, max(_STEP_RATE_MAX_S, self._interval_s))
         gate = math.radians(self._jump_deg + self._rate_max_dps * widened_s)
         if abs(innovation) <= gate:
             if self._refused_since_us is not None:

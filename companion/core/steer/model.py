@@ -89,6 +89,8 @@ class ModelController:
         self._least_rate = _KICKED_RATE if self._by_rudder else 0.0
         self._left_mps = math.inf
         """Greatest steady speed through the water with what weak thrusters still give."""
+        self._seldom_s = 0.0
+        """Age of headings that comes of a compass that speaks seldom."""
         self._config: ModelConfig = config.model
         self._tune(config.model)
         self._clear()
@@ -113,7 +115,9 @@ class ModelController:
         authority = handling.authority(0.5 * handling.top_mps)
         reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
         most = min(config.heading_bandwidth, reach)
-        self._wishes = Wishes(most, config.heading_damping, config.heading_integral, config.heading_late_s)
+        self._wishes = Wishes(
+            most, config.heading_damping, config.heading_integral, config.heading_late_s + self._seldom_s
+        )
         self._schedule = schedule = heading_schedule(vessel, self._wishes)
         self._step_mps = schedule.step_mps
         attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
@@ -154,11 +158,19 @@ class ModelController:
 
     def configure(self, config: SteeringConfig) -> None:
         """Change settings without a bump: the integral takes over what the old gain gave."""
-        old, speed = self._config, max(self._observer.u_mps, 0.0)
-        before = self._omega(speed)
-        self._config = config.model
+        old, self._config = self._config, config.model
         if old != config.model:
-            self._tune(config.model)
+            self._tune_under_way()
+
+    def seldom_heard(self, late_s: float) -> None:
+        """Reckon with headings that are so much older because the compass speaks seldom."""
+        self._seldom_s = late_s
+        self._tune_under_way()
+
+    def _tune_under_way(self) -> None:
+        speed = max(self._observer.u_mps, 0.0)
+        before = self._omega(speed)
+        self._tune(self._config)
         now = self._omega(speed)
         self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
 

@@ -320,6 +320,22 @@ class Controls:
         self.parts.guidance.thrusters(shares)
         self._limit_speed()
 
+    def watch_compass(self, now_us: int) -> None:
+        """Steer more gently by a compass that speaks seldom, where the law can."""
+        seldom, estimator = self.parts.slow_compass, self.parts.estimator
+        if not seldom.step(now_us, estimator.heading_waited_s(now_us)):
+            return
+        law_takes = getattr(self.parts.controller, "seldom_heard", None)
+        if law_takes is None:
+            return
+        law_takes(seldom.late_s)
+        if seldom.late_s > 0.0:
+            self.voice.say(
+                Severity.NOTICE,
+                f"Compass is heard each {seldom.wait_s:.1f} s and tells no turn rate: steered more gently",
+            )
+        self._limit_speed()
+
     def _limit_speed(self) -> None:
         """Keep to what the steering law gives: turns, and the speed up to which it has its margins; tell when that is lowered."""
         controller = self.parts.controller

@@ -19,6 +19,7 @@ from ..hull.geometry import geometry_of
 from ..hull.statics import Statics
 from ..steer import make_controller
 from ..steer.law import Controller
+from ..steer.slow_compass import SlowCompass
 from ..steer.turned import ModelledTurn
 from ..traffic import Traffic
 from .config import VehicleConfig
@@ -51,6 +52,7 @@ class Parts:
     progress: ProgressWatch
     guidance: Guidance
     controller: Controller
+    slow_compass: SlowCompass
     guard: DepthGuard
     fence: Fence
     monitors: Monitors
@@ -101,6 +103,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         plan_fence=PlanFence(fence),
         progress=ProgressWatch(turning_us(Handling(vessel))),
         guidance=Guidance(config.guidance, vessel),
+        slow_compass=SlowCompass(),
         controller=make_controller(config.steering.profile, config.steering, vessel),
         guard=DepthGuard(config.depth, geometry),
         fence=fence,

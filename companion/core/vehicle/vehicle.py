@@ -125,6 +125,7 @@ class Vehicle:
             controls.set_home_here()
         self._diagnose(sensed, before)
         self._watch_thrusters(sensed, before)
+        self.controls.watch_compass(sensed.now_us)
         return sensed
 
     def _measure(self, inputs: TickInputs) -> None:
