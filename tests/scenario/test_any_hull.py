@@ -1,9 +1,11 @@
 """Hulls that nobody tuned for, in a current of 0.5 m/s and 8 m/s of wind with gusts and waves: held by the law on the truth."""
 
+import math
 import statistics
 
 import pytest
 
+from companion.core.hull import VesselConfig
 from companion.core.vehicle.config import VehicleConfig
 from companion.core.vehicle.vehicle import Vehicle
 from mavlink_bridge.language.messages import Desired
@@ -112,20 +114,25 @@ def test_a_slow_rudder_servo_is_reckoned_with(name, rate_dps, rms_m):
     assert found.rms < rms_m
 
 
-def test_a_heavy_boat_of_one_screw_brakes_with_it():
-    """It never went astern under way: from 2.2 to 0.7 m/s took her 19 m, twice as far as with two."""
+def four_hundred_kilos(*, screws: int) -> VesselConfig:
+    """Heavy and of little power: 220 N ahead in all."""
     otter = load_vessel("otter")
-    mass = {"mass_kg": 400.0, "m11_kg": 430.0, "m22_kg": 700.0, "m33_kgm2": 380.0, "length_m": 3.0}
+    mass = {"mass_kg": 400.0, "m11_kg": 430.0, "m22_kg": 700.0, "m23_kgm": 0.0, "m33_kgm2": 380.0, "length_m": 3.0}
     damping = {"xu": 12.0, "xuu": 14.0, "nr": 300.0, "nrr": 2000.0, "yv": 500.0, "yvv": 700.0}
-    screw = {"count": 1, "lateral_m": 0.0, "ahead_n": 220.0, "astern_n": 130.0}
-    heavy = otter.model_copy(
+    thrust = {"ahead_n": 220.0 / screws, "astern_n": 130.0 / screws, "lateral_m": 0.4 * (screws - 1)}
+    rudder = {"count": screws, "area_m2": 0.05 / screws, "x_m": -1.5}
+    return otter.model_copy(
         update={
-            "hull": otter.hull.model_copy(update=mass | damping | {"m23_kgm": 0.0}),
-            "thruster": otter.thruster.model_copy(update=screw),
-            "rudder": otter.rudder.model_copy(update={"count": 1, "area_m2": 0.05, "x_m": -1.5}),
+            "hull": otter.hull.model_copy(update=mass | damping),
+            "thruster": otter.thruster.model_copy(update=thrust | {"count": screws}),
+            "rudder": otter.rudder.model_copy(update=rudder),
         }
     )
-    loop = Case(heavy, source=SensedState).loop()
+
+
+def test_a_heavy_boat_of_one_screw_brakes_with_it():
+    """It never went astern under way: from 2.2 to 0.7 m/s took her 19 m, twice as far as with two."""
+    loop = Case(four_hundred_kilos(screws=1), source=SensedState).loop()
     loop.place(0.0, 0.0, 0.0, 2.2)
     while loop.t_s < 15.0:
         loop.steer(Desired(0.0, 2.2))
@@ -133,6 +140,22 @@ def test_a_heavy_boat_of_one_screw_brakes_with_it():
     while loop.vessel.u_mps > 0.75 and loop.t_s < 60.0:
         loop.steer(Desired(0.0, 0.7))
     assert loop.vessel.north_m - told_m < 14.0
+
+
+def test_the_noise_of_a_compass_does_not_work_the_propellers_of_a_heavy_slow_boat_from_stop_to_stop():
+    """Thirty full swings a minute in still water, by a reference quicker than anything that turns her at so little speed."""
+    loop = Case(four_hundred_kilos(screws=2), source=SensedState).loop()
+    loop.place(0.0, 0.0, 0.0, 0.4)
+    loop.sail(loop.goto(100.0, 0.0))
+    side, swings = 0.0, 0
+    while loop.t_s < 120.0:
+        loop.tick(0.4)
+        assert loop.sent is not None
+        if abs(loop.sent.thruster_port) > 0.5:
+            now = math.copysign(1.0, loop.sent.thruster_port)
+            swings += now == -side
+            side = now
+    assert swings <= 30
 
 
 def test_a_boat_that_loses_her_way_slowly_slows_early_for_a_corner():

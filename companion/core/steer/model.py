@@ -21,7 +21,7 @@ from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
 from .kicks import Kicks, eased
 from .law import ModelConfig, SteeringConfig
-from .observer import WaterSpeedObserver
+from .observer import WaterSpeedObserver, believed
 from .yaw_loop import LoopMargins
 
 _SATURATED_RAD = 0.3
@@ -35,8 +35,8 @@ _KICKED_RATE = 0.15
 _REFERENCE_RATE = 2.4
 """The reference's bandwidth, rad/s: fast enough not to be felt, slow enough not to saturate."""
 _REFERENCE_TIMES = 1.6
-"""And no more than so many times the loop's own: a heavy boat's propellers worked from nothing to all, five times in three seconds, for
-hundredths of a degree in what was asked for."""
+"""And no more than so many times the loop's own, and what the yaw authority supports at the speed: a heavy boat's propellers
+worked from nothing to all, five times in three seconds, for hundredths of a degree in what was asked for."""
 _BRAKED = 0.7
 """Share of the acceleration by which the reference ends a turn: a boat that turns slowly would swing past, and back."""
 _GENTLE = 0.6
@@ -62,13 +62,6 @@ _CALM_TURN = 0.1
 """Yaw acceleration of the reference, rad/s², below which the heading integral works."""
 _STANDING_RAD = 0.1
 """A greater heading error is a turn's, not a standing one: all of it in the integral would swing a slow loop past for half a minute."""
-_RIGHT_SHARE = 0.1
-"""A file that is right to a tenth stands: wind along the way looks like as much. From twice that on it is believed to be wrong."""
-
-
-def _believed(made_share: float) -> float:
-    """What the hull makes more than its file says, as far as it is more than wind could feign."""
-    return made_share * clamp(abs(made_share) / _RIGHT_SHARE - 1.0, 0.0, 1.0)
 
 
 class ModelController:
@@ -112,8 +105,7 @@ class ModelController:
     def _tune(self, config: ModelConfig) -> None:
         """Bandwidth over speed: no more than the yaw authority supports, nor than leaves margins at the stated delay."""
         handling, vessel = self._handling, self._vessel
-        authority = handling.authority(0.5 * handling.top_mps)
-        reach = math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
+        reach = self._reach(0.5 * handling.top_mps)
         most = min(config.heading_bandwidth, reach)
         self._wishes = Wishes(
             most, config.heading_damping, config.heading_integral, config.heading_late_s + self._seldom_s
@@ -125,7 +117,11 @@ class ModelController:
         self._omegas = [gain.omega_radps for gain in schedule.gains]
         self._firm_radps = max(self._omegas)
         """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes."""
-        self._quick_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
+        most_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
+        steps = range(len(schedule.gains))
+        # kicks turn a boat that they turn with all that she has at any speed
+        reaches = [most_radps if self._by_rudder else self._reach(step * schedule.step_mps) for step in steps]
+        self._quicks = [min(most_radps, _REFERENCE_TIMES * each) for each in reaches]
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
         self._saturated_nm = self._inertia * most * most * _SATURATED_RAD
@@ -142,6 +138,11 @@ class ModelController:
         self._speed_integral = config.speed_integral
         within = law.all_ahead_n / (self._m11 * _SATURATED_MPS)
         self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps, within)
+
+    def _reach(self, speed_mps: float) -> float:
+        """Bandwidth that the yaw authority at a speed through the water supports, rad/s."""
+        authority = self._handling.authority(speed_mps)
+        return math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -240,7 +241,7 @@ class ModelController:
         dt_s = clamp(dt_s, _SHORTEST_STEP_S, _LONGEST_STEP_S)
         self._observer.step(dt_s, state, sent)
         water = self._observer.u_mps
-        made_mps = water * (1.0 + _believed(state.made_share))
+        made_mps = water * (1.0 + believed(state.made_share))
         ahead = made_mps if made_mps > 0.0 else 0.0
         omega = self._omega(ahead)
         omega += desired.firmness * desired.firmness * (self._firm_radps - omega)
@@ -325,7 +326,8 @@ class ModelController:
         if reference is None:
             reference, self._r_ref = psi, rate
         # by the file's own speed: no more is asked of the hull for what it is thought to do
-        limit = 0.95 * self._handling.yaw_rate_for_way(max(self._observer.u_mps, 0.0))
+        ahead_mps = max(self._observer.u_mps, 0.0)
+        quick_radps, limit = self._at(self._quicks, ahead_mps), 0.95 * self._handling.yaw_rate_for_way(ahead_mps)
         if limit < self._least_rate:
             limit = self._least_rate
         if limit > self._rate_limit:
@@ -335,12 +337,12 @@ class ModelController:
         assert desired.psi_rad is not None
         left_rad = wrap_pi(desired.psi_rad - reference)
         stopped_radps = math.sqrt(2.0 * _BRAKED * self._turn_most * abs(left_rad))
-        wanted = clamp(0.5 * self._quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
+        wanted = clamp(0.5 * quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
         if wanted > limit:
             wanted = limit
         elif wanted < -limit:
             wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * self._quick_radps
+        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * quick_radps
         if change > most:
             change = most
         elif change < -most:

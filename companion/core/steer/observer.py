@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+from mavlink_bridge.language.units import clamp
 
 from ..hull import ForceModel, VesselConfig
 from ..hull.actuator_model import ActuatorModel
@@ -31,6 +32,15 @@ _RATE_BEYOND_RADPS = 2.0 * math.pi
 """The most that the estimator can be told to believe of a turn rate."""
 _FILTER_LAG_S = 0.12
 """How far the estimator's velocity filter lags behind its fixes."""
+
+
+_RIGHT_SHARE = 0.1
+"""A file that is right to a tenth stands: wind along the way looks like as much. From twice that on it is believed to be wrong."""
+
+
+def believed(made_share: float) -> float:
+    """What the hull makes more than its file says, as far as it is more than wind could feign."""
+    return made_share * clamp(abs(made_share) / _RIGHT_SHARE - 1.0, 0.0, 1.0)
 
 
 class WaterSpeedObserver:
