@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final, Protocol
 
 from mavlink_bridge.language.messages import ActuatorStatus, Severity
@@ -113,7 +114,8 @@ class App:
         self._faults = 0
         self.storage = StoreWatch(say, self.store.snapshot(), required=settings.operator.store_required)
         self._lasting = Lasting(store, self.storage)
-        self.depths = DepthKeeper(self.vehicle.parts.guard.memory, settings.depth.memory, self._lasting.submit)
+        memory, warn = self.vehicle.parts.guard.memory, partial(say, Severity.WARNING)
+        self.depths = DepthKeeper(memory, settings.depth.memory, self._lasting.submit, warn)
         self._now_us = 0
         self._closed = False
         self._ticks = 0

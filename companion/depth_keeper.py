@@ -19,15 +19,21 @@ from .io.keeping.depth_store import join_key, restore
 
 Keep = Callable[[StoreOp, Callable[[Reply], None]], None]
 """Stores a change and answers when it is done."""
+Tell = Callable[[str], None]
+"""Warns every operator."""
 _TILES_AT_ONCE: Final = 64
 
 
 class DepthKeeper:
     """Between a vessel's depth memory (None: there is none) and its store."""
 
-    def __init__(self, memory: DepthMemory | None, config: DepthMemoryConfig, keep: Keep) -> None:
+    def __init__(
+        self, memory: DepthMemory | None, config: DepthMemoryConfig, keep: Keep, tell: Tell = lambda text: None
+    ) -> None:
         self._memory = memory
         self._keep = keep
+        self._tell = tell
+        self._told_full = False
         self._save_us = round(config.save_s * 1e6)
         self._cell_m = config.cell_m
         self._busy = False
@@ -49,6 +55,9 @@ class DepthKeeper:
         memory = self._memory
         if memory is None or self._busy:
             return
+        if memory.forgotten and not self._told_full:
+            self._told_full = True
+            self._tell(f"Depth memory is full ({len(memory)} tiles): the oldest go. Raise depth.memory.tiles_max")
         changed, gone = memory.take_changes(_TILES_AT_ONCE)
         if not changed and not gone:
             return

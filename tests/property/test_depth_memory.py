@@ -12,7 +12,7 @@ from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
 from companion.core.guard.depth.input import DepthInput
 from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
-from companion.core.guard.depth.tiles import TILE_BYTES, Cell, Geometry
+from companion.core.guard.depth.tiles import TILE_BYTES, Cell, Geometry, tile_of
 from companion.core.hull.geometry import HullGeometry
 from companion.depth_keeper import DepthKeeper
 from companion.io.keeping.store import MemoryStore
@@ -21,6 +21,7 @@ from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
 HERE = (0.7188, -0.1519)
 CONFIG = DepthMemoryConfig()
+SMALL = DepthMemoryConfig(tiles_max=16)
 soundings = st.lists(
     st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(-2.0, 90.0)), min_size=1, max_size=60
 )
@@ -32,7 +33,7 @@ def at(north_m: float, east_m: float = 0.0, **more) -> EstimatedState:
 
 
 def filled(rows, memory=None) -> DepthMemory:
-    memory = memory or DepthMemory(CONFIG, 0.05)
+    memory = DepthMemory(CONFIG, 0.05) if memory is None else memory
     for north_m, east_m, depth_m in rows:
         memory.note(at(north_m, east_m), 0, depth_m, 1_800_000_000)
     memory.close_cell()
@@ -100,6 +101,25 @@ def test_the_memory_is_bounded_and_forgets_what_is_longest_ago(rows, most):
     _, gone = memory.take_changes(10_000)
     last = memory.geometry.cell_of(*(offset(*HERE, *rows[-1][:2])))
     assert (last[0] >> 4, last[1] >> 4) not in gone
+
+
+@given(soundings, soundings, st.integers(1, 4))
+@settings(max_examples=40)
+def test_tiles_that_lie_packed_are_the_same_as_those_that_do_not(first, second, room):
+    """A memory that takes back more than it has room for, against one with room for all of it."""
+    changed, _ = filled(first, DepthMemory(DepthMemoryConfig(cell_m=0.5), 0.05)).take_changes(10_000)
+    found = []
+    for most in (room, 10_000):
+        memory = DepthMemory(DepthMemoryConfig.model_construct(cell_m=0.5, tiles_max=most), 0.05)
+        assert all(memory.restore(key, tile) for key, tile in changed)
+        memory.restored()
+        there = {key for key, _ in changed}
+        again = [row for row in second if tile_of(memory.geometry.cell_of(*offset(*HERE, *row[:2]))) in there]
+        near = [memory.shoals_near(at(north_m, east_m), 20.0, 9.0) for north_m, east_m, _ in second]
+        filled(again, memory)
+        near += [memory.shoals_near(at(north_m, east_m), 20.0, 9.0) for north_m, east_m, _ in second]
+        found.append((list(memory.known()), near, memory.take_changes(10_000), memory.forgotten))
+    assert found[0] == found[1]
 
 
 @given(st.binary(min_size=0, max_size=64), st.integers(0, TILE_BYTES - 1), soundings)
@@ -196,3 +216,14 @@ def test_at_the_end_of_a_run_all_of_it_is_handed_on_after_a_disk_in_trouble():
     assert first == 64
     keeper.close(1)
     assert sum(len(op.tiles) for op in handed) == len(memory)
+
+
+def test_that_the_memory_is_full_is_told_once():
+    memory, told = filled([(north * 40.0, 0.0, 5.0) for north in range(16)], DepthMemory(SMALL, 0.05)), []
+    keeper = DepthKeeper(memory, SMALL, lambda op, answer: answer(ACCEPTED), told.append)
+    keeper.save(0)
+    assert told == []
+    for north in range(16, 20):
+        filled([(north * 40.0, 0.0, 5.0)], memory)
+        keeper.save(north * 10_000_000)
+    assert told == ["Depth memory is full (16 tiles): the oldest go. Raise depth.memory.tiles_max"]

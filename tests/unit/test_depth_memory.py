@@ -8,7 +8,7 @@ import pytest
 
 from companion.core.guard.depth.grid import offset
 from companion.core.guard.depth.memory import DepthMemory, DepthMemoryConfig
-from companion.core.guard.depth.tiles import TILE_BYTES, Cell, tile_of
+from companion.core.guard.depth.tiles import TILE_BYTES, Cell, cells, tile_of
 from mavlink_bridge.language.messages import EstimatedState
 
 HERE = (0.7188, -0.1519)
@@ -132,17 +132,53 @@ def test_the_tile_sailed_over_longest_ago_is_forgotten_first():
     assert found.take_changes(100)[1] == [oldest]
 
 
-def test_too_many_stored_tiles_leave_the_newest():
-    source = memory(tiles_max=100)
-    for i in range(40):
-        sounded(source, 5.0, north_m=i * TILE_M, utc_s=1000 - i)
-    found = memory(tiles_max=16)
-    for key, tile in source.take_changes(100)[0]:
+def stored(*tiles, most=16):
+    """A memory that takes back tiles, each (north in tiles, depth in m, date in s)."""
+    source = memory(tiles_max=1000)
+    for north, depth_m, utc_s in tiles:
+        sounded(source, depth_m, north_m=north * TILE_M, utc_s=utc_s)
+    found = memory(tiles_max=most)
+    for key, tile in source.take_changes(1000)[0]:
         assert found.restore(key, tile)
     found.restored()
-    assert len(found) == 16
-    assert sorted(cell.last_s for *_, cell in found.known()) == list(range(985, 1001))
-    assert len(found.take_changes(100)[1]) == 24
+    return found
+
+
+def norths_of(found):
+    return [round((lat - HERE[0]) * 6.36e6 / TILE_M) for lat, _, _ in found.known()]
+
+
+def test_every_tile_of_the_store_is_kept_and_looked_at_however_many_there_are():
+    """4404 of 6404 imported tiles had been deleted from the store at the first start, the bar 60 m ahead with them."""
+    found = stored(*[(i, 3.0 if i in (2, 37) else 20.0, 0) for i in range(40)])
+    assert len(found) == 40
+    assert found.take_changes(100) == ([], []), "nothing is deleted"
+    assert norths_of(found) == list(range(40))
+    for i in (2, 37):
+        assert found.shoals_near(at(i * TILE_M - 10.0), 15.0, 4.0)
+        assert not found.shoals_near(at(i * TILE_M - 100.0), 15.0, 4.0)
+        sounded(found, 3.0, north_m=i * TILE_M)
+        ((key, tile),) = found.take_changes(100)[0]
+        assert [cell.soundings for _, cell in cells(key, tile)] == [2], "a sounding joins what is known there"
+    assert found.forget_near(*offset(*HERE, 5 * TILE_M, 0.0), 10.0) == (1, 20.0)
+    assert 5 not in norths_of(found)
+
+
+def test_with_as_many_as_the_store_held_a_new_tile_takes_the_oldest_and_imports_go_last_the_deepest_first():
+    dated, undated = [(i, 9.0, 1000 - i) for i in range(10)], [(i, 3.0 + i, 0) for i in range(10, 20)]
+    found = stored(*dated, *undated)
+    for i in range(12):
+        sounded(found, 9.0, north_m=(50 + i) * TILE_M, utc_s=2000 + i)
+        assert len(found) == 20
+        assert found.forgotten == i + 1
+    assert [i for i in range(20) if i not in norths_of(found)] == [*range(10), 18, 19]
+
+
+def test_what_is_sounded_after_the_tile_was_packed_counts_at_once():
+    found = stored(*[(i, 9.0, 0) for i in range(40)])
+    assert not found.shoals_near(at(0.0), 20.0, 4.0)
+    sounded(found, 3.0, north_m=4.0)
+    assert found.shoals_near(at(0.0), 20.0, 4.0)
 
 
 def test_changes_are_taken_in_portions_and_put_back():

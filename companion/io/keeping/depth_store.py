@@ -18,7 +18,8 @@ from .content import StoreContent, unpack_tile
 
 SIGMA_M: Final = 0.05
 """Noise of a sounder, as the depth guard's default, for the robust depth of an export."""
-_MANY: Final = 100_000
+TILES_MANY: Final = 100_000
+"""Tiles that a store is given by an import at most: the vessel holds them packed, some 50 MB."""
 
 
 class Sounded(NamedTuple):
@@ -73,7 +74,7 @@ def memories(content: StoreContent) -> Iterator[DepthMemory]:
     """The store's memories, one for each cell size."""
     sizes = {found[0] for key in content.depth if (found := split_key(key)) is not None}
     for cell_m in sorted(sizes):
-        memory = DepthMemory(DepthMemoryConfig.model_construct(cell_m=cell_m, tiles_max=_MANY), SIGMA_M)
+        memory = DepthMemory(DepthMemoryConfig.model_construct(cell_m=cell_m, tiles_max=TILES_MANY), SIGMA_M)
         restore(memory, content.depth)
         yield memory
 

@@ -1,9 +1,9 @@
 """The depth memory: what the vessel has sounded itself, kept by place for the way ahead and for the next voyage.
 
 Every sounding that passed the input chain goes into a cell of a grid, reduced to chart datum by the same tide and keel
-depths as the charts. The memory is bounded: the tile of cells that was sailed over longest ago is forgotten first. Only
-a cell that the vessel has left counts, so that no vessel is stopped by what it is measuring now. No I/O: who keeps it
-takes ``take_changes`` and gives them back to ``restore``.
+depths as the charts. What a voyage adds is bounded: the tile of cells that was sailed over longest ago is forgotten
+first; what the store held at the start is never too much. Only a cell that the vessel has left counts, so that no vessel is
+stopped by what it is measuring now. No I/O: who keeps it takes ``take_changes`` and gives them back to ``restore``.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 
 from ...config import Config, param
+from .shelf import TileShelf
 from .tiles import TILE_BYTES, Cell, CellKey, Geometry, TileKey, cells, get, put, sound, tile_of
 
 _PROVEN: Final = 2.0
 """Sigma of the mean by which a cell must be too shallow before it stops anybody."""
 _ALIKE: Final = 3.0
 """Times sigma: the shallowest soundings of two passes over one top differ by no more, 95 times in a hundred."""
+_NO_DATE: Final = 1 << 32
+"""Later than any: soundings without a date, which an import brings, are not the first to be forgotten."""
 _CLEAR_M: Final = 48.0
 """Clear water is looked for so far beyond the reach, so that the next looks find the answer ready."""
 
@@ -35,7 +38,7 @@ class DepthMemoryConfig(Config):
     cell_m: float = Field(2.0, ge=0.5, le=50)
     """Size of a cell. Memory of another size is kept in the store, but not used."""
     tiles_max: int = Field(2000, ge=16, le=100_000)
-    """How much is remembered: tiles of 16 x 16 cells, 4 kB each; the one sailed over longest ago goes first."""
+    """How much a voyage adds to: tiles of 16 x 16 cells, 4 kB each; then the one sailed over longest ago goes. No limit to an import."""
     save_s: float = Field(10.0, ge=1, le=3600)
     """What is new goes to the store this often; a power cut loses no more."""
 
@@ -47,9 +50,12 @@ class DepthMemory:
         """``sigma_m``: noise of one sounding, 1 sigma."""
         self.geometry = Geometry(config.cell_m)
         self._sigma_m = sigma_m
-        self._tiles_max = config.tiles_max
-        self._tiles: dict[TileKey, bytearray] = {}
-        """Sailed over longest ago first."""
+        self._tiles_max = self._most = config.tiles_max
+        self._tiles = TileShelf(config.tiles_max)
+        self._rank: dict[TileKey, tuple[int, float]] = {}
+        """Of tiles that are being taken back: the newest sounding, and the shallowest, negative."""
+        self.forgotten = 0
+        """Tiles that had to go because there was no room."""
         self._changed: dict[TileKey, None] = {}
         self._gone: list[TileKey] = []
         self._open: CellKey | None = None
@@ -102,11 +108,9 @@ class DepthMemory:
     def add(self, cell: CellKey, new: Cell) -> None:
         """Join what is known of a cell with more of it."""
         key = tile_of(cell)
-        tile = self._tiles.get(key)
+        tile = self._tiles.opened(key) if key in self._changed else self._tiles.sailed_over(key)
         if tile is None:
             tile = self._new_tile(key)
-        elif key not in self._changed:
-            self._tiles[key] = self._tiles.pop(key)
         old = get(tile, cell)
         put(tile, cell, new if old is None else old.joined(new, _ALIKE * self._noise_m(new)))
         self._changed[key] = None
@@ -115,20 +119,26 @@ class DepthMemory:
             found = get(tile, cell)
             assert found is not None
             self._judge(shoals, cell, found)
+        else:
+            self._clear = self._centre = None
 
     def _new_tile(self, key: TileKey) -> bytearray:
-        while len(self._tiles) >= self._tiles_max:
-            oldest = next(iter(self._tiles))
-            del self._tiles[oldest]
-            self._changed.pop(oldest, None)
-            self._forget_shoals(oldest)
-            self._gone.append(oldest)
+        while len(self._tiles) >= self._most:
+            self._remove(next(iter(self._tiles)))
+            self.forgotten += 1
         self._shoals[key] = {}
         self._centre = None
         if key in self._gone:
             self._gone.remove(key)
-        tile = self._tiles[key] = bytearray(TILE_BYTES)
+        tile = bytearray(TILE_BYTES)
+        self._tiles.put(key, tile)
         return tile
+
+    def _remove(self, key: TileKey) -> None:
+        self._tiles.remove(key)
+        self._changed.pop(key, None)
+        self._forget_shoals(key)
+        self._gone.append(key)
 
     # ---- looking ahead ------------------------------------------------------------------------------------------
 
@@ -160,8 +170,10 @@ class DepthMemory:
         centre = (*tile_of((row, column)), rings)
         if centre != self._centre:
             self._centre = centre
-            around = geometry.tiles_around(lat_rad, lon_rad, reach_m)
-            self._around = [(key[0], self._shoals_of(key)) for key in sorted(around) if key in self._tiles]
+            around = sorted(key for key in geometry.tiles_around(lat_rad, lon_rad, reach_m) if key in self._tiles)
+            self._around = [(key[0], self._shoals_of(key)) for key in around]
+            if len(self._shoals) > self._tiles_max:
+                self._shoals = {key: self._shoals[key] for key in around}
         nearest = round(rings * geometry.tile_m / geometry.cell_m) + 1
         for tile_row, shoals in self._around:
             if shoals:
@@ -202,7 +214,7 @@ class DepthMemory:
         shoals = self._shoals.get(key)
         if shoals is None:
             shoals = self._shoals[key] = {}
-            for cell, found in cells(key, self._tiles[key]):
+            for cell, found in cells(key, self._tiles.look(key)):
                 self._judge(shoals, cell, found)
         return shoals
 
@@ -230,7 +242,7 @@ class DepthMemory:
         for key in keys:
             del self._changed[key]
         gone, self._gone = self._gone[:most], self._gone[most:]
-        return [(key, bytes(self._tiles[key])) for key in keys], gone
+        return [(key, bytes(self._tiles.look(key))) for key in keys], gone
 
     @property
     def waiting(self) -> int:
@@ -246,25 +258,28 @@ class DepthMemory:
         """Take a tile back; False when it is none. Call in any order; ``restored`` afterwards."""
         if not sound(tile):
             return False
-        self._tiles[key] = bytearray(tile)
+        self._tiles.put(key, bytearray(tile))
+        found = [cell for _, cell in cells(key, tile)]
+        newest_s, least_m = (
+            max((each.last_s for each in found), default=0),
+            min((each.least_m for each in found), default=0.0),
+        )
+        self._rank[key] = newest_s or _NO_DATE, -least_m
         return True
 
     def restored(self) -> None:
-        """Put the tiles in order of their newest sounding, and forget the oldest of too many."""
-        newest = {
-            key: max((cell.last_s for _, cell in cells(key, tile)), default=0) for key, tile in self._tiles.items()
-        }
-        self._tiles = {key: self._tiles[key] for key in sorted(self._tiles, key=lambda key: (newest[key], key))}
-        for key in list(self._tiles)[: -self._tiles_max]:
-            del self._tiles[key]
-            self._gone.append(key)
+        """Put the tiles in order of their newest sounding; without a date the deepest first. However many there are, they stay."""
+        sailed_since = [key for key in self._tiles if key not in self._rank]
+        self._tiles.put_in_order([*sorted(self._rank, key=lambda key: (self._rank[key], key)), *sailed_since])
+        self._most = max(self._most, len(self._tiles))
+        self._rank.clear()
         self._shoals.clear()
         self._clear = self._centre = None
 
     def known(self) -> Iterator[tuple[float, float, Cell]]:
         """Every sounded cell: latitude and longitude of its middle in rad, and what is known, from south to north."""
         for key in sorted(self._tiles):
-            for (row, column), cell in cells(key, self._tiles[key]):
+            for (row, column), cell in cells(key, self._tiles.look(key)):
                 yield (*self.geometry.centre(row, column), cell)
 
     def forget_near(self, lat_rad: float, lon_rad: float, radius_m: float) -> tuple[int, float | None]:
@@ -277,8 +292,8 @@ class DepthMemory:
         def within(lat: float, lon: float) -> bool:
             return math.hypot((lat - lat_rad) * per_lat, (lon - lon_rad) * per_lon) <= reach_m
 
-        for key in self.geometry.tiles_around(lat_rad, lon_rad, reach_m) & self._tiles.keys():
-            found = cells(key, self._tiles[key])
+        for key in [each for each in self.geometry.tiles_around(lat_rad, lon_rad, reach_m) if each in self._tiles]:
+            found = cells(key, self._tiles.look(key))
             depths_m += [what.least_m for place, what in found if within(*self.geometry.centre(*place))]
             self._forget_in(key, within)
         return len(depths_m), min(depths_m, default=None)
@@ -288,13 +303,10 @@ class DepthMemory:
         return round(math.fsum(self._forget_in(key, within) for key in list(self._tiles)))
 
     def _forget_in(self, key: TileKey, within: Callable[[float, float], bool]) -> int:
-        found = list(cells(key, self._tiles[key]))
+        found = list(cells(key, self._tiles.look(key)))
         kept = [(cell, what) for cell, what in found if not within(*self.geometry.centre(*cell))]
         if len(kept) < len(found):
-            self._forget_shoals(key)
-            del self._tiles[key]
-            self._changed.pop(key, None)
-            self._gone.append(key)
+            self._remove(key)
             for cell, what in kept:
                 self.add(cell, what)
         return len(found) - len(kept)
