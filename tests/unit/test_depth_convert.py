@@ -191,6 +191,47 @@ def test_the_compact_grid_is_what_the_vessel_reads(tmp_path):
     assert grid.depth_at(math.radians(NORTH + 10e-4), math.radians(WEST + 10e-4)) is None
 
 
+@pytest.mark.parametrize("box", [(), ("--box", "41.1802", "-8.7098", "41.1898", "-8.7002")], ids=["whole", "box"])
+@pytest.mark.parametrize("turn", [0.0, 360.0, -360.0])
+def test_a_chart_from_0_to_360_degrees_gives_the_same_grid(tmp_path, turn, box, capsys):
+    """The grid of one was empty, though "100.0 % known" was told: a plan across the shoal was let pass."""
+    chart = geotiff(tmp_path / "a.tif", shoal_of(100), origin=(WEST + turn, NORTH))
+    assert convert(chart, tmp_path / "a.depth", "--positive", "down", *box) == 0
+    assert " -8.7" in capsys.readouterr().out.split("box")[1]
+    grid = load_depth_map(tmp_path / "a.depth")
+    place = math.radians(NORTH - 50.5 * STEP), math.radians(WEST + 50.5 * STEP)
+    assert grid.depth_at(*place) == 2.0
+    for north, east in ((5, 5), (95, 95), (5, 95), (95, 5)):
+        assert grid.depth_at(math.radians(NORTH - north * STEP), math.radians(WEST + east * STEP)) == 15.0
+
+
+def shoal_of(side):
+    """15 m, and 2 m in the middle."""
+    return [[2.0 if row == column == side // 2 else 15.0 for column in range(side)] for row in range(side)]
+
+
+@pytest.mark.parametrize(
+    ("crs", "origin", "step"),
+    [("EPSG:4326", (179.995, -17.0), STEP), ("EPSG:3832", (3339584.7 - 500.0, -1900000.0), 10.0)],
+    ids=["degrees", "Pacific Mercator"],
+)
+def test_a_chart_across_the_180th_meridian_is_refused_as_a_grid_or_cut_by_a_box(tmp_path, capsys, crs, origin, step):
+    """Its eastern half was lost, with its depths in the westernmost column."""
+    chart = geotiff(tmp_path / "a.tif", [[15.0] * 50 + [2.0] * 50] * 100, crs=crs, origin=origin, step=step)
+    out = tmp_path / "a.depth"
+    assert convert(chart, out, "--positive", "down") == 2
+    assert "both sides of the 180th meridian" in capsys.readouterr().err
+    assert not out.exists()
+    south, north = ("-17.02", "-16.99") if crs == "EPSG:4326" else ("-16.95", "-16.91")
+    for west, east, seen, other in (("179", "180", 179.998, -179.998), ("-180", "-179", -179.998, 179.998)):
+        assert convert(chart, out, "--positive", "down", "--box", south, west, north, east) == 0
+        told = capsys.readouterr().out
+        middle = math.radians(float(told.split("for one")[1].split()[5]))
+        grid = load_depth_map(out)
+        assert grid.depth_at(middle, math.radians(seen)) == (15.0 if seen > 0.0 else 2.0)
+        assert grid.depth_at(middle, math.radians(other)) is None
+
+
 def test_mistakes_are_told_in_a_line(tmp_path, capsys):
     chart = geotiff(tmp_path / "a.tif", [[-9999.0]])
     (tmp_path / "noise.tif").write_bytes(b"II*\x00" + bytes(100))

@@ -28,7 +28,7 @@ class Fill:
     def __init__(self, source: ChartSource, pitch_m: float, spread_m: float) -> None:
         import numpy
 
-        south, west, north, east = (math.radians(each) for each in source.bounds_deg())
+        south, west, north, east = (math.radians(each) for each in _one_side(source))
         per_lat, per_lon = metres_per_radian(0.5 * (south + north))
         self._high, self._wide = math.radians(source.lat_cell_deg), math.radians(source.lon_cell_deg)
         self.pitch_m = max(pitch_m, min(self._high * per_lat, self._wide * per_lon) / _FINEST)
@@ -52,6 +52,8 @@ class Fill:
         lat, lon = numpy.radians(block.lat_deg), numpy.radians(block.lon_deg)
         value = numpy.floor(block.depth_m * 100.0 + 1e-6).clip(UNKNOWN_CM + 1, _HIGH - 1).astype("int16")
         half_lat, half_lon = 0.5 * self._high + self._more_lat, 0.5 * self._wide + self._more_lon
+        lon = self._lon0 + (lon - self._lon0) % math.tau
+        self._refuse_strangers(lat, lon)
         low, high = _span(lat, half_lat, self._lat0, self._dlat, self._rows)
         left, right = _span(lon, half_lon, self._lon0, self._dlon, self._columns)
         for down in range(int((high - low).max(initial=-1)) + 1):
@@ -59,6 +61,14 @@ class Fill:
                 row, column = low + down, left + across
                 inside = (row <= high) & (column <= right)
                 numpy.minimum.at(self._cells, row[inside] * self._columns + column[inside], value[inside])
+
+    def _refuse_strangers(self, lat: Any, lon: Any) -> None:
+        """Raises ChartError for a cell that lies outside the chart's own edges: its depth would be put where it is not."""
+        high, wide = self._lat0 + self._rows * self._dlat, self._lon0 + self._columns * self._dlon
+        if len(lat) and (lat.min() < self._lat0 or lat.max() > high or lon.max() > wide):
+            raise ChartError(
+                "some of its cells lie outside its edges (a pole in it?): choose a --box, or convert to .xyz"
+            )
 
     def grid(self) -> DepthGrid:
         """The grid so far."""
@@ -74,6 +84,17 @@ class Fill:
             columns=self._columns,
             cells=cells,
         )
+
+
+def _one_side(source: ChartSource) -> tuple[float, float, float, float]:
+    """South, west, north, east of the grid. Raises ChartError for what lies on both sides of the 180th meridian."""
+    south, west, north, east = source.box_deg()
+    if east > 180.0 + 1.01 * source.lon_cell_deg:
+        raise ChartError(
+            f"it lies on both sides of the 180th meridian ({west:.5f} to {east:.5f}), and a .depth on one: "
+            "choose a --box on one side"
+        )
+    return south, west, north, east
 
 
 def _span(at: Any, half: float, start: float, pitch: float, count: int) -> tuple[Any, Any]:

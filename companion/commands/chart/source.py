@@ -28,6 +28,10 @@ _WGS84: Final = "EPSG:4326"
 _BLOCK: Final = 500_000
 """Cells read at once: 4 MB as numbers, and some ten times that while they are worked on."""
 _GDAL_CACHE_MB: Final = 32
+_STEPS: Final = 64
+"""An edge is looked at in so many places: on a chart of 1000 km it bends by some metres between two."""
+_TURNS: Final = (0.0, 360.0, -360.0)
+"""By which the same longitude may be told: charts count from -180 to 180 or from 0 to 360."""
 
 
 class ChartError(Exception):
@@ -81,12 +85,28 @@ class ChartSource:
                 yield replace(self._block(row, column, tall, broad), north_left_deg=left)
 
     def bounds_deg(self) -> tuple[float, float, float, float]:
-        """South, west, north, east of what is read, with the cells' own extent."""
-        return self._bounds(*self._window)
+        """South, west, north, east of what is read, with the cells' own extent; west from -180 on, east of the meridian beyond 180."""
+        south, west, north, east = self._bounds(*self._window)
+        west, east = _turned(west, east, 0.5 * self.lon_cell_deg)
+        return south, west, north, east
+
+    def box_deg(self) -> tuple[float, float, float, float]:
+        """The same of what is kept: no more than the box and a cell around it."""
+        south, west, north, east = self.bounds_deg()
+        if self._arguments.box is None:
+            return south, west, north, east
+        low, left, high, right = self._arguments.box
+        high_deg, wide_deg = self.lat_cell_deg, self.lon_cell_deg
+        south, north = max(south, low - high_deg), min(north, high + high_deg)
+        turn = next((turn for turn in _TURNS if left + turn <= east and right + turn >= west), None)
+        if turn is not None and left <= right:
+            west, east = max(west - turn, left - wide_deg), min(east - turn, right + wide_deg)
+        west, east = _turned(west, east, wide_deg)
+        return south, west, north, east
 
     def _bounds(self, row: int, column: int, rows: int, columns: int) -> tuple[float, float, float, float]:
         """The same of a part, from its row and column."""
-        steps = [k / 8.0 for k in range(9)]
+        steps = [k / _STEPS for k in range(_STEPS + 1)]
         edge = [(share, end) for share in steps for end in (0.0, 1.0)] + [
             (end, share) for share in steps for end in (0, 1)
         ]
@@ -133,7 +153,7 @@ class ChartSource:
         import numpy
 
         lats, lons = self._places(numpy.array(rows, dtype="float64"), numpy.array(columns, dtype="float64"))
-        return [float(each) for each in lats], [float(each) for each in lons]
+        return [float(each) for each in lats], [_near(float(each), float(lons[0])) for each in lons]
 
     def _wanted(self) -> tuple[int, int, int, int]:
         """First row and column, rows and columns of what is to be read: with a box only what lies in it."""
@@ -147,7 +167,7 @@ class ChartSource:
             return whole  # a turned chart, or a box across the 180th meridian: looked through cell by cell
         south, west, north, east = box
         if self._plain:
-            turn = next((turn for turn in (0.0, 360.0, -360.0) if _meets(west + turn, east + turn, chart.bounds)), 0.0)
+            turn = next((turn for turn in _TURNS if _meets(west + turn, east + turn, chart.bounds)), 0.0)
             bounds = west + turn, south, east + turn, north
         else:
             bounds = transform_bounds(_WGS84, self._crs, left=west, bottom=south, right=east, top=north)
@@ -189,6 +209,18 @@ def opened(arguments: argparse.Namespace) -> Iterator[ChartSource]:
                 yield ChartSource(chart, arguments)
         except RasterioError as error:
             raise ChartError(str(error)) from None
+
+
+def _turned(west: float, east: float, spare_deg: float) -> tuple[float, float]:
+    """The same span, from -180 degrees on; ``spare_deg``: so much of it may lie before the meridian."""
+    turns = 360.0 * math.floor((west + spare_deg + 180.0) / 360.0)
+    return west - turns, east - turns
+
+
+def _near(lon_deg: float, other_deg: float) -> float:
+    """The same longitude, less than half a turn from another."""
+    apart = lon_deg - other_deg
+    return other_deg + (apart + 180.0) % 360.0 - 180.0 if abs(apart) > 180.0 and math.isfinite(apart) else lon_deg
 
 
 def _meets(west: float, east: float, bounds: Any) -> bool:
