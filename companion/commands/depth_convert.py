@@ -55,7 +55,11 @@ def add_convert(actions: Any) -> None:
         "--box", type=number(), nargs=4, metavar=("SOUTH", "WEST", "NORTH", "EAST"), help="keep only this"
     )
     parser.add_argument(
-        "--dry", type=number(), default=20.0, metavar="M", help="leave out land higher than this above datum"
+        "--dry",
+        type=number(),
+        default=20.0,
+        metavar="M",
+        help="land higher than this is written as so high; default 20",
     )
     parser.add_argument(
         "--thin", type=number(0.0), default=0.0, metavar="M", help="one sounding per M metres: the shallowest"
@@ -97,7 +101,7 @@ def _convert(arguments: argparse.Namespace) -> int:
 def _write(arguments: argparse.Namespace, source: ChartSource, progress: ProgressLine) -> list[str]:
     """Write what there is, and say what; nothing at all for a chart that cannot be meant. A failure leaves no half file."""
     out: Path = arguments.out
-    tally = BlockTally(source)
+    tally = BlockTally(source, arguments.dry)
     with whole_file(out) as temporary:
         if out.suffix == ".depth":
             grid = Fill(source, arguments.pitch, arguments.spread)

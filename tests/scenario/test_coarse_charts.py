@@ -88,8 +88,8 @@ def test_the_owner_is_shown_what_was_understood(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "values     -25 to 9 m, heights (positive up): named 'elevation'" in told
     assert "datum      -2 m" in told
-    assert "99.2 % known" in told
-    assert "shallowest -1.00 m below datum at 41.18" in told
+    assert "100.0 % known" in told
+    assert "shallowest -2.00 m below datum at 41.17" in told
     assert "462.7 x 349." in told
 
 

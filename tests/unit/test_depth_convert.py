@@ -67,7 +67,25 @@ def test_heights_become_depths_at_the_middle_of_their_cells(tmp_path):
         (pytest.approx(WEST + 1.5 * STEP), pytest.approx(NORTH - 0.5 * STEP), 6.0),
         (pytest.approx(WEST + 0.5 * STEP), pytest.approx(NORTH - 1.5 * STEP), 2.0),
         (pytest.approx(WEST + 1.5 * STEP), pytest.approx(NORTH - 1.5 * STEP), -3.0),
-    ], "to the shallow centimetre; nodata and high land are left out"
+        (pytest.approx(WEST + 2.5 * STEP), pytest.approx(NORTH - 1.5 * STEP), -10.0),
+    ], "to the shallow centimetre; nodata is left out, high land is land"
+
+
+def test_high_land_stays_land_and_is_no_unknown_water(tmp_path, capsys):
+    """A plan straight across an island of 35 m was let pass, as through unknown water."""
+    chart = geotiff(tmp_path / "a.tif", [[35.0 if 8 <= row < 12 else -20.0 for row in range(20)]] * 3, step=9e-4)
+    for name in ("a.depth", "a.xyz"):
+        assert convert(chart, tmp_path / name, "--positive", "up") == 0
+    grid = load_depth_map(tmp_path / "a.depth")
+    across = [
+        grid.depth_at(math.radians(NORTH - 1.5 * 9e-4), math.radians(WEST + (i + 0.5) * 9e-5)) for i in range(200)
+    ]
+    assert across[80:120] == [-20.0] * 40
+    assert set(across[:80] + across[120:]) == {20.0}
+    assert {depth for *_, depth in depths(tmp_path / "a.xyz")} == {20.0, -20.0}
+    hill = geotiff(tmp_path / "hill.tif", [[35.0]])
+    assert convert(hill, tmp_path / "hill.xyz", "--positive", "up") == 2
+    assert "no depth in it" in capsys.readouterr().err
 
 
 def test_the_sign_is_read_or_asked_for_and_never_guessed(tmp_path, capsys):

@@ -129,9 +129,9 @@ class ChartSource:
         down, across = known.nonzero()
         raw = values[down, across]
         depth_m = self.sign * (raw * self._scale + self._offset) * self._unit + arguments.datum
+        depth_m = numpy.maximum(depth_m, -arguments.dry)  # land must not become unknown water
         lat_deg, lon_deg = self._places(down + row + 0.5, across + column + 0.5)
         kept = numpy.isfinite(lat_deg) & numpy.isfinite(lon_deg) & (abs(lat_deg) <= 90.0)
-        kept &= depth_m >= -arguments.dry
         if arguments.box is not None:
             south, west, north, east = arguments.box
             kept &= (lat_deg >= south) & (lat_deg <= north) & ((lon_deg - west) % 360.0 <= (east - west) % 360.0)

@@ -21,8 +21,9 @@ Place = tuple[float, float, float]
 class BlockTally:
     """Takes every block; ``refuse`` afterwards what cannot be meant, ``lines`` for the rest."""
 
-    def __init__(self, source: ChartSource) -> None:
-        self._source = source
+    def __init__(self, source: ChartSource, dry_m: float) -> None:
+        """``dry_m``: land is no higher than this."""
+        self._source, self._dry_m = source, dry_m
         self.read = self.known = self.kept = 0
         self._wrong_side = 0
         self._low, self._high = math.inf, -math.inf
@@ -56,7 +57,7 @@ class BlockTally:
                 )
         if self.known:
             self._refuse_the_sign()
-        if self.shallowest is None or self.deepest is None:
+        if self.shallowest is None or self.deepest is None or self.deepest[2] <= -self._dry_m:
             raise ChartError("no depth in it (nodata, land, or outside the box)")
         if self.deepest[2] > _DEEPEST_M or self.shallowest[2] < -_HIGHEST_M:
             raise ChartError(
