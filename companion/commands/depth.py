@@ -11,7 +11,7 @@ from typing import Any
 from mavlink_bridge.language.geodesy import metres_per_radian
 
 from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
-from ..core.guard.depth.soundings import parse
+from ..core.guard.depth.soundings import cell_of, parse
 from ..core.guard.depth.tiles import SIDE, Cell
 from ..io.keeping import StoreContent
 from ..io.keeping.content import SaveDepth, StoredRow, entries_of
@@ -98,7 +98,7 @@ def _export(arguments: argparse.Namespace) -> int:
 
 def _import(arguments: argparse.Namespace) -> int:
     try:
-        found = _soundings(arguments.file, arguments.order)
+        found = _soundings(arguments)
     except (OSError, ValueError) as error:
         raise ConfigError(str(arguments.file), [getattr(error, "strerror", None) or str(error)]) from None
     if not 0.5 <= arguments.cell <= 50.0:
@@ -133,10 +133,14 @@ def _squares(each: Sounded, count: int) -> float:
     return (spread_m * spread_m + 2.0 * sigma_m * sigma_m) * (count - 1) if spread_m else 0.0
 
 
-def _soundings(path: Path, order: Any) -> list[Sounded]:
+def _soundings(arguments: argparse.Namespace) -> list[Sounded]:
+    path: Path = arguments.file
     text = path.read_text(encoding="utf-8")
     if path.suffix in (".geojson", ".json"):
         return from_geojson(text)
+    soundings = parse(text, path.name, arguments.order)
+    if (cell := cell_of(text)) is not None and soundings:
+        _refuse_a_coarse_chart(cell, soundings[0].lat_rad, arguments.cell)
     return [
         Sounded(
             lat_deg=math.degrees(s.lat_rad),
@@ -147,8 +151,19 @@ def _soundings(path: Path, order: Any) -> list[Sounded]:
             soundings=1,
             utc_s=0,
         )
-        for s in parse(text, path.name, order)
+        for s in soundings
     ]
+
+
+def _refuse_a_coarse_chart(cell_rad: tuple[float, float], lat_rad: float, memory_cell_m: float) -> None:
+    """Raises ValueError for depths that stand for more water than a cell of the memory: between them it would know of none."""
+    per_lat, per_lon = metres_per_radian(lat_rad)
+    high_m, wide_m = cell_rad[0] * per_lat, cell_rad[1] * per_lon
+    if max(high_m, wide_m) > memory_cell_m:
+        raise ValueError(
+            f"a chart with cells of {high_m:.0f} x {wide_m:.0f} m, the memory has {memory_cell_m:g} m: "
+            "name it in depth.map.file instead"
+        )
 
 
 def _forget(arguments: argparse.Namespace) -> int:

@@ -102,6 +102,18 @@ def test_an_import_of_more_than_a_voyage_adds_to_is_told_and_one_without_end_is_
     assert len(content(store).depth) == 2100
 
 
+def test_a_chart_of_coarse_cells_is_no_soundings(tmp_path, capsys):
+    """A bar of 200 m was imported as single places 90 m apart, and the boat sailed across between them."""
+    store, file = tmp_path / "a.db", tmp_path / "bar.xyz"
+    file.write_text("# a chart\n# cell_deg 0.000900000 0.000900000\n-8.70 41.18 2.0\n")
+    assert main(["depth", "import", str(store), str(file)]) == 2
+    assert "cells of 100 x 76 m, the memory has 2 m: name it in depth.map.file" in capsys.readouterr().err
+    assert not store.exists()
+    file.write_text(file.read_text().replace("0.000900000", "0.000015000"))
+    assert main(["depth", "import", str(store), str(file)]) == 0
+    assert len(list(soundings_of(content(store)))) == 1
+
+
 def test_forgetting_a_place_or_all(store, capsys):
     lat, lon = (math.degrees(value) for value in offset(*HERE, 50.0, 0.0))
     before = {each[:2] for each in soundings_of(content(store))}
