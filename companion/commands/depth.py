@@ -31,6 +31,7 @@ from ..io.whole_file import whole_file
 from ..settings import ConfigError
 from .depth_convert import add_convert
 from .numbers import number
+from .outputs import may_write
 from .progress import ProgressLine
 from .store import read_store, write_store
 
@@ -77,6 +78,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    may_write(arguments.file, arguments.store)
     content = read_store(arguments.store)
     path: Path | None = arguments.file
     form = arguments.format or ("geojson" if path and path.suffix in (".geojson", ".json") else "xyz")

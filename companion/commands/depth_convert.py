@@ -24,6 +24,7 @@ from .chart.fill import Fill
 from .chart.source import METRES, Block, ChartError, ChartSource, opened
 from .chart.tally import BlockTally
 from .numbers import number
+from .outputs import may_write
 from .progress import ProgressLine
 
 _INTERRUPTED: Final = 130
@@ -83,6 +84,7 @@ def _convert(arguments: argparse.Namespace) -> int:
     if arguments.out.suffix not in (".xyz", ".depth"):
         print(f"{arguments.out}: must end in .xyz or .depth", file=sys.stderr)
         return 2
+    may_write(arguments.out, arguments.chart)
     progress = ProgressLine("chart", None)
     try:
         with opened(arguments) as source:

@@ -21,6 +21,7 @@ from ..io.keeping.keys import (
     read_key,
     write_key,
 )
+from .outputs import may_write
 
 
 def register(subparsers: Any) -> None:
@@ -52,6 +53,8 @@ def register(subparsers: Any) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> int:
+    if arguments.replace:
+        may_write(arguments.file)
     if arguments.page:
         return _make_page(arguments)
     try:

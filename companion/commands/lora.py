@@ -10,6 +10,7 @@ import os
 import re
 import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ from mavlink_bridge.radio.air.module_fields import NAMES, SettingError, changed,
 
 from ..io.links.radio_port import ModulePort
 from ..radio import load_radio
+from .outputs import may_write
 
 _NOTHING: Final = "; nothing was written"
 
@@ -131,6 +133,7 @@ def _set(arguments: argparse.Namespace) -> int:
 def _bench(arguments: argparse.Namespace) -> int:
     """Change nothing of the module; write down what its present settings are found to mean."""
     codes = _codes(arguments.codes)
+    may_write(arguments.codes, is_own=_are_codes)
     with _open(arguments) as port:
         print(f"Model and version: {port.model()}")
         block = port.block()
@@ -141,6 +144,11 @@ def _bench(arguments: argparse.Namespace) -> int:
     known = ", ".join(str(index) for index in sorted(codes.rates)) or "none"
     print(f"written to {arguments.codes}; air rates are known of index {known}")
     return 0
+
+
+def _are_codes(tables: Mapping[str, Any]) -> bool:
+    """Whether a file holds what was learned, and nothing else."""
+    return tables.keys() <= {"rates", "mhz"}
 
 
 def _codes(path: Path) -> ModuleCodes:

@@ -19,6 +19,7 @@ from ..report.verdicts import WORDS, RunLimits, judge
 from ..settings import ConfigError
 from . import MissingExtraError, install_line
 from .numbers import number
+from .outputs import may_write
 from .progress import ProgressLine
 
 
@@ -39,9 +40,11 @@ def register(subparsers: Any) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Write the report and print the summary; exit status 0, 2 when there is nothing to read."""
     limits = read_limits(arguments.limit)
+    output = arguments.output or default_output(arguments.source)
+    for out in (output, arguments.picture):
+        may_write(out, arguments.source)
     with ProgressLine("reading", None) as shown:
         flight = read(arguments.source, shown)
-    output = arguments.output or default_output(arguments.source)
     with ProgressLine("report", None) as shown:
         shown.say("drawing ...")
         text = make_page(flight, limits)

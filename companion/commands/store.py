@@ -19,6 +19,7 @@ from ..io.keeping.mark import WorldKind, marks, new_vessel_id, settle
 from ..io.keeping.store import check, migrate, read_entries, write_entries
 from ..io.recording.recorder import write_json
 from ..settings import ConfigError
+from .outputs import may_write
 
 FORMAT = "usv-companion store 1"
 _OF_A_SIMULATION = ("plan", "param")
@@ -101,6 +102,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    may_write(arguments.file, arguments.store)
     content = read_store(arguments.store)
     data = {"format": FORMAT, **to_json(content)}
     if arguments.file is None:

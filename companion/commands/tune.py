@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from ..settings import ConfigError, explain, load_vessel
 from ..settings.schema import unreadable
 from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
+from .outputs import may_write
 from .progress import ProgressLine
 
 LEAST_FIT = 0.7
@@ -134,6 +136,7 @@ def gains(arguments: argparse.Namespace) -> int:
     """Find gains for the seed's law; write or print them."""
     from ..tuning.design import SPEED_GAINS, as_toml, seed_gains
 
+    may_write(arguments.output, arguments.config, is_own=_are_gains)
     steering, vessel, _ = _chosen(arguments)
     with ProgressLine("gains", None) as shown:
         found = seed_gains(
@@ -150,6 +153,12 @@ def gains(arguments: argparse.Namespace) -> int:
     else:
         print(text)
     return 0
+
+
+def _are_gains(tables: Mapping[str, Any]) -> bool:
+    """Whether a file holds what ``gains`` writes, and nothing else."""
+    steering = tables.get("steering")
+    return tables.keys() == {"steering"} and isinstance(steering, dict) and steering.keys() == {"seed"}
 
 
 def figures(arguments: argparse.Namespace) -> int:

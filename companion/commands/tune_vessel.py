@@ -17,6 +17,7 @@ from ..io.whole_file import write_whole
 from ..replay import ReplayError, recorded_vessel
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
+from .outputs import may_write
 from .progress import ProgressLine
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ def command(arguments: argparse.Namespace) -> int:
     output = arguments.output or Path(f"{_plain(start.name)}-fitted.toml")
     if output.exists():
         raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
+    page = arguments.page or output.with_suffix(".html")
+    may_write(page, *arguments.runs)
     stretches = _stretches(arguments.runs, arguments.columns)
     source = ", ".join(run.name for run in arguments.runs)
     with ProgressLine("fit", None) as progress:
@@ -81,7 +84,6 @@ def command(arguments: argparse.Namespace) -> int:
     day = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     named = vessel.model_copy(update={"name": f"{_plain(start.name)}{_FITTED}{day}"})
     write_whole(output, fitted.as_toml(fit, named, source, day).encode("utf-8"))
-    page = arguments.page or output.with_suffix(".html")
     write_whole(page, fit_page.page(fit, vessel, rows, gains=gains, seed=seed, source=source).encode("utf-8"))
     _tell(fit, rows, gains)
     print(f"gains of the seed's law: {seed.words if seed else 'none on the grid hold at the worst corner'}")

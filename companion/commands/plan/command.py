@@ -27,6 +27,7 @@ from ...core.vehicle.mission import MissionConfig
 from ...io.whole_file import write_whole
 from ...settings import ConfigError, Settings, load, load_vessel
 from ..numbers import number, positive
+from ..outputs import may_write
 from . import find, link as plan_link
 from .draw import ascii_map, svg_map
 from .explain import explain, far_legs, refusals
@@ -174,6 +175,7 @@ def _limits(config: Path | None) -> PlanLimits:
 
 
 def _check(arguments: argparse.Namespace) -> int:
+    may_write(arguments.svg, arguments.file, arguments.config)
     plan = read_file(arguments.file)
     limits = _limits(arguments.config)
     print(
@@ -235,6 +237,7 @@ def _seed_text(plan: PlanFile, name: str) -> str:
 
 def _convert(arguments: argparse.Namespace) -> int:
     check_ending(arguments.out)
+    may_write(arguments.out, arguments.file)
     plan = read_file(arguments.file)
     try:
         write_file(plan, arguments.out)
@@ -250,6 +253,7 @@ def _extract(arguments: argparse.Namespace) -> int:
     wants_params = arguments.out.suffix == ".params"
     if not wants_params:
         check_ending(arguments.out)
+    may_write(arguments.out, source)
     try:
         found = params_in(source) if wants_params else plan_in(source)
     except OSError as error:
@@ -278,6 +282,7 @@ def _write_params(text: str, source: Path, out: Path) -> int:
 def _make(arguments: argparse.Namespace) -> int:
     points, speed = arguments.points, arguments.speed
     check_ending(arguments.out)
+    may_write(arguments.out)
     strange = [
         f"--{name}: is for a loiter; leave it out, or give one point"
         for name in _OF_A_LOITER
@@ -345,6 +350,7 @@ def _upload(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
 
 def _check_download(arguments: argparse.Namespace) -> None:
     check_ending(arguments.out)
+    may_write(arguments.out, arguments.config)
 
 
 def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
