@@ -51,7 +51,7 @@ def add_convert(actions: Any) -> None:
     parser.add_argument("--band", type=int, default=1, help="of the raster; default 1")
     parser.add_argument("--crs", metavar="EPSG:N", help="coordinate system of a file that names none")
     parser.add_argument("--unit", choices=sorted(set(METRES) - {""}), help="of the values, when the file names none")
-    parser.add_argument("--nodata", type=float, metavar="V", help="a value that means unknown, besides the file's own")
+    parser.add_argument("--nodata", type=float, metavar="V", help="unknown, besides the file's own: --nodata=-3.4e38")
     parser.add_argument(
         "--box", type=number(), nargs=4, metavar=("SOUTH", "WEST", "NORTH", "EAST"), help="keep only this"
     )

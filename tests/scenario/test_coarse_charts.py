@@ -96,8 +96,8 @@ def test_the_owner_is_shown_what_was_understood(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("values", "words", "more", "said"),
     [
-        ([[-9999, -20]], (), {}, "--nodata -9999"),
-        ([[-32768, -20]], ("--positive", "up"), {}, "--nodata -32768"),
+        ([[-9999, -20]], (), {}, "--nodata=-9999"),
+        ([[-32768, -20]], ("--positive", "up"), {}, "--nodata=-32768"),
         ([[12500, 9000]], ("--positive", "down"), {}, "no sea is like that"),
         ([[20, 30]], (), {}, "no value is below zero"),
     ],

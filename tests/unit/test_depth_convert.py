@@ -117,6 +117,16 @@ def test_datum_unit_scale_and_a_second_nodata_value(tmp_path, capsys):
     assert depths(tmp_path / "out.xyz")[0][2] == 0.5
 
 
+@pytest.mark.parametrize("said", ["-3.4028235e38", "-3.40282e+38", "-9999.9", "0"])
+def test_a_nodata_value_is_found_in_the_digits_that_the_raster_keeps(tmp_path, said):
+    """A float32 raster never had it: its cells were known, and deep."""
+    chart = geotiff(tmp_path / "a.tif", [[-5.0, float(numpy.float32(said)), -5.1]], nodata=None)
+    if said == "-3.40282e+38":
+        chart = geotiff(tmp_path / "a.tif", [[-5.0, numpy.finfo("float32").min, -5.1]], nodata=None)
+    assert convert(chart, tmp_path / "out.xyz", "--positive", "up", f"--nodata={said}") == 0
+    assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [5.0, 5.09]
+
+
 @pytest.mark.parametrize(
     ("crs", "origin", "place"),
     [

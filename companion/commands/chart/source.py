@@ -28,6 +28,8 @@ _WGS84: Final = "EPSG:4326"
 _BLOCK: Final = 500_000
 """Cells read at once: 4 MB as numbers, and some ten times that while they are worked on."""
 _GDAL_CACHE_MB: Final = 32
+_SAME: Final = 6e-6
+"""Share by which a value may differ from the one that means unknown: a raster keeps seven digits of it, a message shows six."""
 _STEPS: Final = 64
 """An edge is looked at in so many places: on a chart of 1000 km it bends by some metres between two."""
 _TURNS: Final = (0.0, 360.0, -360.0)
@@ -125,7 +127,7 @@ class ChartSource:
         values = read.data.astype("float64")
         known = numpy.isfinite(values) & ~numpy.ma.getmaskarray(read)
         if arguments.nodata is not None:
-            known &= values != arguments.nodata
+            known &= abs(values - arguments.nodata) > _SAME * abs(arguments.nodata)
         down, across = known.nonzero()
         raw = values[down, across]
         depth_m = self.sign * (raw * self._scale + self._offset) * self._unit + arguments.datum

@@ -53,7 +53,7 @@ class BlockTally:
                 share = 100.0 * count / self.known
                 raise ChartError(
                     f"the value {value:g} stands in {count} cells ({share:.1f} %): that is 'unknown', not a depth; "
-                    f"say --nodata {value:g}"
+                    f"say --nodata={value:g}"
                 )
         if self.known:
             self._refuse_the_sign()
@@ -62,7 +62,7 @@ class BlockTally:
         if self.deepest[2] > _DEEPEST_M or self.shallowest[2] < -_HIGHEST_M:
             raise ChartError(
                 f"depths from {self.shallowest[2]:.0f} to {self.deepest[2]:.0f} m: no sea is like that; "
-                f"say --unit, --positive, or --nodata (values from {self._low:g} to {self._high:g})"
+                f"say --unit, --positive, or --nodata=VALUE (values from {self._low:g} to {self._high:g})"
             )
 
     def _refuse_the_sign(self) -> None:
