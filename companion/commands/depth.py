@@ -171,9 +171,10 @@ def _refuse_a_coarse_chart(cell_rad: tuple[float, float], lat_rad: float, memory
 def _forget(arguments: argparse.Namespace) -> int:
     content = read_store(arguments.store)
     if arguments.all:
-        done = write_store(arguments.store, [StoredRow("depth", "", None)])
+        if not write_store(arguments.store, [StoredRow("depth", "", None)]):
+            return 1
         print(f"{arguments.store}: {len(content.depth)} tiles forgotten")
-        return 0 if done else 1
+        return 0
     lat, lon = math.radians(arguments.near[0]), math.radians(arguments.near[1])
     forgotten, entries = 0, []
     for memory in memories(content):

@@ -153,6 +153,14 @@ def test_bad_files_change_nothing_and_are_told(store, tmp_path, capsys, name, te
     assert content(store) == before
 
 
+@pytest.mark.parametrize("words", [["--all"], ["--near", "41.1838", "-8.7052", "20"]], ids=["all", "near"])
+def test_nothing_is_told_forgotten_that_could_not_be(store, capsys, monkeypatch, words):
+    """On a full disk "2000 tiles forgotten" was told, and then the error: all of them were still there."""
+    monkeypatch.setattr("companion.commands.depth.write_store", lambda path, entries: False)
+    assert main(["depth", "forget", str(store), *words]) == 1
+    assert capsys.readouterr().out == ""
+
+
 def test_wrong_stores_and_targets_are_told(store, tmp_path, capsys):
     for words in (["show", "none.db"], ["export", "none.db"], ["forget", "none.db", "--all"]):
         assert main(["depth", *words]) == 2
