@@ -137,7 +137,7 @@ def _squares(each: Sounded, count: int) -> float:
 
 def _soundings(arguments: argparse.Namespace) -> list[Sounded]:
     path: Path = arguments.file
-    text = path.read_text(encoding="utf-8")
+    text = path.read_text(encoding="utf-8-sig")
     if path.suffix in (".geojson", ".json"):
         return from_geojson(text)
     soundings = parse(text, path.name, arguments.order)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, check_plan, offset
-from companion.core.guard.depth.soundings import dune_reference, parse, parse_csv, parse_dune, parse_xyz
+from companion.core.guard.depth.soundings import cell_of, dune_reference, parse, parse_csv, parse_dune, parse_xyz
 from companion.core.vehicle.plan_depth import plan_legs
 from companion.io.depth_map import load_depth_map
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
@@ -196,7 +196,7 @@ def test_a_leg_behind_a_loiter_begins_where_the_vessel_leaves_it_or_is_not_guess
 
 
 def test_xyz_with_comments_separators_and_either_order():
-    text = "# a survey\n-8.70 41.18 5.5\n\n-8.71;41.19;6,7  # more\n"
+    text = "# a survey\n-8.70 41.18 5.5\n\n-8.71;41.19;6.0,7  # more\n"
     found = parse_xyz(text)
     assert [(round(math.degrees(s.lon_rad), 6), round(math.degrees(s.lat_rad), 6), s.depth_m) for s in found] == [
         (-8.70, 41.18, 5.5),
@@ -211,9 +211,26 @@ def test_csv_by_its_header_depth_or_elevation():
     assert depth == elevation == parse_xyz("-8.70 41.18 5.5")
 
 
+def test_what_a_spreadsheet_writes_is_read():
+    """A byte order mark, tabs and units in the header each gave "the header must name latitude ...", though it did."""
+    meant = parse("-8.70 41.18 5.5", "a.xyz")
+    for text in (
+        "\ufefflat,lon,depth\n41.18,-8.70,5.5\n",
+        "lat\tlon\tdepth\r\n41.18\t-8.70\t5.5\r\n",
+        "Latitude (deg),Longitude [deg],Depth (m)\n41.18,-8.70,5.5\n",
+    ):
+        assert parse(text, "a.csv") == meant
+    assert parse("\ufeff-8.70 41.18 5.5", "a.xyz") == meant
+    assert cell_of("\ufeff# cell_deg 0.1 0.1\n-8.70 41.18 5.5\n") == pytest.approx((math.radians(0.1),) * 2)
+
+
 @pytest.mark.parametrize(
     ("text", "name", "message"),
     [
+        ("-8,70 41,18 5,2", "a.xyz", "line 1: '-8,70' has a decimal comma; write decimal points .-8.70."),
+        ("-8.70 41.18 5,2", "a.xyz", "line 1: '5,2' has a decimal comma"),
+        ("# a\n-8,7060;41,1850;3,4", "a.xyz", "line 2: '-8,7060' has a decimal comma"),
+        ("lat,lon,depth (ft)\n41.18,-8.7,12\n", "a.csv", "in m; it names lat, lon, depth .ft."),
         ("1 2", "a.xyz", "line 1: three numbers"),
         ("1 2 x", "a.xyz", "line 1: 'x' is not a number"),
         ("1 2 nan", "a.xyz", "not a number"),

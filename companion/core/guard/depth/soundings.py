@@ -23,9 +23,17 @@ _NAMES: Final = {
 }
 
 
+_UNIT: Final = re.compile(r"\s*[(\[]\s*(m|metres?|meters?|deg|degrees|°)\s*[)\]]$")
+"""What a header may say behind a name. Of feet it would be another column, and none of ours."""
+_COMMA: Final = re.compile(r"[-+]?\d+,\d+")
+"""A number with a decimal comma, among fields that blanks separate."""
+_BOM: Final = "\ufeff"
+"""A spreadsheet's "CSV UTF-8" begins with it."""
+
+
 def parse(text: str, name: str, order: Order = "lon-lat") -> list[Sounding]:
     """Choose the parser by the file's name: ``.ini`` DUNE, ``.csv`` CSV, anything else XYZ."""
-    lower = name.lower()
+    lower, text = name.lower(), text.removeprefix(_BOM)
     if lower.endswith(".ini"):
         return parse_dune(text)
     if lower.endswith(".csv"):
@@ -35,7 +43,7 @@ def parse(text: str, name: str, order: Order = "lon-lat") -> list[Sounding]:
 
 def cell_of(text: str) -> tuple[float, float] | None:
     """Extent in latitude and longitude, rad, of the chart cells that an XYZ file of ``companion depth convert`` says in its head."""
-    found = re.match(r"(?:#[^\n]*\n)*?#\s*cell_deg\s+(\S+)\s+(\S+)\s*\n", text)
+    found = re.match(r"(?:#[^\n]*\n)*?#\s*cell_deg\s+(\S+)\s+(\S+)\s*\n", text.removeprefix(_BOM))
     if found is None:
         return None
     size = math.radians(_number(found[1], 1)), math.radians(_number(found[2], 1))
@@ -48,7 +56,9 @@ def parse_xyz(text: str, order: Order = "lon-lat") -> list[Sounding]:
     """Lines of longitude, latitude (degrees) and depth, separated by blanks, commas or semicolons; # starts a comment."""
     found = []
     for number, line in enumerate(text.splitlines(), 1):
-        fields = re.split(r"[\s,;]+", line.split("#", 1)[0].strip())
+        words = line.split("#", 1)[0].strip()
+        _refuse_commas(words, number)
+        fields = re.split(r"[\s,;]+", words)
         if fields == [""]:
             continue
         if len(fields) < 3:
@@ -59,14 +69,26 @@ def parse_xyz(text: str, order: Order = "lon-lat") -> list[Sounding]:
     return found
 
 
+def _refuse_commas(words: str, line: int) -> None:
+    """Raises ValueError for decimal commas: with the comma as a separator they give another place and depth."""
+    fields = re.split(r"[\s;]+", words)
+    comma = next((field for field in fields[:3] if _COMMA.fullmatch(field)), None) if len(fields) > 1 else None
+    if comma is not None:
+        raise ValueError(
+            f"line {line}: {comma!r} has a decimal comma; write decimal points ({comma.replace(',', '.')})"
+        )
+
+
 def parse_csv(text: str) -> list[Sounding]:
     """CSV with a header that names latitude, longitude (degrees) and depth (or elevation, positive up)."""
-    rows = csv.reader(text.splitlines(), delimiter=";" if ";" in text.split("\n", 1)[0] else ",")
-    header = [name.strip().lower() for name in next(rows, [])]
+    first = text.split("\n", 1)[0]
+    rows = csv.reader(text.splitlines(), delimiter=next((mark for mark in ";\t" if mark in first), ","))
+    header = [_UNIT.sub("", name.strip().lower()) for name in next(rows, [])]
     lat, lon = _column(header, "lat"), _column(header, "lon")
     depth, elevation = _column(header, "depth"), _column(header, "elevation")
     if lat is None or lon is None or (depth is None and elevation is None):
-        raise ValueError("the header must name latitude, longitude and depth (or elevation)")
+        named = ", ".join(header) or "nothing"
+        raise ValueError(f"the header must name latitude, longitude and depth (or elevation), in m; it names {named}")
     value, sign = (depth, 1.0) if depth is not None else (elevation, -1.0)
     assert value is not None
     found = []
