@@ -103,6 +103,13 @@ def _import(arguments: argparse.Namespace) -> int:
         found = _soundings(arguments)
     except (OSError, ValueError) as error:
         raise ConfigError(str(arguments.file), [getattr(error, "strerror", None) or str(error)]) from None
+    if not found:
+        raise ConfigError(str(arguments.file), ["holds no sounding"])
+    if max(each.depth_m for each in found) < 0.0:
+        print(
+            f"{arguments.file}: all of it lies above datum. Are these heights? Depths are positive down",
+            file=sys.stderr,
+        )
     if not 0.5 <= arguments.cell <= 50.0:
         print("--cell: 0.5 to 50 m", file=sys.stderr)
         return 2

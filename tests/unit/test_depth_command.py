@@ -141,6 +141,9 @@ def test_forgetting_a_place_or_all(store, capsys):
         ),
         ("a.geojson", "{", "a.geojson"),
         ("a.xyz", "1 2\n", "line 1"),
+        ("a.xyz", "1 2 9999\n", "line 1: 9999 is 'unknown'"),
+        ("a.xyz", "# nothing\n", "holds no sounding"),
+        ("a.geojson", '{"features": []}', "holds no sounding"),
         ("none.xyz", None, "No such file"),
     ],
 )
@@ -151,6 +154,15 @@ def test_bad_files_change_nothing_and_are_told(store, tmp_path, capsys, name, te
     assert main(["depth", "import", str(store), str(tmp_path / name)]) == 2
     assert said in capsys.readouterr().err
     assert content(store) == before
+
+
+def test_an_empty_file_makes_no_store_and_heights_are_asked_about(tmp_path, capsys):
+    (tmp_path / "a.xyz").write_text("")
+    assert main(["depth", "import", str(tmp_path / "a.db"), str(tmp_path / "a.xyz")]) == 2
+    assert not (tmp_path / "a.db").exists()
+    (tmp_path / "a.xyz").write_text("-8.7 41.18 -12\n-8.7 41.19 -11\n")
+    assert main(["depth", "import", str(tmp_path / "a.db"), str(tmp_path / "a.xyz")]) == 0
+    assert "all of it lies above datum. Are these heights?" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--all"], ["--near", "41.1838", "-8.7052", "20"]], ids=["all", "near"])

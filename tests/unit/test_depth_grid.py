@@ -231,6 +231,8 @@ def test_what_a_spreadsheet_writes_is_read():
         ("-8.70 41.18 5,2", "a.xyz", "line 1: '5,2' has a decimal comma"),
         ("# a\n-8,7060;41,1850;3,4", "a.xyz", "line 2: '-8,7060' has a decimal comma"),
         ("lat,lon,depth (ft)\n41.18,-8.7,12\n", "a.csv", "in m; it names lat, lon, depth .ft."),
+        ("1 2 3\n1 2 -9999", "a.xyz", "line 2: -9999 is 'unknown', not a depth; leave the line out"),
+        ("lat,lon,elevation\n1,2,-32768\n", "a.csv", "line 2: 32768 is 'unknown'"),
         ("1 2", "a.xyz", "line 1: three numbers"),
         ("1 2 x", "a.xyz", "line 1: 'x' is not a number"),
         ("1 2 nan", "a.xyz", "not a number"),

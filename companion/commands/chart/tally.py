@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from ...core.guard.depth.soundings import UNKNOWN_M
 from .source import Block, ChartError, ChartSource
 
-_SENTINELS: Final = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, 32767.0, 9999.0, 99999.0, -2147483648.0)
-"""Values by which programs say 'unknown' without telling; no chart has one of them as a depth."""
 _DEEPEST_M: Final = 11_100.0
 """Challenger Deep is 10 935 m."""
 _HIGHEST_M: Final = 9_000.0
@@ -40,7 +39,7 @@ class BlockTally:
         if len(block.raw):
             self._low, self._high = min(self._low, float(block.raw.min())), max(self._high, float(block.raw.max()))
             self._wrong_side += int((block.raw < 0.0).sum())
-            for value in _SENTINELS:
+            for value in UNKNOWN_M:
                 if self._low <= value <= self._high:
                     self._sentinels[value] = self._sentinels.get(value, 0) + int((block.raw == value).sum())
         if len(block.depth_m):

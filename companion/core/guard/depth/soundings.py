@@ -23,6 +23,10 @@ _NAMES: Final = {
 }
 
 
+UNKNOWN_M: Final = (-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, 32767.0, 9999.0, 99999.0, -2147483648.0)
+"""Values by which programs say 'unknown' without telling; no chart has one of them as a depth."""
+_UNKNOWN: Final = frozenset(map(abs, UNKNOWN_M))
+"""The same of a depth whose sign was changed."""
 _UNIT: Final = re.compile(r"\s*[(\[]\s*(m|metres?|meters?|deg|degrees|°)\s*[)\]]$")
 """What a header may say behind a name. Of feet it would be another column, and none of ours."""
 _COMMA: Final = re.compile(r"[-+]?\d+,\d+")
@@ -57,7 +61,8 @@ def parse_xyz(text: str, order: Order = "lon-lat") -> list[Sounding]:
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("#", 1)[0].strip()
-        _refuse_commas(words, number)
+        if "," in words:
+            _refuse_commas(words, number)
         fields = re.split(r"[\s,;]+", words)
         if fields == [""]:
             continue
@@ -153,4 +158,6 @@ def _number(field: str, line: int) -> float:
 def _sounding(lat_deg: float, lon_deg: float, depth_m: float, line: int) -> Sounding:
     if abs(lat_deg) > 90.0 or abs(lon_deg) > 180.0:
         raise ValueError(f"line {line}: no such position (degrees; is the order of the columns right?)")
+    if abs(depth_m) in _UNKNOWN:
+        raise ValueError(f"line {line}: {depth_m:g} is 'unknown', not a depth; leave the line out")
     return Sounding(math.radians(lat_deg), math.radians(lon_deg), depth_m)
