@@ -14,8 +14,8 @@ from mavlink_bridge.language.messages import Goto, Loiter
 from mavlink_bridge.mavlink.missions.plan_export import items_from_maneuvers
 from mavlink_bridge.plans import PlanFile, read_plan as parse_plan
 
-from .commands.plan.command import write_file
 from .commands.plan.link import Vessel
+from .commands.plan.save import write_file
 from .commands.report import default_output, read as read_run
 from .io.whole_file import write_whole
 from .report.page import make_page

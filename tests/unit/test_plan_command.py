@@ -90,7 +90,7 @@ def test_plans_convert_between_formats(tmp_path):
     assert json.loads((tmp_path / "again.json").read_text())["speed_kn"] == pytest.approx(2.916, abs=1e-3)
     route = tmp_path / "route.plan"
     plan("make", route, PLACE, "41.19,-8.7")
-    assert plan("convert", route, tmp_path / "route.json") == 1
+    assert plan("convert", route, tmp_path / "route.json") == 2
 
 
 @pytest.mark.parametrize("ardupilot", [False, True])
@@ -173,6 +173,39 @@ def test_a_loiters_options_are_refused_for_a_route(tmp_path, capsys):
         f"{name}: is for a loiter; leave it out, or give one point" in told for name in ("--kind", "--radius", "--ccw")
     )
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"), [([PLACE, "--radius", "20"], "needs a speed"), ([PLACE, "41.19,-8.7"], "no loiter")]
+)
+def test_a_plan_that_the_seeds_json_cannot_hold_is_told_and_not_written(tmp_path, capsys, words, said):
+    """``plan make`` ended with a traceback; ``plan convert`` told it."""
+    out = tmp_path / "r.json"
+    assert plan("make", out, *words) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"{out}: 1 mistake")
+    assert said in told
+    assert "end it in .plan" in told
+    assert not out.exists()
+
+
+def test_a_conversion_tells_what_the_new_file_holds(tmp_path, capsys):
+    """ "fence 3, rally 0" was told of a .txt without them; of a fence alone it made a plan of nothing."""
+    fence = tuple(PlanItem(5001, 3, 3.0, 0.0, 0.0, 0.0, 411_850_000 + n, -87_060_000 + n * n, 0.0) for n in range(3))
+    mission = (PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, 411_850_000, -87_060_000, 0.0),)
+    both, alone, out = tmp_path / "both.plan", tmp_path / "alone.plan", tmp_path / "out.txt"
+    both.write_text(write_plan(PlanFile(mission, fence)))
+    alone.write_text(write_plan(PlanFile((), fence)))
+    assert plan("convert", both, out) == 0
+    told = capsys.readouterr()
+    assert told.out == f"{out}: 1 items, fence 0, rally 0\n"
+    assert "fence and rally points are left out" in told.err
+    out.unlink()
+    assert plan("convert", alone, out) == 2
+    assert "a plan without a mission" in capsys.readouterr().err
+    assert not out.exists()
+    assert plan("convert", alone, tmp_path / "out.plan") == 0
+    assert "0 items, fence 3, rally 0" in capsys.readouterr().out
 
 
 def test_an_ending_that_says_no_format_is_refused_before_anything_is_done(tmp_path, capsys, monkeypatch):

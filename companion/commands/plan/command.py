@@ -15,12 +15,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from mavlink_bridge.language.figures import FIGURES, Circle, LoiterDirection, figure_of
-from mavlink_bridge.language.messages import ChangeSpeed, Goto, Loiter
+from mavlink_bridge.language.messages import Goto, Loiter
 from mavlink_bridge.mavlink.missions.plan_export import InexpressibleError, items_from_maneuvers
-from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimits
-from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json, write_plan
-from mavlink_bridge.plans.files import write_wpl
+from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json
 
 from ...core.hull.statics import top_speed_mps
 from ...core.vehicle.mission import MissionConfig
@@ -34,10 +32,10 @@ from .explain import explain, far_legs, refusals
 from .json import send_json
 from .leaving import HOLDS, SAILS, leave
 from .log import params_in, plan_in
+from .save import check_ending, save
 from .water import ChartedWater, water_of
 
 _OF_A_LOITER: Final = ("kind", "radius", "length", "bearing", "duration", "ccw")
-_WPL: Final = (".txt", ".waypoints", ".wpl")
 _FAR_HELP: Final = "accept that this one plan lies far away or has long legs"
 _DECIMAL_COMMA: Final = re.compile(r"-?\d+,-?\d+(,-?\d+)*")
 """Whole numbers and commas alone: nobody means a place to the degree."""
@@ -199,52 +197,11 @@ def _check(arguments: argparse.Namespace) -> int:
     return 1 if refused else 0
 
 
-def check_ending(out: Path) -> None:
-    """Raise ConfigError for a name whose end says no format."""
-    if out.suffix.lower() not in (".plan", ".json", *_WPL):
-        mend = f"end it in .plan (QGroundControl), .json (the seed's) or {', '.join(_WPL)} (WPL 110)"
-        raise ConfigError(str(out), [f"{out.suffix or 'no ending'}: no plan format; {mend}"])
-
-
-def write_file(plan: PlanFile, out: Path) -> None:
-    """Write a plan in the format that the name's end says. Raises ConfigError for another end."""
-    check_ending(out)
-    if out.suffix.lower() == ".plan":
-        write_whole(out, write_plan(plan).encode("utf-8"))
-    elif out.suffix.lower() == ".json":
-        write_whole(out, _seed_text(plan, out.stem).encode("utf-8"))
-    else:
-        write_whole(out, write_wpl(plan).encode("utf-8"))
-        if plan.fence or plan.rally:
-            print(f"{out}: the format holds only the mission; fence and rally points are left out", file=sys.stderr)
-
-
-def _seed_text(plan: PlanFile, name: str) -> str:
-    compiled = compile_items(plan.mission)
-    lines: list[str] = []
-    speed: float | None = None
-    for maneuver in compiled.plan.maneuvers:
-        if isinstance(maneuver, ChangeSpeed):
-            speed = maneuver.speed_mps
-        elif isinstance(maneuver, Loiter):
-            lines.append(seed_json.write(f"{name}-{len(lines) + 1}", maneuver, speed))
-        else:
-            raise seed_json.SeedJsonError(f"item {maneuver.seq} is no loiter, and the seed's JSON holds only loiters")
-    if compiled.errors or not lines:
-        raise seed_json.SeedJsonError("the plan has no loiter that the vessel would sail")
-    return lines[0] + "\n" if len(lines) == 1 else "[" + ",\n".join(lines) + "]\n"
-
-
 def _convert(arguments: argparse.Namespace) -> int:
     check_ending(arguments.out)
     may_write(arguments.out, arguments.file)
     plan = read_file(arguments.file)
-    try:
-        write_file(plan, arguments.out)
-    except seed_json.SeedJsonError as error:
-        print(f"{arguments.out}: {error}", file=sys.stderr)
-        return 1
-    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    save(plan, arguments.out)
     return 0
 
 
@@ -263,8 +220,7 @@ def _extract(arguments: argparse.Namespace) -> int:
     if not (found.mission or found.fence or found.rally):
         print(f"{source}: no complete plan was transferred in this log", file=sys.stderr)
         return 1
-    write_file(found, arguments.out)
-    print(f"{arguments.out}: {len(found.mission)} items, fence {len(found.fence)}, rally {len(found.rally)}")
+    save(found, arguments.out)
     return 0
 
 
@@ -303,8 +259,7 @@ def _make(arguments: argparse.Namespace) -> int:
         refused += [f"{leg}; --far writes it all the same" for leg in far_legs(plan, MissionConfig())]
     if refused:
         raise ConfigError("plan make", refused)
-    write_file(plan, arguments.out)
-    print(f"{arguments.out}: {len(plan.mission)} items")
+    save(plan, arguments.out)
     return 0
 
 
@@ -355,8 +310,7 @@ def _check_download(arguments: argparse.Namespace) -> None:
 
 def _download(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
     plan = vessel.download()
-    write_file(plan, arguments.out)
-    print(f"{arguments.out}: {len(plan.mission)} items, fence {len(plan.fence)}, rally {len(plan.rally)}")
+    save(plan, arguments.out)
 
 
 def _start(vessel: plan_link.Vessel, arguments: argparse.Namespace) -> None:
