@@ -7,8 +7,10 @@
 from __future__ import annotations
 
 import argparse
+import codecs
 import errno
 import importlib
+import io
 import logging
 import sys
 from collections.abc import Callable, Sequence
@@ -44,14 +46,34 @@ _OF_THE_DISK: Final = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS)
 """What a writer meets that was not told its file's name by the computer."""
 
 
+_PLAIN: Final = {"≥": ">=", "≤": "<=", "°": "deg", "→": "->", "…": "...", "–": "-", "×": "x", "µ": "u"}
+"""What stands for a sign that a terminal's encoding does not have; a question mark for any other."""
+_ERRORS: Final = "companion.plain"
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
+    _print_anything()
     words = list(sys.argv[1:] if argv is None else argv)
     try:
         return _run(words)
     except KeyboardInterrupt:
         print("\ninterrupted", file=sys.stderr)
         return 130
+
+
+def _print_anything() -> None:
+    """A terminal that is not UTF-8 gets plainer signs: no command ends, its work done, for want of one."""
+    codecs.register_error(_ERRORS, _plainer)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.encoding.lower().replace("-", "") != "utf8":
+            stream.reconfigure(errors=_ERRORS)
+
+
+def _plainer(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_PLAIN.get(sign, "?") for sign in error.object[error.start : error.end]), error.end
 
 
 def _run(words: Sequence[str]) -> int:

@@ -8,6 +8,7 @@ import os
 import random
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -458,3 +459,25 @@ def test_the_map_shows_every_figure_of_a_loiter():
         6_371_000.0 * math.radians(max(lat for lat, _ in line) - min(lat for lat, _ in line)) for line in shapes.loiters
     ]
     assert sizes_m == pytest.approx([80.0, 20.0 + 40.0 * math.cos(1.0), 30.0], rel=0.02)
+
+
+@pytest.mark.parametrize(("encoding", "shown"), [("ascii", "<= 3 deg"), ("latin-1", "<= 3 °"), ("utf-8", "≤ 3 °")])
+def test_a_terminal_of_any_encoding_gets_the_summary_and_the_files_name(run_dir, tmp_path, encoding, shown):
+    """The report was written, and then a traceback told of a sign instead of where it is."""
+    out = tmp_path / "r.html"
+    words = [
+        sys.executable,
+        "-m",
+        "companion.cli",
+        "report",
+        str(run_dir),
+        "-o",
+        str(out),
+        "--limit",
+        "heading_rms_deg=3",
+    ]
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    done = subprocess.run(words, capture_output=True, check=True, env=environment)
+    lines = done.stdout.decode(encoding).splitlines()
+    assert lines[-1] == str(out)
+    assert any(line.startswith("  Heading error, RMS") and shown in line for line in lines)
