@@ -74,6 +74,8 @@ class ReplayOutcome:
     """The recording ends in a damaged or unfinished record."""
     damaged: tuple[str, ...] = ()
     """Files of the run that are not what they were when it ended."""
+    never_kept: str = ""
+    """Files of the run that the disk had no room for, and why: it may have gone on."""
     rows_compared: int = 0
     writes_compared: int = 0
     differences: list[FieldDifference] = field(default_factory=list)
@@ -149,7 +151,7 @@ class _Replay:
         self._clock = FrameClock()
         self._witness = ReplayWitness() if reader.meta.get("witness") else None
         self._next_link = iter(self._links.links)
-        self.outcome = ReplayOutcome(damaged=digests.damaged(run_dir))
+        self.outcome = ReplayOutcome(damaged=digests.damaged(run_dir), never_kept=digests.never_kept(run_dir))
         self.app = self._build(reader.meta, changes)
         self.app.recorder = self
 
@@ -375,6 +377,8 @@ def summary(outcome: ReplayOutcome, wall_s: float) -> str:
         print(f"one value now where the recording has two: {text}", file=out)
     if outcome.cut:
         print("the recording ends in an unfinished record; everything before it was replayed", file=out)
+    if outcome.never_kept:
+        print(f"the run may have gone on; it was not all kept: {outcome.never_kept}", file=out)
     if outcome.damaged:
         print(f"damaged since it was recorded: {', '.join(outcome.damaged)}", file=out)
     if outcome.fault:

@@ -12,7 +12,7 @@ from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 
 from ..io.keeping.content import from_json
 from ..io.log_file import parts_of
-from ..io.recording import InputReader, InputsError, request_json
+from ..io.recording import InputReader, InputsError, digests, request_json
 from ..io.recording.recorder import CONTROL_COLUMNS, CONTROL_WIDTHS
 from .airtime import Airtime
 from .flight import Count, Event, Flight, FlightTrack, uncounted
@@ -49,6 +49,7 @@ _PLAN_STATES: Final = {"1": "no plan", "2": "not started", "3": "active", "4": "
 def read_run(run_dir: Path, count: Count = uncounted) -> Flight:
     """Read what is there; a missing or damaged file is a note, never an error."""
     flight = Flight(run_dir.resolve().name, "run directory")
+    flight.not_whole = _not_whole(run_dir)
     _about(flight, run_dir)
     _frames(flight, run_dir, count)
     _control(flight, run_dir, count)
@@ -56,6 +57,11 @@ def read_run(run_dir: Path, count: Count = uncounted) -> Flight:
     _events(flight, run_dir)
     _plans(flight, run_dir, count)
     return flight
+
+
+def _not_whole(run_dir: Path) -> str:
+    found = (("damaged", ", ".join(digests.damaged(run_dir))), ("never kept", digests.never_kept(run_dir)))
+    return "; ".join(f"{what}: {names}" for what, names in found if names)
 
 
 def bytes_of(run_dir: Path) -> int:

@@ -62,6 +62,8 @@ def judge(flight: Flight, limits: RunLimits) -> list[SummaryLine]:
 
 
 def _figures(flight: Flight, limits: RunLimits) -> Iterator[SummaryLine]:
+    if flight.not_whole:
+        yield SummaryLine("Recording", flight.not_whole, "all of it", False)
     yield SummaryLine("Duration", clock(flight.duration_s))
     sailed_m = distance_m(flight)
     if sailed_m is not None:

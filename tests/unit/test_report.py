@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import math
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -481,3 +483,40 @@ def test_a_terminal_of_any_encoding_gets_the_summary_and_the_files_name(run_dir,
     lines = done.stdout.decode(encoding).splitlines()
     assert lines[-1] == str(out)
     assert any(line.startswith("  Heading error, RMS") and shown in line for line in lines)
+
+
+def test_what_is_damaged_since_it_was_recorded_is_the_first_line_of_the_summary(run_dir, tmp_path, capsys):
+    """Of a run cut to its first second "Duration 0:00:01, Failsafe actions none ok" was told, and nothing else."""
+    assert main(["report", str(run_dir), "-o", str(tmp_path / "r.html")]) == 0
+    assert "Recording" not in capsys.readouterr().out
+    copy = shutil.copytree(run_dir, tmp_path / "copy")
+    for name in ("control.csv", "events.jsonl"):
+        (copy / name).write_bytes((copy / name).read_bytes()[:500])
+    assert main(["report", str(copy), "-o", str(tmp_path / "r.html")]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.split()[:2] == ["Recording", "damaged:"]
+    assert set(re.findall(r"[a-z]+\.[a-z]+", first)) == {"control.csv", "events.jsonl"}
+    assert first.endswith("NOT OK")
+    assert " ".join(first.split()[1:4]) in (tmp_path / "r.html").read_text()
+
+
+def test_a_run_that_went_on_after_the_disk_was_full_says_so(tmp_path, capsys, monkeypatch):
+    """Its summary gave the length of what was kept for the length of the run, and a replay said "identical"."""
+    settings = load(shipped.path("sim.toml"), ("operator.gcs_required=false",), SimSettings)
+    world = World(settings, 5, run_dir=tmp_path / "run", about={"settings": settings.model_dump(mode="json")})
+    world.run(3.0)
+
+    def full(fd, data):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("companion.io.log_file.os.write", full)
+    world.run(5.0)
+    world.shutdown(world.now_us)
+    assert main(["report", str(tmp_path / "run")]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.split()[:3] == ["Recording", "never", "kept:"]
+    assert {"control.csv", "inputs.bin"} <= set(re.findall(r"[a-z]+\.[a-z]+", first))
+    assert main(["replay", str(tmp_path / "run")]) == 0
+    told = capsys.readouterr().out
+    assert "the run may have gone on; it was not all kept: " in told
+    assert "identical" in told, "as far as it goes"

@@ -14,6 +14,8 @@ from typing import Any, Final
 from ..log_file import LogFile
 
 KEY: Final = "crc32"
+MISSING: Final = "missing"
+"""What of the run never came onto the disk, and why, in words."""
 _ABOUT: Final = "run.json"
 _CHUNK: Final = 1 << 20
 
@@ -39,6 +41,14 @@ def damaged(run_dir: Path) -> tuple[str, ...]:
     except (OSError, ValueError, AttributeError):
         return (_ABOUT,)
     return (*wrong, *(name for name in names if _of_file(run_dir / Path(name).name) not in (None, kept[name])))
+
+
+def never_kept(run_dir: Path) -> str:
+    """What of the run was never recorded, in words; empty for all of it, and for a run that was killed."""
+    try:
+        return str(json.loads((run_dir / _ABOUT).read_text(encoding="utf-8")).get(MISSING, ""))
+    except (OSError, ValueError, AttributeError):
+        return ""
 
 
 def _of_about(about: Mapping[str, Any]) -> str:

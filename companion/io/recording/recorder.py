@@ -12,7 +12,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -126,9 +126,10 @@ class Recorder:
 
     def missing(self) -> str:
         """What of this run is not on the disk, and why, in words; "" when all of it is. Asked after ``close``."""
-        lost = [file.first.name for file in self._files if file.dropped]
-        if not (self.run_dir / "run.json").exists():
-            lost.insert(0, "run.json")
+        return self._lost([] if (self.run_dir / "run.json").exists() else ["run.json"])
+
+    def _lost(self, more: Sequence[str] = ()) -> str:
+        lost = [*more, *(file.first.name for file in self._files if file.dropped)]
         return f"{', '.join(lost)} ({self._first_fault or 'deleted'})" if lost else ""
 
     def extra(self, name: str, header: bytes = b"") -> LogFile:
@@ -219,6 +220,8 @@ class Recorder:
 
     def _sum_up(self) -> None:
         """Write into run.json what the files are now: a bit that flips later is seen by a replay. For the writer's thread."""
+        if lost := self._lost():
+            self._about[digests.MISSING] = lost
         with self._guarded():
             write_json(
                 self.run_dir / "run.json", {**self._about, digests.KEY: digests.digests_of(self._files, self._about)}
