@@ -110,6 +110,7 @@ def test_datum_unit_scale_and_a_second_nodata_value(tmp_path, capsys):
     chart = geotiff(tmp_path / "a.tif", [[500, 999, 7]], dtype="int16", scale=0.1, offset=1.0, unit="ft", nodata=7)
     assert convert(chart, tmp_path / "out.xyz", "--positive", "down", "--datum", "-2", "--nodata", "999") == 0
     assert [depth for *_, depth in depths(tmp_path / "out.xyz")] == [pytest.approx(51.0 * 0.3048 - 2.0, abs=0.01)]
+    assert "values     51 to 51 ft" in capsys.readouterr().out, "as they are meant, not as they are kept"
     strange = geotiff(tmp_path / "b.tif", [[5.0]], unit="furlong")
     assert convert(strange, tmp_path / "out.xyz", "--positive", "down") == 2
     assert "--unit" in capsys.readouterr().err

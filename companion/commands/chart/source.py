@@ -106,6 +106,10 @@ class ChartSource:
         west, east = _turned(west, east, wide_deg)
         return south, west, north, east
 
+    def in_unit(self, raw: Any) -> Any:
+        """What values of the file stand for, in the unit that it names: a file may keep whole numbers of a finer one."""
+        return raw * self._scale + self._offset
+
     def _bounds(self, row: int, column: int, rows: int, columns: int) -> tuple[float, float, float, float]:
         """The same of a part, from its row and column."""
         steps = [k / _STEPS for k in range(_STEPS + 1)]
@@ -130,7 +134,7 @@ class ChartSource:
             known &= abs(values - arguments.nodata) > _SAME * abs(arguments.nodata)
         down, across = known.nonzero()
         raw = values[down, across]
-        depth_m = self.sign * (raw * self._scale + self._offset) * self._unit + arguments.datum
+        depth_m = self.sign * self.in_unit(raw) * self._unit + arguments.datum
         depth_m = numpy.maximum(depth_m, -arguments.dry)  # land must not become unknown water
         lat_deg, lon_deg = self._places(down + row + 0.5, across + column + 0.5)
         kept = numpy.isfinite(lat_deg) & numpy.isfinite(lon_deg) & (abs(lat_deg) <= 90.0)

@@ -38,7 +38,7 @@ class BlockTally:
         self.kept += len(block.depth_m)
         if len(block.raw):
             self._low, self._high = min(self._low, float(block.raw.min())), max(self._high, float(block.raw.max()))
-            self._wrong_side += int((block.raw < 0.0).sum())
+            self._wrong_side += int((self._source.in_unit(block.raw) < 0.0).sum())
             for value in UNKNOWN_M:
                 if self._low <= value <= self._high:
                     self._sentinels[value] = self._sentinels.get(value, 0) + int((block.raw == value).sum())
@@ -86,8 +86,9 @@ class BlockTally:
         sign = "depths (positive down)" if source.sign > 0.0 else "heights (positive up)"
         south, west, north, east = source.bounds_deg()
         size = _metres(source.lat_cell_deg, source.lon_cell_deg, 0.5 * (south + north))
+        low, high = sorted((source.in_unit(self._low), source.in_unit(self._high)))
         told = [
-            f"  values     {self._low:g} to {self._high:g} {source.unit_name}, {sign}: {source.sign_said}",
+            f"  values     {low:g} to {high:g} {source.unit_name}, {sign}: {source.sign_said}",
             f"  datum      {datum_m:+g} m on the file's zero level",
             f"  cells      {self.read} of {size[0]:.1f} x {size[1]:.1f} m, {100.0 * self.kept / self.read:.1f} % known",
             f"  box        {south:.5f} {west:.5f} to {north:.5f} {east:.5f} (south west, north east)",
