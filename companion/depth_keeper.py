@@ -47,7 +47,11 @@ class DepthKeeper:
             return []
         damaged = restore(memory, tiles)
         texts = [f"Depth memory: {len(memory)} tiles of earlier voyages"] if len(memory) else []
-        return [*texts, f"Depth memory: {damaged} tiles are damaged and left out"] if damaged else texts
+        if damaged:
+            texts.append(f"Depth memory: {damaged} tiles are damaged and left out")
+        if others := len(tiles) - damaged - len(memory):
+            texts.append(f"Depth memory: {others} tiles of another cell size are not used (depth.memory.cell_m)")
+        return texts
 
     def save(self, now_us: int) -> None:
         """Hand on what is new; call when it is due. One save at a time: a disk that hangs must not fill the memory."""

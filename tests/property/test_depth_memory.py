@@ -202,6 +202,7 @@ def test_what_the_store_would_not_take_is_handed_on_again():
     assert later.restore({**store.snapshot().depth, "2000/1/1": "AAAA", "500/1/1": "AAAA", "x": ""}) == [
         "Depth memory: 1 tiles of earlier voyages",
         "Depth memory: 2 tiles are damaged and left out",
+        "Depth memory: 1 tiles of another cell size are not used (depth.memory.cell_m)",
     ]
     assert list(again.known()) == list(memory.known())
 
