@@ -10,14 +10,13 @@ from typing import Any
 
 from mavlink_bridge.language.geodesy import metres_per_radian
 
-from ..core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from ..core.guard.depth.memory import TILES_MOST, DepthMemory, DepthMemoryConfig
 from ..core.guard.depth.soundings import cell_of, parse
 from ..core.guard.depth.tiles import SIDE, Cell
 from ..io.keeping import StoreContent
 from ..io.keeping.content import SaveDepth, StoredRow, entries_of
 from ..io.keeping.depth_store import (
     SIGMA_M,
-    TILES_MANY,
     Sounded,
     from_geojson,
     geojson_lines,
@@ -114,7 +113,7 @@ def _import(arguments: argparse.Namespace) -> int:
         print("--cell: 0.5 to 50 m", file=sys.stderr)
         return 2
     content = read_store(arguments.store) if arguments.store.is_file() else StoreContent()
-    memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=TILES_MANY), SIGMA_M)
+    memory = DepthMemory(DepthMemoryConfig(cell_m=arguments.cell, tiles_max=TILES_MOST), SIGMA_M)
     restore(memory, content.depth)
     shown = ProgressLine("soundings", None)
     for done, each in enumerate(found):
@@ -124,14 +123,11 @@ def _import(arguments: argparse.Namespace) -> int:
         memory.add(place, Cell(count, each.least_m, each.mean_m, _squares(each, count), each.utc_s))
     shown.close()
     if memory.forgotten:
-        too_many = f"with it the store would hold more than {TILES_MANY} tiles; take a larger --cell, or less of it"
+        too_many = f"with it the store would hold more than {TILES_MOST} tiles; take a larger --cell, or less of it"
         raise ConfigError(str(arguments.file), [too_many])
     if not write_store(arguments.store, _entries(memory)):
         return 1
     print(f"{arguments.store}: {len(found)} soundings taken over")
-    if len(memory) > (most := DepthMemoryConfig().tiles_max):
-        told = f"{len(memory)} tiles now, more than depth.memory.tiles_max ({most} unless set)"
-        print(f"{arguments.store}: {told}: new soundings push out the oldest", file=sys.stderr)
     return 0
 
 
@@ -199,7 +195,7 @@ def _distance_m(lat_rad: float, lon_rad: float, other_lat: float, other_lon: flo
 
 
 def _entries(memory: DepthMemory) -> list[StoredRow]:
-    changed, gone = memory.take_changes(TILES_MANY)
+    changed, gone = memory.take_changes(TILES_MOST)
     cell_m = memory.geometry.cell_m
     tiles = tuple((join_key(cell_m, key), tile) for key, tile in changed)
     return entries_of(SaveDepth(tiles, tuple(join_key(cell_m, key) for key in gone)))

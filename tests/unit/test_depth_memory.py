@@ -164,14 +164,23 @@ def test_every_tile_of_the_store_is_kept_and_looked_at_however_many_there_are():
     assert 5 not in norths_of(found)
 
 
-def test_with_as_many_as_the_store_held_a_new_tile_takes_the_oldest_and_imports_go_last_the_deepest_first():
+def test_imports_leave_voyages_their_room_and_go_last_the_deepest_first():
     dated, undated = [(i, 9.0, 1000 - i) for i in range(10)], [(i, 3.0 + i, 0) for i in range(10, 20)]
-    found = stored(*dated, *undated)
-    for i in range(12):
+    found = stored(*dated, *undated, most=16)
+    for i in range(18):
         sounded(found, 9.0, north_m=(50 + i) * TILE_M, utc_s=2000 + i)
-        assert len(found) == 20
-        assert found.forgotten == i + 1
+        assert len(found) == min(21 + i, 26), "16 of voyages, 10 imported"
+        assert found.forgotten == max(0, i - 5)
+        if i == 15:
+            assert [i for i in range(20) if i not in norths_of(found)] == [*range(10)]
     assert [i for i in range(20) if i not in norths_of(found)] == [*range(10), 18, 19]
+
+
+def test_voyages_that_the_store_holds_too_many_of_stay_until_new_ones_come():
+    found = stored(*[(i, 9.0, 1000 + i) for i in range(40)])
+    for i in (50, 51):
+        sounded(found, 9.0, north_m=i * TILE_M, utc_s=3000)
+    assert norths_of(found) == [*range(2, 40), 50, 51]
 
 
 def test_what_is_sounded_after_the_tile_was_packed_counts_at_once():

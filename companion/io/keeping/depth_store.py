@@ -12,14 +12,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
-from ...core.guard.depth.memory import DepthMemory, DepthMemoryConfig
+from ...core.guard.depth.memory import TILES_MOST, DepthMemory, DepthMemoryConfig
 from ...core.guard.depth.tiles import TILE_BYTES, Cell, TileKey
 from .content import StoreContent, unpack_tile
 
 SIGMA_M: Final = 0.05
 """Noise of a sounder, as the depth guard's default, for the robust depth of an export."""
-TILES_MANY: Final = 100_000
-"""Tiles that a store is given by an import at most: the vessel holds them packed, some 50 MB."""
 
 
 class Sounded(NamedTuple):
@@ -74,7 +72,7 @@ def memories(content: StoreContent) -> Iterator[DepthMemory]:
     """The store's memories, one for each cell size."""
     sizes = {found[0] for key in content.depth if (found := split_key(key)) is not None}
     for cell_m in sorted(sizes):
-        memory = DepthMemory(DepthMemoryConfig.model_construct(cell_m=cell_m, tiles_max=TILES_MANY), SIGMA_M)
+        memory = DepthMemory(DepthMemoryConfig.model_construct(cell_m=cell_m, tiles_max=TILES_MOST), SIGMA_M)
         restore(memory, content.depth)
         yield memory
 

@@ -25,6 +25,8 @@ _PROVEN: Final = 2.0
 """Sigma of the mean by which a cell must be too shallow before it stops anybody."""
 _ALIKE: Final = 3.0
 """Times sigma: the shallowest soundings of two passes over one top differ by no more, 95 times in a hundred."""
+TILES_MOST: Final = 100_000
+"""Tiles that a store is given at most: the vessel holds them packed, some 50 MB, and takes them back in some ten seconds."""
 _NO_DATE: Final = 1 << 32
 """Later than any: soundings without a date, which an import brings, are not the first to be forgotten."""
 _CLEAR_M: Final = 48.0
@@ -37,7 +39,7 @@ class DepthMemoryConfig(Config):
     enabled: bool = param(True, "DEPTH_MEMORY", "Remember the depths sailed over and look ahead with them", live=False)
     cell_m: float = Field(2.0, ge=0.5, le=50)
     """Size of a cell. Memory of another size is kept in the store, but not used."""
-    tiles_max: int = Field(2000, ge=16, le=100_000)
+    tiles_max: int = Field(2000, ge=16, le=TILES_MOST)
     """How much a voyage adds to: tiles of 16 x 16 cells, 4 kB each; then the one sailed over longest ago goes. No limit to an import."""
     save_s: float = Field(10.0, ge=1, le=3600)
     """What is new goes to the store this often; a power cut loses no more."""
@@ -271,7 +273,8 @@ class DepthMemory:
         """Put the tiles in order of their newest sounding; without a date the deepest first. However many there are, they stay."""
         sailed_since = [key for key in self._tiles if key not in self._rank]
         self._tiles.put_in_order([*sorted(self._rank, key=lambda key: (self._rank[key], key)), *sailed_since])
-        self._most = max(self._most, len(self._tiles))
+        imported = [rank for rank in self._rank.values() if rank[0] == _NO_DATE]
+        self._most = max(min(self._tiles_max + len(imported), TILES_MOST), len(self._tiles))
         self._rank.clear()
         self._shoals.clear()
         self._clear = self._centre = None
