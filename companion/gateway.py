@@ -293,7 +293,7 @@ class Gateway:
         elif isinstance(request.body, LoadPlan) or crosses(request.body):
             owner = (id(talk), request.id)
             self._owners[owner] = (talk, request)
-            self.twin.submit(owner, request.body, now_us, request.origin)
+            self.twin.submit(owner, request.body, now_us, request.origin, station=request.station)
         elif request.reply:
             reason = f"{type(request.body).__name__} does not cross the radio link"
             talk.reply(request.id, Reply(Result.DENIED, reason), now_us)

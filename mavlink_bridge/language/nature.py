@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, Final
@@ -22,6 +23,7 @@ class Matter(Enum):
     HOME = "home"
     FENCE = "the fence"
     HELM = "who commands"
+    TRIAL = "the sea trial"
 
 
 _MOVED: Final = frozenset((Matter.WAY, Matter.SPEED, Matter.HELM))
@@ -72,3 +74,26 @@ class Ask(ABC):
     @property
     @abstractmethod
     def nature(self) -> Nature: ...
+
+    @property
+    def about(self) -> Hashable:
+        """Which of several things of its kind it is about: what is asked of another one takes nothing back."""
+        return None
+
+
+def takes_back(later: Ask, earlier: Ask) -> bool:
+    """Whether an order is contrary to one before it: who gave both wants the first no more, and means it anew if he gives it again.
+
+    A stop and what sets the boat going are contrary to each other, whatever modes they bring. Two ways to go are, where each brings its
+    mode; a speed or the next item leaves the go-to before it as it is.
+    """
+    if later == earlier:
+        return False
+    new, old = later.nature, earlier.nature
+    if any(a is not None and b is not None and a is not b for a, b in zip(new.aim, old.aim, strict=True)):
+        return True
+    if (old.stops and (new.moves or new.aim[1])) or (new.stops and old.moves):
+        return True
+    is_alike = type(later) is type(earlier) and later.about == earlier.about
+    bring_modes = new.aim[0] is not None and old.aim[0] is not None
+    return bool(new.settles & old.settles) and (is_alike or bring_modes)

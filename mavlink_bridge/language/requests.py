@@ -147,6 +147,10 @@ class LoadPlan(Ask):
     def nature(self) -> Nature:
         return Nature(sets=True, yields=False, settles=_BY_PLAN[self.kind])
 
+    @property
+    def about(self) -> PlanKind:
+        return self.kind
+
 
 @dataclass(frozen=True, slots=True)
 class Reposition(Ask):
@@ -271,6 +275,10 @@ class SetParameter(Ask):
     @property
     def nature(self) -> Nature:
         return Nature(sets=True, yields=False, settles=_FENCE | _SPEED)
+
+    @property
+    def about(self) -> str:
+        return self.name
 
 
 @dataclass(frozen=True, slots=True)

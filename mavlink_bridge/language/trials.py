@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Final, assert_never
 
 from .messages import Mode
-from .nature import OTHER, Ask, Nature
+from .nature import OTHER, Ask, Matter, Nature
 
 TRIAL_DONE: Final = "Trial done"
 TRIAL_ENDED: Final = "Trial ended"
@@ -28,6 +28,9 @@ class TrialOrder(Enum):
     """Say whether one may begin here, and begin none."""
 
 
+_TRIAL: Final = frozenset((Matter.TRIAL,))
+
+
 TRIAL_RADIUS_M: Final = 80.0
 """Of the circle that a trial keeps to where nobody says another: a steady run and its stop fit for boats of some metres."""
 
@@ -46,10 +49,10 @@ class SeaTrial(Ask):
     def nature(self) -> Nature:
         match self.order:
             case TrialOrder.BEGIN:
-                return Nature(moves=True, decides=True, aim=(Mode.GUIDED, None))
+                return Nature(moves=True, decides=True, aim=(Mode.GUIDED, None), settles=_TRIAL)
             case TrialOrder.CONFIRM | TrialOrder.TELL | TrialOrder.LOOK:
                 return OTHER
             case TrialOrder.END:
-                return Nature(yields=False)
+                return Nature(yields=False, settles=_TRIAL)
             case _ as never:
                 assert_never(never)

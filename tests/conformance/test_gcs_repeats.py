@@ -12,7 +12,7 @@ from mavlink_bridge.mavlink.wire.codec import Codec, dialect
 from tests.fake_vessel import Station
 from tests.world_station import Helm
 
-ACCEPTED, REJECTED = 0, 1
+ACCEPTED, REJECTED, IN_PROGRESS = 0, 1, 5
 AUTO, HOLD, MANUAL = (176, 1, 10), (176, 1, 4), (176, 1, 0)
 ARM, DISARM, START, PAUSE, GO_ON = (400, 1), (400, 0), (300,), (193, 0), (193, 1)
 
@@ -351,3 +351,99 @@ def test_a_station_whose_program_begins_anew_starts_what_it_paused_itself(two):
         two.bench.run(0.6)
         assert two.press(go, begun_anew(6)) == [ACCEPTED]
         assert two.vessel.mode is Mode.AUTO
+
+
+class Slow(Two):
+    """As over a radio: what is asked of the vessel is answered when the test says so."""
+
+    def order(self, command, confirmation=0):
+        """What is asked of the vessel for one press."""
+        number, *params = command
+        values = [*params, *([0.0] * (7 - len(params)))]
+        self.bench.send(dialect.MAVLink_command_long_message(1, 1, number, confirmation, *values))
+        return self.bench.endpoint.requests()
+
+    def answer(self, request, reply):
+        self.bench.gcs.clear()
+        if reply.result is Result.ACCEPTED:
+            self.vessel.handle(request)
+            self.vessel.deeds.note(request.body)
+        self.bench.endpoint.reply(request.id, reply, self.vessel.now_us)
+        self.bench.run(0.1)
+        return self.answers()
+
+    def answers(self):
+        """The final acknowledgements."""
+        results = [message.result for message in self.bench.gcs.all("COMMAND_ACK")]
+        return [result for result in results if result != IN_PROGRESS]
+
+
+@pytest.fixture
+def slow(bench):
+    return Slow(bench)
+
+
+ABA = [(HOLD, AUTO), (AUTO, HOLD), (DISARM, ARM), (ARM, DISARM), (PAUSE, GO_ON), (AT_X, AT_Y)]
+ABA += [(SPEED, (178, 1, 1.0)), (FENCE_ON, (207, 0)), (START, HOLD), (AT_X, (34, 20.0)), ((43002, 1, 90), AT_X)]
+
+
+@pytest.mark.parametrize(("first", "second"), ABA)
+def test_an_order_is_new_after_its_contrary_though_the_first_has_no_answer_yet(slow, first, second):
+    for command in (first, second, first):
+        (request,) = slow.order(command)
+        slow.bench.run(0.3)
+    assert slow.answer(request, ask.ACCEPTED) == [ACCEPTED]
+
+
+@pytest.mark.parametrize(("first", "second"), ABA)
+def test_three_orders_of_one_tick_are_carried_out_in_their_order(two, first, second):
+    for number, *params in (first, second, first):
+        two.bench.long(number, *params)
+    two.bench.run(0.2)
+    bodies = [request.body for request in two.vessel.handled]
+    assert len(bodies) == 3
+    assert bodies[0] == bodies[2] != bodies[1]
+
+
+def test_an_order_is_new_after_its_contrary_though_the_contrary_is_forgotten(slow):
+    """Its answer was long ago; the first one's never came."""
+    slow.order(HOLD)
+    (start,) = slow.order(AUTO)
+    slow.answer(start, ask.ACCEPTED)
+    slow.bench.run(5.0)
+    assert slow.order(HOLD)
+
+
+@pytest.mark.parametrize("command", [ARM, AUTO, START, GO_ON, AT_X, SPEED, FENCE_ON])
+def test_a_mere_repeat_is_asked_of_the_vessel_once(slow, command):
+    assert len(slow.order(command)) == 1
+    for confirmation in (0, 1, 2):
+        slow.bench.run(0.5)
+        assert slow.order(command, confirmation) == []
+        if command != SPEED:
+            slow.order(SPEED)
+        assert slow.order(command, confirmation) == []
+
+
+@pytest.mark.parametrize(("first", "second"), [(ARM, DISARM), (AUTO, HOLD), (AT_X, AT_Y), (HOLD, AUTO)])
+@pytest.mark.parametrize("reply", [Reply(Result.REJECTED_NOW, "overruled by a stop"), ask.ACCEPTED])
+def test_the_answer_to_an_order_that_was_overtaken_is_not_taken_for_the_newer_ones(slow, first, second, reply):
+    (older,) = slow.order(first)
+    slow.bench.run(0.3)
+    (newer,) = slow.order(second)
+    assert slow.answer(older, reply) == []
+    assert "overruled" not in slow.bench.texts().lower()
+    assert slow.answer(newer, ask.ACCEPTED) == [ACCEPTED]
+    slow.bench.gcs.clear()
+    slow.bench.run(20.0)
+    assert slow.answers() == []
+
+
+def test_a_counted_repeat_does_not_start_the_boat_that_its_station_stopped_before_it_started(slow):
+    """The start was overruled on its way: it was refused, and is not judged anew for the station's own repeats."""
+    (start,) = slow.order(AUTO)
+    slow.bench.run(0.3)
+    slow.order(HOLD)
+    slow.answer(start, Reply(Result.REJECTED_NOW, "overruled by a stop"))
+    slow.bench.run(1.0)
+    assert slow.order(AUTO, confirmation=1) == []

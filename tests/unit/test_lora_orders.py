@@ -3,11 +3,17 @@
 import pytest
 
 from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter, StartPlan
+from mavlink_bridge.language.requests import Arm, Reposition, Result, SetMode, SetParameter, SetSpeed, StartPlan
+from mavlink_bridge.language.units import e7_to_rad
 from mavlink_bridge.radio.codec.frames import Sealer
 from mavlink_bridge.radio.codec.request import encode_request
 from mavlink_bridge.radio.codec.wire import Kind
 from tools.benches.lora import settled
+
+
+def place(lat_e7):
+    """A go-to, which crosses the air bit for bit."""
+    return Reposition(e7_to_rad(lat_e7), e7_to_rad(-87_060_000))
 
 
 def results(rig):
@@ -88,3 +94,53 @@ def test_numbers_that_have_come_round_are_not_older_than_the_stop():
     )
     rig.run(0.2)
     assert rig.vessel.armed
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (SetMode(Mode.AUTO), SetMode(Mode.GUIDED)),
+        (place(411_940_000), place(411_740_000)),
+        (SetSpeed(2.0), SetSpeed(0.5)),
+        (SetParameter("DEPTH_MIN", 2.0), SetParameter("DEPTH_MIN", 5.0)),
+        (StartPlan(), SetMode(Mode.GUIDED)),
+    ],
+    ids=lambda body: type(body).__name__,
+)
+@pytest.mark.parametrize("is_deaf", [False, True])
+def test_the_last_of_three_orders_is_the_last_that_is_carried_out(first, second, is_deaf):
+    """The first one is on its way, or its answer was lost, when it is asked for again."""
+    rig = settled()
+    hear = rig.pair.shore.read
+    if is_deaf:
+        rig.pair.shore.read = lambda: hear() and b""
+    for owner, body in enumerate((first, second, first)):
+        rig.twin.submit(owner, body, rig.now_us, station="the same")
+        rig.run(1.0 if is_deaf else 0.2)
+    rig.pair.shore.read = hear
+    rig.run(15.0)
+    done = [body for _, body in rig.vessel.executed]
+    assert done[-1] == first
+    assert results(rig)[2] is Result.ACCEPTED
+    assert len(results(rig)) == 3, "each has an answer"
+
+
+def test_an_order_that_is_repeated_is_carried_out_once_and_each_is_answered():
+    rig = settled()
+    there = place(411_940_000)
+    for owner, body in enumerate((there, SetSpeed(1.0), there, SetMode(Mode.GUIDED), there)):
+        rig.twin.submit(owner, body, rig.now_us, station="the same")
+        rig.run(0.2)
+    rig.run(10.0)
+    assert [body for _, body in rig.vessel.executed] == [there, SetSpeed(1.0)]
+    assert set(results(rig).values()) == {Result.ACCEPTED}
+    assert len(results(rig)) == 5
+
+
+def test_what_another_station_waits_for_is_carried_out_all_the_same():
+    rig = settled()
+    rig.twin.submit("a", SetSpeed(1.0), rig.now_us, station="a")
+    rig.twin.submit("b", SetSpeed(2.0), rig.now_us, station="b")
+    rig.run(10.0)
+    assert [body for _, body in rig.vessel.executed] == [SetSpeed(1.0), SetSpeed(2.0)]
+    assert set(results(rig).values()) == {Result.ACCEPTED}

@@ -6,9 +6,10 @@ command is answered from memory for 3 s after its answer, and so not carried out
 true. When another station, another link, a failsafe or the vessel itself has changed mode or arming meanwhile, or what the
 command had settled (way, speed, home, fence, who commands: ``Deeds``), a copy is refused with the reason:
 a station that lost our answer does not start the boat a second time after somebody stopped it. An
-operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender. A copy that
-another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A command
-that was refused had no effect: asked again after 0.3 s it is judged anew.
+operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender, answered or
+not, and the one before it gets no acknowledgement any more when its number is the same: a station would take it for the newer's.
+A copy that another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A
+command that was refused had no effect: asked again after 0.3 s it is judged anew.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any, Final
 
 from ...language.deeds import Deeds
 from ...language.messages import Mode
-from ...language.nature import Aim
+from ...language.nature import Aim, takes_back
 from ...language.requests import Reply, RequestBody, Result
 from ..wire.cmd import Cmd
 from ..wire.codec import dialect
@@ -34,6 +35,8 @@ SEEN_US: Final = 1_000_000
 LATE_US: Final = 500_000
 """What is numbered before a command so much younger is a late copy. Later the number says nothing: it goes round in 1.3 s at
 100 messages a second, and begins anew with each program that a station starts."""
+AT_ONCE_US: Final = 100_000
+"""Two ticks: a burst of one number is answered as it came, all together. What is answered later came over a radio, and apart."""
 PROGRESS_AFTER_US: Final = 300_000
 PROGRESS_EVERY_US: Final = 800_000
 _QGC: Final = 255
@@ -63,6 +66,10 @@ class _Case:
     body: RequestBody | None = None
     result: int | None = None
     answered_us: int = 0
+    is_taken_back: bool = False
+    """Whether its sender has ordered the contrary since."""
+    is_overtaken: bool = False
+    """Whether its sender has used the same number since: an acknowledgement would be taken for the newer command's."""
     seen: bool = False
     """Whether the vessel has been in the state that this command brings, since its answer."""
     deed: int | None = None
@@ -120,13 +127,13 @@ class CommandServer:
         case = next((case for case in reversed(self._cases) if case.command == command), None)
         if case is None:
             return None
-        if case.result is None:
-            self.copies += 1
-            return CommandOutcome([ack(command, IN_PROGRESS)] if _bears_progress(command) else [])
         later = [other for other in self._cases if other.order > case.order]
         if self._is_new(case, later, sequence, now_us, is_repeat=confirmation > 0):
             return None
         self.copies += 1
+        if case.result is None:
+            is_told = _bears_progress(command) and not case.is_overtaken
+            return CommandOutcome([ack(command, IN_PROGRESS)] if is_told else [])
         if case.result == ACCEPTED and self._is_undone(case, later, now_us):
             return CommandOutcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
         return CommandOutcome([ack(command, case.result)])
@@ -134,21 +141,26 @@ class CommandServer:
     def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
         own = [other for other in later if other.command.sender == case.command.sender]
         ahead = any((sequence - other.sequence) & 0xFF >= 0x80 and now_us - other.taken_us < LATE_US for other in own)
-        if case.result != ACCEPTED:
-            return not ahead and now_us - case.answered_us >= REJUDGE_US
-        if case.body is not None and case.body.nature.stops:
-            return not ahead and not self._stands(case, sequence, now_us)
-        if ahead or is_repeat:
+        if ahead:
             return False
-        if any(other.command.id == case.command.id or _contradicts(other, case) for other in own):
-            return True
+        stops = case.body is not None and case.body.nature.stops
+        if is_repeat and case.is_taken_back and not stops:
+            return False
+        if case.result not in (None, ACCEPTED):
+            return case.is_taken_back or now_us - case.answered_us >= REJUDGE_US
+        if stops:
+            return not self._stands(case, later, sequence, now_us)
+        if case.is_taken_back or case.result is None or is_repeat:
+            return case.is_taken_back and not is_repeat
         return bool(own) and case.aim == _NO_AIM and now_us - case.answered_us >= RETRY_US
 
-    def _stands(self, case: _Case, sequence: int, now_us: int) -> bool:
+    def _stands(self, case: _Case, later: list[_Case], sequence: int, now_us: int) -> bool:
         """Whether this is the very frame that stopped the vessel, a moment ago, and nobody has asked for anything since: a copy that the
         network made, or a script that presses again. Whatever has happened since, it is a stop that is carried out.
         """
         is_same = sequence == case.sequence and now_us - case.taken_us <= COPY_WINDOW_US
+        if case.result is None:
+            return is_same and not later
         is_last = case.deed == self._deeds.count and case.aim != _NO_AIM
         return is_same and is_last and self._state is not None and _holds(case.aim, self._state)
 
@@ -176,6 +188,7 @@ class CommandServer:
             self._close(case, refusal.result, now_us)
             return CommandOutcome([ack(command, refusal.result)], reason=refusal.reason)
         case.body = body
+        self._overtakes(case)
         if body is None:
             self._close(case, ACCEPTED, now_us)
             return CommandOutcome([ack(command, ACCEPTED)])
@@ -183,8 +196,19 @@ class CommandServer:
 
     def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
         """Record the answer to a command that the endpoint itself carried out."""
-        self._close(self._open(command, sequence, now_us), result, now_us)
+        case = self._open(command, sequence, now_us)
+        self._overtakes(case)
+        self._close(case, result, now_us)
         return [ack(command, result)]
+
+    def _overtakes(self, case: _Case) -> None:
+        """Mark what its sender ordered before and now wants no more, and whose answer he would take for this one's."""
+        for older in self._cases:
+            if older is case or older.command.sender != case.command.sender:
+                continue
+            is_alike = older.command.id == case.command.id
+            older.is_overtaken |= is_alike
+            older.is_taken_back |= (is_alike and older.command != case.command) or _takes_back(case, older)
 
     def _open(self, command: Command, sequence: int, now_us: int) -> _Case:
         self._order += 1
@@ -217,6 +241,8 @@ class CommandServer:
         if result == ACCEPTED:
             case.deed = self._deeds.count
         self._close(case, result, now_us)
+        if case.is_overtaken and (result != ACCEPTED or now_us - case.taken_us > AT_ONCE_US):
+            return CommandOutcome([])
         return CommandOutcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
 
     def poll(self, now_us: int) -> list[Any]:
@@ -230,6 +256,8 @@ class CommandServer:
                 self._close(case, FAILED, now_us)
             elif not _bears_progress(case.command):
                 continue
+            if case.is_overtaken:
+                continue
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
 
@@ -239,8 +267,8 @@ def _holds(wanted: Aim, state: tuple[Mode, bool]) -> bool:
     return mode in (None, state[0]) and armed in (None, state[1])
 
 
-def _contradicts(later: _Case, case: _Case) -> bool:
-    return any(a is not None and b is not None and a is not b for a, b in zip(later.aim, case.aim, strict=True))
+def _takes_back(later: _Case, case: _Case) -> bool:
+    return later.body is not None and case.body is not None and takes_back(later.body, case.body)
 
 
 def _bears_progress(command: Command) -> bool:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Final
 
 from ...language.messages import Mode
-from ...language.requests import LoadPlan, Origin, Reposition, RequestBody, SetMode
+from ...language.nature import takes_back
+from ...language.requests import LoadPlan, Origin, PlanKind, Reply, Reposition, RequestBody, Result, SetMode
 from ...language.units import rad_to_e7
 from ..air.ledger import Ledger, Priority
 from ..codec.command import encode_command
@@ -16,8 +18,7 @@ from ..codec.request import crosses, encode_request
 from ..codec.wire import SAFE_STOPS, Kind
 from ..link import CompactLink
 
-Speaker = tuple[int, int] | None
-"""System and component of a station; None: nobody on the network."""
+OVERTAKEN: Final = Reply(Result.REJECTED_NOW, "overruled by a newer order")
 
 
 @dataclass(slots=True)
@@ -25,25 +26,65 @@ class PendingOrder:
     """A request on the air, and who waits for its answer: the owners that were given with it, and their stations."""
 
     body: RequestBody
-    owners: dict[Hashable, Speaker]
+    owners: dict[Hashable, Hashable]
+    is_taken_back: bool = False
+    """Whether somebody has ordered the contrary since: who asks for it again means it anew."""
 
 
-def superseded(pending: Mapping[int, PendingOrder], body: RequestBody, station: Speaker) -> set[int]:
-    """Numbers of the modes that nobody wants any more; their station no longer waits for an answer.
+class PendingOrders:
+    """Those of one shore that have no answer yet, by their numbers on the air."""
 
-    A station asks for another mode once it has given up the one before. An acknowledgement names no mode, so the answer to the older
-    would be taken for the newer's. A stop is carried out all the same: the newer mode comes after it.
-    """
-    if not isinstance(body, SetMode) or station is None:
-        return set()
-    unwanted = set()
-    for number, older in pending.items():
-        if not isinstance(older.body, SetMode) or older.body == body:
-            continue
-        older.owners = {owner: speaker for owner, speaker in older.owners.items() if speaker != station}
-        if not older.owners and not older.body.nature.stops:
-            unwanted.add(number)
-    return unwanted
+    def __init__(self) -> None:
+        self._orders: dict[int, PendingOrder] = {}
+
+    def pop(self, number: int) -> PendingOrder | None:
+        """Forget one that has ended; None for what was replaced, or is no order."""
+        return self._orders.pop(number, None)
+
+    def is_on_its_way(self, kind: PlanKind) -> bool:
+        """Whether a plan is being uploaded: that the vessel has it, and the answer has not come, is no difference to ask for."""
+        return any(isinstance(each.body, LoadPlan) and each.body.kind is kind for each in self._orders.values())
+
+    @property
+    def yielding(self) -> set[int]:
+        """Numbers of those that a stop makes void."""
+        return {number for number, order in self._orders.items() if order.body.nature.yields}
+
+    def unwanted(self, body: RequestBody, station: Hashable) -> set[int]:
+        """Numbers of the orders that their only station takes back by this one: they must not be carried out after it.
+
+        A stop is carried out all the same: what takes it back comes after it. A plan is heard to the end: its station waits for it.
+        """
+        return {
+            number
+            for number, older in self._orders.items()
+            if takes_back(body, older.body)
+            and not covers(older.body, body)
+            and not older.body.nature.stops
+            and not isinstance(older.body, LoadPlan)
+            and station is not None
+            and all(speaker == station for speaker in older.owners.values())
+        }
+
+    def join(self, owner: Hashable, body: RequestBody, station: Hashable) -> bool:
+        """Let somebody wait for the answer to what is on its way already, if nobody has ordered the contrary since."""
+        for order in self._orders.values():
+            if covers(order.body, body) and not order.is_taken_back:
+                order.owners[owner] = station
+                return True
+        return False
+
+    def put(self, number: int, body: RequestBody, owner: Hashable, station: Hashable) -> set[int]:
+        """Note what goes on the air. Returns the numbers of the same order from before its contrary: it takes their owners over."""
+        order = PendingOrder(body, {})
+        replaced = {old for old, older in self._orders.items() if older.is_taken_back and older.body == body}
+        for old in replaced:
+            order.owners |= self._orders.pop(old).owners
+        for older in self._orders.values():
+            older.is_taken_back |= takes_back(body, older.body)
+        order.owners[owner] = station
+        self._orders[number] = order
+        return replaced
 
 
 def message_of(

@@ -48,7 +48,7 @@ from ..vessel_clock import VesselClock
 from .beacon import Beacons
 from .grid import StateGrid
 from .memory import ShorePicture, heard_us
-from .orders import PendingOrder, covers, message_of, stops_word, submit, superseded
+from .orders import OVERTAKEN, PendingOrder, PendingOrders, message_of, stops_word, submit
 from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
@@ -102,7 +102,7 @@ class ShoreTwin:
         self._beacons = Beacons(self.link)
         self._grid = StateGrid(self.link, self._beacons.keys)
         self._clock = VesselClock(profile.link)
-        self._pending: dict[int, PendingOrder] = {}
+        self._pending = PendingOrders()
         self._replies: list[tuple[Hashable, Reply]] = []
         self._sayings = Sayings()
         self._reached: list[int] = []
@@ -185,47 +185,45 @@ class ShoreTwin:
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
-    def submit(self, owner: Hashable, body: RequestBody, now_us: int, origin: Origin | None = None) -> None:
+    def submit(
+        self, owner: Hashable, body: RequestBody, now_us: int, origin: Origin | None = None, *, station: Hashable = None
+    ) -> None:
         """Take a request; its answer comes by ``replies`` under ``owner``. An equal one that is on its way already is joined.
 
-        ``origin``: the command that it came in, which then crosses the air itself.
+        ``origin``: the command that it came in, which then crosses the air itself. ``station``: who asks, else the command's.
         """
-        station = None if origin is None else origin.source
-        self.link.withdraw(superseded(self._pending, body, station), OVERRULED)
+        station = origin.source if station is None and origin is not None else station
         if body.nature.stops:
-            self._overrule(now_us)
+            self._overrule(self._pending.yielding, OVERRULED, now_us)
+        self._overrule(self._pending.unwanted(body, station), OVERTAKEN, now_us)
         if isinstance(body, LoadPlan) and self._has_nothing_to_clear(body):
             self._replies.append((owner, Reply(Result.ACCEPTED)))
             return
-        for pending in self._pending.values():
-            if covers(pending.body, body):
-                pending.owners[owner] = station
-                return
+        if self._pending.join(owner, body, station):
+            return
         try:
             message = message_of(body, origin, self._address, self._near_e7())
             number = submit(self.link, message, now_us, is_stop=body.nature.stops)
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
-        self._pending[number] = PendingOrder(body, {owner: station})
+        self.link.withdraw(self._pending.put(number, body, owner, station), OVERTAKEN)
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
 
     def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
         """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
         is_empty = not body.items and not self.plans.items(body.kind) and body.kind not in self._unsure
-        return is_empty and self._verified and body.kind is not PlanKind.MISSION and not self._is_on_its_way(body.kind)
-
-    def _is_on_its_way(self, kind: PlanKind) -> bool:
-        """Whether a plan is being uploaded: that the vessel has it, and the answer has not come, is no difference to ask for."""
-        return any(
-            isinstance(pending.body, LoadPlan) and pending.body.kind is kind for pending in self._pending.values()
+        return (
+            is_empty
+            and self._verified
+            and body.kind is not PlanKind.MISSION
+            and not self._pending.is_on_its_way(body.kind)
         )
 
-    def _overrule(self, now_us: int) -> None:
-        """A stop goes past the orders given before it: one that is still under way must not be carried out after it."""
-        older = {number for number, pending in self._pending.items() if pending.body.nature.yields}
-        self.link.withdraw(older, OVERRULED)
+    def _overrule(self, numbers: set[int], reply: Reply, now_us: int) -> None:
+        """What was given before and is still under way must not be carried out after what is given now."""
+        self.link.withdraw(numbers, reply)
         self._collect(now_us)
 
     def ignore(self, body: RequestBody, now_us: int) -> None:
@@ -313,7 +311,7 @@ class ShoreTwin:
         if made_us is not None:
             self.state, self.state_us = state, made_us
         differs = state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F
-        if not self._verified or (differs and not self._is_on_its_way(PlanKind.MISSION)):
+        if not self._verified or (differs and not self._pending.is_on_its_way(PlanKind.MISSION)):
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)
 
@@ -370,7 +368,7 @@ class ShoreTwin:
         for outcome in self.link.outcomes():
             if self._sync.ended(outcome.id):
                 continue
-            pending = self._pending.pop(outcome.id, None)
+            pending = self._pending.pop(outcome.id)
             if pending is not None:
                 self._settle(pending, outcome, now_us)
 
