@@ -124,6 +124,29 @@ def test_check_37_retries_while_pending_are_one_request(bench):
     assert len(bench.vessel.handled) == 1
 
 
+def test_the_last_of_three_values_is_kept_though_the_first_has_no_answer_yet(bench):
+    for value in (5.0, 6.0, 5.0):
+        bench.send(dialect.MAVLink_param_set_message(1, 1, b"TEST_003", value, 9))
+    bench.tick()
+    assert bench.vessel.params.get("TEST_003").value == 5.0
+    assert bench.gcs.last("PARAM_VALUE").param_value == 5.0
+
+
+def test_the_refusal_of_a_value_is_not_taken_for_that_of_the_newer_one(bench):
+    for value in (5.0, 6.0):
+        bench.send(dialect.MAVLink_param_set_message(1, 1, b"TEST_003", value, 9))
+    older, newer = bench.endpoint.requests()
+    bench.gcs.clear()
+    bench.endpoint.reply(older.id, Reply(Result.REJECTED_NOW, "overruled by a newer order"), bench.vessel.now_us)
+    bench.tick()
+    assert not bench.gcs.all("PARAM_ERROR")
+    assert not bench.gcs.all("PARAM_VALUE")
+    assert "overruled" not in bench.texts().lower()
+    bench.endpoint.reply(newer.id, Reply(Result.DENIED, "too deep"), bench.vessel.now_us)
+    bench.tick()
+    assert bench.gcs.all("PARAM_ERROR")
+
+
 def test_check_37_a_change_is_told_once():
     """On a whole vessel, which tells all links of a change: the answer to who made it is the same words."""
     helm = Helm("ardurover", "depth.enabled=false")

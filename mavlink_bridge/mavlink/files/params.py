@@ -61,11 +61,13 @@ class EndpointParams:
         return self._table.at(index) if index < own else self._stubs[index - own]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Waiting:
     name: str
     value: float
     sender: tuple[int, int]
+    is_overtaken: bool = False
+    """Whether its sender wants another value by now: a refusal would be taken for the newer one's."""
 
 
 class ParamServer:
@@ -134,13 +136,20 @@ class ParamServer:
 
     def asked(self, request_id: int, message: Any) -> None:
         """Remember under which number the vessel was asked."""
-        self._waiting[request_id] = _Waiting(message.param_id, message.param_value, _sender(message))
+        new = _Waiting(message.param_id, message.param_value, _sender(message))
+        for each in self._waiting.values():
+            each.is_overtaken |= (each.name, each.sender) == (new.name, new.sender)
+        self._waiting[request_id] = new
 
-    def reply(self, request_id: int, reply: Reply) -> list[Any]:
-        """The vessel's answer: the stored value, after a PARAM_ERROR when refused; nothing for a request that is not ours."""
+    def reply(self, request_id: int, reply: Reply) -> list[Any] | None:
+        """The vessel's answer: the stored value, after a PARAM_ERROR when refused; nothing for a request that is not ours. None: refused,
+        and its sender wants another value by now, so that there is nothing to say.
+        """
         waiting = self._waiting.pop(request_id, None)
         if waiting is None:
             return []
+        if waiting.is_overtaken and reply.result is not Result.ACCEPTED:
+            return None
         messages = self._told(waiting.name)
         if reply.result is not Result.ACCEPTED:
             error = PERMISSION_DENIED if reply.result is Result.REJECTED_NOW else OUT_OF_RANGE

@@ -27,8 +27,9 @@ class Parameters(Service):
         }
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> bool:
-        self._channel.answer(self._server.reply(request_id, reply))
-        return False
+        messages = self._server.reply(request_id, reply)
+        self._channel.answer(messages or ())
+        return messages is None
 
     def changed(self, name: str) -> None:
         """Tell of a parameter that somebody else changed."""
