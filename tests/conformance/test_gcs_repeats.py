@@ -447,3 +447,99 @@ def test_a_counted_repeat_does_not_start_the_boat_that_its_station_stopped_befor
     slow.answer(start, Reply(Result.REJECTED_NOW, "overruled by a stop"))
     slow.bench.run(1.0)
     assert slow.order(AUTO, confirmation=1) == []
+
+
+def set_mode(number):
+    return dialect.MAVLink_set_mode_message(1, 1, number)
+
+
+def go_to(x=411_800_000):
+    return dialect.MAVLink_mission_item_int_message(1, 1, 0, 3, 16, 2, 1, 0, 0, 0, 0, x, -87_000_000, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("message", "mode", "text"),
+    [(set_mode(10), Mode.AUTO, "Overruled since"), (go_to(), Mode.GUIDED, "overruled since")],
+    ids=["SET_MODE", "mission item"],
+)
+class TestOrdersThatAreNoCommands:
+    """SET_MODE, and a mission item with current = 2: they have the same memory as the commands that mean the same."""
+
+    def test_a_repeat_does_not_start_the_boat_after_somebody_stopped_it(self, two, message, mode, text):
+        two.bench.send(message)
+        two.bench.run(0.2)
+        assert two.vessel.mode is mode
+        two.b(HOLD)
+        two.bench.run(1.0)
+        two.bench.send(message)
+        two.bench.run(0.2)
+        assert two.vessel.mode is Mode.HOLD
+        assert text in two.bench.texts()
+        two.bench.run(3.0)
+        two.bench.send(message)
+        two.bench.run(0.2)
+        assert two.vessel.mode is mode, "who insists is obeyed"
+
+    def test_a_repeat_is_carried_out_once(self, two, message, mode, text):
+        for wait_s in (0.0, 0.2, 1.0):
+            two.bench.send(message)
+            two.bench.run(wait_s)
+        assert len(two.vessel.handled) == 1
+        assert two.bench.acked(176) == []
+        assert {ack.type for ack in two.bench.gcs.all("MISSION_ACK")} <= {ACCEPTED}
+        assert text not in two.bench.texts()
+
+    def test_it_is_new_after_its_senders_own_stop_answered_or_not(self, two, message, mode, text):
+        for wait_s in (0.0, 0.2):
+            two.bench.send(message)
+            two.bench.run(wait_s)
+            two.bench.long(*HOLD)
+            two.bench.run(wait_s)
+            two.bench.send(message)
+            two.bench.run(0.2)
+            assert two.vessel.mode is mode
+            assert text not in two.bench.texts()
+
+    def test_a_stop_after_it_is_carried_out(self, two, message, mode, text):
+        for _ in range(3):
+            two.bench.long(*HOLD)
+            two.bench.send(message)
+            two.bench.long(*HOLD)
+            two.bench.run(0.2)
+            assert two.vessel.mode is Mode.HOLD
+
+
+def test_set_mode_and_the_command_are_one_order_and_the_command_is_acknowledged(two):
+    two.bench.send(set_mode(10))
+    two.bench.long(*AUTO)
+    two.bench.run(0.2)
+    assert len(two.vessel.handled) == 1
+    assert two.bench.acked(176) == [ACCEPTED]
+
+
+def test_a_hold_by_set_mode_is_carried_out_each_time(two):
+    for _ in range(3):
+        two.bench.send(set_mode(4))
+        two.bench.run(0.2)
+        assert two.vessel.mode is Mode.HOLD
+        two.b(AUTO)
+
+
+def test_the_last_of_three_mission_items_is_where_the_boat_goes(two):
+    for x in (411_800_000, 411_700_000, 411_800_000):
+        two.bench.send(go_to(x))
+    two.bench.run(0.2)
+    places = [request.body.lat_rad for request in two.vessel.handled]
+    assert len(places) == 3
+    assert places[0] == places[2] > places[1]
+
+
+def test_a_go_to_that_was_overtaken_is_not_refused_in_the_newer_ones_place(slow):
+    slow.bench.send(go_to(411_800_000))
+    slow.bench.send(go_to(411_700_000))
+    older, newer = slow.bench.endpoint.requests()
+    slow.answer(older, Reply(Result.REJECTED_NOW, "overruled by a newer order"))
+    assert not slow.bench.gcs.all("MISSION_ACK")
+    assert "Go-to refused" not in slow.bench.texts()
+    slow.answer(newer, ask.ACCEPTED)
+    assert [ack.type for ack in slow.bench.gcs.all("MISSION_ACK")] == [ACCEPTED]

@@ -491,12 +491,13 @@ def test_a_mission_item_with_current_2_is_a_guided_go_to():
     link = Link(home_item=True)
     message = dialect.MAVLink_mission_item_message(1, 1, 0, 3, 16, 2, 1, 0, 0, 0, 0, 41.185, -8.706, 0.0, 0)
     assert link.send(message) == link.send(message) == []
-    ((handle, target, sender),) = link.server.targets()
-    assert sender == 255
-    (ack,) = link.server.finish(handle, Reply(Result.DENIED, "outside the fence"))
-    assert ack.type == MissionResult.DENIED
-    assert link.server.finish(handle, ACCEPTED) == []
-    assert math.degrees(target.lat_rad) == pytest.approx(41.185, abs=1e-5)
+    first, copy = link.server.go_tos.asked()
+    link.server.go_tos.begun(first.handle)
+    link.server.go_tos.forget(copy.handle)
+    (ack,) = link.server.finish(first.handle, Reply(Result.DENIED, "outside the fence"))
+    assert (ack.type, ack.target_system) == (MissionResult.DENIED, 255)
+    assert link.server.finish(first.handle, ACCEPTED) == link.server.finish(copy.handle, ACCEPTED) == []
+    assert math.degrees(first.target.lat_rad) == pytest.approx(41.185, abs=1e-5)
     assert (
         link.send(dialect.MAVLink_mission_item_int_message(1, 1, 0, 3, 16, 2, 1, 0, 0, 0, 0, 0, 0, 0.0, 0))[0].type == 5
     )

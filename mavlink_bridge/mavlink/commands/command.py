@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from ...language.requests import RequestBody
 from ...language.units import e7_to_deg
+from ..wire.cmd import Cmd
 from ..wire.codec import dialect
 from ..wire.mapping import deg_to_rad, degE7_to_rad
 
@@ -70,6 +71,23 @@ class Command:
             frame=message.frame if is_int else None,
             sender=(message.get_srcSystem(), message.get_srcComponent()),
         )
+
+    @classmethod
+    def of_set_mode(cls, message: Any) -> Command:
+        """SET_MODE as the command that has taken its place: the same order, whichever way a station sends it."""
+        return cls._made(Cmd.DO_SET_MODE, (float(message.base_mode & 1), float(message.custom_mode)), message)
+
+    @classmethod
+    def of_go_to(cls, item: Any) -> Command:
+        """A mission item with current = 2 as if it were a command: it is one."""
+        values = item.param1, item.param2, item.param3, item.param4
+        return replace(cls._made(item.command, values, item), x=item.x, y=item.y, z=_plain(item.z), frame=item.frame)
+
+    @classmethod
+    def _made(cls, number: int, values: Sequence[float], message: Any) -> Command:
+        first, second, third, fourth = (*map(_plain, values), *[0.0] * (4 - len(values)))
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        return cls(number, (first, second, third, fourth), x=0.0, y=0.0, z=0.0, frame=None, sender=sender)
 
     @classmethod
     def from_payload(cls, message_id: int, payload: bytes, sender: tuple[int, int]) -> tuple[Command, tuple[int, int]]:

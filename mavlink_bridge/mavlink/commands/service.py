@@ -15,6 +15,7 @@ command that was refused had no effect: asked again after 0.3 s it is judged ane
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, Final
 
 from ...language.deeds import Deeds
@@ -50,8 +51,17 @@ _RESULT: Final = {
     Result.UNSUPPORTED: UNSUPPORTED,
     Result.FAILED: FAILED,
 }
+_MEANT: Final = {number: result for result, number in _RESULT.items()}
 _NO_AIM: Final[Aim] = (None, None)
 _UNDONE: Final = "overruled since: send it again in 3 s to insist"
+
+
+class AnswerForm(Enum):
+    """How a station hears what became of its order."""
+
+    BY_ACK = "by a COMMAND_ACK"
+    IN_WORDS = "by a text when it is refused: SET_MODE has no acknowledgement"
+    ELSEWHERE = "by the service that it asked"
 
 
 @dataclass(slots=True)
@@ -64,6 +74,7 @@ class _Case:
     order: int
     """Counts the commands that were taken up."""
     body: RequestBody | None = None
+    told: AnswerForm = AnswerForm.BY_ACK
     result: int | None = None
     answered_us: int = 0
     is_taken_back: bool = False
@@ -93,6 +104,8 @@ class CommandOutcome:
     reason: str = ""
     """Why it was refused, for the operator."""
     case: Any = None
+    reply: Reply | None = None
+    """To a copy of what has ended: how."""
 
 
 class CommandServer:
@@ -118,10 +131,19 @@ class CommandServer:
                 case.seen = _holds(case.aim, self._state)
             self._unseen = [case for case in self._unseen if not case.seen and now_us - case.answered_us < SEEN_US]
 
-    def recall(self, command: Command, sequence: int, now_us: int, *, confirmation: int = 0) -> CommandOutcome | None:
+    def recall(
+        self,
+        command: Command,
+        sequence: int,
+        now_us: int,
+        *,
+        confirmation: int = 0,
+        told: AnswerForm = AnswerForm.BY_ACK,
+    ) -> CommandOutcome | None:
         """Answer a copy of a command that was taken up before; None for one that is to be carried out.
 
-        ``confirmation``: above 0 the station itself says that it repeats; what makes the boat stop is obeyed even so.
+        ``confirmation``: above 0 the station itself says that it repeats; what makes the boat stop is obeyed even so. ``told``: how
+        the copy's sender hears of it; one that waits for an acknowledgement gets it, however the first one came.
         """
         self._cases = [case for case in self._cases if case.result is None or now_us - case.answered_us < COPY_US]
         case = next((case for case in reversed(self._cases) if case.command == command), None)
@@ -132,11 +154,12 @@ class CommandServer:
             return None
         self.copies += 1
         if case.result is None:
+            case.told = told if case.told is AnswerForm.IN_WORDS else case.told
             is_told = _bears_progress(command) and not case.is_overtaken
-            return CommandOutcome([ack(command, IN_PROGRESS)] if is_told else [])
-        if case.result == ACCEPTED and self._is_undone(case, later, now_us):
-            return CommandOutcome([ack(command, REJECTED_NOW)], reason=_UNDONE)
-        return CommandOutcome([ack(command, case.result)])
+            return CommandOutcome(_acks(command, IN_PROGRESS, told) if is_told else [])
+        is_undone = case.result == ACCEPTED and self._is_undone(case, later, now_us)
+        result, reason = (REJECTED_NOW, _UNDONE) if is_undone else (case.result, "")
+        return CommandOutcome(_acks(command, result, told), reason=reason, reply=Reply(_MEANT[result], reason))
 
     def _is_new(self, case: _Case, later: list[_Case], sequence: int, now_us: int, *, is_repeat: bool) -> bool:
         own = [other for other in later if other.command.sender == case.command.sender]
@@ -176,9 +199,12 @@ class CommandServer:
         shows = case.seen or now_us - case.answered_us >= SEEN_US
         return shows and self._state is not None and not _holds(case.aim, self._state)
 
-    def take_up(self, command: Command, sequence: int, context: Context, now_us: int) -> CommandOutcome:
+    def take_up(
+        self, command: Command, sequence: int, context: Context, now_us: int, *, told: AnswerForm = AnswerForm.BY_ACK
+    ) -> CommandOutcome:
         """Understand a new vehicle command: what to ask of the vessel, or the answer at once."""
         case = self._open(command, sequence, now_us)
+        case.told = told
         try:
             meaning = MEANINGS.get(command.id)
             if meaning is None:
@@ -186,13 +212,20 @@ class CommandServer:
             body = meaning(command, context)
         except Refused as refusal:
             self._close(case, refusal.result, now_us)
-            return CommandOutcome([ack(command, refusal.result)], reason=refusal.reason)
+            return CommandOutcome(_acks(command, refusal.result, told), reason=refusal.reason)
         case.body = body
         self._overtakes(case)
         if body is None:
             self._close(case, ACCEPTED, now_us)
-            return CommandOutcome([ack(command, ACCEPTED)])
+            return CommandOutcome(_acks(command, ACCEPTED, told))
         return CommandOutcome([], body, case=case)
+
+    def begin(self, command: Command, sequence: int, body: RequestBody, now_us: int) -> Any:
+        """Take up an order that another service has understood, and answers. Returns the case (``asked``)."""
+        case = self._open(command, sequence, now_us)
+        case.body, case.told = body, AnswerForm.ELSEWHERE
+        self._overtakes(case)
+        return case
 
     def settle(self, command: Command, sequence: int, result: int, now_us: int) -> list[Any]:
         """Record the answer to a command that the endpoint itself carried out."""
@@ -233,7 +266,7 @@ class CommandServer:
         case.request_id = request_id
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> CommandOutcome | None:
-        """The vessel's answer; None for a request that was not a command."""
+        """The vessel's answer; None for a request that was not a command, or that another service answers."""
         case = next((case for case in self._cases if case.request_id == request_id and case.result is None), None)
         if case is None:
             return None
@@ -241,9 +274,11 @@ class CommandServer:
         if result == ACCEPTED:
             case.deed = self._deeds.count
         self._close(case, result, now_us)
+        if case.told is AnswerForm.ELSEWHERE:
+            return None
         if case.is_overtaken and (result != ACCEPTED or now_us - case.taken_us > AT_ONCE_US):
             return CommandOutcome([])
-        return CommandOutcome([ack(case.command, result)], reason="" if result == ACCEPTED else reply.reason)
+        return CommandOutcome(_acks(case.command, result, case.told), reason="" if result == ACCEPTED else reply.reason)
 
     def poll(self, now_us: int) -> list[Any]:
         """Say IN_PROGRESS of commands whose answer is late, and FAILED of those whose answer never came."""
@@ -256,7 +291,7 @@ class CommandServer:
                 self._close(case, FAILED, now_us)
             elif not _bears_progress(case.command):
                 continue
-            if case.is_overtaken:
+            if case.is_overtaken or case.told is not AnswerForm.BY_ACK:
                 continue
             messages.append(ack(case.command, IN_PROGRESS if case.result is None else case.result))
         return messages
@@ -273,6 +308,10 @@ def _takes_back(later: _Case, case: _Case) -> bool:
 
 def _bears_progress(command: Command) -> bool:
     return command.id not in NO_PROGRESS or (command.id == Cmd.MISSION_START and command.sender[0] == _QGC)
+
+
+def _acks(command: Command, result: int, told: AnswerForm) -> list[Any]:
+    return [ack(command, result)] if told is AnswerForm.BY_ACK else []
 
 
 def ack(command: Command, result: int) -> Any:

@@ -81,10 +81,11 @@ class Endpoint:
             Parameters(channel),
             Brought(channel),
         )
+        ordering = Ordering(channel)
         self._engage(
             (
-                Ordering(channel),
-                Planning(channel, locks=locks, timing=timing),
+                ordering,
+                Planning(channel, ordering.server, locks=locks, timing=timing),
                 self._parameters,
                 Library(channel),
                 Steering(channel),

@@ -13,13 +13,12 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from ...language.messages import Severity
-from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Reposition, Result
+from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Result
 from ..persona.port import PlanStore
-from ..wire.cmd import Cmd
 from ..wire.codec import dialect
-from ..wire.mapping import degE7_to_rad
 from .acks import Acks
 from .download import Downloads
+from .going import GoTos
 from .plan_mapping import compile_item, load_plan
 from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here, unheeded
 from .store import MissionTiming, Pending, Sender, UploadLocks, UploadSession
@@ -30,7 +29,6 @@ __all__ = ["MissionServer", "MissionTiming", "PlanStore", "UploadLocks"]
 
 Messages = list[Any]
 
-_MAX_REQUESTS: Final = 16
 _MAX_TEXTS: Final = 20
 
 
@@ -60,8 +58,7 @@ class MissionServer:
         self._stores: dict[int, Pending] = {}
         self._next_handle = 1
         self._loads: list[tuple[int, LoadPlan]] = []
-        self._targets: list[tuple[int, Reposition, int]] = []
-        self._going: dict[int, tuple[Sender, Reposition]] = {}
+        self.go_tos = GoTos(self._acks, self.limits, self._say)
         self._texts: list[tuple[Severity, str]] = []
         self._handlers: dict[str, Any] = {
             "MISSION_COUNT": self._on_count,
@@ -117,11 +114,8 @@ class MissionServer:
 
         ``plan_id``: the stored plan's id, 0 when empty. Unknown handles are ignored.
         """
-        if handle in self._going:
-            sender, _ = self._going.pop(handle)
-            if reply.reason:
-                self._say(Severity.WARNING, f"Go-to refused: {reply.reason}")
-            return [self._ack(sender, 0, MISSION_RESULT[reply.result], now_us)]
+        if handle < 0:
+            return self.go_tos.finish(handle, reply, now_us)
         pending = self._stores.get(handle)
         if pending is None:
             return []
@@ -156,11 +150,6 @@ class MissionServer:
         """Texts for the operator since the last call."""
         texts, self._texts = self._texts, []
         return texts
-
-    def targets(self) -> list[tuple[int, Reposition, int]]:
-        """Guided go-tos in the form of a MISSION_ITEM with current = 2, each with its sender's system; answer them by ``finish``."""
-        targets, self._targets = self._targets, []
-        return targets
 
     @property
     def busy(self) -> bool:
@@ -217,7 +206,7 @@ class MissionServer:
 
     def _on_item(self, message: Any, sender: Sender, now_us: int) -> Messages:
         if message.current == 2 and message.mission_type == 0:
-            return self._guided(message, sender, now_us)
+            return self.go_tos.take(message, sender, now_us)
         kind = kind_of(message.mission_type)
         session = self._uploads.get((sender, kind)) if kind is not None else None
         if kind is None or session is None:
@@ -320,20 +309,6 @@ class MissionServer:
         return [
             dialect.MAVLink_mission_request_int_message(system, component, seq, session.kind.value) for seq in numbers
         ]
-
-    def _guided(self, message: Any, sender: Sender, now_us: int) -> Messages:
-        """A go-to in the clothes of a mission item."""
-        item = item_from_message(message)
-        latitude, longitude = degE7_to_rad(item.x), degE7_to_rad(item.y)
-        maneuver = compile_item(0, item, self.limits)
-        if isinstance(maneuver, PlanError) or item.command != Cmd.WAYPOINT or len(self._going) >= _MAX_REQUESTS:
-            return [self._ack(sender, 0, MissionResult.INVALID, now_us)]
-        target = Reposition(latitude, longitude)
-        if (sender, target) not in self._going.values():  # impatience: the ACK is on its way
-            self._going[self._next_handle] = sender, target
-            self._targets.append((self._next_handle, target, sender[0]))
-            self._next_handle += 1
-        return []
 
     # Downloads
 

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from ...language import requests as ask
 from ...language.requests import Origin, Reply
 from ...language.snapshot import Snapshot
 from ..commands.command import Command
 from ..commands.local import LOCAL, answer
-from ..commands.service import CommandOutcome, CommandServer
-from ..commands.table import NO_CUSTOM_MODE
-from ..persona.modes import foreign_name, from_custom_mode
+from ..commands.service import AnswerForm, CommandOutcome, CommandServer
+from ..wire.codec import dialect
+from ..wire.payload import Packed, packed
 from .channel import Channel
 from .service import Handler, Service
 
@@ -23,27 +22,28 @@ class Ordering(Service):
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
-        self._server = CommandServer(channel.config.give_up_s, channel.vehicle.deeds)
+        self.server = CommandServer(channel.config.give_up_s, channel.vehicle.deeds)
+        """Remembers what was ordered, for other services too."""
 
     @property
     def handles(self) -> Mapping[str, Handler]:
         return {"COMMAND_LONG": self._on_command, "COMMAND_INT": self._on_command, "SET_MODE": self._on_set_mode}
 
     def reply(self, request_id: int, reply: Reply, now_us: int) -> bool:
-        outcome = self._server.reply(request_id, reply, now_us)
+        outcome = self.server.reply(request_id, reply, now_us)
         if outcome is not None:
             self._finish(outcome)
         return outcome is not None
 
     @property
     def busy(self) -> bool:
-        return bool(self._server.waiting)
+        return bool(self.server.waiting)
 
     def poll(self, now_us: int) -> None:
-        self._channel.answer(self._server.poll(now_us), urgent=True)
+        self._channel.answer(self.server.poll(now_us), urgent=True)
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
-        self._server.see(snapshot.mode, snapshot.armed, now_us)
+        self.server.see(snapshot.mode, snapshot.armed, now_us)
 
     def _finish(self, outcome: CommandOutcome) -> None:
         self._channel.answer(outcome.messages, urgent=True)
@@ -53,35 +53,44 @@ class Ordering(Service):
     def _on_command(self, message: Any, now_us: int) -> None:
         command, sequence = Command.from_message(message), message.get_seq()
         confirmation = getattr(message, "confirmation", 0)
-        again = self._server.recall(command, sequence, now_us, confirmation=confirmation)
+        again = self.server.recall(command, sequence, now_us, confirmation=confirmation)
         if again is not None:
             self._finish(again)
-            if command.id not in LOCAL:
-                return
         if command.id in LOCAL:
             self._local(command, sequence, now_us, is_copy=again is not None)
-            return
-        outcome = self._server.take_up(command, sequence, self._channel.context(), now_us)
+        elif again is None:
+            outcome = self.server.take_up(command, sequence, self._channel.context(), now_us)
+            self._ask(outcome, command, (message.get_msgId(), message.get_payload()))
+
+    def _ask(self, outcome: CommandOutcome, command: Command, words: Packed) -> None:
+        """Ask the vessel what a command means. ``words``: the message that it crosses a radio in."""
         self._finish(outcome)
         if outcome.body is not None:
-            has_home = self._channel.config.has_home_item
-            origin = Origin(message.get_msgId(), message.get_payload(), command.sender, has_home)
-            self._channel.ask(outcome.body, command.sender[0], partial(self._server.asked, outcome.case), origin)
+            origin = Origin(*words, command.sender, self._channel.config.has_home_item)
+            self._channel.ask(outcome.body, command.sender[0], partial(self.server.asked, outcome.case), origin)
 
     def _local(self, command: Command, sequence: int, now_us: int, *, is_copy: bool) -> None:
         """Commands without effect on the vessel may run again for a copy, whose first answer was lost."""
         done = answer(self._channel, command)
         if not is_copy:
-            self._channel.answer(self._server.settle(command, sequence, done.result, now_us), urgent=True)
+            self._channel.answer(self.server.settle(command, sequence, done.result, now_us), urgent=True)
             if done.reason:
                 self._channel.explain(done.reason)
         self._channel.answer_packed(done.messages)
 
     def _on_set_mode(self, message: Any, now_us: int) -> None:
-        mode = from_custom_mode(message.custom_mode)
-        if not message.base_mode & 1:
-            self._channel.explain(NO_CUSTOM_MODE)
-        elif mode is None:
-            self._channel.explain(f"{foreign_name(message.custom_mode, 0.0)} is not one of this boat's modes")
-        else:
-            self._channel.ask(ask.SetMode(mode), message.get_srcSystem())
+        """An order like DO_SET_MODE, with the same memory: it may be that command, asked again in its older form."""
+        command, sequence = Command.of_set_mode(message), message.get_seq()
+        again = self.server.recall(command, sequence, now_us, told=AnswerForm.IN_WORDS)
+        if again is not None:
+            self._finish(again)
+            return
+        outcome = self.server.take_up(command, sequence, self._channel.context(), now_us, told=AnswerForm.IN_WORDS)
+        as_long = dialect.MAVLink_command_long_message(
+            target_system=self._channel.config.system_id,
+            target_component=self._channel.config.component_id,
+            command=command.id,
+            confirmation=0,
+            **{f"param{number}": value for number, value in enumerate((*command.params, 0.0, 0.0, 0.0), start=1)},
+        )
+        self._ask(outcome, command, packed(as_long))

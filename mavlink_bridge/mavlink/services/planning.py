@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from ...language.requests import PlanKind, Reply, RequestBody, SetCurrent
 from ...language.snapshot import Snapshot
-from ..commands.command import Refused
+from ..commands.command import Command, Refused
+from ..commands.service import AnswerForm, CommandServer
 from ..commands.table import canonical_seq
+from ..missions.going import GoTo
 from ..missions.service import MissionServer, MissionTiming, UploadLocks
 from .channel import Channel
 from .service import Handler, Service
 
 
 class Planning(Service):
-    """The mission protocol of one endpoint (``MissionServer`` has its rules). ``locks``: of all endpoints of the vessel."""
+    """The mission protocol of one endpoint (``MissionServer`` has its rules). ``orders``: its memory of what was ordered; ``locks``: of
+    all endpoints of the vessel.
+    """
 
-    def __init__(self, channel: Channel, *, locks: UploadLocks | None, timing: MissionTiming | None) -> None:
+    def __init__(
+        self, channel: Channel, orders: CommandServer, *, locks: UploadLocks | None, timing: MissionTiming | None
+    ) -> None:
         config = channel.config
-        self._channel = channel
+        self._channel, self._orders = channel, orders
         self._server = MissionServer(
             channel.vehicle.plans,
             home_item=config.has_home_item,
@@ -77,14 +84,36 @@ class Planning(Service):
         """Pass on what a mission message led to: a whole plan, a go-to, texts."""
         for handle, load in self._server.loads():
             self._ask(handle, load, load.kind, 0)
-        for handle, target, sender in self._server.targets():
-            self._ask(handle, target, PlanKind.MISSION, sender)
+        for to in self._server.go_tos.asked():
+            self._go(to)
         for severity, text in self._server.drain_texts():
             if text:
                 self._channel.say(severity, text)
 
-    def _ask(self, handle: int, body: RequestBody, kind: PlanKind, sender: int) -> None:
+    def _go(self, to: GoTo) -> None:
+        """A go-to is an order like a command, with the same memory: a repeat does not start the boat after somebody stopped it."""
+        now_us, sequence = self._channel.now_us, to.message.get_seq()
+        command, go_tos = Command.of_go_to(to.message), self._server.go_tos
+        again = self._orders.recall(command, sequence, now_us, told=AnswerForm.ELSEWHERE)
+        if again is None:
+            case = self._orders.begin(command, sequence, to.target, now_us)
+            go_tos.begun(to.handle)
+            self._ask(to.handle, to.target, PlanKind.MISSION, command.sender[0], partial(self._orders.asked, case))
+        elif again.reply is None:
+            go_tos.forget(to.handle)
+        else:
+            self._channel.answer(go_tos.finish(to.handle, again.reply, now_us), urgent=True)
+
+    def _ask(
+        self,
+        handle: int,
+        body: RequestBody,
+        kind: PlanKind,
+        sender: int,
+        asked: Callable[[int], object] = lambda number: None,
+    ) -> None:
         def note(number: int) -> None:
             self._handles[number] = handle, kind
+            asked(number)
 
         self._channel.ask(body, sender, note)
