@@ -131,6 +131,56 @@ def test_the_return_is_not_sailed_at_the_speed_of_an_earlier_order(voyage):
     assert trip.snapshot.state.sog_mps == pytest.approx(0.6, abs=0.15), "an order given on the way counts"
 
 
+def test_a_speed_ordered_on_the_way_home_goes_before_the_returns_own(voyage):
+    """RTL_SPEED; entered anew, the return keeps its own again."""
+    trip = guided(voyage, "modes.return_speed_mps=2.0")
+    trip.ask(Reposition(*point(trip, 140.0, 0.0), speed_mps=2.5))
+    trip.run(60.0)
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(15.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(2.0, abs=0.2)
+    assert trip.ask(SetSpeed(0.7)).reason == ""
+    trip.run(10.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(0.7, abs=0.15)
+    assert trip.ask(SetSpeed()).reason == ""
+    trip.run(10.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(2.0, abs=0.2)
+    trip.ask(SetSpeed(0.7))
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(10.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_speed_ordered_while_a_heading_is_steered_is_obeyed(voyage):
+    trip = guided(voyage)
+    assert trip.ask(GuidedHeading(0.0, speed_mps=2.0)).reason == ""
+    trip.run(15.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(2.0, abs=0.2)
+    assert trip.ask(SetSpeed(0.7)).reason == ""
+    trip.run(15.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(0.7, abs=0.15)
+    assert trip.ask(GuidedHeading(0.5)).reason == ""
+    trip.run(10.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(0.7, abs=0.15), "another heading brings no speed of its own"
+    assert trip.ask(SetSpeed()).reason == ""
+    trip.run(15.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(1.5, abs=0.2), "cruise speed"
+
+
+def test_a_stream_of_headings_keeps_its_own_speed(voyage):
+    trip = guided(voyage)
+
+    def steered(seconds):
+        for _ in range(round(seconds * 5.0)):
+            assert trip.ask(GuidedHeading(0.0, speed_mps=1.2, stream=True)).reason == ""
+            trip.run(0.15)
+
+    steered(10.0)
+    assert trip.ask(SetSpeed(0.5)).reason == ""
+    steered(10.0)
+    assert trip.snapshot.state.sog_mps == pytest.approx(1.2, abs=0.2)
+
+
 def test_slow_against_the_stream_is_not_stuck(voyage):
     """2.5 m/s against a boat of 3.1: what is left over is little, and a stop would lose 2.5 m/s."""
     trip = voyage(NO_DEPTH, "world.water.current_mps=2.5", "world.water.current_to_deg=180")

@@ -7,7 +7,7 @@ keeps station where it was entered and becomes neutral without a position. Strea
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from mavlink_bridge.language.figures import Circle, Hover
@@ -274,17 +274,19 @@ class Navigator:
         self.mission.take_end()
 
     def set_speed(self, speed_mps: float | None) -> None:
+        """Take a speed for what is under way, until the next order brings its own; None returns to the default. A stream has its own."""
         self._speed_mps = speed_mps
         self.mission.set_speed(speed_mps)
+        if self._steer is not None and self._steer_us is None:
+            self._steer = replace(self._steer, speed_mps=self.speed_mps)
 
     @property
     def speed_mps(self) -> float:
         """The speed in force for the active leg."""
         if self.mode is _AUTO:
             return self.mission.speed_mps
-        if self.mode is _RTL and self.config.return_speed_mps > 0.0:
-            return self.config.return_speed_mps
-        return self._speed_mps or self.mission.config.cruise_speed_mps
+        own_mps = self.config.return_speed_mps if self.mode is _RTL else 0.0
+        return self._speed_mps or own_mps or self.mission.config.cruise_speed_mps
 
     def intent(self, now_us: int, state: EstimatedState) -> Intent:
         """Return what the mode wants done in this tick."""
