@@ -80,7 +80,7 @@ Followed = tuple[Desired, Projection, float]
 
 
 class Follower:
-    """Steers along one track at a time. Keeps the integral from leg to leg: it holds what the heading sensor is off."""
+    """Steers along one track at a time. Keeps the integral, what the heading sensor is off, from leg to leg where an arc joins them."""
 
     def __init__(self, config: FollowConfig, handling: Handling) -> None:
         self._handling = handling

@@ -120,7 +120,7 @@ class ModelController:
         most_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
         steps = range(len(schedule.gains))
         # kicks turn a boat that they turn with all that she has at any speed
-        reaches = [most_radps if self._by_rudder else self._reach(step * schedule.step_mps) for step in steps]
+        reaches = (most_radps if self._by_rudder else self._reach(step * schedule.step_mps) for step in steps)
         self._quicks = [min(most_radps, _REFERENCE_TIMES * each) for each in reaches]
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
@@ -172,8 +172,9 @@ class ModelController:
         speed = max(self._observer.u_mps, 0.0)
         before = self._omega(speed)
         self._tune(self._config)
-        now = self._omega(speed)
-        self._yaw_integral_nm += self._inertia * (before * before - now * now) * self._heading_error
+        takes_over_nm = self._inertia * (before * before - self._omega(speed) ** 2) * self._heading_error
+        most_nm = 0.5 * self._saturated_nm
+        self._yaw_integral_nm = clamp(self._yaw_integral_nm + takes_over_nm, -most_nm, most_nm)
 
     def thrusters(self, shares: Shares, through_mps: tuple[float, float] | None = None) -> None:
         """Steer with what each thruster still gives, port and starboard, as a share of what it is told.
@@ -395,6 +396,5 @@ class ModelController:
         firmness = self._firmness
         self._surge_integral_n -= firmness * self._surge_integral_n * dt_s / _HANDS_OVER_S
         if abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
-            gain = (1.0 - firmness) * self._speed_integral * self._speed_gain * self._m11
-            bound_n = self._ahead_n
+            gain, bound_n = (1.0 - firmness) * self._speed_integral * self._speed_gain * self._m11, self._ahead_n
             self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)
